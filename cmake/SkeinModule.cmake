@@ -1,0 +1,22 @@
+# skein_module(<name> [SOURCES ...] [DEPENDS ...]): one target per folder of src/, skein_<name>.
+# Without sources the target is header-only.
+
+# Flags that decide bits: no contraction but what fma() spells, no fast-math. Kernels are explicit about width.
+add_library(skein_flags INTERFACE)
+target_compile_features(skein_flags INTERFACE cxx_std_20)
+target_compile_options(skein_flags INTERFACE
+  -Wall -Wextra -Wno-psabi -ffp-contract=off -fno-math-errno -fno-trapping-math
+  $<$<NOT:$<STREQUAL:${SKEIN_ARCH},>>:-march=${SKEIN_ARCH}>)
+target_include_directories(skein_flags INTERFACE ${CMAKE_SOURCE_DIR}/src)
+target_compile_definitions(skein_flags INTERFACE OMPI_SKIP_MPICXX=1)
+
+function(skein_module name)
+  cmake_parse_arguments(ARG "" "" "SOURCES;DEPENDS" ${ARGN})
+  if(ARG_SOURCES)
+    add_library(skein_${name} STATIC ${ARG_SOURCES})
+    target_link_libraries(skein_${name} PUBLIC skein_flags ${ARG_DEPENDS})
+  else()
+    add_library(skein_${name} INTERFACE)
+    target_link_libraries(skein_${name} INTERFACE skein_flags ${ARG_DEPENDS})
+  endif()
+endfunction()

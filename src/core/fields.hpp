@@ -1,0 +1,61 @@
+// One description of every scene key. A spec struct lists its members once, in `void fields(FieldVisitor&)`; visitors read
+// them from a scene file, print them into the reference page, or echo them as JSON. Nothing else knows a key's name.
+#pragma once
+
+#include "core/vec3.hpp"
+
+#include <cmath>
+#include <limits>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace skein {
+
+/// Name, unit and meaning of one key, and the values it accepts.
+struct Field {
+    std::string_view name;
+    std::string_view unit; ///< SI, "" for text, "-" for a pure number
+    std::string_view text;
+    bool required = false;
+    double above = -std::numeric_limits<double>::infinity(); ///< value must be > above
+    double at_least = -std::numeric_limits<double>::infinity();
+    double at_most = std::numeric_limits<double>::infinity();
+};
+
+class FieldVisitor {
+public:
+    virtual ~FieldVisitor() = default;
+
+    virtual void visit(const Field&, double&) = 0;
+    virtual void visit(const Field&, long&) = 0;
+    virtual void visit(const Field&, bool&) = 0;
+    virtual void visit(const Field&, std::string&) = 0;
+    virtual void visit(const Field&, Vec3d&) = 0;
+    virtual void visit(const Field&, std::vector<double>&) = 0;
+    virtual void visit(const Field&, std::vector<long>&) = 0;
+    virtual void visit(const Field&, std::vector<Vec3d>&) = 0;
+    virtual void visit(const Field&, std::vector<std::string>&) = 0;
+    /// `value` is the index of the chosen name.
+    virtual void visit_choice(const Field&, int& value, std::span<const std::string_view> names) = 0;
+    /// A sub-table. Returns whether its members are to be visited (a reader answers false where the table is absent);
+    /// leave() closes it.
+    virtual bool enter(const Field&) = 0;
+    virtual void leave() = 0;
+
+    /// An enum whose enumerators 0, 1, ... are spelled `names` in a scene.
+    template <class E> void choice(const Field& field, E& value, std::span<const std::string_view> names) {
+        int index = static_cast<int>(value);
+        visit_choice(field, index, names);
+        value = static_cast<E>(index);
+    }
+    /// A nested spec struct.
+    template <class S> void table(const Field& field, S& spec) {
+        if (!enter(field)) return;
+        spec.fields(*this);
+        leave();
+    }
+};
+
+} // namespace skein

@@ -1,0 +1,14 @@
+#include "io/output_spec.hpp"
+
+namespace skein {
+
+void OutputSpec::fields(FieldVisitor& f) {
+    f.visit({.name = "trajectory", .unit = "s", .text = "interval of whole-rod frames (HDF5 + XDMF); 0: none", .at_least = 0}, trajectory);
+    f.visit({.name = "directors", .unit = "", .text = "trajectory frames hold directors"}, directors);
+    f.choice({.name = "precision", .unit = "", .text = "of trajectory and tip frames"}, precision, precision_names);
+    f.visit({.name = "tips", .unit = "s", .text = "interval of frames of every rod's last node; 0: none", .at_least = 0}, tips);
+    f.visit({.name = "series", .unit = "s", .text = "interval of the time series of observables; 0: none", .at_least = 0}, series);
+    f.visit({.name = "checkpoint", .unit = "s", .text = "interval of checkpoints; 0: only one at the end", .at_least = 0}, checkpoint);
+}
+
+} // namespace skein

@@ -1,0 +1,38 @@
+// Trajectories: HDF5 frames in our own schema (docs/files.md) with an XDMF side-car that ParaView opens.
+// Frames between two checkpoints make one segment file, trajectory_<first step, 12 digits>.h5, written as *.tmp and
+// renamed when it is closed just before the checkpoint: a killed run never leaves a broken file, and what came after the last
+// checkpoint is computed again, bit for bit.
+#pragma once
+
+#include "io/checkpoint.hpp"
+#include "io/output_spec.hpp"
+#include "parallel/threads.hpp"
+#include "partition/partition.hpp"
+
+#include <memory>
+#include <string>
+#include <vector>
+
+namespace skein {
+
+/// What a frame holds: all nodes, or only the last node of every rod.
+enum class FrameKind { trajectory, tips };
+
+class FrameWriter {
+public:
+    /// Removes frames after `resume_step` (whole later segments and *.tmp) from the directory; keeps the rest. Collective.
+    FrameWriter(const Communicator& comm, std::string directory, FrameKind kind, const OutputSpec& spec,
+                std::span<const RodGroup> groups, const Rods& rods, const Threads& threads, std::int64_t resume_step, std::string title);
+    ~FrameWriter();
+
+    /// Appends the state at time t (synchronised copies: positions drifted on by dt/2). Collective.
+    void write(std::int64_t step, double time, double half_dt);
+    /// Closes and renames the open segment, and rewrites the XDMF side-car. Called before each checkpoint and at the end.
+    void close_segment();
+
+private:
+    struct Impl;
+    std::unique_ptr<Impl> impl_;
+};
+
+} // namespace skein

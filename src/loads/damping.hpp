@@ -1,0 +1,28 @@
+// Damping rates, as scenes state them. They enter the exponential kick (rod/kick.hpp), not the loads.   theory.md (22)-(24)
+//   uniform(c):      nu = c for velocity and spin                                         [1/s]
+//   legacy(c):       nu = c for velocity; spin decays at c m_k e_k/J_i about axis i       [1/s]   (published codes)
+//   physical(ct,cr): nu = ct/m_i for velocity; cr e_k/J_i for spin                        [kg/s], [kg m^2/s]
+#pragma once
+
+#include "core/fields.hpp"
+
+namespace skein {
+
+enum class DampingKind { uniform, legacy, physical };
+inline constexpr std::string_view damping_names[] = {"uniform", "legacy", "physical"};
+
+struct Damping {
+    DampingKind kind = DampingKind::uniform;
+    double rate = 0;           ///< c, 1/s
+    double translational = 0;  ///< ct, kg/s
+    double rotational = 0;     ///< cr, kg m^2/s
+
+    void fields(FieldVisitor& f) {
+        f.choice({.name = "kind", .unit = "", .text = "law of the rates", .required = true}, kind, damping_names);
+        f.visit({.name = "rate", .unit = "1/s", .text = "uniform, legacy: c", .at_least = 0}, rate);
+        f.visit({.name = "translational", .unit = "kg/s", .text = "physical: ct", .at_least = 0}, translational);
+        f.visit({.name = "rotational", .unit = "kg m^2/s", .text = "physical: cr", .at_least = 0}, rotational);
+    }
+};
+
+} // namespace skein

@@ -1,0 +1,30 @@
+// Dead forces on the two end nodes, ramped up linearly.                            theory.md (33)
+//   f_0 += r(t) F_start,  f_n += r(t) F_end        [N] lab
+#pragma once
+
+#include "core/fields.hpp"
+#include "loads/ramp.hpp"
+#include "rod/tile.hpp"
+
+namespace skein {
+
+struct EndForce {
+    static constexpr std::string_view kind = "end_force";
+    Vec3d start{0, 0, 0}; ///< N, lab, on node 0
+    Vec3d end{0, 0, 0};   ///< N, lab, on node n
+    double ramp = 0;      ///< s
+
+    void fields(FieldVisitor& f) {
+        f.visit({.name = "start", .unit = "N", .text = "force on the first node, lab frame"}, start);
+        f.visit({.name = "end", .unit = "N", .text = "force on the last node, lab frame"}, end);
+        f.visit({.name = "ramp", .unit = "s", .text = "linear rise from 0", .at_least = 0}, ramp);
+    }
+
+    template <int W> void add(const RodTile<W>& rod, SlotLoad<W>* load, const Step& step) const {
+        const double r = ramp_at(step.time_mid, ramp);
+        load[0].force += broadcast<W>(r * start);
+        load[rod.n].force += broadcast<W>(r * end);
+    }
+};
+
+} // namespace skein

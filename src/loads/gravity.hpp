@@ -1,0 +1,26 @@
+// Weight.                                                                          theory.md (30)
+//   f_i += m_i g            [N] lab, at nodes; m_i the node's mass
+// Cost: 3 fma per node.
+#pragma once
+
+#include "core/fields.hpp"
+#include "rod/tile.hpp"
+
+namespace skein {
+
+struct Gravity {
+    static constexpr std::string_view kind = "gravity";
+    Vec3d acceleration{0, 0, -9.81}; ///< g, m/s^2, lab
+
+    void fields(FieldVisitor& f) {
+        f.visit({.name = "acceleration", .unit = "m/s^2", .text = "g, lab frame"}, acceleration);
+    }
+
+    template <int W> void add(const RodTile<W>& rod, SlotLoad<W>* load, const Step&) const {
+        const auto g = broadcast<W>(acceleration);
+        const double* mass = rod.group->node_mass.data();
+        for (int i = 0; i <= rod.n; ++i) load[i].force = fma(Pack<W>(mass[i]), g, load[i].force);
+    }
+};
+
+} // namespace skein

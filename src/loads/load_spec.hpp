@@ -1,0 +1,39 @@
+// External loads and damping as a scene states them. Each load lives in one file of its own (loads/<kind>.hpp); this is the
+// table of all of them. A new load: one file, and one line in `Load`.
+#pragma once
+
+#include "loads/damping.hpp"
+#include "loads/end_force.hpp"
+#include "loads/gravity.hpp"
+#include "loads/magnetic_field.hpp"
+#include "loads/muscle_wave.hpp"
+#include "loads/uniform_couple.hpp"
+#include "loads/uniform_force.hpp"
+
+#include <string>
+#include <variant>
+#include <vector>
+
+namespace skein {
+
+using Load = std::variant<Gravity, UniformForce, UniformCouple, EndForce, MagneticField, MuscleWave>;
+
+/// A load and the groups of rods it acts on (all where the list is empty).
+struct LoadSpec {
+    Load load;
+    std::vector<std::string> rods;
+    std::string source; ///< file:line of the table, for messages
+};
+
+struct DampingSpec {
+    Damping damping;
+    std::vector<std::string> rods;
+    std::string source;
+};
+
+/// The name a scene gives to a load.
+inline std::string_view kind_of(const Load& load) {
+    return std::visit([](const auto& l) { return std::decay_t<decltype(l)>::kind; }, load);
+}
+
+} // namespace skein

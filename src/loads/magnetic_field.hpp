@@ -1,0 +1,81 @@
+// Couple of a uniform, rotating magnetic field on rods magnetised in their material.   theory.md (34)-(35)
+//   b(t) = r(t) ( B0 + B (u sin wt + v cos wt) )        [T] lab, r(t) a linear ramp, w = 2 pi/T
+//   c_k += V_k m_k x Q_k b(t)                           [N m] body; m_k = M Q_k(0) m_hat, fixed in the body [A/m]
+// Source: Gu et al. 2020 (Nat. Commun. 11, 2637); the paper's Methods. Cost: 24 flop per element.
+#pragma once
+
+#include "core/aligned.hpp"
+#include "core/fields.hpp"
+#include "loads/ramp.hpp"
+#include "rod/tile.hpp"
+
+#include <cmath>
+#include <numbers>
+#include <span>
+#include <vector>
+
+namespace skein {
+
+struct MagneticField {
+    static constexpr std::string_view kind = "magnetic_field";
+    Vec3d constant{0, 0, 0};    ///< B0, T, lab
+    double rotating = 0;        ///< B, T
+    Vec3d sine_axis{1, 0, 0};   ///< u, lab
+    Vec3d cosine_axis{0, 0, 1}; ///< v, lab
+    double period = 0;          ///< T, s; negative turns the other way
+    double ramp = 0;            ///< s
+
+    void fields(FieldVisitor& f) {
+        f.visit({.name = "constant", .unit = "T", .text = "B0, constant part, lab frame"}, constant);
+        f.visit({.name = "rotating", .unit = "T", .text = "B, strength of the rotating part", .at_least = 0}, rotating);
+        f.visit({.name = "sine_axis", .unit = "-", .text = "u: the rotating part is B (u sin wt + v cos wt)"}, sine_axis);
+        f.visit({.name = "cosine_axis", .unit = "-", .text = "v"}, cosine_axis);
+        f.visit({.name = "period", .unit = "s", .text = "2 pi/w; a negative one turns the other way"}, period);
+        f.visit({.name = "ramp", .unit = "s", .text = "linear rise of the whole field from 0", .at_least = 0}, ramp);
+    }
+
+    /// b(t), T, lab.
+    Vec3d at(double time) const {
+        Vec3d b = constant;
+        if (rotating != 0 && period != 0) {
+            const double angle = 2 * std::numbers::pi / period * time;
+            b += rotating * (std::sin(angle) * sine_axis + std::cos(angle) * cosine_axis);
+        }
+        return ramp_at(time, ramp) * b;
+    }
+
+    /// b of the steps of a batch, so that sine and cosine are called once a step and not once a tile.
+    void prepare(std::span<const Step> steps) {
+        for (const Step& s : steps) field[s.slot] = at(s.time_mid);
+    }
+    Vec3d field[Clock::largest_batch];
+
+    /// m_k of a tile's rods: one per element, or one in all where the start shape is straight (stride 0).
+    template <int W> struct TileData {
+        AlignedVector<Vec3<Pack<W>>> moment;
+        int stride = 0;
+    };
+    template <int W> TileData<W> bind(const RodTile<W>& rod) const {
+        const RodGroup& group = *rod.group;
+        const auto start = group.start_directors();
+        bool straight = true;
+        for (const Mat3d& q : start) straight = straight && q.d1.x == start[0].d1.x && q.d1.y == start[0].d1.y && q.d1.z == start[0].d1.z &&
+                                                q.d3.x == start[0].d3.x && q.d3.y == start[0].d3.y && q.d3.z == start[0].d3.z;
+        TileData<W> data;
+        data.stride = straight ? 0 : 1;
+        data.moment.resize(straight ? 1 : static_cast<std::size_t>(rod.n));
+        for (std::size_t k = 0; k < data.moment.size(); ++k)
+            for (int i = 0; i < W; ++i)
+                set_lane(data.moment[k], i, group.spec().magnetisation.strength * (start[k] * group.magnetisation(rod.index[i])));
+        return data;
+    }
+
+    template <int W> void add(const RodTile<W>& rod, const TileData<W>& data, SlotLoad<W>* load, const Step& step) const {
+        const auto b = broadcast<W>(field[step.slot]);
+        const Vec3<Pack<W>>* m = data.moment.data();
+        for (int k = 0; k < rod.n; ++k, m += data.stride)
+            load[k].couple = fma(Pack<W>(rod.element[k].volume), cross(*m, rod.slot[k].director * b), load[k].couple);
+    }
+};
+
+} // namespace skein

@@ -1,0 +1,29 @@
+// A total couple, fixed in the lab, shared evenly along each rod, by rest length.  theory.md (32)
+//   c_k += Q_k C l_k/L        [N m] body, at element k
+// Cost: 12 fma per element.
+#pragma once
+
+#include "core/fields.hpp"
+#include "loads/ramp.hpp"
+#include "rod/tile.hpp"
+
+namespace skein {
+
+struct UniformCouple {
+    static constexpr std::string_view kind = "uniform_couple";
+    Vec3d couple{0, 0, 0}; ///< total on each rod, N m, lab
+    double ramp = 0;       ///< s
+
+    void fields(FieldVisitor& f) {
+        f.visit({.name = "couple", .unit = "N m", .text = "total couple on each rod, lab frame", .required = true}, couple);
+        f.visit({.name = "ramp", .unit = "s", .text = "linear rise from 0", .at_least = 0}, ramp);
+    }
+
+    template <int W> void add(const RodTile<W>& rod, SlotLoad<W>* load, const Step& step) const {
+        const double per_length = ramp_at(step.time_mid, ramp) / rod.group->spec().shape.length;
+        for (int k = 0; k < rod.n; ++k)
+            load[k].couple += rod.slot[k].director * broadcast<W>((per_length * rod.element[k].rest_length) * couple);
+    }
+};
+
+} // namespace skein

@@ -1,0 +1,71 @@
+// MPI behind a few verbs. The only header besides io/ and fluid/ whose source includes mpi.h.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <span>
+#include <string>
+#include <vector>
+
+namespace skein {
+
+/// All ranks of the run. Cheap to copy; collective calls are made by the main thread only (MPI_THREAD_FUNNELED).
+class Communicator {
+public:
+    /// MPI_COMM_WORLD; MPI must have been initialised (see MpiSession).
+    static Communicator world();
+
+    int rank() const { return rank_; }
+    int size() const { return size_; }
+    bool root() const { return rank_ == 0; }
+
+    void barrier() const;
+    std::int64_t sum(std::int64_t value) const;
+    std::uint64_t sum_wrapping(std::uint64_t value) const; ///< modulo 2^64
+    std::int64_t max(std::int64_t value) const;
+    std::int64_t min(std::int64_t value) const;
+    double max(double value) const;
+    double min(double value) const;
+    void sum(std::span<std::int64_t> values) const; ///< element by element, in place
+    void max(std::span<double> values) const;
+    /// Root's bytes (text, number) on every rank.
+    void broadcast(std::span<std::byte> bytes) const;
+    std::string broadcast(std::string text) const;
+    std::int64_t broadcast(std::int64_t value) const;
+    /// Every rank's value, by rank, on all ranks.
+    std::vector<std::int64_t> all_gather(std::int64_t value) const;
+    /// Sends send_counts[r] records of `record_bytes` each, packed in rank order, to every rank r; returns what arrived, in rank
+    /// order, with its counts in `receive_counts`.
+    std::vector<std::byte> all_to_all(std::span<const std::byte> records, std::size_t record_bytes,
+                                      std::span<const std::int64_t> send_counts, std::vector<std::int64_t>& receive_counts) const;
+
+    /// The text of the lowest rank that has one (empty: none has). For errors found on some rank only.
+    std::string first_text(const std::string& mine) const;
+
+    /// The MPI_Comm, for io and fluid only.
+    void* handle() const { return handle_; }
+
+    /// Bytes this rank has sent through all_to_all so far, and the number of calls of any kind.
+    struct Traffic {
+        std::int64_t bytes = 0, calls = 0;
+    };
+    static Traffic traffic();
+
+private:
+    void* handle_ = nullptr;
+    int rank_ = 0, size_ = 1;
+};
+
+/// Initialises MPI for the life of the object; an exception that reaches the destructor path must end in abort().
+class MpiSession {
+public:
+    MpiSession(int& argc, char**& argv);
+    ~MpiSession();
+    MpiSession(const MpiSession&) = delete;
+    MpiSession& operator=(const MpiSession&) = delete;
+    /// Prints rank and message to stderr and ends all ranks.
+    [[noreturn]] static void abort(const std::string& message, int code);
+};
+
+} // namespace skein

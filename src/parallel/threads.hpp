@@ -1,0 +1,30 @@
+// Shared-memory loops on oneTBB.
+#pragma once
+
+#include <cstddef>
+#include <functional>
+#include <memory>
+
+namespace skein {
+
+/// A fixed team of threads. Loops run inside it; the caller takes part.
+class Threads {
+public:
+    /// `count` 0: as many as this process may use (its affinity mask).
+    explicit Threads(int count);
+    ~Threads();
+    int count() const { return count_; }
+    /// Cores in this process's affinity mask.
+    static int available_cores();
+
+    /// body(i, thread) for i in [0, n), in any order; `thread` in [0, count()) is unique among concurrent calls. `body` is called
+    /// through one indirect call per i, so i is a tile, not an element. The first exception is rethrown.
+    void for_each(std::size_t n, const std::function<void(std::size_t i, int thread)>& body) const;
+
+private:
+    struct Arena;
+    std::unique_ptr<Arena> arena_;
+    int count_;
+};
+
+} // namespace skein

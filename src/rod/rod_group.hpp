@@ -1,0 +1,85 @@
+// A group of rods made ready: the constants of its one rod, worked out once, and the start state of each of its rods.
+#pragma once
+
+#include "core/vec3.hpp"
+#include "rod/rod_spec.hpp"
+#include "rod/slot.hpp"
+
+#include <cstdint>
+#include <span>
+#include <string>
+#include <vector>
+
+namespace skein {
+
+/// Constants of element k. Body components; shared by all rods of a group, so they live in cache and cost no bandwidth.
+struct ElementConstants {
+    double rest_length;     ///< l_k, m
+    double inv_rest_length; ///< 1/m
+    double volume;          ///< m^3
+    double radius;          ///< m, sqrt(A/pi): what a picture shows
+    Vec3d stiffness;        ///< alpha_c G A, alpha_c G A, E A; N
+    Vec3d rest_strain;      ///< sigma0
+    double rest_stretch;    ///< e0 = 1 + sigma0_3
+    Vec3d inertia;          ///< J_k = rho l_k (I1, I2, I3), kg m^2
+    Vec3d bending;          ///< E I1, E I2, G I3 of the element; N m^2
+};
+
+/// Constants of Voronoi cell k, between elements k and k+1.
+struct VoronoiConstants {
+    double inv_length;     ///< 1/D_k, D = (l_k + l_{k+1})/2
+    double share_before;   ///< l_k/(2 D): weight of element k in the cell's dilatation
+    double share_after;    ///< l_{k+1}/(2 D)
+    Vec3d stiffness;       ///< B_k, length-weighted mean of the two elements; N m^2
+    Vec3d rest_curvature;  ///< kappa0, 1/m
+};
+
+class RodGroup {
+public:
+    /// Works out constants and placements. Throws InputError (with the source line of the table) where numbers contradict
+    /// each other. `directory` is where a mask file is looked for; `first_gid` is the number of rods in earlier groups.
+    RodGroup(const RodSpec& spec, int id, std::int64_t first_gid, const std::string& directory);
+
+    const RodSpec& spec() const { return spec_; }
+    const std::string& name() const { return spec_.name; }
+    int id() const { return id_; }
+    std::int64_t first_gid() const { return first_gid_; }
+    std::int64_t count() const { return static_cast<std::int64_t>(origins_.size()); }
+    int elements() const { return static_cast<int>(element.size()); }
+    /// Slots of a rod's record: one per node; the last one carries no element.
+    int slots() const { return elements() + 1; }
+
+    /// Lab position and frame of rod i at s = 0.
+    const Vec3d& origin(std::int64_t i) const { return origins_[static_cast<std::size_t>(i)]; }
+    const Mat3d& frame() const { return frame_; }
+    /// Frame of the wall at the end, s = length, of an undeformed rod: the start shape's end frame.
+    const Mat3d& end_frame() const { return end_frame_; }
+
+    /// State of rod i at t = 0.
+    void start_state(std::int64_t i, std::span<Slot<1>> out) const;
+    /// Directors at t = 0, one per element; alike for all rods of the group.
+    std::span<const Mat3d> start_directors() const { return start_directors_; }
+    /// Unit vector of rod i's magnetisation, lab components at t = 0.
+    Vec3d magnetisation(std::int64_t i) const;
+    /// Centre of rod i at t = 0, the point that partitioning uses.
+    Vec3d centre(std::int64_t i) const { return origin(i) + centre_offset_; }
+
+    std::vector<ElementConstants> element; ///< [n]
+    std::vector<VoronoiConstants> voronoi; ///< [n - 1]
+    std::vector<double> node_mass;         ///< [n + 1], kg
+    Vec3d start_wall_rest_curvature{0, 0, 0}; ///< kappa0 of the half cells at clamped ends
+    Vec3d end_wall_rest_curvature{0, 0, 0};
+
+private:
+    RodSpec spec_;
+    int id_;
+    std::int64_t first_gid_;
+    Mat3d frame_, end_frame_;
+    std::vector<Vec3d> origins_;
+    std::vector<Vec3d> start_offsets_; ///< node positions at t = 0, relative to the origin
+    std::vector<Mat3d> start_directors_;
+    Vec3d centre_offset_;
+    Vec3d corner_;
+};
+
+} // namespace skein

@@ -1,0 +1,69 @@
+#include "rod/rod_spec.hpp"
+
+namespace skein {
+
+void Material::fields(FieldVisitor& f) {
+    f.visit({.name = "density", .unit = "kg/m^3", .text = "mass density", .required = true, .above = 0}, density);
+    f.visit({.name = "youngs_modulus", .unit = "Pa", .text = "E", .required = true, .above = 0}, youngs_modulus);
+    f.visit({.name = "shear_modulus", .unit = "Pa", .text = "G; 0 stands for E/3 (incompressible material)", .at_least = 0},
+            shear_modulus);
+    f.visit({.name = "shear_factor", .unit = "-", .text = "alpha_c, Timoshenko shear correction", .above = 0, .at_most = 2},
+            shear_factor);
+    f.choice({.name = "law", .unit = "", .text = "rod law (docs/theory.md)"}, law, law_names);
+}
+
+void Section::fields(FieldVisitor& f) {
+    f.choice({.name = "kind", .unit = "", .text = "shape of the cross-section"}, kind, section_names);
+    f.visit({.name = "radius", .unit = "m", .text = "radius; elliptic: semi-axis along d1", .required = true, .above = 0}, radius);
+    f.visit({.name = "radius_2", .unit = "m", .text = "elliptic: semi-axis along d2", .at_least = 0}, radius_2);
+    f.visit({.name = "taper", .unit = "-", .text = "radius at the end over radius at the start, linear between", .above = 0}, taper);
+    f.visit({.name = "profile", .unit = "-", .text = "radius of every element over `radius`; replaces `taper`", .above = 0}, profile);
+}
+
+void Shape::fields(FieldVisitor& f) {
+    f.visit({.name = "length", .unit = "m", .text = "rest length", .required = true, .above = 0}, length);
+    f.visit({.name = "elements", .unit = "-", .text = "number of elements", .required = true, .at_least = 2, .at_most = 100000}, elements);
+    f.visit({.name = "rest_curvature", .unit = "1/m", .text = "kappa0 about d1, d2, d3, all along the rod"}, rest_curvature);
+    f.visit({.name = "rest_curvature_profile", .unit = "1/m", .text = "kappa0 of every inner vertex (elements - 1); replaces `rest_curvature`"},
+            rest_curvature_profile);
+    f.visit({.name = "rest_strain", .unit = "-", .text = "sigma0: shear along d1, d2 and stretch along d3"}, rest_strain);
+    Vec3d start = start_curvature.value_or(Vec3d{NAN, NAN, NAN});
+    f.visit({.name = "start_curvature", .unit = "1/m", .text = "curvature at t = 0; the rest curvature where absent"}, start);
+    start_curvature = std::isnan(start.x) ? std::nullopt : std::optional(start);
+    f.visit({.name = "velocity", .unit = "m/s", .text = "at t = 0, lab frame"}, velocity);
+    f.visit({.name = "angular_velocity", .unit = "rad/s", .text = "of every element at t = 0, body frame"}, angular_velocity);
+}
+
+void Placement::fields(FieldVisitor& f) {
+    f.choice({.name = "kind", .unit = "", .text = "single rod, `line` or `lattice` of rods, `mask` bitmap, `list` of origins"}, kind,
+             placement_names);
+    f.visit({.name = "origin", .unit = "m", .text = "start of the first rod"}, origin);
+    f.visit({.name = "tangent", .unit = "-", .text = "direction of every rod at its start (d3)"}, tangent);
+    f.visit({.name = "normal", .unit = "-", .text = "direction of d1 at the start; made orthogonal to the tangent"}, normal);
+    f.visit({.name = "counts", .unit = "-", .text = "line: [n] along x; lattice: [nx, ny] or [nx, ny, nz]", .at_least = 1}, counts);
+    f.visit({.name = "spacing", .unit = "m", .text = "distance between neighbours, one per count (mask: [dx, dy])", .above = 0}, spacing);
+    f.visit({.name = "file", .unit = "", .text = "mask: PBM (P1) bitmap beside the scene; each 1 carries a rod, the last row is y = 0"}, file);
+    f.visit({.name = "origins", .unit = "m", .text = "list: start of every rod"}, origins);
+}
+
+void Magnetisation::fields(FieldVisitor& f) {
+    f.choice({.name = "pattern", .unit = "", .text = "how the magnetisation varies from rod to rod"}, pattern, magnetisation_names);
+    f.visit({.name = "strength", .unit = "A/m", .text = "M, magnetic moment per volume", .at_least = 0}, strength);
+    f.visit({.name = "direction", .unit = "-", .text = "uniform: direction in the lab frame at the start"}, direction);
+    f.visit({.name = "wavelength_x", .unit = "m", .text = "wave_x, wave_xy: lambda_x; a negative one mirrors the wave"}, wavelength_x);
+    f.visit({.name = "wavelength_y", .unit = "m", .text = "wave_xy: lambda_y"}, wavelength_y);
+    f.visit({.name = "phase", .unit = "rad", .text = "angle of the magnetisation at the group's first corner"}, phase);
+}
+
+void RodSpec::fields(FieldVisitor& f) {
+    f.visit({.name = "name", .unit = "", .text = "name of the group, used by loads, outputs and messages", .required = true}, name);
+    f.table({.name = "material", .unit = "", .text = "", .required = true}, material);
+    f.table({.name = "section", .unit = "", .text = "", .required = true}, section);
+    f.table({.name = "shape", .unit = "", .text = "", .required = true}, shape);
+    f.table({.name = "placement", .unit = "", .text = ""}, placement);
+    f.choice({.name = "start", .unit = "", .text = "how the first end is held"}, start, end_names);
+    f.choice({.name = "end", .unit = "", .text = "how the last end is held"}, end, end_names);
+    f.table({.name = "magnetisation", .unit = "", .text = ""}, magnetisation);
+}
+
+} // namespace skein

@@ -1,0 +1,108 @@
+// What a scene says about one group of rods: all alike in shape, material and ends, each at its own place.
+#pragma once
+
+#include "core/fields.hpp"
+
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace skein {
+
+enum class Law { incompressible };
+inline constexpr std::string_view law_names[] = {"incompressible"};
+
+struct Material {
+    double density = 0;          ///< kg/m^3
+    double youngs_modulus = 0;   ///< E, Pa
+    double shear_modulus = 0;    ///< G, Pa; 0: E/3
+    double shear_factor = 27.0 / 28.0; ///< alpha_c, Timoshenko shear correction
+    Law law = Law::incompressible;
+
+    void fields(FieldVisitor& f);
+};
+
+enum class SectionKind { circular, elliptic };
+inline constexpr std::string_view section_names[] = {"circular", "elliptic"};
+
+/// Cross-section: circle of radius `radius`, or ellipse of semi-axis `radius` along d1 and `radius_2` along d2; scaled
+/// along the rod linearly from 1 at the start to `taper` at the end, or element by element by `profile`.
+struct Section {
+    SectionKind kind = SectionKind::circular;
+    double radius = 0;   ///< m
+    double radius_2 = 0; ///< m, elliptic only
+    double taper = 1;
+    std::vector<double> profile; ///< empty, or one factor per element
+
+    void fields(FieldVisitor& f);
+};
+
+/// Rest shape and start. Curvature components are in the body frame, about d1, d2, d3.
+struct Shape {
+    double length = 0; ///< m
+    long elements = 0;
+    Vec3d rest_curvature{0, 0, 0};       ///< kappa0, 1/m
+    std::vector<Vec3d> rest_curvature_profile; ///< empty, or one per Voronoi cell (elements - 1)
+    Vec3d rest_strain{0, 0, 0};          ///< sigma0, -
+    std::optional<Vec3d> start_curvature; ///< curvature at t = 0; the rest curvature where absent
+    Vec3d velocity{0, 0, 0};             ///< at t = 0, lab, m/s
+    Vec3d angular_velocity{0, 0, 0};     ///< of each element at t = 0, body, rad/s
+
+    void fields(FieldVisitor& f);
+};
+
+/// How an end is held. `clamped` is the second-order clamp: a half Voronoi cell between the wall frame and the first
+/// element; `clamped_frozen` fixes the first node and the first element's director, as in published codes (first order).
+enum class EndKind { free, pinned, clamped, clamped_frozen };
+inline constexpr std::string_view end_names[] = {"free", "pinned", "clamped", "clamped_frozen"};
+
+enum class PlacementKind { single, line, lattice, mask, list };
+inline constexpr std::string_view placement_names[] = {"single", "line", "lattice", "mask", "list"};
+
+/// Where the rods start and which way they point. All rods share tangent and normal (d1); `origins` come from the kind.
+struct Placement {
+    PlacementKind kind = PlacementKind::single;
+    Vec3d origin{0, 0, 0};
+    Vec3d tangent{0, 0, 1}; ///< d3 at s = 0
+    Vec3d normal{1, 0, 0};  ///< d1 at s = 0, made orthogonal to the tangent
+    std::vector<long> counts;     ///< line: [n]; lattice: [nx, ny] or [nx, ny, nz]
+    std::vector<double> spacing;  ///< m, one per count
+    std::string file;             ///< mask: PBM (P1) bitmap, its "1" pixels carry a rod; first row is the largest y
+    std::vector<Vec3d> origins;   ///< list
+
+    void fields(FieldVisitor& f);
+};
+
+/// A magnetisation fixed in the material, pattern over the rods of a group (Gu et al. 2020; cases of the paper):
+///   uniform  m = M direction
+///   wave_x   m = M (sin px, 0, cos px)                                px = phase + 2 pi x / lambda_x
+///   wave_xy  m = M (sin px, sin py, cos px + cos py)/|...|            py = phase + 2 pi y / lambda_y
+/// in lab components at the rod's start frame; x, y are measured from the group's first corner.
+enum class MagnetisationPattern { none, uniform, wave_x, wave_xy };
+inline constexpr std::string_view magnetisation_names[] = {"none", "uniform", "wave_x", "wave_xy"};
+struct Magnetisation {
+    MagnetisationPattern pattern = MagnetisationPattern::none;
+    double strength = 0;         ///< M, A/m
+    Vec3d direction{0, 0, 1};    ///< uniform: lab, at the start shape
+    double wavelength_x = 0;     ///< m; negative mirrors the wave
+    double wavelength_y = 0;     ///< m
+    double phase = 3.14159265358979323846; ///< rad, at the group's first corner
+
+    void fields(FieldVisitor& f);
+};
+
+struct RodSpec {
+    std::string name;
+    Material material;
+    Section section;
+    Shape shape;
+    Placement placement;
+    EndKind start = EndKind::free;
+    EndKind end = EndKind::free;
+    Magnetisation magnetisation;
+    std::string source; ///< file:line of the table, for messages
+
+    void fields(FieldVisitor& f);
+};
+
+} // namespace skein

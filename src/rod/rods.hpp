@@ -1,0 +1,48 @@
+// All rods that this rank owns, as tiles of W lanes; the face that simulation, io and diagnostics see.
+#pragma once
+
+#include "rod/rod_group.hpp"
+#include "rod/slot.hpp"
+#include "time/clock.hpp"
+
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <vector>
+
+namespace skein {
+
+/// A rod owned by this rank.
+struct LocalRod {
+    std::int64_t gid;   ///< number of the rod in the scene; never changes
+    int group;          ///< which RodGroup
+    std::int64_t index; ///< number of the rod in its group
+};
+
+class Rods {
+public:
+    virtual ~Rods() = default;
+
+    /// Advances every rod by the given steps, tile by tile.
+    virtual void visit(std::span<const Step> steps) = 0;
+
+    /// Owned rods, ordered by group, within a group in space order.
+    virtual std::span<const LocalRod> local() const = 0;
+    /// Copies the canonical (staggered) state of local()[i] out or in; one slot per node.
+    virtual void export_rod(std::size_t i, std::span<Slot<1>> out) const = 0;
+    virtual void import_rod(std::size_t i, std::span<const Slot<1>> in) = 0;
+    /// Sum over owned rods of a hash of (gid, canonical state), modulo 2^64: order-free, so equal for any distribution.
+    virtual std::uint64_t digest() const = 0;
+    /// Throws NumericalError naming rod, element and quantity where the state is not finite or an element has turned over.
+    virtual void inspect(std::int64_t step, double dt) const = 0;
+    /// Bytes held for state, parameters and scratch.
+    virtual std::size_t bytes() const = 0;
+};
+
+/// Hash of one rod's canonical state (FNV-like over 64-bit words, finalised), the term of the state digest.
+std::uint64_t hash_rod(std::int64_t gid, std::span<const Slot<1>> state);
+
+/// Positions and directors moved on by `h` at constant rates: a synchronised copy for outputs and diagnostics.
+void synchronise(const RodGroup& group, std::span<Slot<1>> state, double h);
+
+} // namespace skein

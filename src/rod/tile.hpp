@@ -1,0 +1,40 @@
+// A tile: W rods of one group side by side, one per SIMD lane, small enough for L2; and what acts on it.
+#pragma once
+
+#include "rod/rod_group.hpp"
+#include "rod/slot.hpp"
+#include "time/clock.hpp"
+
+#include <cstdint>
+#include <span>
+#include <string>
+
+namespace skein {
+
+/// External and internal loads of a tile, in per-thread scratch: force at node k (lab, N), couple at element k (body, N m).
+template <int W> struct SlotLoad {
+    Vec3<Pack<W>> force, couple;
+};
+
+template <int W> struct RodTile {
+    Slot<W>* slot;                   ///< [n + 1]
+    const ElementConstants* element; ///< [n]
+    const VoronoiConstants* voronoi; ///< [n - 1]
+    const RodGroup* group;
+    int n;                           ///< elements
+    std::size_t number;              ///< of the tile within its group on this rank
+    std::int64_t index[W];           ///< number in the group of each lane's rod; spare lanes repeat the last rod
+    int lanes;                       ///< lanes that carry a rod of their own
+};
+
+/// One stage of the step, run over a tile while it is in cache. The plan strings passes together, per group.
+template <int W> class TilePass {
+public:
+    virtual ~TilePass() = default;
+    virtual std::string_view name() const = 0;
+    /// Called once before the tiles of a batch of steps are visited; serial.
+    virtual void prepare(std::span<const Step>) {}
+    virtual void run(const RodTile<W>& rod, SlotLoad<W>* load, const Step& step) const = 0;
+};
+
+} // namespace skein

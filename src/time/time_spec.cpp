@@ -1,0 +1,16 @@
+#include "time/time_spec.hpp"
+
+namespace skein {
+
+void TimeSpec::fields(FieldVisitor& f) {
+    f.visit({.name = "duration", .unit = "s", .text = "time to simulate", .required = true, .above = 0}, duration);
+    f.visit({.name = "dt", .unit = "s", .text = "time step; 0: automatic, `safety` times the limit", .at_least = 0}, dt);
+    f.visit({.name = "divide", .unit = "s", .text = "interval that an automatic step divides, e.g. a drive period; 0: the duration",
+             .at_least = 0}, divide);
+    f.visit({.name = "safety", .unit = "-", .text = "automatic step over the limit", .above = 0, .at_most = 1}, safety);
+    f.visit({.name = "e_min", .unit = "-", .text = "smallest dilatation expected; the automatic step shrinks with it", .above = 0,
+             .at_most = 1}, e_min);
+    f.visit({.name = "force_dt", .unit = "", .text = "accept a dt beyond the limit"}, force_dt);
+}
+
+} // namespace skein

@@ -1,0 +1,19 @@
+// What a scene says about time.
+#pragma once
+
+#include "core/fields.hpp"
+
+namespace skein {
+
+struct TimeSpec {
+    double duration = 0;   ///< s
+    double dt = 0;         ///< s; 0: automatic (safety * limit, lowered so that it divides `divide`)
+    double divide = 0;     ///< s; an interval that the automatic step divides, e.g. a drive period; 0: the duration
+    double safety = 0.9;   ///< automatic step over the limit
+    double e_min = 0.95;   ///< smallest dilatation expected; the automatic step shrinks with it
+    bool force_dt = false; ///< accept a dt beyond the limit
+
+    void fields(FieldVisitor& f);
+};
+
+} // namespace skein
