@@ -3,7 +3,6 @@
 
 #include <cstddef>
 #include <cstdint>
-#include <functional>
 #include <span>
 #include <string>
 #include <vector>
@@ -36,28 +35,29 @@ public:
     /// Every rank's value, by rank, on all ranks.
     std::vector<std::int64_t> all_gather(std::int64_t value) const;
     /// Sends send_counts[r] records of `record_bytes` each, packed in rank order, to every rank r; returns what arrived, in rank
-    /// order, with its counts in `receive_counts`.
+    /// order, with its counts in `receive_counts`. At most 2^31 - 1 records each way; throws on all ranks alike beyond.
     std::vector<std::byte> all_to_all(std::span<const std::byte> records, std::size_t record_bytes,
                                       std::span<const std::int64_t> send_counts, std::vector<std::int64_t>& receive_counts) const;
 
     /// The text of the lowest rank that has one (empty: none has). For errors found on some rank only.
     std::string first_text(const std::string& mine) const;
 
-    /// The MPI_Comm, for io and fluid only.
-    void* handle() const { return handle_; }
+    /// For io and fluid only: MPI_Comm_f2c(handle()) is the MPI_Comm.
+    int handle() const { return handle_; }
 
-    /// Bytes this rank has sent through all_to_all so far, and the number of calls of any kind.
+    /// Bytes this rank has sent to others through all_to_all so far, and the number of collective calls of any kind.
     struct Traffic {
         std::int64_t bytes = 0, calls = 0;
     };
     static Traffic traffic();
 
 private:
-    void* handle_ = nullptr;
+    int handle_ = 0; ///< as MPI numbers it for Fortran: an int with every MPI library
     int rank_ = 0, size_ = 1;
 };
 
-/// Initialises MPI for the life of the object; an exception that reaches the destructor path must end in abort().
+/// Initialises MPI for the life of the object. An MPI error, an exception that nobody catches, and unwinding past the object
+/// all end every rank through abort(): a rank that left alone would leave the others waiting.
 class MpiSession {
 public:
     MpiSession(int& argc, char**& argv);
@@ -66,6 +66,9 @@ public:
     MpiSession& operator=(const MpiSession&) = delete;
     /// Prints rank and message to stderr and ends all ranks.
     [[noreturn]] static void abort(const std::string& message, int code);
+
+private:
+    int exceptions_at_start_;
 };
 
 } // namespace skein

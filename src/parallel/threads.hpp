@@ -18,7 +18,7 @@ public:
     static int available_cores();
 
     /// body(i, thread) for i in [0, n), in any order; `thread` in [0, count()) is unique among concurrent calls. `body` is called
-    /// through one indirect call per i, so i is a tile, not an element. The first exception is rethrown.
+    /// through one indirect call per i, so i is a tile, not an element. The first exception is rethrown. Loops do not nest.
     void for_each(std::size_t n, const std::function<void(std::size_t i, int thread)>& body) const;
 
 private:

@@ -1,0 +1,206 @@
+#include "parallel/communicator.hpp"
+
+#include "core/error.hpp"
+
+#include <mpi.h>
+
+#include <algorithm>
+#include <cstdio>
+#include <cstdlib>
+#include <exception>
+#include <limits>
+
+namespace skein {
+
+namespace {
+
+constexpr std::int64_t largest_count = std::numeric_limits<int>::max();
+
+Communicator::Traffic counted;
+
+MPI_Comm native(int handle) { return MPI_Comm_f2c(handle); }
+
+template <class T> MPI_Datatype datatype();
+template <> MPI_Datatype datatype<std::int64_t>() { return MPI_INT64_T; }
+template <> MPI_Datatype datatype<std::uint64_t>() { return MPI_UINT64_T; }
+template <> MPI_Datatype datatype<double>() { return MPI_DOUBLE; }
+
+template <class T> void reduce(int handle, std::span<T> values, MPI_Op op) {
+    for (std::size_t done = 0; done < values.size();) {
+        const auto count = std::min<std::size_t>(values.size() - done, largest_count);
+        MPI_Allreduce(MPI_IN_PLACE, values.data() + done, static_cast<int>(count), datatype<T>(), op, native(handle));
+        ++counted.calls;
+        done += count;
+    }
+}
+
+template <class T> T reduced(int handle, T value, MPI_Op op) {
+    reduce(handle, std::span<T>(&value, 1), op);
+    return value;
+}
+
+void send_from(int source, int handle, std::span<std::byte> bytes) {
+    for (std::size_t done = 0; done < bytes.size();) {
+        const auto count = std::min<std::size_t>(bytes.size() - done, largest_count);
+        MPI_Bcast(bytes.data() + done, static_cast<int>(count), MPI_BYTE, source, native(handle));
+        ++counted.calls;
+        done += count;
+    }
+}
+
+std::string text_from(int source, int handle, std::string text) {
+    auto length = static_cast<std::int64_t>(text.size());
+    send_from(source, handle, std::as_writable_bytes(std::span(&length, 1)));
+    text.resize(static_cast<std::size_t>(length));
+    send_from(source, handle, std::as_writable_bytes(std::span(text)));
+    return text;
+}
+
+/// Counts and offsets as MPI wants them, in records.
+struct Layout {
+    std::vector<int> counts, offsets;
+
+    explicit Layout(std::span<const std::int64_t> records) : counts(records.size()), offsets(records.size()) {
+        std::int64_t offset = 0;
+        for (std::size_t r = 0; r < records.size(); ++r) {
+            counts[r] = static_cast<int>(records[r]);
+            offsets[r] = static_cast<int>(offset);
+            offset += records[r];
+        }
+    }
+};
+
+std::int64_t total(std::span<const std::int64_t> counts) {
+    std::int64_t sum = 0;
+    for (const auto count : counts) sum += count;
+    return sum;
+}
+
+} // namespace
+
+Communicator Communicator::world() {
+    Communicator comm;
+    comm.handle_ = MPI_Comm_c2f(MPI_COMM_WORLD);
+    MPI_Comm_rank(MPI_COMM_WORLD, &comm.rank_);
+    MPI_Comm_size(MPI_COMM_WORLD, &comm.size_);
+    return comm;
+}
+
+void Communicator::barrier() const {
+    MPI_Barrier(native(handle_));
+    ++counted.calls;
+}
+
+std::int64_t Communicator::sum(std::int64_t value) const { return reduced(handle_, value, MPI_SUM); }
+std::uint64_t Communicator::sum_wrapping(std::uint64_t value) const { return reduced(handle_, value, MPI_SUM); }
+std::int64_t Communicator::max(std::int64_t value) const { return reduced(handle_, value, MPI_MAX); }
+std::int64_t Communicator::min(std::int64_t value) const { return reduced(handle_, value, MPI_MIN); }
+double Communicator::max(double value) const { return reduced(handle_, value, MPI_MAX); }
+double Communicator::min(double value) const { return reduced(handle_, value, MPI_MIN); }
+void Communicator::sum(std::span<std::int64_t> values) const { reduce(handle_, values, MPI_SUM); }
+void Communicator::max(std::span<double> values) const { reduce(handle_, values, MPI_MAX); }
+
+void Communicator::broadcast(std::span<std::byte> bytes) const { send_from(0, handle_, bytes); }
+std::string Communicator::broadcast(std::string text) const { return text_from(0, handle_, std::move(text)); }
+std::int64_t Communicator::broadcast(std::int64_t value) const {
+    send_from(0, handle_, std::as_writable_bytes(std::span(&value, 1)));
+    return value;
+}
+
+std::vector<std::int64_t> Communicator::all_gather(std::int64_t value) const {
+    std::vector<std::int64_t> values(static_cast<std::size_t>(size_));
+    MPI_Allgather(&value, 1, MPI_INT64_T, values.data(), 1, MPI_INT64_T, native(handle_));
+    ++counted.calls;
+    return values;
+}
+
+std::vector<std::byte> Communicator::all_to_all(std::span<const std::byte> records, std::size_t record_bytes,
+                                                std::span<const std::int64_t> send_counts,
+                                                std::vector<std::int64_t>& receive_counts) const {
+    receive_counts.resize(static_cast<std::size_t>(size_));
+    MPI_Alltoall(send_counts.data(), 1, MPI_INT64_T, receive_counts.data(), 1, MPI_INT64_T, native(handle_));
+    ++counted.calls;
+
+    const std::int64_t sent = total(send_counts), received = total(receive_counts);
+    const std::int64_t largest = max(std::max({sent, received, static_cast<std::int64_t>(record_bytes)}));
+    if (largest > largest_count)
+        throw Error(Exit::internal, "all_to_all: " + std::to_string(largest) + " records on one rank are more than MPI can count; use more ranks");
+
+    std::vector<std::byte> arrived(static_cast<std::size_t>(received) * record_bytes);
+    const Layout out(send_counts), in(receive_counts);
+    MPI_Datatype record; // counts are in records, so that only their number, not their bytes, has to fit an int
+    MPI_Type_contiguous(static_cast<int>(record_bytes), MPI_BYTE, &record);
+    MPI_Type_commit(&record);
+    MPI_Alltoallv(records.data(), out.counts.data(), out.offsets.data(), record, arrived.data(), in.counts.data(),
+                  in.offsets.data(), record, native(handle_));
+    MPI_Type_free(&record);
+    ++counted.calls;
+    counted.bytes += (sent - send_counts[static_cast<std::size_t>(rank_)]) * static_cast<std::int64_t>(record_bytes);
+    return arrived;
+}
+
+std::string Communicator::first_text(const std::string& mine) const {
+    const std::int64_t speaker = min(mine.empty() ? static_cast<std::int64_t>(size_) : rank_);
+    return speaker == size_ ? std::string() : text_from(static_cast<int>(speaker), handle_, mine);
+}
+
+Communicator::Traffic Communicator::traffic() { return counted; }
+
+namespace {
+
+void on_mpi_error(MPI_Comm*, int* code, ...) {
+    char text[MPI_MAX_ERROR_STRING];
+    int length = 0;
+    MPI_Error_string(*code, text, &length);
+    MpiSession::abort("MPI: " + std::string(text, static_cast<std::size_t>(length)), static_cast<int>(Exit::internal));
+}
+
+[[noreturn]] void on_terminate() {
+    std::string message = "terminated without an exception";
+    int code = static_cast<int>(Exit::internal);
+    if (const auto exception = std::current_exception()) {
+        try {
+            std::rethrow_exception(exception);
+        } catch (const Error& error) {
+            message = error.what();
+            code = static_cast<int>(error.code());
+        } catch (const std::exception& error) {
+            message = error.what();
+        } catch (...) {
+            message = "an exception of unknown type";
+        }
+    }
+    MpiSession::abort(message, code);
+}
+
+} // namespace
+
+MpiSession::MpiSession(int& argc, char**& argv) : exceptions_at_start_(std::uncaught_exceptions()) {
+    int provided = 0;
+    MPI_Init_thread(&argc, &argv, MPI_THREAD_FUNNELED, &provided);
+    if (provided < MPI_THREAD_FUNNELED) abort("this MPI library does not work beside threads", static_cast<int>(Exit::internal));
+    MPI_Errhandler handler;
+    MPI_Comm_create_errhandler(on_mpi_error, &handler);
+    MPI_Comm_set_errhandler(MPI_COMM_WORLD, handler);
+    MPI_Errhandler_free(&handler);
+    std::set_terminate(on_terminate);
+}
+
+MpiSession::~MpiSession() {
+    // The others may wait for this rank in a collective call; MPI_Finalize would wait for them.
+    if (std::uncaught_exceptions() > exceptions_at_start_) abort("left by an exception", static_cast<int>(Exit::internal));
+    MPI_Finalize();
+}
+
+void MpiSession::abort(const std::string& message, int code) {
+    int running = 0, rank = 0;
+    MPI_Initialized(&running);
+    if (running) MPI_Comm_rank(MPI_COMM_WORLD, &rank);
+    std::fflush(stdout);
+    std::fprintf(stderr, "rank %d: %s\n", rank, message.c_str());
+    std::fflush(stderr);
+    if (running) MPI_Abort(MPI_COMM_WORLD, code);
+    std::_Exit(code);
+}
+
+} // namespace skein

@@ -1,0 +1,49 @@
+#include "parallel/threads.hpp"
+
+#include <tbb/blocked_range.h>
+#include <tbb/global_control.h>
+#include <tbb/parallel_for.h>
+#include <tbb/partitioner.h>
+#include <tbb/task_arena.h>
+
+#include <sched.h>
+
+namespace skein {
+
+struct Threads::Arena {
+    explicit Arena(int count) : limit(tbb::global_control::max_allowed_parallelism, static_cast<std::size_t>(count)), arena(count) {}
+
+    tbb::global_control limit;
+    tbb::task_arena arena;
+};
+
+int Threads::available_cores() {
+    cpu_set_t mask;
+    CPU_ZERO(&mask);
+    return sched_getaffinity(0, sizeof mask, &mask) == 0 ? CPU_COUNT(&mask) : 1;
+}
+
+Threads::Threads(int count) : count_(count > 0 ? count : available_cores()) {
+    if (count_ > 1) arena_ = std::make_unique<Arena>(count_);
+}
+
+Threads::~Threads() = default;
+
+void Threads::for_each(std::size_t n, const std::function<void(std::size_t i, int thread)>& body) const {
+    if (!arena_) {
+        for (std::size_t i = 0; i < n; ++i) body(i, 0);
+        return;
+    }
+    // One task per i: tiles cost microseconds, so a balanced end is worth more than fewer tasks.
+    arena_->arena.execute([n, &body] {
+        tbb::parallel_for(
+            tbb::blocked_range<std::size_t>(0, n, 1),
+            [&body](const tbb::blocked_range<std::size_t>& range) {
+                const int thread = tbb::this_task_arena::current_thread_index();
+                for (std::size_t i = range.begin(); i != range.end(); ++i) body(i, thread);
+            },
+            tbb::simple_partitioner());
+    });
+}
+
+} // namespace skein

@@ -1,0 +1,161 @@
+#include "partition/partition.hpp"
+
+#include <algorithm>
+#include <bit>
+#include <limits>
+
+namespace skein {
+
+namespace {
+
+struct Keyed {
+    std::uint64_t key;
+    std::int64_t gid;
+
+    friend auto operator<=>(const Keyed&, const Keyed&) = default;
+};
+
+/// The rods of all groups by gid.
+class Roster {
+public:
+    explicit Roster(std::span<const RodGroup> groups) : groups_(groups) {}
+
+    std::int64_t count() const { return groups_.empty() ? 0 : groups_.back().first_gid() + groups_.back().count(); }
+    const RodGroup& group_of(std::int64_t gid) const {
+        const auto after = std::upper_bound(groups_.begin(), groups_.end(), gid,
+                                            [](std::int64_t g, const RodGroup& group) { return g < group.first_gid(); });
+        return *(after - 1);
+    }
+    Vec3d centre(std::int64_t gid) const {
+        const RodGroup& group = group_of(gid);
+        return group.centre(gid - group.first_gid());
+    }
+    std::int64_t weight(std::int64_t gid) const { return group_of(gid).elements(); }
+
+private:
+    std::span<const RodGroup> groups_;
+};
+
+/// The smallest cube with its sides along the axes that holds every rod's centre.
+struct Cube {
+    Vec3d corner;
+    double side;
+};
+
+Cube bounding_cube(const Communicator& comm, std::span<const Vec3d> centres) {
+    constexpr double lowest = std::numeric_limits<double>::lowest();
+    double bounds[6] = {lowest, lowest, lowest, lowest, lowest, lowest}; // of x, y, z, -x, -y, -z
+    for (const Vec3d& c : centres) {
+        const double values[6] = {c.x, c.y, c.z, -c.x, -c.y, -c.z};
+        for (int i = 0; i < 6; ++i) bounds[i] = std::max(bounds[i], values[i]);
+    }
+    comm.max(bounds);
+    return {{-bounds[3], -bounds[4], -bounds[5]}, std::max({bounds[0] + bounds[3], bounds[1] + bounds[4], bounds[2] + bounds[5]})};
+}
+
+std::uint64_t key_in(const Cube& cube, const Vec3d& centre) {
+    if (!(cube.side > 0)) return 0;
+    const Vec3d offset = centre - cube.corner;
+    return hilbert_key({offset.x / cube.side, offset.y / cube.side, offset.z / cube.side});
+}
+
+/// This rank's block of gids, sorted along the curve.
+std::vector<Keyed> key_block(const Communicator& comm, const Roster& roster) {
+    const std::int64_t begin = block_begin(roster.count(), comm.rank(), comm.size());
+    const std::int64_t end = block_begin(roster.count(), comm.rank() + 1, comm.size());
+    std::vector<Vec3d> centres;
+    for (std::int64_t gid = begin; gid < end; ++gid) centres.push_back(roster.centre(gid));
+    const Cube cube = bounding_cube(comm, centres);
+    std::vector<Keyed> rods;
+    for (std::int64_t gid = begin; gid < end; ++gid) rods.push_back({key_in(cube, centres[static_cast<std::size_t>(gid - begin)]), gid});
+    std::sort(rods.begin(), rods.end());
+    return rods;
+}
+
+/// Weight on all ranks of the rods that come before each place.
+class WeightBefore {
+public:
+    WeightBefore(const Communicator& comm, const Roster& roster, std::span<const Keyed> rods) : comm_(comm), rods_(rods) {
+        for (const Keyed& rod : rods) before_.push_back(before_.back() + roster.weight(rod.gid));
+    }
+    std::int64_t total() const { return comm_.sum(before_.back()); }
+    std::vector<std::int64_t> operator()(std::span<const Keyed> places) const {
+        std::vector<std::int64_t> weights;
+        for (const Keyed& place : places)
+            weights.push_back(before_[static_cast<std::size_t>(std::lower_bound(rods_.begin(), rods_.end(), place) - rods_.begin())]);
+        comm_.sum(weights);
+        return weights;
+    }
+
+private:
+    const Communicator& comm_;
+    std::span<const Keyed> rods_;
+    std::vector<std::int64_t> before_{0};
+};
+
+/// Where the pieces of ranks 1, 2, ... begin: piece r with the first rod that has at least r/P of the whole weight before it.
+/// So every piece is within one rod of its share. All cuts are bisected at once, in the numbers (key, gid).
+std::vector<Keyed> find_cuts(const Communicator& comm, const Roster& roster, std::span<const Keyed> rods) {
+    using Place = unsigned __int128;
+    const WeightBefore weight_before(comm, roster, rods);
+    const int gid_bits = std::bit_width(static_cast<std::uint64_t>(roster.count()));
+    const auto keyed = [gid_bits](Place place) {
+        const Place gid = place & ((Place(1) << gid_bits) - 1);
+        return Keyed{static_cast<std::uint64_t>(place >> gid_bits), static_cast<std::int64_t>(gid)};
+    };
+
+    const auto cuts = static_cast<std::size_t>(comm.size() - 1);
+    const std::int64_t whole = weight_before.total();
+    std::vector<Place> low(cuts, 0), high(cuts, Place(1) << (63 + gid_bits));
+    std::vector<Keyed> middle(cuts);
+    while (low != high) {
+        for (std::size_t c = 0; c < cuts; ++c) middle[c] = keyed(low[c] + (high[c] - low[c]) / 2);
+        const auto weights = weight_before(middle);
+        for (std::size_t c = 0; c < cuts; ++c) {
+            const Place place = low[c] + (high[c] - low[c]) / 2;
+            if (weights[c] >= block_begin(whole, static_cast<int>(c) + 1, comm.size())) high[c] = place;
+            else low[c] = place + 1;
+        }
+    }
+    std::vector<Keyed> found;
+    for (const Place place : low) found.push_back(keyed(place));
+    return found;
+}
+
+std::vector<Keyed> send_to_owners(const Communicator& comm, std::span<const Keyed> rods, std::span<const Keyed> cuts) {
+    std::vector<std::int64_t> send_counts, receive_counts;
+    auto begin = rods.begin();
+    for (const Keyed& cut : cuts) {
+        const auto end = std::lower_bound(begin, rods.end(), cut);
+        send_counts.push_back(end - begin);
+        begin = end;
+    }
+    send_counts.push_back(rods.end() - begin);
+    const auto bytes = comm.all_to_all(std::as_bytes(rods), sizeof(Keyed), send_counts, receive_counts);
+    std::vector<Keyed> owned(bytes.size() / sizeof(Keyed));
+    std::copy(bytes.begin(), bytes.end(), std::as_writable_bytes(std::span(owned)).begin());
+    std::sort(owned.begin(), owned.end());
+    return owned;
+}
+
+} // namespace
+
+std::int64_t block_begin(std::int64_t count, int part, int parts) {
+    return count / parts * part + count % parts * part / parts;
+}
+
+std::vector<LocalRod> partition(const Communicator& comm, std::span<const RodGroup> groups) {
+    const Roster roster(groups);
+    const auto rods = key_block(comm, roster);
+    const auto owned = send_to_owners(comm, rods, find_cuts(comm, roster, rods));
+
+    std::vector<LocalRod> local;
+    for (const Keyed& rod : owned) {
+        const RodGroup& group = roster.group_of(rod.gid);
+        local.push_back({rod.gid, group.id(), rod.gid - group.first_gid()});
+    }
+    std::stable_sort(local.begin(), local.end(), [](const LocalRod& a, const LocalRod& b) { return a.group < b.group; });
+    return local;
+}
+
+} // namespace skein
