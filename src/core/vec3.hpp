@@ -67,6 +67,11 @@ template <int W> inline void set_lane(Mat3<Pack<W>>& q, int i, const Mat3d& b) {
     set_lane(q.d3, i, b.d3);
 }
 
+/// A scalar frame in every lane.
+template <int W> inline Mat3<Pack<W>> broadcast_frame(const Mat3d& q) {
+    return {broadcast<W>(q.d1), broadcast<W>(q.d2), broadcast<W>(q.d3)};
+}
+
 inline constexpr Mat3d identity{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
 
 } // namespace skein

@@ -5,6 +5,9 @@
 #pragma once
 
 #include "core/fields.hpp"
+#include "rod/kick.hpp"
+
+#include <span>
 
 namespace skein {
 
@@ -24,5 +27,8 @@ struct Damping {
         f.visit({.name = "rotational", .unit = "kg m^2/s", .text = "physical: cr", .at_least = 0}, rotational);
     }
 };
+
+/// Rates of all damping tables that act on a group, summed.
+DampingRates damping_rates(const RodGroup& group, std::span<const Damping> damping);
 
 } // namespace skein

@@ -32,6 +32,8 @@ template <int W> class TilePass {
 public:
     virtual ~TilePass() = default;
     virtual std::string_view name() const = 0;
+    /// Called once for every tile of the group, in order of number, when tiles are laid out.
+    virtual void bind(const RodTile<W>&) {}
     /// Called once before the tiles of a batch of steps are visited; serial.
     virtual void prepare(std::span<const Step>) {}
     virtual void run(const RodTile<W>& rod, SlotLoad<W>* load, const Step& step) const = 0;

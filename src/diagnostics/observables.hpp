@@ -1,0 +1,30 @@
+// Observables of the whole scene at one time: energies, momenta, extremes. Sums are exact before rounding (parallel/exact_sum.hpp),
+// so a figure has the same bits for any number of ranks and threads.
+#pragma once
+
+#include "parallel/communicator.hpp"
+#include "parallel/threads.hpp"
+#include "rod/rods.hpp"
+
+#include <array>
+#include <span>
+#include <string>
+#include <vector>
+
+namespace skein {
+
+/// Energies of one rod.                                                              theory.md (8)-(12)
+struct RodEnergy {
+    double translation = 0, rotation = 0;           ///< kinetic, J
+    double stretch = 0, shear = 0, bend = 0, twist = 0; ///< elastic, J; bending of half cells at walls included
+    double elastic() const { return stretch + shear + bend + twist; }
+};
+RodEnergy rod_energy(const RodGroup& group, std::span<const Slot<1>> state);
+
+/// Names with units, in the order that `observe` returns values.
+std::vector<std::string> observable_names();
+
+/// Collective. `half_dt` moves copies on to the time of the rates.
+std::vector<double> observe(const Communicator& comm, const Threads& threads, std::span<const RodGroup> groups, const Rods& rods, double half_dt);
+
+} // namespace skein

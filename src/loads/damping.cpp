@@ -1,0 +1,42 @@
+#include "loads/damping.hpp"
+
+namespace skein {
+
+namespace {
+
+/// Mass that published codes give element k: the mean of its nodes, end elements with their whole end node.
+double legacy_mass(const RodGroup& group, std::size_t k) {
+    const auto& m = group.node_mass;
+    double mass = 0.5 * (m[k] + m[k + 1]);
+    if (k == 0) mass += 0.5 * m.front();
+    if (k + 2 == m.size()) mass += 0.5 * m.back();
+    return mass;
+}
+
+Vec3d over(double a, const Vec3d& j) { return {a / j.x, a / j.y, a / j.z}; }
+
+} // namespace
+
+DampingRates damping_rates(const RodGroup& group, std::span<const Damping> damping) {
+    DampingRates rates;
+    if (damping.empty()) return rates;
+    const auto n = static_cast<std::size_t>(group.elements());
+    rates.node.assign(n + 1, 0.0);
+    rates.element.assign(n, Vec3d{0, 0, 0});
+    for (const Damping& d : damping) {
+        if (d.kind != DampingKind::uniform && !rates.follow_stretch()) rates.element_stretched.assign(n, Vec3d{0, 0, 0});
+        for (std::size_t i = 0; i <= n; ++i)
+            rates.node[i] += d.kind == DampingKind::physical ? d.translational / group.node_mass[i] : d.rate;
+        for (std::size_t k = 0; k < n; ++k) {
+            const Vec3d& j = group.element[k].inertia;
+            switch (d.kind) {
+            case DampingKind::uniform: rates.element[k] += Vec3d{d.rate, d.rate, d.rate}; break;
+            case DampingKind::legacy: rates.element_stretched[k] += over(d.rate * legacy_mass(group, k), j); break;
+            case DampingKind::physical: rates.element_stretched[k] += over(d.rotational, j); break;
+            }
+        }
+    }
+    return rates;
+}
+
+} // namespace skein

@@ -1,0 +1,29 @@
+// Rod laws: how axial force, shear and bending stiffness follow from strain. One struct per law; kernels take it as a template
+// argument. theory.md section 3.
+#pragma once
+
+#include "core/vec3.hpp"
+#include "rod/rod_group.hpp"
+
+namespace skein {
+
+/// Section shrinks as the rod stretches (constant volume); the axial force EA(e - e0)/e and moment B kappa/E^3 of the published
+/// model, from an energy:  U = sum l0 [EA(e - e0 - e0 ln(e/e0)) + aGA d^2/2] + sum D/2 (kappa-kappa0).B(kappa-kappa0)/E^3.
+/// Stable in tension for every e where aG >= E/4.
+struct IncompressibleLaw {
+    static constexpr const char* name = "incompressible";
+
+    /// n = dWs/dnu [N, body] of element strain nu = Q dx/l0.
+    template <class P> static Vec3<P> stress(const ElementConstants& c, const Vec3<P>& nu) {
+        return {P(c.stiffness.x) * (nu.x - P(c.rest_strain.x)), P(c.stiffness.y) * (nu.y - P(c.rest_strain.y)),
+                P(c.stiffness.z) * (nu.z - P(c.rest_stretch)) / nu.z};
+    }
+    /// Factor on B in a cell of dilatation E.
+    template <class P> static P bending_factor(P dilatation) { return P(1.0) / (dilatation * dilatation * dilatation); }
+    /// Axial force on both elements of a cell from its bending energy, q = (kappa-kappa0).B(kappa-kappa0): -(3/4) q/E^4.
+    template <class P> static P bending_tension(P q, P bending_factor, P dilatation) {
+        return P(-0.75) * q * bending_factor / dilatation;
+    }
+};
+
+} // namespace skein

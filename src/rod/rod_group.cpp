@@ -1,0 +1,190 @@
+#include "rod/rod_group.hpp"
+
+#include "core/error.hpp"
+#include "core/rotation.hpp"
+
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <numbers>
+
+namespace skein {
+
+namespace {
+
+constexpr double pi = std::numbers::pi;
+
+/// Lab frame with rows d1 (from `normal`, made orthogonal), d2, d3 (from `tangent`).
+Mat3d frame_of(const Vec3d& tangent, const Vec3d& normal) {
+    const Vec3d d3 = (1 / norm(tangent)) * tangent;
+    const Vec3d across = normal - dot(normal, d3) * d3;
+    const Vec3d d1 = (1 / norm(across)) * across;
+    return {d1, cross(d3, d1), d3};
+}
+
+double radius_factor(const Section& section, long k, long n) {
+    if (!section.profile.empty()) return section.profile[static_cast<std::size_t>(k)];
+    const double s = (static_cast<double>(k) + 0.5) / static_cast<double>(n);
+    return 1 + (section.taper - 1) * s;
+}
+
+/// Constants of one element from its section: A, I1 = integral of y^2, I2, I3 = I1 + I2.      theory.md (3)
+ElementConstants element_constants(const RodSpec& spec, long k) {
+    const Material& m = spec.material;
+    const double shear = m.shear_modulus > 0 ? m.shear_modulus : m.youngs_modulus / 3;
+    const double f = radius_factor(spec.section, k, spec.shape.elements);
+    const double a = f * spec.section.radius;
+    const double b = spec.section.kind == SectionKind::elliptic ? f * spec.section.radius_2 : a;
+    const double area = pi * a * b, i1 = 0.25 * pi * a * b * b * b, i2 = 0.25 * pi * a * a * a * b, i3 = i1 + i2;
+    const double l = spec.shape.length / static_cast<double>(spec.shape.elements);
+    const double mass = m.density * l;
+    return {.rest_length = l,
+            .inv_rest_length = 1 / l,
+            .volume = area * l,
+            .radius = std::sqrt(a * b),
+            .stiffness = {m.shear_factor * shear * area, m.shear_factor * shear * area, m.youngs_modulus * area},
+            .rest_strain = spec.shape.rest_strain,
+            .rest_stretch = 1 + spec.shape.rest_strain.z,
+            .inertia = {mass * i1, mass * i2, mass * i3},
+            .bending = {m.youngs_modulus * i1, m.youngs_modulus * i2, shear * i3}};
+}
+
+VoronoiConstants voronoi_constants(const ElementConstants& before, const ElementConstants& after, const Vec3d& rest_curvature) {
+    const double sum = before.rest_length + after.rest_length;
+    return {.inv_length = 2 / sum,
+            .share_before = before.rest_length / sum,
+            .share_after = after.rest_length / sum,
+            .stiffness = (1 / sum) * (before.rest_length * before.bending + after.rest_length * after.bending),
+            .rest_curvature = rest_curvature};
+}
+
+/// The "1" pixels of a P1 bitmap as lattice points; x along a row, y = 0 in the last row.
+std::vector<Vec3d> read_mask(const std::string& path, const std::string& source, double dx, double dy) {
+    std::ifstream file(path);
+    if (!file) throw InputError(source + ": mask file '" + path + "' cannot be opened");
+    std::string magic;
+    file >> magic;
+    if (magic != "P1") throw InputError(path + ":1: expected a plain PBM bitmap (magic 'P1'), found '" + magic + "'");
+    const auto number = [&] {
+        while (file >> std::ws && file.peek() == '#') file.ignore(1 << 20, '\n');
+        long value = 0;
+        if (!(file >> value) || value < 1) throw InputError(path + ": expected width and height after 'P1'");
+        return value;
+    };
+    const long width = number(), height = number();
+    std::vector<Vec3d> points;
+    for (long row = 0; row < height; ++row)
+        for (long column = 0; column < width; ++column) {
+            char pixel = 0;
+            if (!(file >> pixel) || (pixel != '0' && pixel != '1'))
+                throw InputError(path + ": row " + std::to_string(row + 1) + ", column " + std::to_string(column + 1) +
+                                 ": expected 0 or 1 (the bitmap is " + std::to_string(width) + " x " + std::to_string(height) + ")");
+            if (pixel == '1') points.push_back({static_cast<double>(column) * dx, static_cast<double>(height - 1 - row) * dy, 0});
+        }
+    if (points.empty()) throw InputError(path + ": the bitmap has no 1, so the group has no rod");
+    return points;
+}
+
+std::vector<Vec3d> placement_origins(const RodSpec& spec, const std::string& directory) {
+    const Placement& p = spec.placement;
+    std::vector<Vec3d> origins;
+    const auto lattice = [&](const std::vector<long>& counts) {
+        const auto along = [&](std::size_t axis) { return axis < counts.size() ? counts[axis] : 1; };
+        const auto step = [&](std::size_t axis) { return axis < p.spacing.size() ? p.spacing[axis] : 0.0; };
+        for (long z = 0; z < along(2); ++z)
+            for (long y = 0; y < along(1); ++y)
+                for (long x = 0; x < along(0); ++x)
+                    origins.push_back(Vec3d{static_cast<double>(x) * step(0), static_cast<double>(y) * step(1), static_cast<double>(z) * step(2)});
+    };
+    switch (p.kind) {
+    case PlacementKind::single: origins = {{0, 0, 0}}; break;
+    case PlacementKind::line:
+    case PlacementKind::lattice: lattice(p.counts); break;
+    case PlacementKind::mask:
+        origins = read_mask((std::filesystem::path(directory) / p.file).string(), spec.source, p.spacing.at(0), p.spacing.at(1));
+        break;
+    case PlacementKind::list: origins = p.origins; break;
+    }
+    for (Vec3d& o : origins) o += p.origin;
+    return origins;
+}
+
+} // namespace
+
+RodGroup::RodGroup(const RodSpec& spec, int id, std::int64_t first_gid, const std::string& directory)
+    : spec_(spec), id_(id), first_gid_(first_gid), frame_(frame_of(spec.placement.tangent, spec.placement.normal)),
+      origins_(placement_origins(spec, directory)) {
+    const Shape& shape = spec.shape;
+    const long n = shape.elements;
+    for (long k = 0; k < n; ++k) element.push_back(element_constants(spec, k));
+    const auto kappa0 = [&](long k) { return shape.rest_curvature_profile.empty() ? shape.rest_curvature : shape.rest_curvature_profile[static_cast<std::size_t>(k)]; };
+    for (long k = 0; k + 1 < n; ++k) voronoi.push_back(voronoi_constants(element[static_cast<std::size_t>(k)], element[static_cast<std::size_t>(k) + 1], kappa0(k)));
+    start_wall_rest_curvature = kappa0(0);
+    end_wall_rest_curvature = kappa0(n - 2);
+    node_mass.assign(static_cast<std::size_t>(n) + 1, 0.0);
+    for (std::size_t k = 0; k < static_cast<std::size_t>(n); ++k) {
+        const double half = 0.5 * spec.material.density * element[k].volume;
+        node_mass[k] += half;
+        node_mass[k + 1] += half;
+    }
+
+    // The start shape: the frame at s = 0 turned by the curvature of every cell, half cells at both ends.
+    const auto start_curvature = [&](long k) { return shape.start_curvature ? *shape.start_curvature : kappa0(k); };
+    const auto turned = [&](const Mat3d& q, const Vec3d& curvature, double length) { return rotation(length * curvature) * q; };
+    Mat3d q = turned(frame_, start_curvature(0), 0.5 * element[0].rest_length);
+    Vec3d x{0, 0, 0}, sum{0, 0, 0};
+    for (std::size_t k = 0; k < static_cast<std::size_t>(n); ++k) {
+        if (k > 0) q = turned(q, start_curvature(static_cast<long>(k) - 1), 1 / voronoi[k - 1].inv_length);
+        start_directors_.push_back(q);
+        start_offsets_.push_back(x);
+        sum += x;
+        const Vec3d stretch = shape.rest_strain + Vec3d{0, 0, 1};
+        x += element[k].rest_length * transpose_times(q, stretch);
+    }
+    start_offsets_.push_back(x);
+    centre_offset_ = (1 / static_cast<double>(n + 1)) * (sum + x);
+    end_frame_ = turned(q, start_curvature(n - 2), 0.5 * element.back().rest_length);
+
+    corner_ = origins_.front();
+    for (const Vec3d& o : origins_) corner_ = {std::min(corner_.x, o.x), std::min(corner_.y, o.y), std::min(corner_.z, o.z)};
+}
+
+void RodGroup::start_state(std::int64_t i, std::span<Slot<1>> out) const {
+    const bool start_held = spec_.start != EndKind::free, end_held = spec_.end != EndKind::free;
+    const bool first_held = spec_.start == EndKind::clamped_frozen, last_held = spec_.end == EndKind::clamped_frozen;
+    const int n = elements();
+    for (int k = 0; k <= n; ++k) {
+        Slot<1>& s = out[static_cast<std::size_t>(k)];
+        const bool node_held = (k == 0 && start_held) || (k == n && end_held);
+        set_lane(s.position, 0, origin(i) + start_offsets_[static_cast<std::size_t>(k)]);
+        set_lane(s.velocity, 0, node_held ? Vec3d{0, 0, 0} : spec_.shape.velocity);
+        if (k < n) {
+            const bool element_held = (k == 0 && first_held) || (k == n - 1 && last_held);
+            set_lane(s.director, 0, start_directors_[static_cast<std::size_t>(k)]);
+            set_lane(s.spin, 0, element_held ? Vec3d{0, 0, 0} : spec_.shape.angular_velocity);
+        } else {
+            set_lane(s.director, 0, Mat3d{});
+            set_lane(s.spin, 0, Vec3d{0, 0, 0});
+        }
+    }
+}
+
+Vec3d RodGroup::magnetisation(std::int64_t i) const {
+    const Magnetisation& m = spec_.magnetisation;
+    const Vec3d place = origin(i) - corner_;
+    const double px = m.wavelength_x != 0 ? m.phase + 2 * pi * place.x / m.wavelength_x : 0;
+    const double py = m.wavelength_y != 0 ? m.phase + 2 * pi * place.y / m.wavelength_y : 0;
+    switch (m.pattern) {
+    case MagnetisationPattern::none: return {0, 0, 0};
+    case MagnetisationPattern::uniform: return (1 / norm(m.direction)) * m.direction;
+    case MagnetisationPattern::wave_x: return {std::sin(px), 0, std::cos(px)};
+    case MagnetisationPattern::wave_xy: {
+        // |(sin px, sin py, cos px + cos py)|^2 = 2 + 2 cos px cos py vanishes only where both sines do and the cosines oppose.
+        const double length = std::sqrt(2 + 2 * std::cos(px) * std::cos(py) + 1e-12);
+        return (1 / length) * Vec3d{std::sin(px), std::sin(py), std::cos(px) + std::cos(py)};
+    }
+    }
+    return {0, 0, 0};
+}
+
+} // namespace skein

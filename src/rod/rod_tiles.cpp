@@ -1,0 +1,200 @@
+#include "rod/rod_tiles.hpp"
+
+#include "core/error.hpp"
+#include "core/rotation.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+
+namespace skein {
+
+template <int W>
+RodTiles<W>::RodTiles(std::span<const RodGroup> groups, std::vector<LocalRod> rods, std::vector<TileProgram<W>> programs, const Threads& threads)
+    : groups_(groups), local_(std::move(rods)), programs_(std::move(programs)), threads_(threads) {
+    lay_out();
+
+    int most_slots = 0;
+    for (const RodTile<W>& tile : tiles_) most_slots = std::max(most_slots, tile.n + 1);
+    scratch_.resize(static_cast<std::size_t>(threads_.count()));
+    for (auto& scratch : scratch_) scratch.resize(static_cast<std::size_t>(most_slots));
+
+    // Tiles outside, passes inside: a tile stays in cache for all passes of all steps of the visit.
+    advance_tile_ = [this](std::size_t t, int thread) {
+        const RodTile<W>& tile = tiles_[t];
+        SlotLoad<W>* load = scratch_[static_cast<std::size_t>(thread)].data();
+        for (const Step& step : batch_)
+            for (const auto& pass : programs_[static_cast<std::size_t>(tile.group->id())]) pass->run(tile, load, step);
+    };
+}
+
+template <int W> void RodTiles<W>::lay_out() {
+    std::vector<std::size_t> first_slot;
+    std::size_t slots = 0;
+    for (std::size_t i = 0; i < local_.size(); ++i) {
+        const RodGroup& group = groups_[static_cast<std::size_t>(local_[i].group)];
+        const bool opens = tiles_.empty() || tiles_.back().group != &group || tiles_.back().lanes == W;
+        if (opens) {
+            const std::size_t number = !tiles_.empty() && tiles_.back().group == &group ? tiles_.back().number + 1 : 0;
+            tiles_.push_back({nullptr, group.element.data(), group.voronoi.data(), &group, group.elements(), number, {}, 0});
+            first_slot.push_back(slots);
+            slots += static_cast<std::size_t>(group.slots());
+        }
+        RodTile<W>& tile = tiles_.back();
+        place_.push_back({tiles_.size() - 1, tile.lanes});
+        std::fill(tile.index + tile.lanes, tile.index + W, local_[i].index); // spare lanes repeat the last rod
+        ++tile.lanes;
+    }
+    slots_.resize(slots);
+    for (std::size_t t = 0; t < tiles_.size(); ++t) tiles_[t].slot = slots_.data() + first_slot[t];
+
+    std::vector<Slot<1>> state;
+    for (RodTile<W>& tile : tiles_) {
+        state.resize(static_cast<std::size_t>(tile.n) + 1);
+        for (int lane_ = 0; lane_ < W; ++lane_) {
+            tile.group->start_state(tile.index[lane_], state);
+            for (std::size_t k = 0; k < state.size(); ++k) {
+                set_lane(tile.slot[k].position, lane_, lane(state[k].position, 0));
+                set_lane(tile.slot[k].velocity, lane_, lane(state[k].velocity, 0));
+                set_lane(tile.slot[k].director, lane_, lane(state[k].director, 0));
+                set_lane(tile.slot[k].spin, lane_, lane(state[k].spin, 0));
+            }
+        }
+        for (auto& pass : programs_[static_cast<std::size_t>(tile.group->id())]) pass->bind(tile);
+    }
+}
+
+template <int W> void RodTiles<W>::visit(std::span<const Step> steps) {
+    for (auto& program : programs_)
+        for (auto& pass : program) pass->prepare(steps);
+    batch_ = steps;
+    threads_.for_each(tiles_.size(), advance_tile_);
+}
+
+template <int W> void RodTiles<W>::export_rod(std::size_t i, std::span<Slot<1>> out) const {
+    const auto [t, l] = place_[i];
+    const RodTile<W>& tile = tiles_[t];
+    for (std::size_t k = 0; k <= static_cast<std::size_t>(tile.n); ++k) {
+        set_lane(out[k].position, 0, lane(tile.slot[k].position, l));
+        set_lane(out[k].velocity, 0, lane(tile.slot[k].velocity, l));
+        set_lane(out[k].director, 0, lane(tile.slot[k].director, l));
+        set_lane(out[k].spin, 0, lane(tile.slot[k].spin, l));
+    }
+}
+
+template <int W> void RodTiles<W>::import_rod(std::size_t i, std::span<const Slot<1>> in) {
+    const auto [t, first] = place_[i];
+    RodTile<W>& tile = tiles_[t];
+    // The last rod of a tile also fills the spare lanes, so that they stay finite and cost no thought.
+    const int last = first == tile.lanes - 1 ? W - 1 : first;
+    for (int l = first; l <= last; ++l)
+        for (std::size_t k = 0; k <= static_cast<std::size_t>(tile.n); ++k) {
+            set_lane(tile.slot[k].position, l, lane(in[k].position, 0));
+            set_lane(tile.slot[k].velocity, l, lane(in[k].velocity, 0));
+            set_lane(tile.slot[k].director, l, lane(in[k].director, 0));
+            set_lane(tile.slot[k].spin, l, lane(in[k].spin, 0));
+        }
+}
+
+template <int W> std::uint64_t RodTiles<W>::digest() const {
+    std::uint64_t sum = 0;
+    std::vector<Slot<1>> state;
+    for (std::size_t i = 0; i < local_.size(); ++i) {
+        state.resize(static_cast<std::size_t>(groups_[static_cast<std::size_t>(local_[i].group)].slots()));
+        export_rod(i, state);
+        sum += hash_rod(local_[i].gid, state);
+    }
+    return sum;
+}
+
+template <int W> std::size_t RodTiles<W>::bytes() const {
+    std::size_t bytes = slots_.size() * sizeof(Slot<W>) + tiles_.size() * sizeof(RodTile<W>) + local_.size() * (sizeof(LocalRod) + sizeof(Place));
+    for (const auto& scratch : scratch_) bytes += scratch.size() * sizeof(SlotLoad<W>);
+    return bytes;
+}
+
+namespace {
+
+constexpr double largest_turn_trace = -0.98; // tr R of 3 rad between neighbouring elements: 1 + 2 cos 3
+constexpr double least_dilatation = 0.05, most_dilatation = 20;
+
+/// What is wrong with a rod, or an empty text.
+std::string complaint(const RodGroup& group, std::span<const Slot<1>> state) {
+    const auto finite = [](const Vec3d& a) { return std::isfinite(a.x) && std::isfinite(a.y) && std::isfinite(a.z); };
+    char text[160];
+    for (int k = 0; k <= group.elements(); ++k) {
+        const Slot<1>& s = state[static_cast<std::size_t>(k)];
+        const char* quantity = !finite(lane(s.position, 0)) ? "position" : !finite(lane(s.velocity, 0)) ? "velocity" :
+                               !finite(lane(s.director.d1, 0)) || !finite(lane(s.director.d3, 0)) ? "director" :
+                               !finite(lane(s.spin, 0)) ? "angular velocity" : nullptr;
+        if (quantity) {
+            std::snprintf(text, sizeof text, "element %d: %s is not finite", k, quantity);
+            return text;
+        }
+    }
+    for (int k = 0; k < group.elements(); ++k) {
+        const Slot<1>&s = state[static_cast<std::size_t>(k)], &next = state[static_cast<std::size_t>(k) + 1];
+        const double e = group.element[static_cast<std::size_t>(k)].inv_rest_length *
+                         dot(lane(s.director.d3, 0), lane(next.position, 0) - lane(s.position, 0));
+        if (!(e > least_dilatation && e < most_dilatation)) {
+            std::snprintf(text, sizeof text, "element %d: dilatation e = %.4g left [%g, %g]", k, e, least_dilatation, most_dilatation);
+            return text;
+        }
+        if (k + 1 == group.elements()) break;
+        const double trace = dot(lane(s.director.d1, 0), lane(next.director.d1, 0)) + dot(lane(s.director.d2, 0), lane(next.director.d2, 0)) +
+                             dot(lane(s.director.d3, 0), lane(next.director.d3, 0));
+        if (!(trace > largest_turn_trace)) {
+            std::snprintf(text, sizeof text, "elements %d and %d: turned against each other by more than 3 rad", k, k + 1);
+            return text;
+        }
+    }
+    return {};
+}
+
+/// True in lanes whose state is fit: finite, dilatations and turns within bounds. The cheap test of all rods.
+template <int W> bool fit(const RodTile<W>& tile) {
+    using P = Pack<W>;
+    P zero(0.0), least(1.0), most(1.0), trace(3.0);
+    for (int k = 0; k < tile.n; ++k) {
+        const Slot<W>&s = tile.slot[k], &next = tile.slot[k + 1];
+        const Vec3<P> all = s.position + s.velocity + s.director.d1 + s.director.d2 + s.director.d3 + s.spin;
+        zero = fma(all.x + all.y + all.z, P(0.0), zero);
+        const P e = P(tile.element[k].inv_rest_length) * dot(s.director.d3, next.position - s.position);
+        least = min(least, e);
+        most = max(most, e);
+        if (k + 1 < tile.n)
+            trace = min(trace, dot(s.director.d1, next.director.d1) + dot(s.director.d2, next.director.d2) + dot(s.director.d3, next.director.d3));
+    }
+    const Vec3<P> end = tile.slot[tile.n].position + tile.slot[tile.n].velocity;
+    zero = fma(end.x + end.y + end.z, P(0.0), zero);
+    const auto good = (zero >= P(0.0)) & (least > P(least_dilatation)) & (most < P(most_dilatation)) & (trace > P(largest_turn_trace));
+    return !any(!good);
+}
+
+} // namespace
+
+template <int W> void RodTiles<W>::inspect(std::int64_t step, double dt) const {
+    std::vector<Slot<1>> state;
+    std::size_t i = 0;
+    for (const RodTile<W>& tile : tiles_) {
+        const std::size_t first = i;
+        i += static_cast<std::size_t>(tile.lanes);
+        if (fit(tile)) continue;
+        for (std::size_t rod = first; rod < i; ++rod) {
+            state.resize(static_cast<std::size_t>(tile.n) + 1);
+            export_rod(rod, state);
+            const std::string what = complaint(*tile.group, state);
+            if (what.empty()) continue;
+            char where[160];
+            std::snprintf(where, sizeof where, " at step %lld (t = %.6g s, dt = %.6g s)", static_cast<long long>(step), static_cast<double>(step) * dt, dt);
+            throw NumericalError("rod " + std::to_string(local_[rod].index) + " of '" + tile.group->name() + "', " + what + where);
+        }
+    }
+}
+
+template class RodTiles<1>;
+template class RodTiles<2>;
+template class RodTiles<4>;
+template class RodTiles<8>;
+
+} // namespace skein

@@ -1,0 +1,56 @@
+// Rods at a fixed SIMD width: tiles of W rods of one group, each tile's slots contiguous and aligned, and per group the
+// passes that make a step.
+#pragma once
+
+#include "core/aligned.hpp"
+#include "parallel/threads.hpp"
+#include "rod/rods.hpp"
+#include "rod/tile.hpp"
+
+#include <functional>
+#include <memory>
+#include <vector>
+
+namespace skein {
+
+/// The passes of one group's step, in order.
+template <int W> using TileProgram = std::vector<std::unique_ptr<TilePass<W>>>;
+
+template <int W> class RodTiles final : public Rods {
+public:
+    /// `rods` as partition() orders them; one program per group. Rods take their start state.
+    RodTiles(std::span<const RodGroup> groups, std::vector<LocalRod> rods, std::vector<TileProgram<W>> programs, const Threads& threads);
+
+    void visit(std::span<const Step> steps) override;
+    std::span<const LocalRod> local() const override { return local_; }
+    void export_rod(std::size_t i, std::span<Slot<1>> out) const override;
+    void import_rod(std::size_t i, std::span<const Slot<1>> in) override;
+    std::uint64_t digest() const override;
+    void inspect(std::int64_t step, double dt) const override;
+    std::size_t bytes() const override;
+
+private:
+    struct Place {
+        std::size_t tile;
+        int lane;
+    };
+    void lay_out();
+
+    std::span<const RodGroup> groups_;
+    std::vector<LocalRod> local_;
+    std::vector<TileProgram<W>> programs_;
+    const Threads& threads_;
+    AlignedVector<Slot<W>> slots_;
+    std::vector<RodTile<W>> tiles_;
+    std::vector<Place> place_;                        ///< of local()[i]
+    mutable std::vector<AlignedVector<SlotLoad<W>>> scratch_; ///< per thread
+    std::span<const Step> batch_;                     ///< steps of the visit under way
+    std::function<void(std::size_t, int)> advance_tile_;
+};
+
+extern template class RodTiles<1>;
+extern template class RodTiles<2>;
+extern template class RodTiles<4>;
+extern template class RodTiles<8>;
+
+} // namespace skein

@@ -1,0 +1,28 @@
+#include "rod/rods.hpp"
+
+#include "rod/drift.hpp"
+#include "rod/top.hpp"
+
+#include <bit>
+
+namespace skein {
+
+std::uint64_t hash_rod(std::int64_t gid, std::span<const Slot<1>> state) {
+    constexpr std::uint64_t prime = 0x9e3779b97f4a7c15ull;
+    const auto mix = [](std::uint64_t h) { // finaliser of splitmix64: every input bit reaches every output bit
+        h = (h ^ (h >> 30)) * 0xbf58476d1ce4e5b9ull;
+        h = (h ^ (h >> 27)) * 0x94d049bb133111ebull;
+        return h ^ (h >> 31);
+    };
+    std::uint64_t h = mix(static_cast<std::uint64_t>(gid) + prime);
+    const auto* words = reinterpret_cast<const double*>(state.data());
+    for (std::size_t i = 0; i < state.size() * slot_doubles; ++i) h = std::rotl((h ^ std::bit_cast<std::uint64_t>(words[i])) * prime, 27);
+    return mix(h);
+}
+
+void synchronise(const RodGroup& group, std::span<Slot<1>> state, double h) {
+    const RodTile<1> rod{state.data(), group.element.data(), group.voronoi.data(), &group, group.elements(), 0, {0}, 1};
+    with_top(group, [&]<class Top>(Top) { drift<Top>(rod, h); });
+}
+
+} // namespace skein

@@ -1,0 +1,25 @@
+// The largest stable step of a group, in closed form, by mode.                     theory.md (26)-(29)
+// Upper bound of the frequencies of the rest shape (Irons: node mass shared between elements); measured true limit over it:
+// 1.0000 to 1.012 for straight uniform rods, up to 1.027 tapered. Walls do not lower it.
+#pragma once
+
+#include "rod/rod_group.hpp"
+
+#include <string_view>
+#include <vector>
+
+namespace skein {
+
+struct TimeLimit {
+    std::string_view mode; ///< "axial", "shear-rotation about d1", "... d2", "twist"
+    double dt;             ///< s
+    int element;           ///< where it is smallest
+};
+
+/// One limit per mode, smallest first.
+std::vector<TimeLimit> time_limits(const RodGroup& group);
+
+/// Tension limit e_c: at larger dilatation directors may flip; infinity where the law is stable in tension (theory.md (15)).
+double tension_limit(const RodGroup& group);
+
+} // namespace skein

@@ -1,0 +1,70 @@
+// The plan: what a run of a scene will do, worked out before anything is allocated. A pure function of the scene and of where it
+// runs; printed before each run and by `skein plan`, and held by snapshot tests.
+#pragma once
+
+#include "rod/kick.hpp"
+#include "rod/time_limits.hpp"
+#include "scene/scene_spec.hpp"
+
+#include <cstdint>
+#include <span>
+#include <string>
+#include <vector>
+
+namespace skein {
+
+/// Where a run takes place.
+struct Machine {
+    int ranks = 1;
+    int threads = 1; ///< per rank
+    int cores = 1;   ///< that a rank may use
+    int lanes = 8;   ///< SIMD width of a tile: rods side by side
+};
+
+struct GroupPlan {
+    std::string name;
+    std::int64_t rods = 0;
+    int elements = 0;
+    std::int64_t tiles = 0;             ///< at least; ranks may each leave one tile part full
+    bool circular = true;
+    KickKind kick = KickKind::undamped;
+    std::vector<Damping> damping;       ///< that act on this group
+    std::vector<Load> loads;            ///< that act on this group, in scene order
+    std::vector<std::string> passes;    ///< names, in the order they run over a tile
+    double ns_per_element_step = 0;     ///< predicted
+    std::vector<TimeLimit> limits;      ///< smallest first
+    double tension_limit = 0;
+    std::string start, end;
+};
+
+/// Whole steps between two events of a kind; 0: never.
+struct Cadence {
+    std::int64_t trajectory = 0, tips = 0, series = 0, checkpoint = 0;
+};
+
+struct Plan {
+    std::string title;
+    Machine machine;
+    std::vector<GroupPlan> groups;
+    std::int64_t rods = 0, elements = 0;
+    double dt = 0, limit = 0;
+    bool automatic_dt = false;
+    std::size_t governing = 0; ///< group whose limit is smallest
+    std::int64_t steps = 0;
+    Cadence cadence;
+    double state_bytes = 0;    ///< all ranks, state and scratch
+    double output_bytes = 0;   ///< all frames of the run
+    double predicted_s = 0;    ///< wall time of the steps
+    std::vector<std::string> absent; ///< physics and services that this scene does not need
+};
+
+/// Throws InputError where the step is beyond the limit (naming group, element and mode) unless the scene forces it.
+Plan make_plan(const SceneSpec& scene, std::span<const RodGroup> groups, const Machine& machine);
+
+/// The groups of a scene with their constants worked out.
+std::vector<RodGroup> make_groups(const SceneSpec& scene);
+
+std::string to_text(const Plan& plan);
+std::string to_json(const Plan& plan);
+
+} // namespace skein

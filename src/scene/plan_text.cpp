@@ -1,0 +1,94 @@
+#include "scene/plan.hpp"
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include <cmath>
+#include <iterator>
+
+namespace skein {
+
+namespace {
+
+std::string bytes_text(double bytes) {
+    constexpr const char* units[] = {"B", "kB", "MB", "GB", "TB", "PB"};
+    std::size_t unit = 0;
+    for (; bytes >= 1000 && unit + 1 < std::size(units); ++unit) bytes /= 1000;
+    return fmt::format("{:.3g} {}", bytes, units[unit]);
+}
+
+std::string duration_text(double s) {
+    if (s < 90) return fmt::format("{:.1f} s", s);
+    if (s < 5400) return fmt::format("{:.0f} min", s / 60);
+    return fmt::format("{:.1f} h", s / 3600);
+}
+
+template <class List> std::string joined(const List& list, const char* separator) { return fmt::format("{}", fmt::join(list, separator)); }
+
+std::string every(std::int64_t steps, double dt) {
+    return steps > 0 ? fmt::format("every {} steps ({:.4g} s)", steps, static_cast<double>(steps) * dt) : "none";
+}
+
+} // namespace
+
+std::string to_text(const Plan& p) {
+    std::string text;
+    const auto out = std::back_inserter(text);
+    const auto line = [&](const char* label, const std::string& value) { fmt::format_to(out, "  {:<12}{}\n", label, value); };
+
+    fmt::format_to(out, "Plan: {}\n", p.title.empty() ? "(untitled)" : p.title);
+    line("rods", fmt::format("{} with {} elements in {} group{}", p.rods, p.elements, p.groups.size(), p.groups.size() == 1 ? "" : "s"));
+    line("runs on", fmt::format("{} rank{} x {} thread{} ({} core{} per rank), {} lanes", p.machine.ranks, p.machine.ranks == 1 ? "" : "s", p.machine.threads,
+                                p.machine.threads == 1 ? "" : "s", p.machine.cores, p.machine.cores == 1 ? "" : "s", p.machine.lanes));
+    for (const GroupPlan& g : p.groups) {
+        fmt::format_to(out, "  group '{}': {} rods x {} elements, {} tiles, ends {} / {}\n", g.name, g.rods, g.elements, g.tiles, g.start, g.end);
+        line("  passes", joined(g.passes, " | "));
+        std::vector<std::string> limits;
+        for (const TimeLimit& l : g.limits) limits.push_back(fmt::format("{} {:.4g}", l.mode, l.dt));
+        line("  limits [s]", joined(limits, ", "));
+        if (std::isfinite(g.tension_limit)) line("  tension", fmt::format("stable up to dilatation {:.4g} only (alpha G < E/4)", g.tension_limit));
+    }
+    line("dt", fmt::format("{:.6g} s{}, {:.3g} of the limit {:.6g} s ({} of '{}')", p.dt, p.automatic_dt ? " (auto)" : "", p.dt / p.limit, p.limit,
+                           p.groups[p.governing].limits.front().mode, p.groups[p.governing].name));
+    line("steps", fmt::format("{}  ({:.4g} s, {:.3g} element-steps)", p.steps, static_cast<double>(p.steps) * p.dt,
+                              static_cast<double>(p.steps) * static_cast<double>(p.elements)));
+    line("trajectory", every(p.cadence.trajectory, p.dt));
+    line("tips", every(p.cadence.tips, p.dt));
+    line("series", every(p.cadence.series, p.dt));
+    line("checkpoint", p.cadence.checkpoint > 0 ? every(p.cadence.checkpoint, p.dt) + " and at the end" : "at the end");
+    line("memory", fmt::format("{} for rods ({:.0f} B per element), {} to disk", bytes_text(p.state_bytes),
+                               p.state_bytes / static_cast<double>(p.elements), bytes_text(p.output_bytes)));
+    line("predicted", fmt::format("{} of stepping", duration_text(p.predicted_s)));
+    line("not here", joined(p.absent, ", "));
+    return text;
+}
+
+std::string to_json(const Plan& p) {
+    nlohmann::ordered_json groups = nlohmann::ordered_json::array();
+    for (const GroupPlan& g : p.groups) {
+        nlohmann::ordered_json limits;
+        for (const TimeLimit& l : g.limits) limits[std::string(l.mode)] = {{"dt", l.dt}, {"element", l.element}};
+        groups.push_back({{"name", g.name}, {"rods", g.rods}, {"elements", g.elements}, {"tiles", g.tiles}, {"start", g.start}, {"end", g.end},
+                          {"passes", g.passes}, {"limits", limits}, {"ns_per_element_step", g.ns_per_element_step},
+                          {"tension_limit", std::isfinite(g.tension_limit) ? nlohmann::ordered_json(g.tension_limit) : nlohmann::ordered_json()}});
+    }
+    const nlohmann::ordered_json json = {
+        {"title", p.title},
+        {"machine", {{"ranks", p.machine.ranks}, {"threads", p.machine.threads}, {"cores", p.machine.cores}, {"lanes", p.machine.lanes}}},
+        {"rods", p.rods},
+        {"elements", p.elements},
+        {"groups", groups},
+        {"dt", p.dt},
+        {"limit", p.limit},
+        {"automatic_dt", p.automatic_dt},
+        {"governing_group", p.groups[p.governing].name},
+        {"steps", p.steps},
+        {"cadence", {{"trajectory", p.cadence.trajectory}, {"tips", p.cadence.tips}, {"series", p.cadence.series}, {"checkpoint", p.cadence.checkpoint}}},
+        {"state_bytes", p.state_bytes},
+        {"output_bytes", p.output_bytes},
+        {"predicted_s", p.predicted_s},
+        {"absent", p.absent}};
+    return json.dump(2) + "\n";
+}
+
+} // namespace skein

@@ -1,0 +1,127 @@
+#include "scene/scene_keys.hpp"
+
+#include "scene/scene_tables.hpp"
+
+#include <cmath>
+
+#include <fmt/format.h>
+
+namespace skein {
+
+namespace {
+
+constexpr std::string_view absent = "-";
+
+std::string text_of(double x) { return fmt::format("{}", x); }
+std::string text_of(long i) { return fmt::format("{}", i); }
+std::string text_of(const std::string& s) { return s.empty() ? std::string(absent) : fmt::format("\"{}\"", s); }
+std::string text_of(const Vec3d& v) { return std::isnan(v.x) ? std::string(absent) : fmt::format("[{}, {}, {}]", v.x, v.y, v.z); }
+template <class T> std::string text_of(const std::vector<T>& list) {
+    std::string text;
+    for (const T& item : list) text += (text.empty() ? "[" : ", ") + text_of(item);
+    return list.empty() ? std::string(absent) : text + "]";
+}
+
+/// Writes down what it visits.
+class KeyLister : public FieldVisitor {
+public:
+    explicit KeyLister(std::string table) : table_(std::move(table)) {}
+    std::vector<KeyEntry> keys;
+
+    void visit(const Field& f, double& x) override { add(f, "number", text_of(x)); }
+    void visit(const Field& f, long& i) override { add(f, "integer", text_of(i)); }
+    void visit(const Field& f, bool& b) override { add(f, "true or false", b ? "true" : "false"); }
+    void visit(const Field& f, std::string& s) override { add(f, "text", text_of(s)); }
+    void visit(const Field& f, Vec3d& v) override { add(f, "3 numbers", text_of(v)); }
+    void visit(const Field& f, std::vector<double>& v) override { add(f, "numbers", text_of(v)); }
+    void visit(const Field& f, std::vector<long>& v) override { add(f, "integers", text_of(v)); }
+    void visit(const Field& f, std::vector<Vec3d>& v) override { add(f, "list of 3 numbers", text_of(v)); }
+    void visit(const Field& f, std::vector<std::string>& v) override { add(f, "list of texts", text_of(v)); }
+    void visit_choice(const Field& f, int& value, std::span<const std::string_view> names) override {
+        add(f, "choice", text_of(std::string(names[static_cast<std::size_t>(value)])), names);
+    }
+    bool enter(const Field& f) override {
+        add(f, "table", std::string(absent));
+        table_ += table_.empty() ? "" : ".";
+        table_ += f.name;
+        return true;
+    }
+    void leave() override { table_.erase(table_.rfind('.')); }
+
+private:
+    void add(const Field& f, std::string_view type, std::string value, std::span<const std::string_view> choices = {}) {
+        keys.push_back({table_, f, type, std::move(value), choices});
+    }
+    std::string table_;
+};
+
+using Keys = std::vector<KeyEntry>;
+
+template <class Visit> Keys listed(const std::string& table, Visit visit) {
+    KeyLister lister(table);
+    visit(lister);
+    return std::move(lister.keys);
+}
+
+Keys keys_of(TimeSpec spec, const std::string& table) {
+    return listed(table, [&](FieldVisitor& f) { spec.fields(f); });
+}
+Keys keys_of(OutputSpec spec, const std::string& table) {
+    return listed(table, [&](FieldVisitor& f) { spec.fields(f); });
+}
+Keys keys_of(RodSpec spec, const std::string& table) {
+    return listed(table, [&](FieldVisitor& f) { spec.fields(f); });
+}
+Keys keys_of(LoadSpec spec, const std::string& table) {
+    return listed(table, [&](FieldVisitor& f) { load_fields(f, spec); });
+}
+Keys keys_of(DampingSpec spec, const std::string& table) {
+    return listed(table, [&](FieldVisitor& f) { damping_fields(f, spec); });
+}
+Keys title_key(std::string title) {
+    return listed("", [&](FieldVisitor& f) { f.visit(title_field, title); });
+}
+
+void append(Keys& all, Keys some) { all.insert(all.end(), std::make_move_iterator(some.begin()), std::make_move_iterator(some.end())); }
+
+template <class Spec> void add_changed(std::set<std::string>& paths, const Spec& spec, const Spec& defaults, const std::string& table) {
+    const Keys now = keys_of(spec, table), before = keys_of(defaults, table);
+    for (std::size_t i = 0; i < now.size(); ++i)
+        if (now[i].value != before[i].value) paths.insert(now[i].path());
+}
+
+} // namespace
+
+std::vector<KeyEntry> all_keys() {
+    Keys all = title_key("");
+    append(all, keys_of(TimeSpec{}, "time"));
+    append(all, keys_of(RodSpec{}, "rods"));
+    for (std::size_t kind = 0; kind < load_kinds.size(); ++kind)
+        append(all, keys_of(LoadSpec{.load = make_load(static_cast<int>(kind)), .rods = {}, .source = {}}, fmt::format("load.{}", load_kinds[kind])));
+    append(all, keys_of(DampingSpec{}, "damping"));
+    append(all, keys_of(OutputSpec{}, "output"));
+    return all;
+}
+
+std::set<std::string> changed_keys(const SceneSpec& scene) {
+    std::set<std::string> paths;
+    add_changed(paths, scene.time, TimeSpec{}, "time");
+    add_changed(paths, scene.output, OutputSpec{}, "output");
+    for (std::size_t i = 0; i < scene.rods.size(); ++i) add_changed(paths, scene.rods[i], RodSpec{}, fmt::format("rods.{}", i));
+    for (std::size_t i = 0; i < scene.loads.size(); ++i) {
+        const LoadSpec defaults{.load = make_load(static_cast<int>(scene.loads[i].load.index())), .rods = {}, .source = {}};
+        add_changed(paths, scene.loads[i], defaults, fmt::format("load.{}", i));
+    }
+    for (std::size_t i = 0; i < scene.damping.size(); ++i) add_changed(paths, scene.damping[i], DampingSpec{}, fmt::format("damping.{}", i));
+    return paths;
+}
+
+std::string bounds_text(const Field& field) {
+    std::vector<std::string> bounds;
+    if (std::isfinite(field.above)) bounds.push_back(fmt::format("above {}", field.above));
+    if (std::isfinite(field.at_least)) bounds.push_back(fmt::format("at least {}", field.at_least));
+    if (std::isfinite(field.at_most)) bounds.push_back(fmt::format("at most {}", field.at_most));
+    return fmt::format("{}", fmt::join(bounds, " and "));
+}
+
+} // namespace skein

@@ -1,0 +1,33 @@
+// Every key of a scene as a flat list: for the reference page, for messages, and to see which keys a scene sets.
+#pragma once
+
+#include "scene/scene_spec.hpp"
+
+#include <set>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace skein {
+
+struct KeyEntry {
+    std::string table; ///< "time", "rods.material", "load.gravity"; "" at top level
+    Field field;
+    std::string_view type; ///< "number", "3 numbers", "table", ...
+    std::string value;     ///< as a scene spells it; "-" where absent
+    std::span<const std::string_view> choices;
+
+    std::string path() const { return table.empty() ? std::string(field.name) : table + "." + std::string(field.name); }
+};
+
+/// All keys with their defaults, table by table, each load kind as a table "load.<kind>".
+std::vector<KeyEntry> all_keys();
+
+/// Paths such as "rods.0.section.taper" of the keys that differ from their defaults: what a scene made in C++ has set.
+std::set<std::string> changed_keys(const SceneSpec& scene);
+
+/// "above 0 and at most 1"; empty where every value is accepted.
+std::string bounds_text(const Field& field);
+
+} // namespace skein
