@@ -86,7 +86,7 @@ template <int W> inline Pack<W> fnma(Pack<W> a, Pack<W> b, Pack<W> c) { return f
 
 template <int W> inline Pack<W> sqrt(Pack<W> a) {
 #if defined(__AVX512F__)
-    if constexpr (W == 8) return Pack<W>(std::bit_cast<typename Pack<W>::Doubles>(_mm512_sqrt_pd(std::bit_cast<__m512d>(a.v))));
+    if constexpr (W == 8) return Pack<W>(std::bit_cast<typename Pack<W>::Doubles>(_mm512_maskz_sqrt_pd(0xff, std::bit_cast<__m512d>(a.v))));
 #endif
 #if defined(__AVX__)
     if constexpr (W == 4) return Pack<W>(std::bit_cast<typename Pack<W>::Doubles>(_mm256_sqrt_pd(std::bit_cast<__m256d>(a.v))));

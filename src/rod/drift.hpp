@@ -81,7 +81,8 @@ public:
 template <int W> class OrthonormalisePass final : public TilePass<W> {
 public:
     static constexpr std::int64_t interval = 8192; ///< steps; round-off grows by about 5e-16 sqrt(steps)
-    std::string_view name() const override { return "orthonormalise"; }
+    static constexpr std::string_view pass_name = "orthonormalise";
+    std::string_view name() const override { return pass_name; }
     void run(const RodTile<W>& rod, SlotLoad<W>*, const Step& step) const override {
         if (step.index % interval != 0) return;
         using P = Pack<W>;

@@ -39,13 +39,12 @@ struct KickConstants {
 };
 
 enum class KickKind { undamped, constant_rates, stretched_rates };
+inline constexpr std::string_view kick_names[] = {"kick", "kick (damped)", "kick (damped, rates follow stretch)"};
 
 template <KickKind Kind, int W> class KickPass final : public TilePass<W> {
 public:
     explicit KickPass(KickConstants constants) : constants_(std::move(constants)) {}
-    std::string_view name() const override {
-        return Kind == KickKind::undamped ? "kick" : Kind == KickKind::constant_rates ? "kick (damped)" : "kick (damped, rates follow stretch)";
-    }
+    std::string_view name() const override { return kick_names[static_cast<std::size_t>(Kind)]; }
 
     void run(const RodTile<W>& rod, SlotLoad<W>* load, const Step&) const override {
         for (int k = 0; k < rod.n; ++k) {

@@ -11,7 +11,7 @@ namespace skein {
 /// model, from an energy:  U = sum l0 [EA(e - e0 - e0 ln(e/e0)) + aGA d^2/2] + sum D/2 (kappa-kappa0).B(kappa-kappa0)/E^3.
 /// Stable in tension for every e where aG >= E/4.
 struct IncompressibleLaw {
-    static constexpr const char* name = "incompressible";
+    static constexpr std::string_view name = "elastic (incompressible)";
 
     /// n = dWs/dnu [N, body] of element strain nu = Q dx/l0.
     template <class P> static Vec3<P> stress(const ElementConstants& c, const Vec3<P>& nu) {

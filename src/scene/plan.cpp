@@ -35,11 +35,10 @@ GroupPlan plan_group(const SceneSpec& scene, const RodGroup& group, int lanes) {
     p.kick = rates.none() ? KickKind::undamped : rates.follow_stretch() ? KickKind::stretched_rates : KickKind::constant_rates;
     p.circular = with_top(group, []<class Top>(Top) { return std::is_same_v<Top, CircularTop>; });
 
-    p.passes = {p.circular ? "drift (circular)" : "drift (elliptic)", "orthonormalise",
-                fmt::format("elastic ({})", law_names[static_cast<std::size_t>(group.spec().material.law)])};
+    p.passes = {std::string(with_top(group, []<class Top>(Top) { return Top::name; })), std::string(OrthonormalisePass<1>::pass_name),
+                std::string(IncompressibleLaw::name)};
     for (const Load& load : p.loads) p.passes.emplace_back(kind_of(load));
-    constexpr const char* kicks[] = {"kick (undamped)", "kick (constant rates)", "kick (rates follow stretch)"};
-    p.passes.emplace_back(kicks[static_cast<int>(p.kick)]);
+    p.passes.emplace_back(kick_names[static_cast<std::size_t>(p.kick)]);
 
     p.ns_per_element_step = (p.circular ? drift_ns : elliptic_drift_ns) + elastic_ns + (p.kick == KickKind::stretched_rates ? stretched_kick_ns : kick_ns) +
                             load_ns * static_cast<double>(p.loads.size());

@@ -1,0 +1,37 @@
+// The driver's commands; each returns the exit code of the program.
+#pragma once
+
+#include "core/error.hpp"
+#include "simulation/simulation.hpp"
+
+#include <string>
+#include <vector>
+
+namespace skein {
+
+struct SceneArguments {
+    std::string file;
+    std::vector<std::string> overrides;
+};
+struct RunArguments {
+    SceneArguments scene;
+    RunOptions options;
+    int threads = 0; ///< 0: the cores this rank may use
+    int lanes = 8;
+};
+struct PlanArguments {
+    SceneArguments scene;
+    bool json = false;
+    int ranks = 0, threads = 0, lanes = 8;
+};
+struct DescribeArguments {
+    std::string what;
+};
+
+int run_command(const RunArguments& arguments, int& argc, char**& argv);
+int plan_command(const PlanArguments& arguments);
+int check_command(const SceneArguments& arguments);
+int describe_command(const DescribeArguments& arguments);
+int info_command(const std::string& scene);
+
+} // namespace skein

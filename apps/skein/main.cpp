@@ -1,0 +1,87 @@
+// The driver: skein run | plan | check | describe | info.
+#include "commands.hpp"
+
+#include <CLI/CLI.hpp>
+
+#include <cstdio>
+#include <cstdlib>
+#include <string>
+
+namespace {
+
+constexpr const char* examples = R"(Examples:
+  mpirun -n 4 skein run carpet_8x8.toml           run; the same command again resumes from the last checkpoint
+  skein run row_8.toml --set time.duration=72 --out out/short
+  mpirun -n 2 --map-by slot:PE=8 --bind-to core skein run farm.toml --threads 8 --walltime 3600
+  skein plan carpet_8x8.toml                      what will run: passes, time-step limits, memory, predicted cost
+  skein describe rods.material                    the keys of a table; skein describe: all of them
+Exit codes: 0 done, 2 input, 3 stopped by a limit, 4 numerical, 5 I/O, 6 MPI or internal.
+)";
+
+/// Rank among the processes of an MPI launcher, without starting MPI.
+bool first_process() {
+    for (const char* name : {"OMPI_COMM_WORLD_RANK", "PMIX_RANK", "PMI_RANK", "SLURM_PROCID"})
+        if (const char* rank = std::getenv(name)) return std::atoi(rank) == 0;
+    return true;
+}
+
+void add_scene_options(CLI::App& command, skein::SceneArguments& scene) {
+    command.add_option("SCENE", scene.file, "scene file (TOML)")->required();
+    command.add_option("--set", scene.overrides, "override a key, e.g. --set time.duration=10 (may be repeated)")->type_name("KEY=VALUE")->allow_extra_args(false);
+}
+
+} // namespace
+
+int main(int argc, char** argv) {
+    CLI::App app("Skein: large assemblies of soft slender rods.");
+    app.footer(examples);
+    app.require_subcommand(1);
+
+    skein::RunArguments run;
+    CLI::App* run_command = app.add_subcommand("run", "run a scene, or resume it from its last checkpoint");
+    add_scene_options(*run_command, run.scene);
+    run_command->add_option("-o,--out", run.options.out, "directory of results; default out/<scene name>");
+    run_command->add_option("-t,--threads", run.threads, "threads per rank; default: the cores this rank may use")->check(CLI::PositiveNumber);
+    run_command->add_option("--lanes", run.lanes, "rods side by side in SIMD registers")->check(CLI::IsMember({1, 2, 4, 8}))->capture_default_str();
+    run_command->add_option("--steps", run.options.steps, "stop after this step")->check(CLI::PositiveNumber);
+    run_command->add_option("--until", run.options.until, "stop at this time [s]")->check(CLI::PositiveNumber);
+    run_command->add_option("--walltime", run.options.walltime, "stop with a checkpoint after this many seconds")->check(CLI::PositiveNumber);
+    run_command->add_flag("--overwrite", run.options.overwrite, "start anew, removing earlier results");
+    run_command->add_flag("-q,--quiet", run.options.quiet, "no plan, no progress, no table");
+
+    skein::PlanArguments plan;
+    CLI::App* plan_command = app.add_subcommand("plan", "print what a run would do");
+    add_scene_options(*plan_command, plan.scene);
+    plan_command->add_flag("--json", plan.json, "as JSON");
+    plan_command->add_option("--ranks", plan.ranks, "number of ranks to plan for")->check(CLI::PositiveNumber);
+    plan_command->add_option("-t,--threads", plan.threads, "threads per rank")->check(CLI::PositiveNumber);
+    plan_command->add_option("--lanes", plan.lanes, "rods side by side in SIMD registers")->check(CLI::IsMember({1, 2, 4, 8}))->capture_default_str();
+
+    skein::SceneArguments check;
+    CLI::App* check_command = app.add_subcommand("check", "read and check a scene, run nothing");
+    add_scene_options(*check_command, check);
+
+    skein::DescribeArguments describe;
+    CLI::App* describe_command = app.add_subcommand("describe", "a scene with all defaults spelled out, or the keys that scenes know");
+    describe_command->add_option("SCENE_OR_KEY", describe.what, "scene file, or a key such as rods.material; default: all keys");
+
+    std::string info_scene;
+    CLI::App* info_command = app.add_subcommand("info", "build and machine; with a scene, the state of its results");
+    info_command->add_option("SCENE", info_scene, "scene file");
+
+    try {
+        app.parse(argc, argv);
+    } catch (const CLI::ParseError& e) {
+        const bool asked = e.get_exit_code() == 0; // --help
+        if (first_process()) app.exit(e);
+        return asked ? 0 : static_cast<int>(skein::Exit::input);
+    }
+
+    if (run_command->parsed()) return skein::run_command(run, argc, argv);
+    if (!first_process()) return 0;
+    if (plan_command->parsed()) return skein::plan_command(plan);
+    if (check_command->parsed()) return skein::check_command(check);
+    if (describe_command->parsed()) return skein::describe_command(describe);
+    if (info_command->parsed()) return skein::info_command(info_scene);
+    return static_cast<int>(skein::Exit::internal);
+}

@@ -1,0 +1,40 @@
+// Wall time by phase of a run.
+#pragma once
+
+#include <array>
+#include <chrono>
+#include <cstddef>
+#include <string_view>
+
+namespace skein {
+
+inline double wall_seconds() {
+    return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
+}
+
+enum class Phase { setup, rods, inspect, observe, output, checkpoint, agree };
+inline constexpr std::string_view phase_names[] = {"setup", "rods", "inspect", "observe", "output", "checkpoint", "agree"};
+inline constexpr std::size_t phase_count = std::size(phase_names);
+
+class Timers {
+public:
+    /// Adds the time until the guard's end to a phase.
+    class Guard {
+    public:
+        Guard(double& total) : total_(total), start_(wall_seconds()) {}
+        ~Guard() { total_ += wall_seconds() - start_; }
+        Guard(const Guard&) = delete;
+        Guard& operator=(const Guard&) = delete;
+
+    private:
+        double& total_;
+        double start_;
+    };
+    Guard time(Phase phase) { return Guard(seconds_[static_cast<std::size_t>(phase)]); }
+    double seconds(Phase phase) const { return seconds_[static_cast<std::size_t>(phase)]; }
+
+private:
+    std::array<double, phase_count> seconds_{};
+};
+
+} // namespace skein

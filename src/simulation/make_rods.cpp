@@ -1,0 +1,18 @@
+#include "simulation/make_rods.hpp"
+
+#include "core/error.hpp"
+#include "simulation/make_rods_at.hpp"
+
+namespace skein {
+
+std::unique_ptr<Rods> make_rods(const Plan& plan, std::span<const RodGroup> groups, std::vector<LocalRod> owned, const Threads& threads) {
+    switch (plan.machine.lanes) {
+    case 1: return make_rods_at<1>(plan, groups, std::move(owned), threads);
+    case 2: return make_rods_at<2>(plan, groups, std::move(owned), threads);
+    case 4: return make_rods_at<4>(plan, groups, std::move(owned), threads);
+    case 8: return make_rods_at<8>(plan, groups, std::move(owned), threads);
+    default: throw InputError("lanes must be 1, 2, 4 or 8, not " + std::to_string(plan.machine.lanes));
+    }
+}
+
+} // namespace skein

@@ -1,0 +1,7 @@
+#include "simulation/make_rods_at.hpp"
+
+namespace skein {
+
+SKEIN_MAKE_RODS_AT(2);
+
+} // namespace skein

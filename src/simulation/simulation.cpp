@@ -1,0 +1,208 @@
+#include "simulation/simulation.hpp"
+
+#include "diagnostics/observables.hpp"
+#include "partition/partition.hpp"
+#include "scene/scene_file.hpp"
+#include "simulation/make_rods.hpp"
+#include "simulation/summary.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <csignal>
+#include <cstdio>
+#include <filesystem>
+
+namespace skein {
+
+namespace {
+
+constexpr double tick_seconds = 0.5; ///< wall time between two agreements of all ranks
+
+volatile std::sig_atomic_t stop_requested = 0;
+
+std::int64_t multiple_after(std::int64_t step, std::int64_t every) { return (step / every + 1) * every; }
+
+/// True on all ranks alike if the directory holds results but no checkpoint to resume from.
+bool holds_results(const std::string& directory) {
+    if (!std::filesystem::exists(directory)) return false;
+    return std::any_of(std::filesystem::directory_iterator(directory), {}, [](const auto& entry) {
+        const std::string name = entry.path().filename().string();
+        return name == "summary.json" || name == "observables.csv" || name.ends_with(".h5");
+    });
+}
+
+void remove_results(const std::string& directory) {
+    for (const auto& entry : std::filesystem::directory_iterator(directory)) {
+        const std::string name = entry.path().filename().string();
+        const bool ours = name == "summary.json" || name == "observables.csv" || name.ends_with(".xdmf") || name.ends_with(".h5") || name.ends_with(".tmp");
+        if (ours && entry.is_regular_file()) std::filesystem::remove(entry.path());
+    }
+}
+
+/// Runs `work` on root; what it throws is thrown on all ranks.
+template <class F> void on_root(const Communicator& comm, F&& work) {
+    std::string failure;
+    if (comm.root()) try {
+            work();
+        } catch (const std::exception& e) { failure = e.what(); }
+    failure = comm.first_text(failure);
+    if (!failure.empty()) throw IoError(failure);
+}
+
+} // namespace
+
+void request_stop() { stop_requested = 1; }
+
+Simulation::Simulation(const Communicator& comm, const Threads& threads, const SceneSpec& scene, std::vector<RodGroup> groups, Plan plan, RunOptions options)
+    : comm_(comm), threads_(threads), groups_(std::move(groups)), plan_(std::move(plan)), options_(std::move(options)),
+      physics_(scene_json(scene, true)), started_(wall_seconds()), clock_(plan_.dt, 0) {
+    const auto setup = timers_.time(Phase::setup);
+    on_root(comm_, [&] {
+        std::filesystem::create_directories(options_.out);
+        lock_ = std::make_unique<DirectoryLock>(options_.out);
+        if (options_.overwrite) remove_results(options_.out);
+    });
+    rods_ = make_rods(plan_, groups_, partition(comm_, groups_), threads_);
+
+    const auto warn = [](const std::string& text) { std::fprintf(stderr, "warning: %s\n", text.c_str()); };
+    if (const auto found = read_checkpoint(comm_, options_.out, groups_, *rods_, physics_, warn)) {
+        clock_ = Clock(plan_.dt, found->step);
+        last_checkpoint_ = found->step;
+        if (comm_.root()) std::printf("Resuming from %s: step %lld, %.1f %% done\n", found->file.c_str(), static_cast<long long>(found->step),
+                                      100.0 * static_cast<double>(found->step) / static_cast<double>(plan_.steps));
+    } else {
+        on_root(comm_, [&] {
+            if (holds_results(options_.out))
+                throw IoError("'" + options_.out + "' holds results but no checkpoint to resume from; use --overwrite to start anew, or another --out");
+        });
+    }
+    first_step_ = clock_.done();
+    last_step_ = plan_.steps;
+    if (options_.until > 0) last_step_ = std::min<std::int64_t>(last_step_, std::llround(options_.until / plan_.dt));
+    if (options_.steps > 0) last_step_ = std::min(last_step_, options_.steps);
+    open_outputs(scene);
+    progress_ = std::make_unique<Progress>(comm_.root() && !options_.quiet, first_step_, last_step_, plan_.dt, static_cast<double>(plan_.elements));
+}
+
+Simulation::~Simulation() = default;
+
+std::uint64_t Simulation::digest() const { return comm_.sum_wrapping(rods_->digest()); }
+
+void Simulation::advance(std::int64_t until) {
+    while (clock_.done() < until && failure_.empty()) {
+        const auto steps = clock_.next(until);
+        {
+            const auto timing = timers_.time(Phase::rods);
+            rods_->visit(steps); // per tile: drift, forces, loads, kick
+        }
+        clock_.advance(steps);
+        const auto timing = timers_.time(Phase::inspect);
+        try {
+            rods_->inspect(clock_.done(), plan_.dt);
+        } catch (const NumericalError& e) { failure_ = e.what(); } // the other ranks learn of it at the next event
+    }
+}
+
+RunResult Simulation::run() {
+    if (first_step_ == 0) write_due();
+    Verdict verdict = Verdict::go_on;
+    next_tick_ = clock_.done() + 1;
+    while (clock_.done() < last_step_ && verdict == Verdict::go_on) {
+        const std::int64_t event = next_event();
+        advance(event);
+        verdict = agree(event);
+        write_due();
+        progress_->show(clock_.done());
+    }
+    progress_->finish();
+    for (FrameWriter* frames : {trajectory_.get(), tips_.get()})
+        if (frames) frames->close_segment();
+    checkpoint();
+
+    const RunResult result{clock_.done() < last_step_ ? Exit::limit : Exit::done, clock_.done(), digest()};
+    write_summary(result);
+    return result;
+}
+
+std::int64_t Simulation::next_event() const {
+    std::int64_t next = std::min(last_step_, next_tick_);
+    for (const std::int64_t every : {plan_.cadence.trajectory, plan_.cadence.tips, plan_.cadence.series, plan_.cadence.checkpoint})
+        if (every > 0) next = std::min(next, multiple_after(clock_.done(), every));
+    return next;
+}
+
+Simulation::Verdict Simulation::agree(std::int64_t event) {
+    const auto timing = timers_.time(Phase::agree);
+    const std::string failure = comm_.first_text(failure_);
+    if (!failure.empty()) {
+        progress_->finish();
+        const std::string last = last_checkpoint_ >= 0 ? "the last good checkpoint is of step " + std::to_string(last_checkpoint_) : "there is no checkpoint yet";
+        char ratio[96];
+        std::snprintf(ratio, sizeof ratio, "dt is %.3g of the rest-state limit %.4g s", plan_.dt / plan_.limit, plan_.limit);
+        throw NumericalError(failure + "\n  likely cause: " + ratio + (plan_.dt > 0.95 * plan_.limit ? ", too close to it; lower dt" : "; strains have grown beyond what it allows, or a load is too strong") +
+                             "\n  " + last);
+    }
+    if (event < next_tick_) return Verdict::go_on;
+    const double wall = wall_seconds() - started_;
+    const bool stop = comm_.max(static_cast<std::int64_t>(stop_requested)) != 0 || comm_.max(wall) > (options_.walltime > 0 ? 0.98 * options_.walltime : HUGE_VAL);
+    // The next tick: as many steps as half a second holds at the speed so far; root's figure for all.
+    const double speed = static_cast<double>(clock_.done() - first_step_) / std::max(1e-9, timers_.seconds(Phase::rods) + timers_.seconds(Phase::inspect));
+    next_tick_ = clock_.done() + comm_.broadcast(std::clamp<std::int64_t>(static_cast<std::int64_t>(speed * tick_seconds), 1, std::int64_t{1} << 40));
+    return stop ? Verdict::stop_at_limit : Verdict::go_on;
+}
+
+void Simulation::open_outputs(const SceneSpec& scene) {
+    const auto frames = [&](FrameKind kind) {
+        return std::make_unique<FrameWriter>(comm_, options_.out, kind, scene.output, groups_, *rods_, threads_, clock_.done(), plan_.title);
+    };
+    if (plan_.cadence.trajectory > 0) trajectory_ = frames(FrameKind::trajectory);
+    if (plan_.cadence.tips > 0) tips_ = frames(FrameKind::tips);
+    if (plan_.cadence.series > 0)
+        on_root(comm_, [&] { series_ = std::make_unique<SeriesFile>(options_.out + "/observables.csv", observable_names(), clock_.done()); });
+}
+
+void Simulation::write_due() {
+    const auto due = [&](std::int64_t every) { return every > 0 && clock_.done() % every == 0; };
+    if (due(plan_.cadence.series)) sample();
+    {
+        const auto timing = timers_.time(Phase::output);
+        if (due(plan_.cadence.trajectory)) trajectory_->write(clock_.done(), clock_.time(), half_step());
+        if (due(plan_.cadence.tips)) tips_->write(clock_.done(), clock_.time(), half_step());
+    }
+    if (clock_.done() > 0 && due(plan_.cadence.checkpoint)) checkpoint();
+}
+
+void Simulation::sample() {
+    const auto timing = timers_.time(Phase::observe);
+    last_sample_ = observe(comm_, threads_, groups_, *rods_, half_step());
+    on_root(comm_, [&] { series_->append(clock_.done(), clock_.time(), last_sample_); });
+}
+
+void Simulation::checkpoint() {
+    if (last_checkpoint_ == clock_.done()) return;
+    {
+        const auto timing = timers_.time(Phase::output);
+        for (FrameWriter* frames : {trajectory_.get(), tips_.get()})
+            if (frames) frames->close_segment();
+    }
+    const auto timing = timers_.time(Phase::checkpoint);
+    write_checkpoint(comm_, options_.out, groups_, *rods_, {clock_.done(), plan_.dt, digest(), physics_, {}});
+    last_checkpoint_ = clock_.done();
+}
+
+void Simulation::write_summary(const RunResult& result) {
+    const std::vector<double> observables = observe(comm_, threads_, groups_, *rods_, half_step());
+    RunFigures figures{.plan = plan_, .result = result, .first_step = first_step_, .wall_s = wall_seconds() - started_, .observables = observables};
+    for (std::size_t p = 0; p < phase_count; ++p) {
+        const double mine = timers_.seconds(static_cast<Phase>(p));
+        figures.phases.push_back({comm_.min(mine), static_cast<double>(comm_.sum(std::llround(mine * 1e6))) * 1e-6 / comm_.size(), comm_.max(mine)});
+    }
+    figures.rod_bytes = comm_.sum(static_cast<std::int64_t>(rods_->bytes()));
+    figures.resident_bytes = comm_.sum(resident_bytes());
+    on_root(comm_, [&] {
+        write_file(options_.out + "/summary.json", summary_json(figures));
+        if (!options_.quiet) std::printf("%s", timing_table(figures).c_str());
+    });
+}
+
+} // namespace skein

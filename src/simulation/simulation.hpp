@@ -1,0 +1,95 @@
+// A run: owns rods, clock and outputs, and carries out the plan. The readable step is Simulation::advance.
+#pragma once
+
+#include "core/error.hpp"
+#include "core/timer.hpp"
+#include "io/checkpoint.hpp"
+#include "io/files.hpp"
+#include "io/trajectory.hpp"
+#include "parallel/communicator.hpp"
+#include "parallel/threads.hpp"
+#include "rod/rods.hpp"
+#include "scene/plan.hpp"
+#include "simulation/progress.hpp"
+#include "time/clock.hpp"
+
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace skein {
+
+struct RunOptions {
+    std::string out;              ///< directory of results
+    bool overwrite = false;       ///< start anew over existing results
+    std::int64_t steps = 0;       ///< stop after this step; 0: the scene's end
+    double until = 0;             ///< stop at this time, s; 0: the scene's end
+    double walltime = 0;          ///< stop with a checkpoint after this many seconds; 0: never
+    bool quiet = false;           ///< no progress line
+};
+
+/// How a run ended.
+struct RunResult {
+    Exit code = Exit::done;
+    std::int64_t step = 0;
+    std::uint64_t digest = 0;
+};
+
+class Simulation {
+public:
+    /// Collective. Partitions the rods, takes the newest checkpoint in options.out, opens outputs. Throws before anything is
+    /// overwritten where the directory holds something else.
+    Simulation(const Communicator& comm, const Threads& threads, const SceneSpec& scene, std::vector<RodGroup> groups, Plan plan, RunOptions options);
+    ~Simulation();
+
+    /// Steps to the end (or a limit of the options), with outputs; writes checkpoint and summary. Throws NumericalError or IoError
+    /// on all ranks alike.
+    RunResult run();
+
+    const Plan& plan() const { return plan_; }
+    const Rods& rods() const { return *rods_; }
+    std::int64_t step() const { return clock_.done(); }
+    std::uint64_t digest() const; ///< of the whole scene; collective
+
+    /// Steps up to `until` without looking at outputs: what a run does between two events.
+    void advance(std::int64_t until);
+
+private:
+    enum class Verdict { go_on, stop_at_limit };
+
+    void open_outputs(const SceneSpec& scene);
+    void write_due();
+    void checkpoint();
+    void sample();
+    std::int64_t next_event() const;
+    /// All ranks learn of failures, signals and limits; sets the next tick.
+    Verdict agree(std::int64_t event);
+    void write_summary(const RunResult& result);
+    double half_step() const { return clock_.done() == 0 ? 0.0 : 0.5 * plan_.dt; }
+
+    const Communicator comm_;
+    const Threads& threads_;
+    std::vector<RodGroup> groups_;
+    Plan plan_;
+    RunOptions options_;
+    std::string physics_; ///< canonical scene, kept in checkpoints
+    Timers timers_;
+    double started_;
+    std::unique_ptr<DirectoryLock> lock_;
+    std::unique_ptr<Rods> rods_;
+    Clock clock_;
+    std::int64_t first_step_ = 0, last_step_ = 0; ///< of this run
+    std::int64_t next_tick_ = 0;                  ///< step at which ranks agree next
+    std::int64_t last_checkpoint_ = -1;
+    std::string failure_;                         ///< of this rank's rods; agreed on at the next event
+    std::unique_ptr<FrameWriter> trajectory_, tips_;
+    std::unique_ptr<SeriesFile> series_;          ///< root only
+    std::vector<double> last_sample_;
+    std::unique_ptr<Progress> progress_;
+};
+
+/// Asks every run of this process to stop at its next event with a checkpoint. Safe in a signal handler.
+void request_stop();
+
+} // namespace skein

@@ -1,0 +1,89 @@
+#include "simulation/summary.hpp"
+
+#include "diagnostics/observables.hpp"
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include <unistd.h>
+
+#include <algorithm>
+#include <cstdio>
+#include <iterator>
+
+namespace skein {
+
+namespace {
+
+double element_steps(const RunFigures& f) { return static_cast<double>(f.result.step - f.first_step) * static_cast<double>(f.plan.elements); }
+
+/// Wall time in the rods' passes per element-step, times the cores at work on it.
+double ns_per_element_step(const RunFigures& f) {
+    const double cores = f.plan.machine.ranks * std::min(f.plan.machine.threads, f.plan.machine.cores);
+    const double steps = element_steps(f);
+    return steps > 0 ? f.phases[static_cast<std::size_t>(Phase::rods)].max * cores * 1e9 / steps : 0;
+}
+
+} // namespace
+
+std::string digest_text(std::uint64_t digest) { return fmt::format("{:016x}", digest); }
+
+std::int64_t resident_bytes() {
+    long pages = 0;
+    if (std::FILE* statm = std::fopen("/proc/self/statm", "r")) {
+        if (std::fscanf(statm, "%*s %ld", &pages) != 1) pages = 0;
+        std::fclose(statm);
+    }
+    return static_cast<std::int64_t>(pages) * sysconf(_SC_PAGESIZE);
+}
+
+std::string summary_json(const RunFigures& f) {
+    nlohmann::ordered_json phases, observables;
+    for (std::size_t p = 0; p < phase_count; ++p)
+        phases[std::string(phase_names[p])] = {{"min_s", f.phases[p].min}, {"mean_s", f.phases[p].mean}, {"max_s", f.phases[p].max}};
+    const auto names = observable_names();
+    for (std::size_t i = 0; i < names.size(); ++i) observables[names[i]] = f.observables[i];
+    const nlohmann::ordered_json json = {
+        {"title", f.plan.title},
+        {"finished", f.result.step == f.plan.steps},
+        {"digest", digest_text(f.result.digest)},
+        {"steps", f.result.step},
+        {"first_step", f.first_step},
+        {"time_s", static_cast<double>(f.result.step) * f.plan.dt},
+        {"dt_s", f.plan.dt},
+        {"dt_limit_s", f.plan.limit},
+        {"rods", f.plan.rods},
+        {"elements", f.plan.elements},
+        {"element_steps", element_steps(f)},
+        {"wall_s", f.wall_s},
+        {"ns_per_element_step", ns_per_element_step(f)},
+        {"predicted_s", f.plan.predicted_s},
+        {"ranks", f.plan.machine.ranks},
+        {"threads", f.plan.machine.threads},
+        {"cores_per_rank", f.plan.machine.cores},
+        {"lanes", f.plan.machine.lanes},
+        {"phases", phases},
+        {"memory", {{"rods_bytes", f.rod_bytes}, {"rods_bytes_per_element", static_cast<double>(f.rod_bytes) / static_cast<double>(f.plan.elements)},
+                    {"resident_bytes", f.resident_bytes}}},
+        {"observables", observables}};
+    return json.dump(2) + "\n";
+}
+
+std::string timing_table(const RunFigures& f) {
+    std::string text = fmt::format("\n{:<12}{:>10}{:>10}{:>10}{:>9}\n", "phase", "min s", "mean s", "max s", "share");
+    const auto out = std::back_inserter(text);
+    double sum = 0;
+    for (std::size_t p = 0; p < phase_count; ++p) {
+        fmt::format_to(out, "{:<12}{:>10.3f}{:>10.3f}{:>10.3f}{:>8.1f}%\n", phase_names[p], f.phases[p].min, f.phases[p].mean, f.phases[p].max,
+                       100 * f.phases[p].mean / f.wall_s);
+        sum += f.phases[p].mean;
+    }
+    fmt::format_to(out, "{:<12}{:>10}{:>10.3f}{:>10}{:>8.1f}%\n", "other", "", f.wall_s - sum, "", 100 * (f.wall_s - sum) / f.wall_s);
+    fmt::format_to(out, "{:<12}{:>10}{:>10.3f}\n\n", "total", "", f.wall_s);
+    fmt::format_to(out, "{:.4g} element-steps, {:.1f} ns each and core; {:.0f} B per element for rods, {:.1f} MB resident\n", element_steps(f),
+                   ns_per_element_step(f), static_cast<double>(f.rod_bytes) / static_cast<double>(f.plan.elements), static_cast<double>(f.resident_bytes) * 1e-6);
+    fmt::format_to(out, "step {}  digest {}\n", f.result.step, digest_text(f.result.digest));
+    return text;
+}
+
+} // namespace skein

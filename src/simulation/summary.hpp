@@ -1,0 +1,38 @@
+// What a run leaves behind in figures: summary.json for programs, a timing table for people.
+#pragma once
+
+#include "scene/plan.hpp"
+#include "simulation/simulation.hpp"
+
+#include <span>
+#include <string>
+#include <vector>
+
+namespace skein {
+
+/// Seconds of one phase over the ranks.
+struct PhaseTime {
+    double min, mean, max;
+};
+
+struct RunFigures {
+    const Plan& plan;
+    RunResult result;
+    std::int64_t first_step;  ///< of this run; > 0 after a restart
+    double wall_s;
+    std::span<const double> observables; ///< at the end, in the order of observable_names()
+    std::vector<PhaseTime> phases;       ///< by Phase
+    std::int64_t rod_bytes = 0;          ///< state and scratch, all ranks
+    std::int64_t resident_bytes = 0;     ///< resident set, all ranks
+};
+
+std::string summary_json(const RunFigures& figures);
+std::string timing_table(const RunFigures& figures);
+
+/// Resident set of this process, bytes; 0 where the system does not tell.
+std::int64_t resident_bytes();
+
+/// The digest as it is printed everywhere: 16 hexadecimal digits.
+std::string digest_text(std::uint64_t digest);
+
+} // namespace skein
