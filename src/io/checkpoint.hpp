@@ -7,6 +7,7 @@
 #include "rod/rods.hpp"
 
 #include <cstdint>
+#include <functional>
 #include <optional>
 #include <span>
 #include <string>
@@ -16,19 +17,20 @@ namespace skein {
 struct CheckpointInfo {
     std::int64_t step = 0;
     double dt = 0;
-    std::uint64_t digest = 0;    ///< of the whole state
-    std::string scene;           ///< canonical JSON of the scene; a run resumes only where it is equal
-    std::string file;            ///< path it was read from
+    std::uint64_t digest = 0; ///< of the whole state
+    std::string scene;        ///< canonical JSON of the scene; a run resumes only where it is equal
+    std::string file;         ///< path it was read from
 };
 
-/// Writes <directory>/checkpoint_<step, 12 digits>.h5 and removes all but the newest two. Throws IoError on all ranks alike,
-/// leaving no temporary file and the older checkpoints untouched.
-void write_checkpoint(const Communicator& comm, const std::string& directory, std::span<const RodGroup> groups,
-                      const Rods& rods, const CheckpointInfo& info);
+/// Writes <directory>/checkpoint_<step, 12 digits>.h5, then removes all but it and the one before. Throws IoError on all ranks
+/// alike, leaving no temporary file and the older checkpoints untouched; also where the state does not have info.digest.
+void write_checkpoint(const Communicator& comm, const std::string& directory, std::span<const RodGroup> groups, const Rods& rods,
+                      const CheckpointInfo& info);
 
 /// Loads the newest valid checkpoint of the directory into `rods`; nullopt where there is none at all. A file that is damaged
-/// (cannot be opened, wrong sizes, digest of a group differs) is named, with what is wrong, through `warn` (called on root), and the
-/// one before it is tried. A valid one whose scene differs from `scene` throws InputError listing the keys that differ.
+/// (cannot be opened, wrong sizes, digest of a group differs) is named, with what is wrong, through `warn` (called on root), and
+/// the one before it is tried; where none is left, IoError is thrown. A sound one whose scene differs from `scene`, or of another
+/// version of the format, throws InputError saying what differs. `rods` is changed even where this throws.
 std::optional<CheckpointInfo> read_checkpoint(const Communicator& comm, const std::string& directory,
                                               std::span<const RodGroup> groups, Rods& rods, const std::string& scene,
                                               const std::function<void(const std::string&)>& warn);

@@ -1,6 +1,7 @@
 // Small text files: whole-file atomic writes and the time series.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <span>
 #include <string>
@@ -15,15 +16,18 @@ void write_file(const std::string& path, std::string_view content);
 std::string read_file(const std::string& path);
 
 /// observables.csv: step, time, then one column per observable, with units in the header, e.g. "kinetic_energy[J]".
-/// Root only. On resume rows after `resume_step` are dropped (through a temporary file).
+/// Root only. On resume rows after `resume_step` are dropped (through a temporary file); -1 starts a new file.
 class SeriesFile {
 public:
     SeriesFile(std::string path, std::vector<std::string> columns, std::int64_t resume_step);
-    void append(std::int64_t step, double time, std::span<const double> values); ///< 17 significant digits, flushed
+    /// 17 significant digits, flushed. A step that the file already holds is left alone.
+    void append(std::int64_t step, double time, std::span<const double> values);
     const std::string& path() const { return path_; }
 
 private:
     std::string path_;
+    std::size_t columns_;
+    std::int64_t last_step_ = -1;
 };
 
 /// An exclusive lock on an output directory for the life of the object (flock on <directory>/.lock, so it never outlives

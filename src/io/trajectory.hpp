@@ -4,30 +4,37 @@
 // checkpoint is computed again, bit for bit.
 #pragma once
 
-#include "io/checkpoint.hpp"
 #include "io/output_spec.hpp"
+#include "parallel/communicator.hpp"
 #include "parallel/threads.hpp"
-#include "partition/partition.hpp"
+#include "rod/rods.hpp"
 
+#include <cstdint>
 #include <memory>
+#include <span>
 #include <string>
-#include <vector>
+#include <string_view>
 
 namespace skein {
 
 /// What a frame holds: all nodes, or only the last node of every rod.
 enum class FrameKind { trajectory, tips };
+inline constexpr std::string_view frame_kind_names[] = {"trajectory", "tips"};
 
 class FrameWriter {
 public:
-    /// Removes frames after `resume_step` (whole later segments and *.tmp) from the directory; keeps the rest. Collective.
+    /// Removes frames after `resume_step` and unfinished segments from the directory and keeps the rest; -1 removes all.
+    /// Collective.
     FrameWriter(const Communicator& comm, std::string directory, FrameKind kind, const OutputSpec& spec,
-                std::span<const RodGroup> groups, const Rods& rods, const Threads& threads, std::int64_t resume_step, std::string title);
+                std::span<const RodGroup> groups, const Rods& rods, const Threads& threads, std::int64_t resume_step,
+                std::string title);
     ~FrameWriter();
 
-    /// Appends the state at time t (synchronised copies: positions drifted on by dt/2). Collective.
+    /// Appends the state at time t (synchronised copies: positions drifted on by dt/2). A step that is already there is left
+    /// alone. Collective.
     void write(std::int64_t step, double time, double half_dt);
-    /// Closes and renames the open segment, and rewrites the XDMF side-car. Called before each checkpoint and at the end.
+    /// Closes and renames the open segment, and rewrites the XDMF side-car. Called before each checkpoint and at the end: what
+    /// is still open when the object ends is lost. Collective.
     void close_segment();
 
 private:

@@ -124,7 +124,8 @@ std::vector<std::byte> Communicator::all_to_all(std::span<const std::byte> recor
     const std::int64_t sent = total(send_counts), received = total(receive_counts);
     const std::int64_t largest = max(std::max({sent, received, static_cast<std::int64_t>(record_bytes)}));
     if (largest > largest_count)
-        throw Error(Exit::internal, "all_to_all: " + std::to_string(largest) + " records on one rank are more than MPI can count; use more ranks");
+        throw Error(Exit::internal,
+                    "all_to_all: " + std::to_string(largest) + " records on one rank are more than MPI can count; use more ranks");
 
     std::vector<std::byte> arrived(static_cast<std::size_t>(received) * record_bytes);
     const Layout out(send_counts), in(receive_counts);

@@ -11,7 +11,8 @@
 namespace skein {
 
 struct Threads::Arena {
-    explicit Arena(int count) : limit(tbb::global_control::max_allowed_parallelism, static_cast<std::size_t>(count)), arena(count) {}
+    explicit Arena(int count)
+        : limit(tbb::global_control::max_allowed_parallelism, static_cast<std::size_t>(count)), arena(count) {}
 
     tbb::global_control limit;
     tbb::task_arena arena;

@@ -34,7 +34,8 @@ IndexBlocks::IndexBlocks(const Communicator& comm, std::span<const std::int64_t>
 namespace {
 
 /// out[to[i]] = in[i]
-std::vector<std::byte> scatter(std::span<const std::byte> in, std::span<const std::int64_t> to, std::size_t count, std::size_t bytes) {
+std::vector<std::byte> scatter(std::span<const std::byte> in, std::span<const std::int64_t> to, std::size_t count,
+                               std::size_t bytes) {
     std::vector<std::byte> out(count * bytes);
     for (std::size_t i = 0; i < to.size(); ++i) std::memcpy(&out[static_cast<std::size_t>(to[i]) * bytes], &in[i * bytes], bytes);
     return out;
@@ -43,7 +44,8 @@ std::vector<std::byte> scatter(std::span<const std::byte> in, std::span<const st
 /// out[i] = in[from[i]]
 std::vector<std::byte> gather(std::span<const std::byte> in, std::span<const std::int64_t> from, std::size_t bytes) {
     std::vector<std::byte> out(from.size() * bytes);
-    for (std::size_t i = 0; i < from.size(); ++i) std::memcpy(&out[i * bytes], &in[static_cast<std::size_t>(from[i]) * bytes], bytes);
+    for (std::size_t i = 0; i < from.size(); ++i)
+        std::memcpy(&out[i * bytes], &in[static_cast<std::size_t>(from[i]) * bytes], bytes);
     return out;
 }
 

@@ -67,7 +67,8 @@ std::vector<Keyed> key_block(const Communicator& comm, const Roster& roster) {
     for (std::int64_t gid = begin; gid < end; ++gid) centres.push_back(roster.centre(gid));
     const Cube cube = bounding_cube(comm, centres);
     std::vector<Keyed> rods;
-    for (std::int64_t gid = begin; gid < end; ++gid) rods.push_back({key_in(cube, centres[static_cast<std::size_t>(gid - begin)]), gid});
+    for (std::int64_t gid = begin; gid < end; ++gid)
+        rods.push_back({key_in(cube, centres[static_cast<std::size_t>(gid - begin)]), gid});
     std::sort(rods.begin(), rods.end());
     return rods;
 }
@@ -82,7 +83,8 @@ public:
     std::vector<std::int64_t> operator()(std::span<const Keyed> places) const {
         std::vector<std::int64_t> weights;
         for (const Keyed& place : places)
-            weights.push_back(before_[static_cast<std::size_t>(std::lower_bound(rods_.begin(), rods_.end(), place) - rods_.begin())]);
+            weights.push_back(
+                before_[static_cast<std::size_t>(std::lower_bound(rods_.begin(), rods_.end(), place) - rods_.begin())]);
         comm_.sum(weights);
         return weights;
     }
@@ -113,8 +115,10 @@ std::vector<Keyed> find_cuts(const Communicator& comm, const Roster& roster, std
         const auto weights = weight_before(middle);
         for (std::size_t c = 0; c < cuts; ++c) {
             const Place place = low[c] + (high[c] - low[c]) / 2;
-            if (weights[c] >= block_begin(whole, static_cast<int>(c) + 1, comm.size())) high[c] = place;
-            else low[c] = place + 1;
+            if (weights[c] >= block_begin(whole, static_cast<int>(c) + 1, comm.size()))
+                high[c] = place;
+            else
+                low[c] = place + 1;
         }
     }
     std::vector<Keyed> found;
@@ -140,9 +144,7 @@ std::vector<Keyed> send_to_owners(const Communicator& comm, std::span<const Keye
 
 } // namespace
 
-std::int64_t block_begin(std::int64_t count, int part, int parts) {
-    return count / parts * part + count % parts * part / parts;
-}
+std::int64_t block_begin(std::int64_t count, int part, int parts) { return count / parts * part + count % parts * part / parts; }
 
 std::vector<LocalRod> partition(const Communicator& comm, std::span<const RodGroup> groups) {
     const Roster roster(groups);

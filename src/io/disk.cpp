@@ -1,0 +1,88 @@
+#include "io/disk.hpp"
+
+#include "core/error.hpp"
+
+#include <fmt/format.h>
+
+#include <fcntl.h>
+#include <sys/statvfs.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <charconv>
+#include <filesystem>
+#include <system_error>
+
+namespace fs = std::filesystem;
+
+namespace skein {
+
+namespace {
+
+std::string megabytes(std::uint64_t bytes) { return fmt::format("{:.1f} MB", static_cast<double>(bytes) * 1e-6); }
+
+/// Waits until a file's (or a directory's) content is on the disk.
+void flush_to_disk(const std::string& path) {
+    const int descriptor = ::open(path.c_str(), O_RDONLY | O_CLOEXEC);
+    if (descriptor < 0) throw_system_error(path, "cannot be opened", errno);
+    const int error = ::fsync(descriptor) == 0 ? 0 : errno;
+    ::close(descriptor);
+    if (error) throw_system_error(path, "cannot be flushed to disk", error);
+}
+
+} // namespace
+
+void throw_system_error(const std::string& path, const std::string& deed, int error) {
+    throw IoError(path + ": " + deed + " (" + std::generic_category().message(error) + ")");
+}
+
+void require_space(const std::string& directory, std::uint64_t bytes) {
+    struct statvfs disk;
+    if (::statvfs(directory.c_str(), &disk) != 0) throw_system_error(directory, "cannot be looked at", errno);
+    const std::uint64_t available = static_cast<std::uint64_t>(disk.f_bavail) * disk.f_frsize;
+    const std::uint64_t needed = bytes + bytes / 20 + (64 << 10);
+    if (available < needed)
+        throw IoError(fmt::format("{}: disk full: {} needed, {} available", directory, megabytes(needed), megabytes(available)));
+}
+
+void publish(const std::string& temporary, const std::string& path) {
+    flush_to_disk(temporary);
+    if (::rename(temporary.c_str(), path.c_str()) != 0) throw_system_error(temporary, "cannot be renamed", errno);
+    const fs::path directory = fs::path(path).parent_path();
+    flush_to_disk(directory.empty() ? "." : directory.string());
+}
+
+std::vector<NumberedFile> numbered_files(const std::string& directory, const std::string& prefix, const std::string& suffix) {
+    std::vector<NumberedFile> found;
+    std::error_code error;
+    for (const auto& entry : fs::directory_iterator(directory, error)) {
+        const std::string name = entry.path().filename().string();
+        if (name.size() <= prefix.size() + suffix.size() || !name.starts_with(prefix) || !name.ends_with(suffix)) continue;
+        std::int64_t number = 0;
+        const char *begin = name.data() + prefix.size(), *end = name.data() + name.size() - suffix.size();
+        if (std::from_chars(begin, end, number).ptr == end) found.push_back({name, number});
+    }
+    if (error && error != std::errc::no_such_file_or_directory) throw_system_error(directory, "cannot be listed", error.value());
+    std::sort(found.begin(), found.end(), [](const NumberedFile& a, const NumberedFile& b) { return a.number < b.number; });
+    return found;
+}
+
+void remove_file(const std::string& path) {
+    if (::unlink(path.c_str()) != 0 && errno != ENOENT) throw_system_error(path, "cannot be removed", errno);
+}
+
+void on_root(const Communicator& comm, const std::function<void()>& deed) {
+    std::string failure;
+    if (comm.root()) {
+        try {
+            deed();
+        } catch (const std::exception& error) {
+            failure = error.what();
+        }
+    }
+    failure = comm.first_text(failure);
+    if (!failure.empty()) throw IoError(failure);
+}
+
+} // namespace skein

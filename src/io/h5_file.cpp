@@ -1,0 +1,293 @@
+#include "io/h5_file.hpp"
+
+#include "core/error.hpp"
+
+#include <hdf5.h>
+#include <mpi.h>
+
+#include <algorithm>
+#include <utility>
+
+namespace skein {
+
+static_assert(sizeof(hid_t) == sizeof(std::int64_t) && sizeof(hsize_t) == sizeof(std::uint64_t));
+
+namespace {
+
+/// An HDF5 object, closed with the function of its kind.
+class Handle {
+public:
+    Handle(hid_t id, herr_t (*close)(hid_t)) : id_(id), close_(close) {}
+    ~Handle() {
+        if (id_ >= 0) close_(id_);
+    }
+    Handle(Handle&& other) noexcept : id_(std::exchange(other.id_, -1)), close_(other.close_) {}
+    Handle& operator=(Handle&&) = delete;
+    operator hid_t() const { return id_; }
+    bool valid() const { return id_ >= 0; }
+
+private:
+    hid_t id_;
+    herr_t (*close_)(hid_t);
+};
+
+/// What HDF5 found wrong in the last call that failed, where it found it. Taken down as the call fails: closing a handle on the
+/// way out would wipe HDF5's own record.
+std::string last_reason;
+
+herr_t take_down_reason(hid_t stack, void*) {
+    last_reason.clear();
+    return H5Ewalk2(
+        stack, H5E_WALK_UPWARD,
+        [](unsigned, const H5E_error2_t* error, void*) -> herr_t {
+            if (last_reason.empty() && error->desc) last_reason = error->desc;
+            return 0;
+        },
+        nullptr);
+}
+
+hid_t type_id(H5Type type) {
+    switch (type) {
+    case H5Type::float32:
+        return H5T_IEEE_F32LE;
+    case H5Type::float64:
+        return H5T_IEEE_F64LE;
+    case H5Type::int64:
+        return H5T_STD_I64LE;
+    case H5Type::uint64:
+        return H5T_STD_U64LE;
+    }
+    return -1;
+}
+
+// Pieces of this size suit both ParaView, which reads single frames, and file systems with stripes of 1 to 4 MB.
+constexpr std::uint64_t largest_chunk = 4 << 20;
+constexpr hsize_t alignment = 1 << 20;
+
+Handle file_access(const Communicator& comm) {
+    Handle access(H5Pcreate(H5P_FILE_ACCESS), H5Pclose);
+    H5Pset_fapl_mpio(access, MPI_Comm_f2c(comm.handle()), MPI_INFO_NULL);
+    // The newer format has checksums on all metadata, so that damage there is an error and not a wrong number.
+    H5Pset_libver_bounds(access, H5F_LIBVER_V110, H5F_LIBVER_LATEST);
+    H5Pset_coll_metadata_write(access, true);
+    H5Pset_all_coll_metadata_ops(access, true);
+    H5Pset_alignment(access, alignment, alignment);
+    H5Pset_fclose_degree(access, H5F_CLOSE_STRONG);
+    return access;
+}
+
+hid_t open_file(const Communicator& comm, const std::string& path, H5File::Mode mode) {
+    const Handle access = file_access(comm);
+    if (mode == H5File::Mode::read) return H5Fopen(path.c_str(), H5F_ACC_RDONLY, access);
+    if (mode == H5File::Mode::modify) return H5Fopen(path.c_str(), H5F_ACC_RDWR, access);
+    const Handle creation(H5Pcreate(H5P_FILE_CREATE), H5Pclose);
+    H5Pset_obj_track_times(creation, false);
+    return H5Fcreate(path.c_str(), H5F_ACC_TRUNC, creation, access);
+}
+
+/// Space for all elements at once and no fill values: every element is written.
+Handle dataset_creation() {
+    Handle creation(H5Pcreate(H5P_DATASET_CREATE), H5Pclose);
+    H5Pset_alloc_time(creation, H5D_ALLOC_TIME_EARLY);
+    H5Pset_fill_time(creation, H5D_FILL_TIME_NEVER);
+    H5Pset_obj_track_times(creation, false);
+    return creation;
+}
+
+/// One frame, or an equal share of its rods where that is more than a chunk's size.
+std::vector<hsize_t> chunk_shape(H5Type type, const std::vector<std::uint64_t>& frame_shape) {
+    if (frame_shape.empty()) return {1024};
+    std::vector<hsize_t> chunk{1};
+    chunk.insert(chunk.end(), frame_shape.begin(), frame_shape.end());
+    std::uint64_t row = H5Tget_size(type_id(type));
+    for (std::size_t i = 1; i < frame_shape.size(); ++i) row *= frame_shape[i];
+    const std::uint64_t rows_that_fit = std::max<std::uint64_t>(largest_chunk / row, 1);
+    const std::uint64_t chunks = (frame_shape[0] + rows_that_fit - 1) / rows_that_fit;
+    chunk[1] = (frame_shape[0] + chunks - 1) / chunks;
+    return chunk;
+}
+
+struct Selection {
+    Handle memory, file;
+    bool valid;
+
+    Selection(hid_t dataset, const H5Box& box)
+        : memory(H5Screate_simple(static_cast<int>(box.count.size()), dimensions(box).data(), nullptr), H5Sclose),
+          file(H5Dget_space(dataset), H5Sclose), valid(memory.valid() && file.valid()) {
+        if (!valid) return;
+        if (std::find(box.count.begin(), box.count.end(), 0u) != box.count.end())
+            valid = H5Sselect_none(memory) >= 0 && H5Sselect_none(file) >= 0;
+        else
+            valid = H5Sselect_hyperslab(file, H5S_SELECT_SET, dimensions(box.start).data(), nullptr, dimensions(box).data(),
+                                        nullptr) >= 0;
+    }
+
+private:
+    // hsize_t and uint64_t are alike but not the same type.
+    static std::vector<hsize_t> dimensions(const std::vector<std::uint64_t>& v) { return {v.begin(), v.end()}; }
+    static std::vector<hsize_t> dimensions(const H5Box& box) { return dimensions(box.count); }
+};
+
+Handle collective_transfer() {
+    Handle transfer(H5Pcreate(H5P_DATASET_XFER), H5Pclose);
+    H5Pset_dxpl_mpio(transfer, H5FD_MPIO_COLLECTIVE);
+    return transfer;
+}
+
+Handle text_type(std::size_t length) {
+    Handle type(H5Tcopy(H5T_C_S1), H5Tclose);
+    H5Tset_size(type, std::max<std::size_t>(length, 1));
+    H5Tset_strpad(type, H5T_STR_NULLPAD);
+    H5Tset_cset(type, H5T_CSET_UTF8);
+    return type;
+}
+
+bool make_attribute(hid_t file, const std::string& object, const std::string& name, hid_t type, const void* value) {
+    const Handle space(H5Screate(H5S_SCALAR), H5Sclose);
+    const Handle attribute(
+        H5Acreate_by_name(file, object.c_str(), name.c_str(), type, space, H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT), H5Aclose);
+    return attribute.valid() && H5Awrite(attribute, type, value) >= 0;
+}
+
+std::string attribute_name(const std::string& object, const std::string& name) { return "attribute " + name + " of " + object; }
+
+} // namespace
+
+H5File::H5File(const Communicator& comm, std::string path, Mode mode) : comm_(comm), path_(std::move(path)) {
+    H5Eset_auto2(H5E_DEFAULT, take_down_reason, nullptr); // instead of HDF5's print-out on every rank
+    id_ = open_file(comm, path_, mode);
+    try {
+        agree(id_ >= 0, mode == Mode::create ? "cannot be created" : "cannot be opened");
+    } catch (...) {
+        if (id_ >= 0) H5Fclose(id_);
+        throw;
+    }
+}
+
+H5File::~H5File() {
+    if (id_ >= 0) H5Fclose(id_);
+}
+
+void H5File::close() {
+    agree(H5Fflush(id_, H5F_SCOPE_GLOBAL) >= 0, "cannot be flushed to disk");
+    const bool closed = H5Fclose(std::exchange(id_, -1)) >= 0;
+    agree(closed, "cannot be closed");
+}
+
+void H5File::agree(bool well, const std::string& deed) const {
+    const std::string failure =
+        comm_.first_text(well ? "" : path_ + ": " + deed + (last_reason.empty() ? "" : " (" + last_reason + ")"));
+    last_reason.clear();
+    if (!failure.empty()) throw IoError(failure);
+}
+
+void H5File::make_group(const std::string& path) {
+    const Handle group(H5Gcreate2(id_, path.c_str(), H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT), H5Gclose);
+    agree(group.valid(), path + " cannot be made");
+}
+
+void H5File::make_dataset(const std::string& path, H5Type type, const std::vector<std::uint64_t>& shape) {
+    const std::vector<hsize_t> size(shape.begin(), shape.end());
+    const Handle space(H5Screate_simple(static_cast<int>(size.size()), size.data(), nullptr), H5Sclose);
+    const Handle dataset(H5Dcreate2(id_, path.c_str(), type_id(type), space, H5P_DEFAULT, dataset_creation(), H5P_DEFAULT),
+                         H5Dclose);
+    agree(dataset.valid(), path + " cannot be made");
+}
+
+void H5File::make_frames(const std::string& path, H5Type type, const std::vector<std::uint64_t>& frame_shape) {
+    std::vector<hsize_t> size{0}, largest{H5S_UNLIMITED};
+    size.insert(size.end(), frame_shape.begin(), frame_shape.end());
+    largest.insert(largest.end(), frame_shape.begin(), frame_shape.end());
+    const Handle space(H5Screate_simple(static_cast<int>(size.size()), size.data(), largest.data()), H5Sclose);
+    const Handle creation = dataset_creation();
+    const auto chunk = chunk_shape(type, frame_shape);
+    H5Pset_chunk(creation, static_cast<int>(chunk.size()), chunk.data());
+    const Handle dataset(H5Dcreate2(id_, path.c_str(), type_id(type), space, H5P_DEFAULT, creation, H5P_DEFAULT), H5Dclose);
+    agree(dataset.valid(), path + " cannot be made");
+}
+
+void H5File::set_frames(const std::string& path, std::uint64_t frames) {
+    const auto old = shape(path);
+    std::vector<hsize_t> size(old.begin(), old.end());
+    size.at(0) = frames;
+    const Handle dataset(H5Dopen2(id_, path.c_str(), H5P_DEFAULT), H5Dclose);
+    agree(dataset.valid() && H5Dset_extent(dataset, size.data()) >= 0, path + " cannot be resized");
+}
+
+std::vector<std::uint64_t> H5File::shape(const std::string& path) const {
+    const Handle dataset(H5Dopen2(id_, path.c_str(), H5P_DEFAULT), H5Dclose);
+    agree(dataset.valid(), path + " cannot be opened");
+    const Handle space(H5Dget_space(dataset), H5Sclose);
+    const int dimensions = space.valid() ? H5Sget_simple_extent_ndims(space) : -1;
+    std::vector<hsize_t> size(static_cast<std::size_t>(std::max(dimensions, 0)));
+    agree(dimensions >= 0 && H5Sget_simple_extent_dims(space, size.data(), nullptr) >= 0, path + " has no readable size");
+    return {size.begin(), size.end()};
+}
+
+void H5File::write(const std::string& path, H5Type type, const H5Box& box, const void* data) {
+    const Handle dataset(H5Dopen2(id_, path.c_str(), H5P_DEFAULT), H5Dclose);
+    agree(dataset.valid(), path + " cannot be opened");
+    const Selection selection(dataset, box);
+    agree(selection.valid, path + " has no such part");
+    const bool well = H5Dwrite(dataset, type_id(type), selection.memory, selection.file, collective_transfer(), data) >= 0;
+    agree(well, path + " cannot be written");
+}
+
+void H5File::read(const std::string& path, H5Type type, const H5Box& box, void* data) const {
+    const Handle dataset(H5Dopen2(id_, path.c_str(), H5P_DEFAULT), H5Dclose);
+    agree(dataset.valid(), path + " cannot be opened");
+    const Selection selection(dataset, box);
+    agree(selection.valid, path + " has no such part");
+    const bool well = H5Dread(dataset, type_id(type), selection.memory, selection.file, collective_transfer(), data) >= 0;
+    agree(well, path + " cannot be read");
+}
+
+void H5File::set(const std::string& object, const std::string& name, H5Type type, const void* value) {
+    agree(make_attribute(id_, object, name, type_id(type), value), attribute_name(object, name) + " cannot be written");
+}
+void H5File::set(const std::string& object, const std::string& name, std::int64_t value) {
+    set(object, name, H5Type::int64, &value);
+}
+void H5File::set(const std::string& object, const std::string& name, std::uint64_t value) {
+    set(object, name, H5Type::uint64, &value);
+}
+void H5File::set(const std::string& object, const std::string& name, double value) { set(object, name, H5Type::float64, &value); }
+void H5File::set(const std::string& object, const std::string& name, const std::string& value) {
+    agree(make_attribute(id_, object, name, text_type(value.size()), value.c_str()),
+          attribute_name(object, name) + " cannot be written");
+}
+
+void H5File::get(const std::string& object, const std::string& name, H5Type type, void* value) const {
+    const Handle attribute(H5Aopen_by_name(id_, object.c_str(), name.c_str(), H5P_DEFAULT, H5P_DEFAULT), H5Aclose);
+    bool well = attribute.valid();
+    if (well) {
+        const Handle found(H5Aget_type(attribute), H5Tclose);
+        well = H5Tequal(found, type_id(type)) > 0 && H5Aread(attribute, type_id(type), value) >= 0;
+    }
+    agree(well, attribute_name(object, name) + " cannot be read");
+}
+void H5File::get(const std::string& object, const std::string& name, std::int64_t& value) const {
+    get(object, name, H5Type::int64, &value);
+}
+void H5File::get(const std::string& object, const std::string& name, std::uint64_t& value) const {
+    get(object, name, H5Type::uint64, &value);
+}
+void H5File::get(const std::string& object, const std::string& name, double& value) const {
+    get(object, name, H5Type::float64, &value);
+}
+void H5File::get(const std::string& object, const std::string& name, std::string& value) const {
+    const Handle attribute(H5Aopen_by_name(id_, object.c_str(), name.c_str(), H5P_DEFAULT, H5P_DEFAULT), H5Aclose);
+    bool well = attribute.valid();
+    if (well) {
+        const Handle found(H5Aget_type(attribute), H5Tclose);
+        well = H5Tget_class(found) == H5T_STRING && H5Tis_variable_str(found) == 0;
+        if (well) {
+            value.assign(H5Tget_size(found), '\0');
+            well = H5Aread(attribute, found, value.data()) >= 0;
+        }
+    }
+    agree(well, attribute_name(object, name) + " cannot be read");
+    value.erase(value.find_last_not_of('\0') + 1);
+}
+
+} // namespace skein

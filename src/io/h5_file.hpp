@@ -1,0 +1,64 @@
+// Parallel HDF5 behind a few verbs. All calls are collective. HDF5 may fail on one rank and succeed on another (a full disk does
+// that), so every call's outcome is agreed on: all ranks return, or all throw the same IoError with path, deed and HDF5's reason.
+// Files depend on what is written only: no time stamps, no trace of the number of ranks.
+#pragma once
+
+#include "parallel/communicator.hpp"
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+namespace skein {
+
+enum class H5Type { float32, float64, int64, uint64 };
+
+/// A box of a dataset: its first corner and its size along each dimension. Empty (a zero in `count`) on ranks without a share.
+struct H5Box {
+    std::vector<std::uint64_t> start, count;
+};
+
+class H5File {
+public:
+    enum class Mode { create, modify, read };
+
+    H5File(const Communicator& comm, std::string path, Mode mode);
+    ~H5File();
+    H5File(const H5File&) = delete;
+    H5File& operator=(const H5File&) = delete;
+
+    /// Ends the file well: everything is on the disk when this returns.
+    void close();
+
+    void make_group(const std::string& path);
+    void make_dataset(const std::string& path, H5Type type, const std::vector<std::uint64_t>& shape);
+    /// A dataset that grows along its first dimension, from no frames, each `frame_shape`.
+    void make_frames(const std::string& path, H5Type type, const std::vector<std::uint64_t>& frame_shape);
+    void set_frames(const std::string& path, std::uint64_t frames);
+    std::vector<std::uint64_t> shape(const std::string& path) const;
+
+    /// Every rank's box, as numbers of `type`, which is also the type on file: conversion would make transfers independent.
+    void write(const std::string& path, H5Type type, const H5Box& box, const void* data);
+    void read(const std::string& path, H5Type type, const H5Box& box, void* data) const;
+
+    /// Attributes of the group or dataset `object`.
+    void set(const std::string& object, const std::string& name, std::int64_t value);
+    void set(const std::string& object, const std::string& name, std::uint64_t value);
+    void set(const std::string& object, const std::string& name, double value);
+    void set(const std::string& object, const std::string& name, const std::string& value);
+    void get(const std::string& object, const std::string& name, std::int64_t& value) const;
+    void get(const std::string& object, const std::string& name, std::uint64_t& value) const;
+    void get(const std::string& object, const std::string& name, double& value) const;
+    void get(const std::string& object, const std::string& name, std::string& value) const;
+
+private:
+    void agree(bool well, const std::string& deed) const;
+    void set(const std::string& object, const std::string& name, H5Type type, const void* value);
+    void get(const std::string& object, const std::string& name, H5Type type, void* value) const;
+
+    Communicator comm_;
+    std::string path_;
+    std::int64_t id_ = -1;
+};
+
+} // namespace skein

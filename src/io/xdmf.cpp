@@ -1,0 +1,101 @@
+#include "io/xdmf.hpp"
+
+#include <fmt/format.h>
+
+#include <string_view>
+
+namespace skein {
+
+namespace {
+
+std::string escaped(std::string_view text) {
+    std::string out;
+    for (const char c : text) {
+        switch (c) {
+        case '&':
+            out += "&amp;";
+            break;
+        case '<':
+            out += "&lt;";
+            break;
+        case '>':
+            out += "&gt;";
+            break;
+        case '"':
+            out += "&quot;";
+            break;
+        default:
+            out += c;
+        }
+    }
+    return out;
+}
+
+/// One frame of one group as XML.
+class Frame {
+public:
+    Frame(const XdmfGroup& group, const XdmfSegment& segment, std::size_t frame, int number_bytes)
+        : group_(group), segment_(segment), frame_(frame), number_bytes_(number_bytes) {}
+
+    std::string grid(const std::string& time) const {
+        std::string xml = fmt::format("<Grid Name=\"{}\" GridType=\"Uniform\">\n{}", escaped(group_.name), time);
+        xml += fmt::format("<Topology TopologyType=\"Polyline\" NodesPerElement=\"{}\" NumberOfElements=\"{}\">\n{}</Topology>\n",
+                           group_.nodes, group_.rods, fixed("connectivity", rods_nodes(), "Int", 8));
+        xml += fmt::format("<Geometry GeometryType=\"XYZ\">\n{}</Geometry>\n", moving("position"));
+        xml += attribute("radius", "Scalar", "Node", fixed("point_radius", rods_nodes(), "Float", 8));
+        if (group_.normals) xml += attribute("normal", "Vector", "Node", moving("normal"));
+        xml += attribute("rod", "Scalar", "Cell", fixed("rod", fmt::format("{} 1", group_.rods), "Int", 8));
+        if (group_.magnetised)
+            xml +=
+                attribute("magnetisation", "Vector", "Cell", fixed("magnetisation", fmt::format("{} 3", group_.rods), "Float", 8));
+        return xml + "</Grid>\n";
+    }
+
+private:
+    static std::string attribute(std::string_view name, std::string_view type, std::string_view centre, const std::string& data) {
+        return fmt::format("<Attribute Name=\"{}\" AttributeType=\"{}\" Center=\"{}\">\n{}</Attribute>\n", name, type, centre,
+                           data);
+    }
+    std::string rods_nodes() const { return fmt::format("{} {}", group_.rods, group_.nodes); }
+    /// A dataset that holds for all frames.
+    std::string fixed(std::string_view dataset, const std::string& dimensions, std::string_view type, int bytes) const {
+        return fmt::format(
+            "<DataItem Dimensions=\"{}\" NumberType=\"{}\" Precision=\"{}\" Format=\"HDF\">{}:/groups/{}/{}</DataItem>\n",
+            dimensions, type, bytes, escaped(segment_.file), escaped(group_.name), dataset);
+    }
+    /// This frame's part of a dataset of vectors at nodes: rows start, stride and count of a hyperslab.
+    std::string moving(std::string_view dataset) const {
+        const std::string one = fmt::format("1 {} 3", rods_nodes());
+        const std::string all = fmt::format("{} {} 3", segment_.times.size(), rods_nodes());
+        return fmt::format(
+            "<DataItem ItemType=\"HyperSlab\" Dimensions=\"{}\">\n"
+            "<DataItem Dimensions=\"3 4\" NumberType=\"Int\" Format=\"XML\">{} 0 0 0 1 1 1 1 {}</DataItem>\n{}</DataItem>\n",
+            one, frame_, one, fixed(dataset, all, "Float", number_bytes_));
+    }
+
+    const XdmfGroup& group_;
+    const XdmfSegment& segment_;
+    std::size_t frame_;
+    int number_bytes_;
+};
+
+std::string frame_grids(std::span<const XdmfGroup> groups, const XdmfSegment& segment, std::size_t frame, int number_bytes) {
+    const std::string time = fmt::format("<Time Value=\"{:.17g}\"/>\n", segment.times[frame]);
+    if (groups.size() == 1) return Frame(groups[0], segment, frame, number_bytes).grid(time);
+    std::string xml = "<Grid Name=\"rods\" GridType=\"Collection\" CollectionType=\"Spatial\">\n" + time;
+    for (const XdmfGroup& group : groups) xml += Frame(group, segment, frame, number_bytes).grid("");
+    return xml + "</Grid>\n";
+}
+
+} // namespace
+
+std::string xdmf_document(const std::string& title, std::span<const XdmfGroup> groups, std::span<const XdmfSegment> segments,
+                          int number_bytes) {
+    std::string xml = "<?xml version=\"1.0\" ?>\n<Xdmf Version=\"3.0\">\n<Domain>\n";
+    xml += fmt::format("<Grid Name=\"{}\" GridType=\"Collection\" CollectionType=\"Temporal\">\n", escaped(title));
+    for (const XdmfSegment& segment : segments)
+        for (std::size_t frame = 0; frame < segment.times.size(); ++frame) xml += frame_grids(groups, segment, frame, number_bytes);
+    return xml + "</Grid>\n</Domain>\n</Xdmf>\n";
+}
+
+} // namespace skein
