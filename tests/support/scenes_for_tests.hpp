@@ -1,0 +1,68 @@
+// Whole scenes made in C++, and rods ready to step.
+#pragma once
+
+#include "scene/plan.hpp"
+#include "simulation/make_rods.hpp"
+#include "support/rods_for_tests.hpp"
+
+namespace skein::test {
+
+/// A cilium of the paper's carpet, `count` of them in a row: clamped, magnetised in a wave, legacy damping.
+inline SceneSpec cilia_scene(long count, long elements = 25, EndKind start = EndKind::clamped) {
+    SceneSpec scene;
+    scene.title = "cilia";
+    scene.time = {.duration = 7.2};
+    RodSpec rod;
+    rod.name = "cilia";
+    rod.material = {.density = 2390, .youngs_modulus = 1.85e5, .shear_modulus = 6.16e4};
+    rod.section = {.radius = 0.15};
+    rod.shape = {.length = 1.5, .elements = elements};
+    rod.placement = {.kind = PlacementKind::line, .counts = {count}, .spacing = {1.5}};
+    rod.start = start;
+    rod.magnetisation = {.pattern = MagnetisationPattern::wave_x, .strength = 18999, .wavelength_x = 10.5};
+    scene.rods.push_back(rod);
+    scene.loads.push_back({.load = MagneticField{.constant = {0, 8e-4, 0}, .rotating = 0.08, .period = 72, .ramp = 0.01}});
+    scene.damping.push_back({.damping = {.kind = DampingKind::legacy, .rate = 0.5}});
+    return scene;
+}
+
+/// All rods of a scene on this process, in scene order.
+inline std::vector<LocalRod> all_rods(std::span<const RodGroup> groups) {
+    std::vector<LocalRod> rods;
+    for (const RodGroup& g : groups)
+        for (std::int64_t i = 0; i < g.count(); ++i) rods.push_back({g.first_gid() + i, g.id(), i});
+    return rods;
+}
+
+/// Groups, plan and rods of a scene, kept together.
+struct Stage {
+    SceneSpec scene;
+    std::vector<RodGroup> groups;
+    Plan plan;
+    Threads threads;
+    std::unique_ptr<Rods> rods;
+    Clock clock;
+
+    explicit Stage(SceneSpec s, int lanes = 8, int thread_count = 1)
+        : scene(std::move(s)), groups(make_groups(scene)), plan(make_plan(scene, groups, {1, thread_count, thread_count, lanes})),
+          threads(thread_count), rods(make_rods(plan, groups, all_rods(groups), threads)), clock(plan.dt, 0) {}
+
+    /// Steps up to step `until` in batches of at most `batch` steps.
+    void advance(std::int64_t until, std::int64_t batch = Clock::largest_batch) {
+        while (clock.done() < until) {
+            const auto steps = clock.next(std::min(until, clock.done() + batch));
+            rods->visit(steps);
+            clock.advance(steps);
+        }
+    }
+    /// State of rod i at the present time: positions and directors brought up to the rates.
+    std::vector<Slot<1>> state(std::size_t i) const {
+        const RodGroup& group = groups[static_cast<std::size_t>(rods->local()[i].group)];
+        std::vector<Slot<1>> out(static_cast<std::size_t>(group.slots()));
+        rods->export_rod(i, out);
+        if (clock.done() > 0) synchronise(group, out, 0.5 * plan.dt);
+        return out;
+    }
+};
+
+} // namespace skein::test
