@@ -28,11 +28,12 @@ std::string_view nearest_name(std::string_view given, std::span<const std::strin
     std::string_view nearest;
     int fewest = 0;
     for (const std::string_view name : names) {
+        const int letters = static_cast<int>(std::max(given.size(), name.size()));
+        const bool abbreviated = given.size() >= 3 && name.starts_with(given);
+        const int edits = abbreviated ? 1 : edit_distance(given, name);
         // A third of the letters may be wrong; beyond that a suggestion misleads more often than it helps.
-        const int allowed = static_cast<int>(std::max(given.size(), name.size()) + 2) / 3;
-        const int edits = edit_distance(given, name);
-        const bool shares_a_letter = edits < static_cast<int>(std::max(given.size(), name.size()));
-        if (edits > allowed || !shares_a_letter || (!nearest.empty() && edits >= fewest)) continue;
+        const bool near = edits <= std::max(1, letters / 3) && edits < letters;
+        if (!near || (!nearest.empty() && edits >= fewest)) continue;
         nearest = name;
         fewest = edits;
     }

@@ -1,5 +1,6 @@
 // Scene files: TOML -> SceneSpec. Every key is known from the spec structs' fields(); anything else is an error with file, line,
-// column, what was expected and the nearest valid key.
+// column, what was expected and the nearest valid key. On the way: text -> tree (scene_toml) -> overrides (scene_override)
+// -> structs (scene_reader) -> contradictions (scene_check).
 #pragma once
 
 #include "scene/scene_spec.hpp"
@@ -10,12 +11,13 @@
 namespace skein {
 
 /// Reads and checks a scene. `overrides` are "path=value" pairs from --set, e.g. "time.duration=10", "rods.cilia.shape.elements=50",
-/// "rods.0.section.radius=0.1", "load.magnetic_field.period=3", with values in TOML syntax. Throws InputError with all that is wrong
-/// (up to ten messages), each as "file:line:column: message" and the line with a caret below it.
+/// "rods.0.section.radius=0.1", "load.magnetic_field.period=3", with values in TOML syntax; text may go without quotes. Throws
+/// InputError with all that is wrong (up to ten messages), each as "file:line:column: message" and the line with carets below
+/// it, or as "--set path=value: message". Contradictions are looked for once every key could be read.
 SceneSpec read_scene(const std::string& file, const std::vector<std::string>& overrides = {});
 
-/// Checks that need more than one key: names unique, groups that loads name exist, start < end, profile lengths, ... Called by
-/// read_scene; for scenes made in C++ too. Throws InputError.
+/// Checks that need more than one key: names unique, groups that loads name exist, profile lengths, keys without use, ... For
+/// scenes made in C++; read_scene does the same and knows the lines. Throws InputError with all that is wrong, one per line.
 void check_scene(const SceneSpec& scene);
 
 /// The scene with every key and default spelled out, as one JSON object with sorted, indented keys: what a checkpoint keeps.
@@ -25,7 +27,8 @@ std::string scene_json(const SceneSpec& scene, bool physics_only);
 /// The reference page of all keys (docs/scene.md), in Markdown.
 std::string scene_reference();
 
-/// Text for one key or table, e.g. "rods.material" or "load.magnetic_field.period"; empty where there is none.
+/// Lines of text for one key or the keys of a table, e.g. "load.magnetic_field.period" or "rods.material"; empty where there
+/// is none.
 std::string describe_key(const std::string& path);
 
 } // namespace skein

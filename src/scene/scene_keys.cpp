@@ -97,7 +97,7 @@ std::vector<KeyEntry> all_keys() {
     append(all, keys_of(TimeSpec{}, "time"));
     append(all, keys_of(RodSpec{}, "rods"));
     for (std::size_t kind = 0; kind < load_kinds.size(); ++kind)
-        append(all, keys_of(LoadSpec{.load = make_load(static_cast<int>(kind)), .rods = {}, .source = {}}, fmt::format("load.{}", load_kinds[kind])));
+        append(all, keys_of(LoadSpec{.load = make_load(static_cast<int>(kind))}, fmt::format("load.{}", load_kinds[kind])));
     append(all, keys_of(DampingSpec{}, "damping"));
     append(all, keys_of(OutputSpec{}, "output"));
     return all;
@@ -109,11 +109,17 @@ std::set<std::string> changed_keys(const SceneSpec& scene) {
     add_changed(paths, scene.output, OutputSpec{}, "output");
     for (std::size_t i = 0; i < scene.rods.size(); ++i) add_changed(paths, scene.rods[i], RodSpec{}, fmt::format("rods.{}", i));
     for (std::size_t i = 0; i < scene.loads.size(); ++i) {
-        const LoadSpec defaults{.load = make_load(static_cast<int>(scene.loads[i].load.index())), .rods = {}, .source = {}};
+        const LoadSpec defaults{.load = make_load(static_cast<int>(scene.loads[i].load.index()))};
         add_changed(paths, scene.loads[i], defaults, fmt::format("load.{}", i));
     }
     for (std::size_t i = 0; i < scene.damping.size(); ++i) add_changed(paths, scene.damping[i], DampingSpec{}, fmt::format("damping.{}", i));
     return paths;
+}
+
+std::string table_heading(const std::string& table) {
+    if (table.empty()) return "top level";
+    if (table.starts_with("load.")) return fmt::format("[[load]] of kind \"{}\"", table.substr(5));
+    return table == "rods" || table == "damping" ? fmt::format("[[{}]]", table) : fmt::format("[{}]", table);
 }
 
 std::string bounds_text(const Field& field) {

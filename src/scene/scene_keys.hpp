@@ -27,6 +27,9 @@ std::vector<KeyEntry> all_keys();
 /// Paths such as "rods.0.section.taper" of the keys that differ from their defaults: what a scene made in C++ has set.
 std::set<std::string> changed_keys(const SceneSpec& scene);
 
+/// KeyEntry::table as a scene opens it: "[rods.shape]", "[[load]] of kind "gravity"".
+std::string table_heading(const std::string& table);
+
 /// "above 0 and at most 1"; empty where every value is accepted.
 std::string bounds_text(const Field& field);
 

@@ -20,14 +20,6 @@ key: `time.duration=10`, `rods.cilia.shape.elements=50` (group by name or by num
 (load by kind or by number); the quotes around text may be left out.
 )";
 
-/// The table as a scene opens it.
-std::string heading(const std::string& table) {
-    if (table.empty()) return "Top level";
-    if (table.starts_with("load.")) return fmt::format("`[[load]]` kind = \"{}\"", table.substr(5));
-    if (table == "rods" || table == "damping") return fmt::format("`[[{}]]`", table);
-    return fmt::format("`[{}]`", table);
-}
-
 /// Above the keys of a table, what its rows cannot say.
 std::string_view note(const std::string& table) {
     static const std::map<std::string, std::string_view> notes = {
@@ -48,7 +40,7 @@ std::string default_text(const KeyEntry& key) {
 std::string meaning(const KeyEntry& key, std::string_view quote) {
     std::string text(key.field.text);
     const auto add = [&](const std::string& more) { text += (text.empty() ? "" : "; ") + more; };
-    if (key.type == "table") add(fmt::format("see {0}[{1}]{0}", quote, key.path()));
+    if (key.type == "table") add(fmt::format("see {0}{1}{0}", quote, table_heading(key.path())));
     if (const std::string bounds = bounds_text(key.field); !bounds.empty()) add(bounds);
     std::string names;
     for (const std::string_view name : key.choices) names += fmt::format("{}{}\"{}\"{}", names.empty() ? "" : ", ", quote, name, quote);
@@ -77,7 +69,7 @@ std::string scene_reference() {
         rows[key.table] += fmt::format("| `{}` | {} | {} | {} | {} |\n", key.field.name, key.type, unit_text(key), default_text(key), meaning(key, "`"));
     }
     for (const std::string& table : order) {
-        page += fmt::format("\n## {}\n\n", heading(table));
+        page += fmt::format("\n## `{}`\n\n", table_heading(table));
         if (!note(table).empty()) page += fmt::format("{}\n\n", note(table));
         page += "| key | type | unit | default | meaning |\n|---|---|---|---|---|\n" + rows[table];
     }

@@ -21,8 +21,8 @@ void load_fields(FieldVisitor& f, LoadSpec& spec) {
 }
 
 void damping_fields(FieldVisitor& f, DampingSpec& spec) {
-    f.visit({.name = "rods", .unit = "", .text = "groups it acts on; all where absent"}, spec.rods);
     spec.damping.fields(f);
+    f.visit({.name = "rods", .unit = "", .text = "groups it acts on; all where absent"}, spec.rods);
 }
 
 } // namespace skein

@@ -4,9 +4,10 @@
 
 #include <algorithm>
 #include <cctype>
+#include <cmath>
 #include <limits>
-#include <optional>
 #include <sstream>
+#include <tuple>
 
 #include <fmt/format.h>
 #include <toml.hpp>
@@ -117,26 +118,34 @@ std::vector<Mark> marks(const std::string& text) {
     return found;
 }
 
+/// What the parser says is there twice: value ("shape.length") already exists.
+std::string repeated_name(const std::string& what) {
+    const std::size_t quote = what.find("(\""), unquote = what.find("\")"), line_end = what.find('\n');
+    return quote < unquote && unquote < line_end ? what.substr(quote + 2, unquote - quote - 2) : "";
+}
+
 /// The parser's complaint without its function names, in words for somebody who writes a scene.
 std::string reworded(const std::string& what, const std::vector<Mark>& at) {
     std::string said = what.substr(0, what.find('\n'));
     if (said.starts_with("[error] ")) said.erase(0, 8);
     if (said.starts_with("toml::")) said.erase(0, said.find(": ") + 2);
-    const std::size_t quote = said.find("(\""), unquote = said.find("\")");
-    if (quote != npos && unquote != npos && at.size() == 2) {
-        const std::string name = said.substr(quote + 2, unquote - quote - 2);
+    if (const std::string name = repeated_name(what); !name.empty())
         return fmt::format("'{}' is given twice; the first is on line {}", name, at.front().line);
-    }
     if (said.find("an invalid key appeared") != npos) return "neither 'key = value' nor a closed [table] header";
     if (said.find("unknown value appeared") != npos) return "not a TOML value; text stands in double quotes";
-    if (said.ends_with('.')) said.pop_back();
-    return at.empty() || at.back().note == "here" ? said : fmt::format("{}: {}", said, at.back().note);
+    if (said.find("next token is not a valid string") != npos) return "a string that does not end on its line";
+    const std::string note = at.empty() ? "" : at.back().note;
+    if (!note.empty() && note != "here" && !note.starts_with("should be")) said += ": " + note;
+    return said.ends_with('.') ? said.substr(0, said.size() - 1) : said;
 }
 
 [[noreturn]] void raise_syntax_error(const toml::syntax_error& e, const Source& source) {
     const std::vector<Mark> at = marks(e.what());
-    const Place place = at.empty() ? Place{source, static_cast<int>(e.location().line()), 1, 1}
-                                   : Place{source, at.back().line, at.back().column, 1};
+    Place place = at.empty() ? Place{source, static_cast<int>(e.location().line()), 1, 1} : Place{source, at.back().line, at.back().column, 1};
+    if (const std::string name = repeated_name(e.what()); !name.empty()) {
+        place.length = static_cast<int>(name.size()) + 2; // in case it is a header: name and brackets
+        place = place_of_key(name.substr(name.rfind('.') + 1), place);
+    }
     throw InputError(message_at(place, reworded(e.what(), at)));
 }
 
@@ -155,7 +164,7 @@ std::string found(const TomlValue& value) {
     struct Words {
         std::string operator()(bool b) const { return b ? "the boolean true" : "the boolean false"; }
         std::string operator()(std::int64_t i) const { return fmt::format("the integer {}", i); }
-        std::string operator()(double x) const { return fmt::format("the number {}", x); }
+        std::string operator()(double x) const { return fmt::format("the number {}{}", x, x == std::floor(x) && std::abs(x) < 1e16 ? ".0" : ""); }
         std::string operator()(const std::string& s) const { return fmt::format("the string \"{}\"", s); }
         std::string operator()(TomlDate) const { return "a date or time"; }
         std::string operator()(const TomlArray& a) const { return fmt::format("an array of {} value{}", a.size(), a.size() == 1 ? "" : "s"); }
@@ -170,7 +179,7 @@ TomlValue parse_toml(const std::string& text, Source source) {
         return convert(toml::parse(in, source->name), source);
     } catch (const toml::syntax_error& e) {
         raise_syntax_error(e, source);
-    } catch (const std::runtime_error& e) { // what the parser cannot place, e.g. an unreadable byte
+    } catch (const std::exception& e) { // what the parser cannot place, e.g. an unreadable byte
         throw InputError(fmt::format("{}: {}", source->name, e.what()));
     }
 }
@@ -180,6 +189,9 @@ std::shared_ptr<const SourceText> source_text(const std::string& name, const std
     std::istringstream in(text);
     for (std::string line; std::getline(in, line);) {
         if (line.ends_with('\r')) line.pop_back();
+        // Lines are for messages, and a message must not steer the terminal.
+        for (char& c : line)
+            if (c != '\t' && std::iscntrl(static_cast<unsigned char>(c))) c = '?';
         source->lines.push_back(line);
     }
     if (source->lines.empty()) source->lines.emplace_back();

@@ -1,0 +1,275 @@
+#include "scene/scene_check.hpp"
+
+#include "core/error.hpp"
+#include "scene/nearest.hpp"
+#include "scene/scene_file.hpp"
+#include "scene/scene_keys.hpp"
+
+#include <algorithm>
+#include <cctype>
+#include <cmath>
+
+#include <fmt/format.h>
+
+namespace skein {
+
+namespace {
+
+bool zero(const Vec3d& v) { return v.x == 0 && v.y == 0 && v.z == 0; }
+
+bool parallel(const Vec3d& a, const Vec3d& b) { return norm(cross(a, b)) <= 1e-9 * norm(a) * norm(b); }
+
+bool good_name(const std::string& name) {
+    return !name.empty() && std::all_of(name.begin(), name.end(), [](unsigned char c) { return std::isalnum(c) || c == '_' || c == '-'; });
+}
+
+class Checker {
+public:
+    Checker(const SceneSpec& scene, const std::set<std::string>& given) : scene_(scene), given_(given) {}
+
+    std::vector<Contradiction> run() {
+        groups();
+        time_and_output();
+        for (std::size_t i = 0; i < scene_.rods.size(); ++i) {
+            section(scene_.rods[i], fmt::format("rods.{}.section", i));
+            shape(scene_.rods[i], fmt::format("rods.{}.shape", i));
+            placement(scene_.rods[i], fmt::format("rods.{}.placement", i));
+            magnetisation(scene_.rods[i], fmt::format("rods.{}.magnetisation", i));
+        }
+        for (std::size_t i = 0; i < scene_.loads.size(); ++i) {
+            const std::string path = fmt::format("load.{}", i);
+            const auto groups = acted_on(scene_.loads[i].rods, path);
+            std::visit([&](const auto& load) { check(load, groups, path); }, scene_.loads[i].load);
+        }
+        for (std::size_t i = 0; i < scene_.damping.size(); ++i) {
+            const std::string path = fmt::format("damping.{}", i);
+            acted_on(scene_.damping[i].rods, path);
+            damping(scene_.damping[i].damping, path);
+        }
+        return std::move(found_);
+    }
+
+private:
+    using Groups = std::vector<const RodSpec*>;
+
+    void add(const std::string& path, const std::string& message) { found_.push_back({path, message}); }
+    bool given(const std::string& path) const { return given_.contains(path); }
+    void unused(const std::string& table, std::initializer_list<const char*> keys, const std::string& where) {
+        for (const char* key : keys)
+            if (given(table + "." + key)) add(table + "." + key, fmt::format("'{}' has no use {}", key, where));
+    }
+
+    void groups() {
+        if (scene_.rods.empty()) add("", "the scene has no rods: give at least one [[rods]]");
+        for (std::size_t i = 0; i < scene_.rods.size(); ++i) {
+            const std::string& name = scene_.rods[i].name;
+            const std::string path = fmt::format("rods.{}.name", i);
+            if (!good_name(name)) add(path, fmt::format("'{}' cannot name a group of rods: use letters, digits, _ and -", name));
+            for (std::size_t j = 0; j < i; ++j)
+                if (scene_.rods[j].name == name) {
+                    add(path, fmt::format("two groups of rods are named '{}'", name));
+                    break;
+                }
+        }
+        count_rods();
+    }
+
+    void count_rods() {
+        constexpr double most = 1099511627776.0; // 2^40: rods are numbered in 64 bits, and shared among ranks by sums of them
+        double rods = 0;
+        for (std::size_t i = 0; i < scene_.rods.size(); ++i) {
+            double here = 1;
+            for (const long n : scene_.rods[i].placement.counts) here *= static_cast<double>(n);
+            rods += here;
+            if (rods <= most) continue;
+            add(fmt::format("rods.{}.placement.counts", i), fmt::format("{:.3g} rods are more than 2^40", rods));
+            return;
+        }
+    }
+
+    void time_and_output() {
+        const double duration = scene_.time.duration;
+        if (scene_.time.dt > duration) add("time.dt", fmt::format("'dt' of {} s is longer than 'duration' of {} s", scene_.time.dt, duration));
+        const OutputSpec& out = scene_.output;
+        const std::pair<const char*, double> intervals[] = {
+            {"trajectory", out.trajectory}, {"tips", out.tips}, {"series", out.series}, {"checkpoint", out.checkpoint}};
+        for (const auto& [key, interval] : intervals)
+            if (interval > duration)
+                add(fmt::format("output.{}", key), fmt::format("'{}' every {} s never comes due within 'duration' of {} s", key, interval, duration));
+    }
+
+    void section(const RodSpec& rods, const std::string& path) {
+        const Section& s = rods.section;
+        if (s.kind == SectionKind::elliptic && s.radius_2 == 0) add(path, "an elliptic section needs 'radius_2', its semi-axis along d2 [m]");
+        if (s.kind == SectionKind::circular) unused(path, {"radius_2"}, "in a circular section; kind = \"elliptic\" has two radii");
+        if (s.profile.empty()) return;
+        unused(path, {"taper"}, "beside 'profile', which says the radius of every element");
+        length(path + ".profile", s.profile.size(), rods.shape.elements, "one for each of the elements");
+    }
+
+    void shape(const RodSpec& rods, const std::string& path) {
+        const Shape& s = rods.shape;
+        if (s.rest_strain.z <= -1)
+            add(path + ".rest_strain", fmt::format("'rest_strain' of {} along d3 leaves no length: it must be above -1", s.rest_strain.z));
+        if (s.rest_curvature_profile.empty()) return;
+        unused(path, {"rest_curvature"}, "beside 'rest_curvature_profile'");
+        length(path + ".rest_curvature_profile", s.rest_curvature_profile.size(), s.elements - 1, "one for each inner vertex (elements - 1)");
+    }
+
+    void length(const std::string& path, std::size_t has, long needs, const char* why) {
+        if (static_cast<long>(has) == needs) return;
+        add(path, fmt::format("'{}' has {} value{}, but needs {}: {}", path.substr(path.rfind('.') + 1), has, has == 1 ? "" : "s", needs, why));
+    }
+
+    void placement(const RodSpec& rods, const std::string& path) {
+        const Placement& p = rods.placement;
+        if (zero(p.tangent)) add(path + ".tangent", "'tangent' has no direction");
+        else if (zero(p.normal)) add(path + ".normal", "'normal' has no direction");
+        else if (parallel(p.tangent, p.normal))
+            add(given(path + ".normal") ? path + ".normal" : path + ".tangent",
+                "'tangent' and 'normal' are parallel; d1 needs a direction across the rod");
+        const std::string where = fmt::format("for a placement of kind \"{}\"", placement_names[static_cast<std::size_t>(p.kind)]);
+        switch (p.kind) {
+        case PlacementKind::single: unused(path, {"counts", "spacing", "file", "origins"}, where); break;
+        case PlacementKind::line:
+            unused(path, {"file", "origins"}, where);
+            counts_and_spacing(p, path, where, 1, 1);
+            break;
+        case PlacementKind::lattice:
+            unused(path, {"file", "origins"}, where);
+            counts_and_spacing(p, path, where, 2, 3);
+            break;
+        case PlacementKind::mask:
+            unused(path, {"counts", "origins"}, where);
+            if (p.file.empty()) add(path, fmt::format("'file', the bitmap, is needed {}", where));
+            if (p.spacing.size() != 2) add(path + ".spacing", fmt::format("'spacing' needs 2 values {}, and has {}", where, p.spacing.size()));
+            break;
+        case PlacementKind::list:
+            unused(path, {"counts", "spacing", "file"}, where);
+            if (p.origins.empty()) add(path, fmt::format("'origins' are needed {}", where));
+            break;
+        }
+    }
+
+    void counts_and_spacing(const Placement& p, const std::string& path, const std::string& where, std::size_t fewest, std::size_t most) {
+        const std::size_t n = p.counts.size();
+        const std::string needed = fewest == most ? fmt::format("{} value", fewest) : fmt::format("{} or {} values", fewest, most);
+        if (n < fewest || n > most) add(path + ".counts", fmt::format("'counts' needs {} {}, and has {}", needed, where, n));
+        else if (p.spacing.size() != n) add(path + ".spacing", fmt::format("'spacing' needs one value per count, {} in all, and has {}", n, p.spacing.size()));
+    }
+
+    void magnetisation(const RodSpec& rods, const std::string& path) {
+        const Magnetisation& m = rods.magnetisation;
+        const std::string where = fmt::format("for a magnetisation of pattern \"{}\"", magnetisation_names[static_cast<std::size_t>(m.pattern)]);
+        if (m.pattern == MagnetisationPattern::none) {
+            unused(path, {"strength", "direction", "wavelength_x", "wavelength_y", "phase"}, where);
+            return;
+        }
+        if (m.strength == 0) add(path, fmt::format("'strength' [A/m] is needed {}", where));
+        if (m.pattern == MagnetisationPattern::uniform) {
+            unused(path, {"wavelength_x", "wavelength_y", "phase"}, where);
+            if (zero(m.direction)) add(path + ".direction", "'direction' has no direction");
+            return;
+        }
+        unused(path, {"direction"}, where);
+        if (m.wavelength_x == 0) add(path, fmt::format("'wavelength_x' [m], not 0, is needed {}", where));
+        if (m.pattern == MagnetisationPattern::wave_x) unused(path, {"wavelength_y"}, where);
+        else if (m.wavelength_y == 0) add(path, fmt::format("'wavelength_y' [m], not 0, is needed {}", where));
+    }
+
+    /// The groups that `names` stand for: all where it is empty.
+    Groups acted_on(const std::vector<std::string>& names, const std::string& path) {
+        Groups groups;
+        std::vector<std::string_view> known;
+        for (const RodSpec& rods : scene_.rods) {
+            known.push_back(rods.name);
+            if (names.empty()) groups.push_back(&rods);
+        }
+        if (names.empty() && given(path + ".rods")) add(path + ".rods", "'rods' names no group; leave it out to mean all");
+        for (std::size_t i = 0; i < names.size(); ++i) {
+            const std::string item = fmt::format("{}.rods.{}", path, i);
+            const auto at = std::find(known.begin(), known.end(), names[i]);
+            if (at == known.end()) add(item, fmt::format("there is no group of rods '{}'{}", names[i], suggestion(names[i], known, "the groups are")));
+            else if (std::find(names.begin(), names.begin() + static_cast<long>(i), names[i]) != names.begin() + static_cast<long>(i))
+                add(item, fmt::format("the group '{}' is named twice", names[i]));
+            else groups.push_back(&scene_.rods[static_cast<std::size_t>(at - known.begin())]);
+        }
+        return groups;
+    }
+
+    void check(const Gravity&, const Groups&, const std::string&) {}
+    void check(const UniformForce&, const Groups&, const std::string&) {}
+    void check(const UniformCouple&, const Groups&, const std::string&) {}
+
+    void check(const EndForce& load, const Groups&, const std::string& path) {
+        if (zero(load.start) && zero(load.end)) add(path, "an end_force needs 'start' or 'end' [N]: both are 0");
+    }
+
+    void check(const MagneticField& field, const Groups& groups, const std::string& path) {
+        const bool magnetised = std::any_of(groups.begin(), groups.end(), [](const RodSpec* rods) {
+            return rods->magnetisation.pattern != MagnetisationPattern::none;
+        });
+        if (!groups.empty() && !magnetised) add(path, "none of the groups that this magnetic_field acts on has a [rods.magnetisation]");
+        if (field.rotating == 0) {
+            if (zero(field.constant)) add(path, "a magnetic_field needs 'constant' or 'rotating' [T]: both are 0");
+            // rotating = 0 is how one switches the rotation off and leaves the rest as it is.
+            if (!given(path + ".rotating")) unused(path, {"period", "sine_axis", "cosine_axis"}, "in a field without 'rotating' [T]");
+            return;
+        }
+        if (field.period == 0) add(path, "a rotating field needs 'period' [s], not 0");
+        if (zero(field.sine_axis) && zero(field.cosine_axis)) add(path + ".sine_axis", "'sine_axis' and 'cosine_axis' are both 0: the field would not rotate");
+    }
+
+    void check(const MuscleWave& wave, const Groups& groups, const std::string& path) {
+        if (wave.wavelength == 0) add(path + ".wavelength", "'wavelength' of a muscle_wave cannot be 0");
+        if (zero(wave.direction)) add(path + ".direction", "'direction' has no direction");
+        if (wave.profile.empty()) return;
+        for (const RodSpec* rods : groups) {
+            const std::string why = fmt::format("one for each inner vertex (elements - 1) of group '{}'", rods->name);
+            length(path + ".profile", wave.profile.size(), rods->shape.elements - 1, why.c_str());
+        }
+    }
+
+    void damping(const Damping& d, const std::string& path) {
+        const std::string where = fmt::format("for a damping of kind \"{}\"", damping_names[static_cast<std::size_t>(d.kind)]);
+        if (d.kind == DampingKind::physical) {
+            unused(path, {"rate"}, where);
+            if (!given(path + ".translational") && !given(path + ".rotational"))
+                add(path, fmt::format("'translational' [kg/s] or 'rotational' [kg m^2/s] is needed {}", where));
+            return;
+        }
+        unused(path, {"translational", "rotational"}, where);
+        if (!given(path + ".rate")) add(path, fmt::format("'rate' [1/s] is needed {}", where));
+    }
+
+    const SceneSpec& scene_;
+    const std::set<std::string>& given_;
+    std::vector<Contradiction> found_;
+};
+
+/// "file:line: " of the table that a path starts with.
+std::string source_prefix(const SceneSpec& scene, const std::string& path) {
+    const auto prefix = [&](const auto& specs, std::size_t skip) {
+        const std::string& source = specs.at(static_cast<std::size_t>(std::stoul(path.substr(skip)))).source;
+        return (source.empty() ? path.substr(0, path.find('.', skip)) : source) + ": ";
+    };
+    if (path.starts_with("rods.")) return prefix(scene.rods, 5);
+    if (path.starts_with("load.")) return prefix(scene.loads, 5);
+    if (path.starts_with("damping.")) return prefix(scene.damping, 8);
+    return scene.file.empty() ? "" : scene.file + ": ";
+}
+
+} // namespace
+
+std::vector<Contradiction> contradictions(const SceneSpec& scene, const std::set<std::string>& given) {
+    return Checker(scene, given).run();
+}
+
+void check_scene(const SceneSpec& scene) {
+    std::string text;
+    for (const auto& [path, message] : contradictions(scene, changed_keys(scene)))
+        text += (text.empty() ? "" : "\n") + source_prefix(scene, path) + message;
+    if (!text.empty()) throw InputError(text);
+}
+
+} // namespace skein

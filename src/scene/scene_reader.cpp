@@ -1,0 +1,266 @@
+#include "scene/scene_reader.hpp"
+
+#include "scene/nearest.hpp"
+#include "scene/scene_keys.hpp"
+#include "scene/scene_tables.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include <fmt/format.h>
+
+namespace skein {
+
+namespace {
+
+std::string with_unit(std::string_view what, const Field& field) {
+    const bool plain = field.unit.empty() || field.unit == "-";
+    return plain ? std::string(what) : fmt::format("{} [{}]", what, field.unit);
+}
+
+bool is_table(const TomlValue& value) {
+    if (const auto* list = value.as<TomlArray>()) return !list->empty() && list->front().as<TomlTable>();
+    return value.as<TomlTable>() != nullptr;
+}
+
+/// "; [rods.shape] has a key of this name" where another table of the scene has one.
+std::string elsewhere(std::string_view key) {
+    for (const KeyEntry& other : all_keys())
+        if (other.field.name == key && !other.table.empty()) return fmt::format("; {} has a key of this name", table_heading(other.table));
+    return "";
+}
+
+class TomlReader : public FieldVisitor {
+public:
+    explicit TomlReader(Problems& problems) : problems_(problems) {}
+
+    /// Opens a table that no spec's fields() enters; close with leave().
+    void begin(const TomlValue& table, const std::string& path, const std::string& label, const Place& place) {
+        open_.push_back({&table, path, label, place, {}, {}, false});
+    }
+
+    void visit(const Field& f, double& x) override {
+        const TomlValue* v = find(f);
+        if (!v) return;
+        const bool takes_auto = open_.back().path == "time" && f.name == "dt";
+        if (const auto* word = v->as<std::string>(); takes_auto && word && *word == "auto") x = 0;
+        else number(f, *v, x, with_unit("a number", f) + (takes_auto ? " or \"auto\"" : ""));
+    }
+    void visit(const Field& f, long& i) override {
+        if (const TomlValue* v = find(f)) integer(f, *v, i, with_unit("an integer", f));
+    }
+    void visit(const Field& f, bool& b) override {
+        if (const TomlValue* v = find(f)) scalar(f, *v, b, "true or false");
+    }
+    void visit(const Field& f, std::string& s) override {
+        if (const TomlValue* v = find(f)) scalar(f, *v, s, "a string");
+    }
+    void visit(const Field& f, Vec3d& x) override {
+        if (const TomlValue* v = find(f)) vector(f, *v, x, with_unit("an array of 3 numbers", f));
+    }
+    void visit(const Field& f, std::vector<double>& list) override {
+        const std::string expected = with_unit("an array of numbers", f);
+        items(f, list, expected, [&](const TomlValue& v, double& x) { return number(f, v, x, expected); });
+    }
+    void visit(const Field& f, std::vector<long>& list) override {
+        const std::string expected = with_unit("an array of integers", f);
+        items(f, list, expected, [&](const TomlValue& v, long& i) { return integer(f, v, i, expected); });
+    }
+    void visit(const Field& f, std::vector<Vec3d>& list) override {
+        const std::string expected = with_unit("an array of arrays of 3 numbers", f);
+        items(f, list, expected, [&](const TomlValue& v, Vec3d& x) { return vector(f, v, x, expected); });
+    }
+    void visit(const Field& f, std::vector<std::string>& list) override {
+        const std::string expected = "an array of strings";
+        items(f, list, expected, [&](const TomlValue& v, std::string& s) { return scalar(f, v, s, expected); });
+    }
+    void visit_choice(const Field& f, int& value, std::span<const std::string_view> names) override {
+        const TomlValue* v = find(f);
+        std::string name;
+        const bool given = v && scalar(f, *v, name, "one of the strings " + joined(names));
+        const auto at = std::find(names.begin(), names.end(), name);
+        if (given && at != names.end()) {
+            value = static_cast<int>(at - names.begin());
+            return;
+        }
+        if (given) problems_.add(v->place, fmt::format("{} knows no \"{}\"{}", key_in_table(f), name, suggestion(name, names, "it is one of")));
+        // The other keys of such a table mean nothing without it.
+        open_.back().abandoned = f.required;
+    }
+
+    bool enter(const Field& f) override {
+        const Frame& parent = open_.back();
+        const std::string path = parent.path + "." + std::string(f.name);
+        open_.back().known.push_back(f.name);
+        const TomlEntry* entry = parent.table->find(f.name);
+        if (!entry) {
+            if (f.required) open_.back().missing.emplace_back(f.name, fmt::format("missing table [{}] in {}", path, parent.label));
+            return false;
+        }
+        if (!entry->value.as<TomlTable>()) {
+            wrong_type(f, entry->value, fmt::format("a table [{}]", path));
+            return false;
+        }
+        begin(entry->value, path, fmt::format("[{}]", path), entry->place);
+        return true;
+    }
+    void leave() override {
+        Frame& frame = open_.back();
+        for (const TomlEntry& entry : *frame.table->as<TomlTable>())
+            if (!frame.abandoned && std::find(frame.known.begin(), frame.known.end(), entry.key) == frame.known.end()) unknown(frame, entry);
+        for (const auto& [key, message] : frame.missing) problems_.add(frame.place, message);
+        open_.pop_back();
+    }
+
+    /// A top-level entry by name, which from here on is known; null where absent.
+    const TomlEntry* top_level(std::string_view name, bool required) {
+        Frame& scene = open_.back();
+        scene.known.push_back(name);
+        const TomlEntry* entry = scene.table->find(name);
+        if (!entry && required) scene.missing.emplace_back(name, fmt::format("missing table [{}] in {}", name, scene.label));
+        return entry;
+    }
+
+private:
+    struct Frame {
+        const TomlValue* table;
+        std::string path;  ///< "rods.shape"
+        std::string label; ///< "[rods.shape]"
+        Place place;
+        std::vector<std::string_view> known;
+        std::vector<std::pair<std::string_view, std::string>> missing; ///< required keys, and what to say of them
+        bool abandoned; ///< its kind is not known: what its keys should be, neither
+    };
+
+    const TomlValue* find(const Field& f) {
+        Frame& frame = open_.back();
+        frame.known.push_back(f.name);
+        if (frame.abandoned) return nullptr;
+        if (const TomlEntry* entry = frame.table->find(f.name)) return &entry->value;
+        if (f.required) frame.missing.emplace_back(f.name, fmt::format("missing key '{}' in {}: {}", f.name, frame.label, with_unit(f.text, f)));
+        return nullptr;
+    }
+
+    std::string key_in_table(const Field& f) const { return fmt::format("'{}' in {}", f.name, open_.back().label); }
+
+    bool wrong_type(const Field& f, const TomlValue& v, const std::string& expected) {
+        problems_.add(v.place, fmt::format("{}: expected {}, found {}", key_in_table(f), expected, found(v)));
+        return false;
+    }
+
+    bool in_range(const Field& f, const TomlValue& v, double x) {
+        if (!std::isfinite(x)) {
+            problems_.add(v.place, fmt::format("{} is {}; it must be a finite number", key_in_table(f), std::isnan(x) ? "not a number" : "infinite"));
+            return false;
+        }
+        if (x > f.above && x >= f.at_least && x <= f.at_most) return true;
+        problems_.add(v.place, fmt::format("{} is {}; it must be {}", key_in_table(f), x, with_unit(bounds_text(f), f)));
+        return false;
+    }
+
+    bool number(const Field& f, const TomlValue& v, double& x, const std::string& expected) {
+        double given;
+        if (const auto* real = v.as<double>()) given = *real;
+        else if (const auto* whole = v.as<std::int64_t>()) given = static_cast<double>(*whole);
+        else return wrong_type(f, v, expected);
+        if (!in_range(f, v, given)) return false;
+        x = given;
+        return true;
+    }
+    bool integer(const Field& f, const TomlValue& v, long& i, const std::string& expected) {
+        const auto* whole = v.as<std::int64_t>();
+        if (!whole) return wrong_type(f, v, expected);
+        if (!in_range(f, v, static_cast<double>(*whole))) return false;
+        i = *whole;
+        return true;
+    }
+    template <class T> bool scalar(const Field& f, const TomlValue& v, T& x, const std::string& expected) {
+        const T* given = v.as<T>();
+        if (!given) return wrong_type(f, v, expected);
+        x = *given;
+        return true;
+    }
+    bool vector(const Field& f, const TomlValue& v, Vec3d& x, const std::string& expected) {
+        const auto* list = v.as<TomlArray>();
+        if (!list || list->size() != 3) return wrong_type(f, v, expected);
+        return number(f, (*list)[0], x.x, expected) && number(f, (*list)[1], x.y, expected) && number(f, (*list)[2], x.z, expected);
+    }
+    template <class T, class ReadItem> void items(const Field& f, std::vector<T>& out, const std::string& expected, ReadItem read) {
+        const TomlValue* v = find(f);
+        if (!v) return;
+        const auto* list = v->as<TomlArray>();
+        if (!list) {
+            wrong_type(f, *v, expected);
+            return;
+        }
+        out.clear();
+        for (const TomlValue& item : *list)
+            if (!read(item, out.emplace_back())) return; // one message a list is enough
+    }
+
+    void unknown(Frame& frame, const TomlEntry& entry) {
+        const char* what = is_table(entry.value) ? "table" : "key";
+        std::string hint;
+        if (const auto near = nearest_name(entry.key, frame.known); !near.empty()) {
+            hint = fmt::format("; did you mean '{}'?", near);
+            std::erase_if(frame.missing, [&](const auto& key) { return key.first == near; }); // misspelt, not missing
+        } else {
+            hint = elsewhere(entry.key) + fmt::format("; {} takes {}", frame.label, joined(frame.known));
+        }
+        problems_.add(entry.place, fmt::format("unknown {} '{}' in {}{}", what, entry.key, frame.label, hint));
+    }
+
+    Problems& problems_;
+    std::vector<Frame> open_;
+};
+
+/// A top-level [table].
+template <class Spec> void read_table(TomlReader& reader, Problems& problems, const char* name, Spec& spec, bool required) {
+    const TomlEntry* entry = reader.top_level(name, required);
+    if (!entry) return;
+    if (!entry->value.as<TomlTable>()) {
+        problems.add(entry->place, fmt::format("'{0}' is one table [{0}], found {1}", name, found(entry->value)));
+        return;
+    }
+    reader.begin(entry->value, name, fmt::format("[{}]", name), entry->place);
+    spec.fields(reader);
+    reader.leave();
+}
+
+/// Every table of a top-level [[list]].
+template <class Spec, class Fields>
+void read_list(TomlReader& reader, Problems& problems, const char* name, std::vector<Spec>& specs, Fields fields) {
+    const TomlEntry* entry = reader.top_level(name, false);
+    if (!entry) return;
+    const auto* list = entry->value.as<TomlArray>();
+    const bool tables = list && (list->empty() || is_table(entry->value));
+    if (!tables) {
+        problems.add(entry->place, fmt::format("'{0}' is a list of tables [[{0}]], found {1}", name, found(entry->value)));
+        return;
+    }
+    for (const TomlValue& table : *list) {
+        Spec& spec = specs.emplace_back();
+        spec.source = table.place.table_name();
+        reader.begin(table, name, fmt::format("[[{}]]", name), table.place);
+        fields(reader, spec);
+        reader.leave();
+    }
+}
+
+} // namespace
+
+SceneSpec read_tables(const TomlValue& root, Problems& problems) {
+    SceneSpec scene;
+    TomlReader reader(problems);
+    reader.begin(root, "", "the scene", {root.place.text, 1, 1, 1});
+    reader.visit(title_field, scene.title);
+    read_table(reader, problems, "time", scene.time, true);
+    read_list(reader, problems, "rods", scene.rods, [](FieldVisitor& f, RodSpec& spec) { spec.fields(f); });
+    read_list(reader, problems, "load", scene.loads, load_fields);
+    read_list(reader, problems, "damping", scene.damping, damping_fields);
+    read_table(reader, problems, "output", scene.output, false);
+    reader.leave();
+    return scene;
+}
+
+} // namespace skein

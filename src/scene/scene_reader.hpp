@@ -1,0 +1,12 @@
+// Fills a SceneSpec from a TOML tree, table by table; what does not fit the keys' descriptions goes to `problems`.
+#pragma once
+
+#include "scene/problems.hpp"
+#include "scene/scene_spec.hpp"
+#include "scene/scene_toml.hpp"
+
+namespace skein {
+
+SceneSpec read_tables(const TomlValue& root, Problems& problems);
+
+} // namespace skein

@@ -1,0 +1,83 @@
+// Scenes made in C++. What scene files can get wrong is in malformed/.
+#include "scene/scene_check.hpp"
+
+#include "scene/scene_keys.hpp"
+#include "scene_fixture.hpp"
+
+#include <gtest/gtest.h>
+
+namespace skein {
+namespace {
+
+SceneSpec one_rod() {
+    SceneSpec scene;
+    scene.time.duration = 1;
+    RodSpec rod;
+    rod.name = "rod";
+    rod.material = {.density = 1000, .youngs_modulus = 1e6};
+    rod.section.radius = 0.01;
+    rod.shape.length = 1;
+    rod.shape.elements = 10;
+    scene.rods = {rod};
+    return scene;
+}
+
+TEST(CheckScene, IsContentWithARod) { EXPECT_EQ(complaint(one_rod()), ""); }
+
+TEST(CheckScene, IsContentWithWhatReadSceneGives) { EXPECT_EQ(complaint(read_scene(good_scene)), ""); }
+
+TEST(CheckScene, NamesTheTableWhereTheSceneHasNoFile) {
+    SceneSpec scene = one_rod();
+    scene.rods[0].section.radius_2 = 0.02;
+    EXPECT_EQ(complaint(scene), "rods.0: 'radius_2' has no use in a circular section; kind = \"elliptic\" has two radii");
+}
+
+TEST(CheckScene, NamesTheLineWhereItHasOne) {
+    SceneSpec scene = read_scene(good_scene);
+    scene.loads[0].rods = {"cilla"};
+    EXPECT_EQ(complaint(scene), good_scene + ":45: there is no group of rods 'cilla'; did you mean 'cilia'?");
+}
+
+TEST(CheckScene, NamesAllThatIsWrong) {
+    SceneSpec scene = one_rod();
+    scene.rods.push_back(scene.rods[0]);
+    scene.time.dt = 2;
+    scene.loads.push_back({.load = EndForce{}});
+    scene.damping.push_back({.damping = {.kind = DampingKind::physical, .rate = 1}});
+    EXPECT_EQ(complaint(scene), "rods.1: two groups of rods are named 'rod'\n"
+                                "'dt' of 2 s is longer than 'duration' of 1 s\n"
+                                "load.0: an end_force needs 'start' or 'end' [N]: both are 0\n"
+                                "damping.0: 'rate' has no use for a damping of kind \"physical\"\n"
+                                "damping.0: 'translational' [kg/s] or 'rotational' [kg m^2/s] is needed for a damping of kind \"physical\"");
+}
+
+TEST(CheckScene, ChecksAMusclesProfileAgainstEachOfItsGroups) {
+    SceneSpec scene = one_rod();
+    scene.rods.push_back(scene.rods[0]);
+    scene.rods[1].name = "long";
+    scene.rods[1].shape.elements = 20;
+    MuscleWave wave{};
+    wave.amplitude = wave.period = wave.wavelength = 1;
+    wave.profile.assign(9, 1.0);
+    scene.loads.push_back({.load = wave, .rods = {"rod"}});
+    EXPECT_EQ(complaint(scene), "");
+    scene.loads[0].rods.clear();
+    EXPECT_EQ(complaint(scene), "load.0: 'profile' has 9 values, but needs 19: one for each inner vertex (elements - 1) of group 'long'");
+}
+
+TEST(CheckScene, LetsARotationBeSwitchedOff) {
+    EXPECT_EQ(complaint(good_scene, {"load.magnetic_field.rotating=0", "load.magnetic_field.constant=[0, 0, 0.1]"}), "");
+}
+
+TEST(ChangedKeys, AreThoseThatDifferFromTheirDefaults) {
+    SceneSpec scene;
+    EXPECT_TRUE(changed_keys(scene).empty());
+    scene.time.safety = 0.5;
+    scene.rods.emplace_back().section.taper = 0.5;
+    scene.rods[0].shape.start_curvature = Vec3d{0, 0, 0};
+    scene.loads.push_back({.load = Gravity{.acceleration = {1, 0, 0}}});
+    EXPECT_EQ(changed_keys(scene), (std::set<std::string>{"time.safety", "rods.0.section.taper", "rods.0.shape.start_curvature", "load.0.acceleration"}));
+}
+
+} // namespace
+} // namespace skein

@@ -1,0 +1,35 @@
+// What the tests of this folder share: a good scene, and the message of a bad one.
+#pragma once
+
+#include "core/error.hpp"
+#include "scene/scene_file.hpp"
+
+#include <string>
+#include <vector>
+
+namespace skein {
+
+inline const std::string test_data = SCENE_TEST_DATA;
+inline const std::string good_scene = test_data + "/good/cilia.toml";
+
+/// What read_scene says to a scene; empty where it is content.
+inline std::string complaint(const std::string& file, const std::vector<std::string>& overrides = {}) {
+    try {
+        read_scene(file, overrides);
+    } catch (const InputError& e) {
+        return e.what();
+    }
+    return "";
+}
+
+/// What check_scene says.
+inline std::string complaint(const SceneSpec& scene) {
+    try {
+        check_scene(scene);
+    } catch (const InputError& e) {
+        return e.what();
+    }
+    return "";
+}
+
+} // namespace skein
