@@ -1,0 +1,34 @@
+# Tests by kind. A test of unit kind is one process; one of mpi kind runs on 1, 2, 3 and 4 ranks, whatever the cores here.
+
+# skein_unit_test(<name> SOURCES ... [DEPENDS ...]): GoogleTest cases without MPI, one ctest case for all.
+function(skein_unit_test name)
+  cmake_parse_arguments(ARG "" "" "SOURCES;DEPENDS" ${ARGN})
+  add_executable(${name} ${ARG_SOURCES})
+  target_include_directories(${name} PRIVATE ${CMAKE_SOURCE_DIR}/tests)
+  target_link_libraries(${name} PRIVATE ${ARG_DEPENDS} GTest::gtest_main)
+  add_test(NAME ${name} COMMAND ${name})
+  set_tests_properties(${name} PROPERTIES LABELS unit TIMEOUT 120)
+endfunction()
+
+# What Open MPI needs to run as root, in a container, with more ranks than cores.
+set(SKEIN_MPI_ENVIRONMENT
+  OMPI_ALLOW_RUN_AS_ROOT=1 OMPI_ALLOW_RUN_AS_ROOT_CONFIRM=1 OMPI_MCA_rmaps_base_oversubscribe=1
+  OMPI_MCA_hwloc_base_binding_policy=none OMPI_MCA_btl_vader_single_copy_mechanism=none OMPI_MCA_mpi_yield_when_idle=1)
+
+# skein_mpi_run(<test name> RANKS <n> COMMAND ...): one ctest case of the label mpi.
+function(skein_mpi_run name)
+  cmake_parse_arguments(ARG "" "RANKS" "COMMAND" ${ARGN})
+  add_test(NAME ${name} COMMAND ${MPIEXEC_EXECUTABLE} ${MPIEXEC_NUMPROC_FLAG} ${ARG_RANKS} ${ARG_COMMAND})
+  set_tests_properties(${name} PROPERTIES LABELS mpi PROCESSORS ${ARG_RANKS} TIMEOUT 120 ENVIRONMENT "${SKEIN_MPI_ENVIRONMENT}")
+endfunction()
+
+# skein_mpi_test(<name> SOURCES ... [DEPENDS ...]): GoogleTest cases on 1, 2, 3 and 4 ranks.
+function(skein_mpi_test name)
+  cmake_parse_arguments(ARG "" "" "SOURCES;DEPENDS" ${ARGN})
+  add_executable(${name} ${CMAKE_SOURCE_DIR}/tests/mpi/main.cpp ${ARG_SOURCES})
+  target_include_directories(${name} PRIVATE ${CMAKE_SOURCE_DIR}/tests)
+  target_link_libraries(${name} PRIVATE ${ARG_DEPENDS} skein_parallel GTest::gtest)
+  foreach(ranks 1 2 3 4)
+    skein_mpi_run(${name}_np${ranks} RANKS ${ranks} COMMAND $<TARGET_FILE:${name}>)
+  endforeach()
+endfunction()

@@ -1,0 +1,179 @@
+#include "partition/partition.hpp"
+
+#include "support/fake_rods.hpp"
+
+#include <gtest/gtest.h>
+
+#include <array>
+#include <cstring>
+#include <limits>
+#include <map>
+
+namespace skein {
+
+void PrintTo(const LocalRod& rod, std::ostream* out) { *out << "rod " << rod.gid << " (group " << rod.group << ", " << rod.index << ")"; }
+static bool operator==(const LocalRod& a, const LocalRod& b) { return a.gid == b.gid && a.group == b.group && a.index == b.index; }
+
+namespace {
+
+TEST(HilbertKey, visits_every_cell_once_and_goes_to_a_neighbour_each_time) {
+    constexpr int side = 8;
+    std::map<std::uint64_t, std::array<int, 3>> cells;
+    for (int x = 0; x < side; ++x)
+        for (int y = 0; y < side; ++y)
+            for (int z = 0; z < side; ++z) cells[hilbert_key({(x + 0.5) / side, (y + 0.5) / side, (z + 0.5) / side})] = {x, y, z};
+    ASSERT_EQ(cells.size(), static_cast<std::size_t>(side * side * side));
+    for (auto cell = cells.begin(), next = std::next(cell); next != cells.end(); ++cell, ++next) {
+        int distance = 0;
+        for (std::size_t axis = 0; axis < 3; ++axis) distance += std::abs(cell->second[axis] - next->second[axis]);
+        EXPECT_EQ(distance, 1);
+    }
+}
+
+TEST(HilbertKey, takes_points_on_and_beyond_the_faces) {
+    EXPECT_EQ(hilbert_key({0, 0, 0}), 0u);
+    EXPECT_EQ(hilbert_key({1, 1, 1}), hilbert_key({2, 3, 1e300}));
+    EXPECT_EQ(hilbert_key({-1, -1e300, 0}), 0u);
+    EXPECT_LT(hilbert_key({1, 0, 0}), 1ull << 63);
+}
+
+/// The same by one sort of everything.
+std::vector<LocalRod> serial_twin(std::span<const RodGroup> groups, int rank, int ranks) {
+    struct Rod {
+        std::uint64_t key;
+        LocalRod rod;
+        std::int64_t weight;
+    };
+    constexpr double infinity = std::numeric_limits<double>::infinity();
+    Vec3d low{infinity, infinity, infinity}, high{-infinity, -infinity, -infinity};
+    for (const RodGroup& group : groups)
+        for (std::int64_t i = 0; i < group.count(); ++i) {
+            const Vec3d c = group.centre(i);
+            low = {std::min(low.x, c.x), std::min(low.y, c.y), std::min(low.z, c.z)};
+            high = {std::max(high.x, c.x), std::max(high.y, c.y), std::max(high.z, c.z)};
+        }
+    const double side = std::max({high.x - low.x, high.y - low.y, high.z - low.z});
+    std::vector<Rod> rods;
+    std::int64_t whole = 0;
+    for (const RodGroup& group : groups)
+        for (std::int64_t i = 0; i < group.count(); ++i) {
+            const Vec3d d = group.centre(i) - low;
+            const auto key = side > 0 ? hilbert_key({d.x / side, d.y / side, d.z / side}) : 0;
+            rods.push_back({key, {group.first_gid() + i, group.id(), i}, group.elements()});
+            whole += group.elements();
+        }
+    std::sort(rods.begin(), rods.end(), [](const Rod& a, const Rod& b) { return std::pair(a.key, a.rod.gid) < std::pair(b.key, b.rod.gid); });
+    std::vector<LocalRod> mine;
+    std::int64_t before = 0;
+    for (const Rod& rod : rods) {
+        if (before >= whole * rank / ranks && (rank + 1 == ranks || before < whole * (rank + 1) / ranks)) mine.push_back(rod.rod);
+        before += rod.weight;
+    }
+    std::stable_sort(mine.begin(), mine.end(), [](const LocalRod& a, const LocalRod& b) { return a.group < b.group; });
+    return mine;
+}
+
+struct PartitionTest : testing::Test {
+    const Communicator comm = Communicator::world();
+
+    void expect_sound(std::span<const RodGroup> groups) const {
+        const auto mine = partition(comm, groups);
+        EXPECT_EQ(mine, serial_twin(groups, comm.rank(), comm.size()));
+
+        std::int64_t count = 0, whole = 0, heaviest = 0, weight = 0;
+        for (const RodGroup& group : groups) {
+            count += group.count();
+            whole += group.count() * group.elements();
+            heaviest = std::max<std::int64_t>(heaviest, group.elements());
+        }
+        std::vector<std::int64_t> owners(static_cast<std::size_t>(count), 0);
+        for (const LocalRod& rod : mine) {
+            ++owners[static_cast<std::size_t>(rod.gid)];
+            weight += groups[static_cast<std::size_t>(rod.group)].elements();
+        }
+        comm.sum(owners);
+        EXPECT_EQ(owners, std::vector<std::int64_t>(static_cast<std::size_t>(count), 1));
+        EXPECT_LE(std::abs(weight * comm.size() - whole), heaviest * comm.size());
+    }
+};
+
+RodSpec lattice(std::vector<long> counts, long elements) {
+    RodSpec spec = test::two_groups(1, 1)[1].spec();
+    spec.shape.elements = elements;
+    spec.placement.counts = std::move(counts);
+    spec.placement.spacing.assign(spec.placement.counts.size(), 0.37);
+    return spec;
+}
+
+TEST_F(PartitionTest, equals_its_serial_twin) {
+    expect_sound(test::two_groups(100, 7));
+    std::vector<RodGroup> groups;
+    groups.emplace_back(lattice({11, 7, 5}, 20), 0, 0, "");
+    expect_sound(groups);
+    groups.emplace_back(lattice({5, 3}, 200), 1, groups[0].count(), "");
+    groups.emplace_back(lattice({64, 2}, 3), 2, groups[0].count() + groups[1].count(), "");
+    expect_sound(groups);
+}
+
+TEST_F(PartitionTest, copes_with_fewer_rods_than_ranks) {
+    for (const long count : {1, 2, 3}) {
+        std::vector<RodGroup> groups;
+        groups.emplace_back(lattice({count, 1}, 10), 0, 0, "");
+        expect_sound(groups);
+    }
+}
+
+TEST_F(PartitionTest, shares_out_rods_that_stand_at_one_point) {
+    RodSpec spec = lattice({1, 1}, 10);
+    spec.placement.kind = PlacementKind::list;
+    spec.placement.counts.clear();
+    spec.placement.spacing.clear();
+    spec.placement.origins.assign(50, {1, 2, 3});
+    std::vector<RodGroup> groups;
+    groups.emplace_back(spec, 0, 0, "");
+    expect_sound(groups);
+}
+
+TEST(BlockBegin, deals_out_evenly_without_overflow) {
+    EXPECT_EQ(block_begin(10, 0, 4), 0);
+    EXPECT_EQ(block_begin(10, 1, 4), 2);
+    EXPECT_EQ(block_begin(10, 4, 4), 10);
+    EXPECT_EQ(block_begin(std::int64_t{1} << 60, 1000, 1024), (std::int64_t{1} << 50) * 1000);
+}
+
+struct IndexBlocksTest : testing::TestWithParam<std::int64_t> {
+    const Communicator comm = Communicator::world();
+};
+
+TEST_P(IndexBlocksTest, go_there_and_back) {
+    struct Record {
+        std::int64_t index;
+        double values[2];
+    };
+    const std::int64_t count = GetParam();
+    std::vector<std::int64_t> owned;
+    for (std::int64_t i = count - 1; i >= 0; --i)
+        if ((i * i + i / 3) % comm.size() == comm.rank()) owned.push_back(i);
+    std::vector<Record> records;
+    for (const auto i : owned) records.push_back({i, {0.5 * static_cast<double>(i), -1}});
+
+    const IndexBlocks blocks(comm, owned, count);
+    EXPECT_EQ(blocks.begin(), block_begin(count, comm.rank(), comm.size()));
+    EXPECT_EQ(comm.sum(blocks.size()), count);
+    const auto block = blocks.to_blocks(std::as_bytes(std::span(records)), sizeof(Record));
+    ASSERT_EQ(block.size(), static_cast<std::size_t>(blocks.size()) * sizeof(Record));
+    for (std::int64_t i = 0; i < blocks.size(); ++i) {
+        Record record;
+        std::memcpy(&record, &block[static_cast<std::size_t>(i) * sizeof record], sizeof record);
+        EXPECT_EQ(record.index, blocks.begin() + i);
+        EXPECT_EQ(record.values[0], 0.5 * static_cast<double>(record.index));
+    }
+    const auto back = blocks.to_owners(block, sizeof(Record));
+    ASSERT_EQ(back.size(), records.size() * sizeof(Record));
+    EXPECT_TRUE(back.empty() || std::memcmp(back.data(), records.data(), back.size()) == 0);
+}
+
+INSTANTIATE_TEST_SUITE_P(Counts, IndexBlocksTest, testing::Values(0, 1, 2, 3, 7, 1000));
+
+} // namespace
+} // namespace skein

@@ -1,0 +1,63 @@
+#include "parallel/threads.hpp"
+
+#include <gtest/gtest.h>
+
+#include <atomic>
+#include <stdexcept>
+#include <string>
+#include <thread>
+#include <vector>
+
+namespace skein {
+namespace {
+
+class ThreadsTest : public testing::TestWithParam<int> {};
+
+TEST_P(ThreadsTest, visit_every_item_once) {
+    const Threads threads(GetParam());
+    std::vector<std::atomic<int>> visits(1000);
+    threads.for_each(visits.size(), [&](std::size_t i, int) { ++visits[i]; });
+    for (const auto& count : visits) EXPECT_EQ(count, 1);
+    threads.for_each(0, [](std::size_t, int) { FAIL(); });
+}
+
+TEST_P(ThreadsTest, have_numbers_that_no_two_bear_at_a_time) {
+    const Threads threads(GetParam());
+    EXPECT_EQ(threads.count(), GetParam());
+    std::vector<std::atomic<int>> bearers(static_cast<std::size_t>(threads.count()));
+    std::atomic<int> clashes = 0, strangers = 0;
+    threads.for_each(200, [&](std::size_t, int thread) {
+        if (thread < 0 || thread >= threads.count()) {
+            ++strangers;
+            return;
+        }
+        auto& bearer = bearers[static_cast<std::size_t>(thread)];
+        if (++bearer != 1) ++clashes;
+        std::this_thread::yield();
+        --bearer;
+    });
+    EXPECT_EQ(strangers, 0);
+    EXPECT_EQ(clashes, 0);
+}
+
+TEST_P(ThreadsTest, hand_on_an_exception) {
+    const Threads threads(GetParam());
+    try {
+        threads.for_each(100, [](std::size_t i, int) {
+            if (i == 57) throw std::runtime_error("item 57");
+        });
+        FAIL();
+    } catch (const std::runtime_error& error) {
+        EXPECT_EQ(error.what(), std::string("item 57"));
+    }
+}
+
+INSTANTIATE_TEST_SUITE_P(Counts, ThreadsTest, testing::Values(1, 2, 5));
+
+TEST(Threads, are_by_default_as_many_as_the_cores_allowed) {
+    EXPECT_GE(Threads::available_cores(), 1);
+    EXPECT_EQ(Threads(0).count(), Threads::available_cores());
+}
+
+} // namespace
+} // namespace skein
