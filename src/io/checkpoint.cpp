@@ -119,9 +119,16 @@ std::uint64_t read_group(const Communicator& comm, const H5File& file, const std
     return found;
 }
 
+std::uint64_t file_bytes(std::span<const RodGroup> groups, const CheckpointInfo& info) {
+    std::uint64_t bytes = info.scene.size();
+    for (const RodGroup& group : groups) bytes += static_cast<std::uint64_t>(group.count()) * rod_bytes(group);
+    return bytes;
+}
+
 void write_state(const Communicator& comm, const std::string& path, std::span<const RodGroup> groups, const Rods& rods,
                  const CheckpointInfo& info) {
     H5File file(comm, path, H5File::Mode::create);
+    file.reserve(file_bytes(groups, info));
     file.set("/", "format", format_name);
     file.set("/", "version", format_version);
     file.set("/", "step", info.step);
@@ -149,12 +156,6 @@ void verify(const Communicator& comm, const std::string& path, std::span<const R
     H5File file(comm, path, H5File::Mode::read);
     read_state(comm, file, path, groups, rods, nullptr);
     file.close();
-}
-
-std::uint64_t file_bytes(std::span<const RodGroup> groups, const CheckpointInfo& info) {
-    std::uint64_t bytes = info.scene.size();
-    for (const RodGroup& group : groups) bytes += static_cast<std::uint64_t>(group.count()) * rod_bytes(group);
-    return bytes;
 }
 
 /// Keeps checkpoint `step` and the one before. Later ones are what a resumed run could not read and has now passed by.

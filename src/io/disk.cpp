@@ -1,6 +1,7 @@
 #include "io/disk.hpp"
 
 #include "core/error.hpp"
+#include "io/descriptor.hpp"
 
 #include <fmt/format.h>
 
@@ -24,11 +25,8 @@ std::string megabytes(std::uint64_t bytes) { return fmt::format("{:.1f} MB", sta
 
 /// Waits until a file's (or a directory's) content is on the disk.
 void flush_to_disk(const std::string& path) {
-    const int descriptor = ::open(path.c_str(), O_RDONLY | O_CLOEXEC);
-    if (descriptor < 0) throw_system_error(path, "cannot be opened", errno);
-    const int error = ::fsync(descriptor) == 0 ? 0 : errno;
-    ::close(descriptor);
-    if (error) throw_system_error(path, "cannot be flushed to disk", error);
+    const Descriptor file(path, O_RDONLY);
+    if (::fsync(file) != 0) throw_system_error(path, "cannot be flushed to disk", errno);
 }
 
 } // namespace
@@ -46,7 +44,16 @@ void require_space(const std::string& directory, std::uint64_t bytes) {
         throw IoError(fmt::format("{}: disk full: {} needed, {} available", directory, megabytes(needed), megabytes(available)));
 }
 
+void reserve_space(const std::string& path, std::uint64_t bytes) {
+    const Descriptor file(path, O_WRONLY);
+    if (::fallocate(file, FALLOC_FL_KEEP_SIZE, 0, static_cast<off_t>(bytes)) == 0) return;
+    if (errno == ENOSPC || errno == EDQUOT || errno == EFBIG)
+        throw_system_error(path, "disk full: no room for a file of " + megabytes(bytes), errno);
+}
+
 void publish(const std::string& temporary, const std::string& path) {
+    std::error_code ignored;
+    fs::resize_file(temporary, fs::file_size(temporary), ignored); // gives back what was reserved beyond the end
     flush_to_disk(temporary);
     if (::rename(temporary.c_str(), path.c_str()) != 0) throw_system_error(temporary, "cannot be renamed", errno);
     const fs::path directory = fs::path(path).parent_path();

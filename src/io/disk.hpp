@@ -17,6 +17,10 @@ namespace skein {
 /// writing, because MPI-IO may report a full disk on some rank only, or not at all.
 void require_space(const std::string& directory, std::uint64_t bytes);
 
+/// Takes disk space for a file of `bytes`, so that writing it cannot fail for want of it. Does nothing where the file system
+/// cannot do that.
+void reserve_space(const std::string& path, std::uint64_t bytes);
+
 /// Gives a file that was written under a temporary name its own one, once its bytes are on the disk.
 void publish(const std::string& temporary, const std::string& path);
 

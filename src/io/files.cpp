@@ -1,6 +1,7 @@
 #include "io/files.hpp"
 
 #include "core/error.hpp"
+#include "io/descriptor.hpp"
 #include "io/disk.hpp"
 
 #include <fmt/format.h>
@@ -20,35 +21,6 @@
 namespace skein {
 
 namespace {
-
-/// An open file, closed with its scope.
-class Descriptor {
-public:
-    Descriptor(const std::string& path, int flags) : path_(path), value_(::open(path.c_str(), flags | O_CLOEXEC, 0644)) {
-        if (value_ < 0) throw_system_error(path, "cannot be opened", errno);
-    }
-    ~Descriptor() {
-        if (value_ >= 0) ::close(value_);
-    }
-    Descriptor(const Descriptor&) = delete;
-    Descriptor& operator=(const Descriptor&) = delete;
-
-    void write(std::string_view text) {
-        while (!text.empty()) {
-            const auto written = ::write(value_, text.data(), text.size());
-            if (written < 0 && errno == EINTR) continue;
-            if (written < 0) throw_system_error(path_, "cannot be written", errno);
-            text.remove_prefix(static_cast<std::size_t>(written));
-        }
-    }
-    void close() {
-        if (::close(std::exchange(value_, -1)) != 0) throw_system_error(path_, "cannot be closed", errno);
-    }
-
-private:
-    std::string path_;
-    int value_;
-};
 
 std::string directory_of(const std::string& path) {
     const auto parent = std::filesystem::path(path).parent_path().string();

@@ -1,9 +1,11 @@
 #include "io/h5_file.hpp"
 
 #include "core/error.hpp"
+#include "io/disk.hpp"
 
 #include <hdf5.h>
 #include <mpi.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <utility>
@@ -153,7 +155,7 @@ std::string attribute_name(const std::string& object, const std::string& name) {
 
 } // namespace
 
-H5File::H5File(const Communicator& comm, std::string path, Mode mode) : comm_(comm), path_(std::move(path)) {
+H5File::H5File(const Communicator& comm, std::string path, Mode mode) : comm_(comm), path_(std::move(path)), mode_(mode) {
     H5Eset_auto2(H5E_DEFAULT, take_down_reason, nullptr); // instead of HDF5's print-out on every rank
     id_ = open_file(comm, path_, mode);
     try {
@@ -165,13 +167,26 @@ H5File::H5File(const Communicator& comm, std::string path, Mode mode) : comm_(co
 }
 
 H5File::~H5File() {
-    if (id_ >= 0) H5Fclose(id_);
+    if (id_ < 0) return;
+    if (mode_ != Mode::read) {
+        // HDF5 insists on writing its metadata before it lets go of the file. Emptying the file makes room for that.
+        comm_.barrier();
+        [[maybe_unused]] const int ignored = comm_.root() ? ::truncate(path_.c_str(), 0) : 0;
+        comm_.barrier();
+    }
+    H5Fclose(id_);
 }
 
 void H5File::close() {
     agree(H5Fflush(id_, H5F_SCOPE_GLOBAL) >= 0, "cannot be flushed to disk");
     const bool closed = H5Fclose(std::exchange(id_, -1)) >= 0;
     agree(closed, "cannot be closed");
+}
+
+void H5File::reserve(std::uint64_t bytes) {
+    hsize_t size = 0;
+    agree(H5Fget_filesize(id_, &size) >= 0, "has no readable size");
+    on_root(comm_, [&] { reserve_space(path_, size + bytes); });
 }
 
 void H5File::agree(bool well, const std::string& deed) const {

@@ -23,12 +23,16 @@ public:
     enum class Mode { create, modify, read };
 
     H5File(const Communicator& comm, std::string path, Mode mode);
+    /// A file that was being written and did not reach close() is emptied: it is of no use, and on a full disk it stands in the way.
     ~H5File();
     H5File(const H5File&) = delete;
     H5File& operator=(const H5File&) = delete;
 
     /// Ends the file well: everything is on the disk when this returns.
     void close();
+    /// Takes disk space for `bytes` more than the file has. HDF5 may hang when the disk turns out to be full while it writes
+    /// (one rank fails, the others wait for it), so ask first. Quotas are found out too, unlike with require_space().
+    void reserve(std::uint64_t bytes);
 
     void make_group(const std::string& path);
     void make_dataset(const std::string& path, H5Type type, const std::vector<std::uint64_t>& shape);
@@ -58,6 +62,7 @@ private:
 
     Communicator comm_;
     std::string path_;
+    Mode mode_;
     std::int64_t id_ = -1;
 };
 

@@ -335,6 +335,7 @@ struct FrameWriter::Impl {
         for (const GroupFrames& group : groups) bytes += group.frame_bytes();
         on_root(comm, [&] { require_space(directory, bytes); });
         if (!file) open_segment(step);
+        file->reserve(bytes);
         const std::uint64_t frame = open.steps.size();
         append(*file, comm, "/step", frame, step);
         append(*file, comm, "/time", frame, time);

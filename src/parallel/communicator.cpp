@@ -9,6 +9,7 @@
 #include <cstdlib>
 #include <exception>
 #include <limits>
+#include <new>
 
 namespace skein {
 
@@ -156,6 +157,9 @@ void on_mpi_error(MPI_Comm*, int* code, ...) {
     MpiSession::abort("MPI: " + std::string(text, static_cast<std::size_t>(length)), static_cast<int>(Exit::internal));
 }
 
+/// std::bad_alloc on one rank could be caught on the way to a collective call that the others are in.
+void on_out_of_memory() { MpiSession::abort("out of memory", static_cast<int>(Exit::internal)); }
+
 [[noreturn]] void on_terminate() {
     std::string message = "terminated without an exception";
     int code = static_cast<int>(Exit::internal);
@@ -185,6 +189,7 @@ MpiSession::MpiSession(int& argc, char**& argv) : exceptions_at_start_(std::unca
     MPI_Comm_set_errhandler(MPI_COMM_WORLD, handler);
     MPI_Errhandler_free(&handler);
     std::set_terminate(on_terminate);
+    std::set_new_handler(on_out_of_memory);
 }
 
 MpiSession::~MpiSession() {

@@ -56,8 +56,8 @@ private:
     int rank_ = 0, size_ = 1;
 };
 
-/// Initialises MPI for the life of the object. An MPI error, an exception that nobody catches, and unwinding past the object
-/// all end every rank through abort(): a rank that left alone would leave the others waiting.
+/// Initialises MPI for the life of the object. An MPI error, lack of memory, an exception that nobody catches, and unwinding
+/// past the object all end every rank through abort(): a rank that left alone would leave the others waiting.
 class MpiSession {
 public:
     MpiSession(int& argc, char**& argv);

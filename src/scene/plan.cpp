@@ -50,6 +50,15 @@ GroupPlan plan_group(const SceneSpec& scene, const RodGroup& group, int lanes) {
     return p;
 }
 
+/// An automatic step divides this: what the scene names, or else its most frequent output, so that outputs fall on whole steps.
+double interval_to_divide(const SceneSpec& scene) {
+    if (scene.time.divide > 0) return scene.time.divide;
+    double interval = scene.time.duration;
+    for (const double output : {scene.output.trajectory, scene.output.tips, scene.output.series, scene.output.checkpoint})
+        if (output > 0) interval = std::min(interval, output);
+    return interval;
+}
+
 void choose_step(Plan& plan, const SceneSpec& scene) {
     const TimeSpec& t = scene.time;
     for (std::size_t g = 0; g < plan.groups.size(); ++g)
@@ -59,7 +68,7 @@ void choose_step(Plan& plan, const SceneSpec& scene) {
     plan.limit = limit.dt;
     plan.automatic_dt = t.dt == 0;
     if (plan.automatic_dt) {
-        const double interval = t.divide > 0 ? t.divide : t.duration;
+        const double interval = interval_to_divide(scene);
         plan.dt = interval / std::ceil(interval / (t.safety * limit.dt * t.e_min));
     } else {
         plan.dt = t.dt;

@@ -34,7 +34,7 @@ std::string every(std::int64_t steps, double dt) {
 std::string to_text(const Plan& p) {
     std::string text;
     const auto out = std::back_inserter(text);
-    const auto line = [&](const char* label, const std::string& value) { fmt::format_to(out, "  {:<12}{}\n", label, value); };
+    const auto line = [&](const char* label, const std::string& value) { fmt::format_to(out, "  {:<14}{}\n", label, value); };
 
     fmt::format_to(out, "Plan: {}\n", p.title.empty() ? "(untitled)" : p.title);
     line("rods", fmt::format("{} with {} elements in {} group{}", p.rods, p.elements, p.groups.size(), p.groups.size() == 1 ? "" : "s"));

@@ -19,7 +19,7 @@ std::string clock_text(double seconds) {
 }
 
 Progress::Progress(bool shown, std::int64_t first_step, std::int64_t last_step, double dt, double elements)
-    : shown_(shown), terminal_(isatty(STDOUT_FILENO) != 0), first_(first_step), last_(last_step), dt_(dt), elements_(elements), started_(wall_seconds()) {}
+    : shown_(shown), terminal_(isatty(STDOUT_FILENO) != 0), first_(first_step), last_(last_step), dt_(dt), elements_(elements), started_(wall_seconds()), last_shown_(started_) {}
 
 void Progress::show(std::int64_t step) {
     if (!shown_ || step == first_) return;

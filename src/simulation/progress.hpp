@@ -18,7 +18,7 @@ public:
 private:
     bool shown_, terminal_, open_ = false;
     std::int64_t first_, last_;
-    double dt_, elements_, started_, last_shown_ = 0;
+    double dt_, elements_, started_, last_shown_;
     double next_share_ = 0;
 };
 

@@ -22,6 +22,12 @@ volatile std::sig_atomic_t stop_requested = 0;
 
 std::int64_t multiple_after(std::int64_t step, std::int64_t every) { return (step / every + 1) * every; }
 
+/// What decides the bits of a run: the scene's physics and the step, not how long it runs or what it writes.
+std::string physics_json(SceneSpec scene, double dt) {
+    scene.time = {.dt = dt};
+    return scene_json(scene, true);
+}
+
 /// True on all ranks alike if the directory holds results but no checkpoint to resume from.
 bool holds_results(const std::string& directory) {
     if (!std::filesystem::exists(directory)) return false;
@@ -55,7 +61,7 @@ void request_stop() { stop_requested = 1; }
 
 Simulation::Simulation(const Communicator& comm, const Threads& threads, const SceneSpec& scene, std::vector<RodGroup> groups, Plan plan, RunOptions options)
     : comm_(comm), threads_(threads), groups_(std::move(groups)), plan_(std::move(plan)), options_(std::move(options)),
-      physics_(scene_json(scene, true)), started_(wall_seconds()), clock_(plan_.dt, 0) {
+      physics_(physics_json(scene, plan_.dt)), started_(wall_seconds()), clock_(plan_.dt, 0) {
     const auto setup = timers_.time(Phase::setup);
     on_root(comm_, [&] {
         std::filesystem::create_directories(options_.out);

@@ -5,7 +5,7 @@ namespace skein {
 void TimeSpec::fields(FieldVisitor& f) {
     f.visit({.name = "duration", .unit = "s", .text = "time to simulate", .required = true, .above = 0}, duration);
     f.visit({.name = "dt", .unit = "s", .text = "time step; 0: automatic, `safety` times the limit", .at_least = 0}, dt);
-    f.visit({.name = "divide", .unit = "s", .text = "interval that an automatic step divides, e.g. a drive period; 0: the duration",
+    f.visit({.name = "divide", .unit = "s", .text = "interval that an automatic step divides; 0: the most frequent output, or the duration",
              .at_least = 0}, divide);
     f.visit({.name = "safety", .unit = "-", .text = "automatic step over the limit", .above = 0, .at_most = 1}, safety);
     f.visit({.name = "e_min", .unit = "-", .text = "smallest dilatation expected; the automatic step shrinks with it", .above = 0,

@@ -8,7 +8,7 @@ namespace skein {
 struct TimeSpec {
     double duration = 0;   ///< s
     double dt = 0;         ///< s; 0: automatic (safety * limit, lowered so that it divides `divide`)
-    double divide = 0;     ///< s; an interval that the automatic step divides, e.g. a drive period; 0: the duration
+    double divide = 0;     ///< s; an interval that the automatic step divides; 0: the most frequent output, or the duration
     double safety = 0.9;   ///< automatic step over the limit
     double e_min = 0.95;   ///< smallest dilatation expected; the automatic step shrinks with it
     bool force_dt = false; ///< accept a dt beyond the limit

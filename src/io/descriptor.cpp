@@ -1,0 +1,34 @@
+#include "io/descriptor.hpp"
+
+#include "io/disk.hpp"
+
+#include <fcntl.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <utility>
+
+namespace skein {
+
+Descriptor::Descriptor(const std::string& path, int flags) : path_(path), value_(::open(path.c_str(), flags | O_CLOEXEC, 0644)) {
+    if (value_ < 0) throw_system_error(path, "cannot be opened", errno);
+}
+
+Descriptor::~Descriptor() {
+    if (value_ >= 0) ::close(value_);
+}
+
+void Descriptor::write(std::string_view text) {
+    while (!text.empty()) {
+        const auto written = ::write(value_, text.data(), text.size());
+        if (written < 0 && errno == EINTR) continue;
+        if (written < 0) throw_system_error(path_, "cannot be written", errno);
+        text.remove_prefix(static_cast<std::size_t>(written));
+    }
+}
+
+void Descriptor::close() {
+    if (::close(std::exchange(value_, -1)) != 0) throw_system_error(path_, "cannot be closed", errno);
+}
+
+} // namespace skein

@@ -1,0 +1,27 @@
+// An open file of the operating system, closed with its scope.
+#pragma once
+
+#include <string>
+#include <string_view>
+
+namespace skein {
+
+class Descriptor {
+public:
+    /// `flags` as for open(2). Throws IoError.
+    Descriptor(const std::string& path, int flags);
+    ~Descriptor();
+    Descriptor(const Descriptor&) = delete;
+    Descriptor& operator=(const Descriptor&) = delete;
+
+    operator int() const { return value_; }
+    void write(std::string_view text);
+    /// For writers: closing may be where a network file system reports a failed write.
+    void close();
+
+private:
+    std::string path_;
+    int value_;
+};
+
+} // namespace skein

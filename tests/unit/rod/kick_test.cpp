@@ -1,0 +1,97 @@
+// The exponential kick is the exact flow of force and damping; held ends do not move.
+#include "loads/damping.hpp"
+#include "support/rods_for_tests.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+namespace skein {
+namespace {
+
+constexpr double h = 0.013;
+
+std::vector<SlotLoad<1>> some_loads(std::size_t slots) {
+    std::vector<SlotLoad<1>> load(slots);
+    for (std::size_t k = 0; k < slots; ++k) {
+        const double s = 1 + 0.1 * static_cast<double>(k);
+        set_lane(load[k].force, 0, Vec3d{s, -2 * s, 0.5});
+        set_lane(load[k].couple, 0, Vec3d{1e-3 * s, 2e-3, -1e-3 * s});
+    }
+    return load;
+}
+
+template <KickKind Kind> std::vector<Slot<1>> kicked(const RodGroup& group, const std::vector<Damping>& damping, std::vector<Slot<1>> state) {
+    const auto load = some_loads(state.size());
+    KickPass<Kind, 1>(KickConstants(group, damping_rates(group, damping), h)).run(test::tile_of(group, state), const_cast<SlotLoad<1>*>(load.data()), Step{});
+    return state;
+}
+
+/// v' = a - nu v over time h, in closed form and long double.
+double flow(double v, double a, double nu) {
+    const long double z = static_cast<long double>(nu) * h;
+    if (z == 0) return v + a * h;
+    return static_cast<double>(std::exp(-z) * v - std::expm1(-z) / z * h * a);
+}
+
+TEST(Kick, IsTheExactFlowForEveryDampingLaw) {
+    const RodGroup group(test::crooked_rod(), 0, 0, "");
+    const auto start = test::shaken_state(group, 0.01, 0.3, 0.7);
+    const auto load = some_loads(start.size());
+    struct Case {
+        std::vector<Damping> damping;
+        std::vector<Slot<1>> end;
+    };
+    std::vector<Case> cases = {{{}, {}},
+                               {{{.kind = DampingKind::uniform, .rate = 3}}, {}},
+                               {{{.kind = DampingKind::legacy, .rate = 0.5}}, {}},
+                               {{{.kind = DampingKind::physical, .translational = 0.4, .rotational = 1e-6}}, {}},
+                               {{{.kind = DampingKind::uniform, .rate = 3}, {.kind = DampingKind::legacy, .rate = 1e-3}}, {}}};
+    cases[0].end = kicked<KickKind::undamped>(group, cases[0].damping, start);
+    cases[1].end = kicked<KickKind::constant_rates>(group, cases[1].damping, start);
+    for (std::size_t i = 2; i < cases.size(); ++i) cases[i].end = kicked<KickKind::stretched_rates>(group, cases[i].damping, start);
+
+    for (const Case& c : cases) {
+        for (std::size_t i = 0; i < start.size(); ++i) {
+            double nu = 0;
+            for (const Damping& d : c.damping) nu += d.kind == DampingKind::physical ? d.translational / group.node_mass[i] : d.rate;
+            const Vec3d a = (1 / group.node_mass[i]) * lane(load[i].force, 0), v = lane(start[i].velocity, 0);
+            EXPECT_NEAR(c.end[i].velocity.y[0], flow(v.y, a.y, nu), 1e-12 * (std::abs(v.y) + std::abs(a.y) * h));
+        }
+        for (std::size_t k = 0; k + 1 < start.size(); ++k) {
+            const ElementConstants& e = group.element[k];
+            const double stretch = norm(lane(start[k + 1].position, 0) - lane(start[k].position, 0)) / e.rest_length;
+            double mass = 0.5 * (group.node_mass[k] + group.node_mass[k + 1]);
+            if (k == 0) mass += 0.5 * group.node_mass[0];
+            if (k + 2 == start.size()) mass += 0.5 * group.node_mass[k + 1];
+            for (double Vec3d::* axis : {&Vec3d::x, &Vec3d::y, &Vec3d::z}) {
+                const double j = e.inertia.*axis;
+                double nu = 0;
+                for (const Damping& d : c.damping)
+                    nu += d.kind == DampingKind::uniform ? d.rate : d.kind == DampingKind::legacy ? d.rate * mass * stretch / j : d.rotational * stretch / j;
+                const double a = lane(load[k].couple, 0).*axis / j, w = lane(start[k].spin, 0).*axis;
+                EXPECT_NEAR(lane(c.end[k].spin, 0).*axis, flow(w, a, nu), 1e-12 * (std::abs(w) + std::abs(a) * h)) << "element " << k;
+            }
+        }
+    }
+}
+
+TEST(Kick, LeavesHeldEndsAtRest) {
+    RodSpec spec = test::simple_rod();
+    spec.start = EndKind::clamped_frozen;
+    spec.end = EndKind::pinned;
+    const RodGroup group(spec, 0, 0, "");
+    std::vector<Slot<1>> state(static_cast<std::size_t>(group.slots()));
+    group.start_state(0, state);
+    for (const auto& end : {kicked<KickKind::undamped>(group, {}, state), kicked<KickKind::stretched_rates>(group, {{.kind = DampingKind::legacy, .rate = 1}}, state)}) {
+        EXPECT_EQ(norm(lane(end.front().velocity, 0)), 0);
+        EXPECT_EQ(norm(lane(end.front().spin, 0)), 0);
+        EXPECT_EQ(norm(lane(end.back().velocity, 0)), 0);
+        EXPECT_GT(norm(lane(end[1].velocity, 0)), 0);
+        EXPECT_GT(norm(lane(end[1].spin, 0)), 0);
+        EXPECT_GT(norm(lane(end[end.size() - 2].spin, 0)), 0) << "a pin leaves the last element free to turn";
+    }
+}
+
+} // namespace
+} // namespace skein

@@ -1,0 +1,77 @@
+// The closed-form limit is sharp: an undamped rod runs at 0.98 of it and diverges at 1.05.
+#include "diagnostics/observables.hpp"
+#include "rod/elastic.hpp"
+#include "rod/kick.hpp"
+#include "rod/time_limits.hpp"
+#include "rod/top.hpp"
+#include "support/rods_for_tests.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+namespace skein {
+namespace {
+
+/// Energy of a barely shaken undamped rod after so many steps, over that at the start.
+double energy_growth(const RodGroup& group, double dt, int steps) {
+    std::vector<Slot<1>> state = test::shaken_state(group, 1e-9 * group.element[0].rest_length, 1e-9, 0);
+    for (Slot<1>& s : state) set_lane(s.velocity, 0, Vec3d{0, 0, 0}), set_lane(s.spin, 0, Vec3d{0, 0, 0});
+    // Held nodes must start in place.
+    std::vector<Slot<1>> rest(state.size());
+    group.start_state(0, rest);
+    state[0].position = rest[0].position;
+    const double before = rod_energy(group, state).elastic();
+    std::vector<SlotLoad<1>> load(state.size());
+    const RodTile<1> tile = test::tile_of(group, state);
+    const ElasticPass<IncompressibleLaw, 1> elastic({group.spec().start == EndKind::clamped, false});
+    const KickPass<KickKind::undamped, 1> kick(KickConstants(group, {}, dt));
+    for (int i = 0; i < steps; ++i) {
+        drift<CircularTop>(tile, i == 0 ? 0.5 * dt : dt);
+        elastic.run(tile, load.data(), Step{});
+        kick.run(tile, load.data(), Step{});
+    }
+    const RodEnergy u = rod_energy(group, state);
+    return (u.translation + u.rotation + u.elastic()) / before;
+}
+
+TEST(TimeLimits, AreSharp) {
+    for (const double aspect : {5.0, 31.0, 100.0})
+        for (const long n : {8L, 25L, 50L})
+            for (const EndKind start : {EndKind::free, EndKind::clamped}) {
+                RodSpec spec = test::simple_rod(n);
+                spec.section.radius = 0.5 / aspect;
+                spec.start = start;
+                const RodGroup group(spec, 0, 0, "");
+                const double limit = time_limits(group).front().dt;
+                EXPECT_LT(energy_growth(group, 0.98 * limit, 3000), 50) << "aspect " << aspect << ", n " << n;
+                EXPECT_FALSE(energy_growth(group, 1.05 * limit, 3000) < 1e6) << "aspect " << aspect << ", n " << n;
+            }
+}
+
+TEST(TimeLimits, OfAStraightUniformRodAreTheTextbookOnes) {
+    const RodSpec spec = test::simple_rod(10);
+    const RodGroup group(spec, 0, 0, "");
+    for (const TimeLimit& limit : time_limits(group)) {
+        if (limit.mode == "axial") { EXPECT_NEAR(limit.dt, 0.1 * std::sqrt(1000 / 1e6), 1e-15); }
+        if (limit.mode == "twist") { EXPECT_NEAR(limit.dt, 0.1 * std::sqrt(1000 / (1e6 / 3)), 1e-15); }
+    }
+}
+
+TEST(TimeLimits, NameTheThinEndOfATaperedRod) {
+    RodSpec spec = test::simple_rod(10);
+    spec.section.taper = 0.2;
+    const TimeLimit limit = time_limits(RodGroup(spec, 0, 0, "")).front();
+    EXPECT_EQ(limit.element, 9);
+    EXPECT_NE(limit.mode.find("shear-rotation"), std::string_view::npos);
+}
+
+TEST(TensionLimit, ExistsOnlyForSmallShearModulus) {
+    RodSpec spec = test::simple_rod();
+    EXPECT_TRUE(std::isinf(tension_limit(RodGroup(spec, 0, 0, ""))));
+    spec.material.shear_modulus = 1e6 / 5; // measured: stable at e = 1.34, flips at 1.37
+    EXPECT_NEAR(tension_limit(RodGroup(spec, 0, 0, "")), 1.3531, 1e-4);
+}
+
+} // namespace
+} // namespace skein

@@ -1,0 +1,82 @@
+// The state has the same bits for every SIMD width, thread count and batch length.
+#include "core/error.hpp"
+#include "support/scenes_for_tests.hpp"
+
+#include <gtest/gtest.h>
+
+namespace skein {
+namespace {
+
+/// Every load, damping law, section and kind of end in one scene; groups that do not fill their tiles.
+SceneSpec everything() {
+    SceneSpec scene = test::cilia_scene(11, 12);
+    scene.time = {.duration = 1, .safety = 0.5};
+    RodSpec crooked = test::crooked_rod(9);
+    crooked.name = "crooked";
+    crooked.start = EndKind::pinned;
+    crooked.end = EndKind::clamped;
+    crooked.placement = {.kind = PlacementKind::lattice, .counts = {3, 2}, .spacing = {0.3, 0.3}};
+    RodSpec flat = test::simple_rod(5);
+    flat.name = "flat";
+    flat.start = EndKind::clamped_frozen;
+    flat.section = {.kind = SectionKind::elliptic, .radius = 0.02, .radius_2 = 0.04};
+    flat.shape.start_curvature = Vec3d{2.5, 0, 1}; // half a radian per cell: both sides of the polynomials' range
+    scene.rods.push_back(crooked);
+    scene.rods.push_back(flat);
+    scene.loads.push_back({.load = Gravity{}});
+    scene.loads.push_back({.load = UniformForce{.force = {0.01, 0, 0}}});
+    scene.loads.push_back({.load = UniformCouple{.couple = {0, 1e-4, 0}}, .rods = {"crooked"}});
+    scene.loads.push_back({.load = EndForce{.end = {0, 0.02, 0}, .ramp = 0.1}, .rods = {"flat"}});
+    scene.loads.push_back({.load = MuscleWave{.amplitude = 1e-3, .period = 0.5, .wavelength = 1}, .rods = {"crooked", "flat"}});
+    scene.damping = {{.damping = {.kind = DampingKind::legacy, .rate = 0.5}, .rods = {"cilia"}},
+                     {.damping = {.kind = DampingKind::uniform, .rate = 2}, .rods = {"crooked"}}};
+    return scene;
+}
+
+std::uint64_t digest(int lanes, int threads, std::int64_t batch) {
+    test::Stage stage(everything(), lanes, threads);
+    stage.advance(300, batch);
+    stage.rods->inspect(300, stage.plan.dt);
+    return stage.rods->digest();
+}
+
+TEST(Bits, AreTheSameForEveryWidthThreadCountAndBatch) {
+    const std::uint64_t one = digest(1, 1, 64);
+    for (const int lanes : {1, 2, 4, 8})
+        for (const int threads : {1, 2})
+            for (const std::int64_t batch : {1, 7, 64}) EXPECT_EQ(digest(lanes, threads, batch), one) << lanes << " lanes, " << threads << " threads, batches of " << batch;
+}
+
+TEST(Bits, SurviveExportAndImport) {
+    test::Stage whole(everything()), halves(everything());
+    whole.advance(200);
+    halves.advance(90);
+    test::Stage resumed(everything(), 4);
+    std::vector<Slot<1>> state;
+    for (std::size_t i = 0; i < halves.rods->local().size(); ++i) {
+        state.resize(static_cast<std::size_t>(halves.groups[static_cast<std::size_t>(halves.rods->local()[i].group)].slots()));
+        halves.rods->export_rod(i, state);
+        resumed.rods->import_rod(i, state);
+    }
+    resumed.clock = Clock(resumed.plan.dt, 90);
+    resumed.advance(200);
+    EXPECT_EQ(resumed.rods->digest(), whole.rods->digest());
+}
+
+TEST(Inspect, NamesRodElementAndQuantity) {
+    test::Stage stage(test::cilia_scene(5));
+    std::vector<Slot<1>> state(26);
+    stage.rods->export_rod(3, state);
+    set_lane(state[7].spin, 0, Vec3d{0, NAN, 0});
+    stage.rods->import_rod(3, state);
+    try {
+        stage.rods->inspect(42, 1e-3);
+        FAIL() << "a NaN passed";
+    } catch (const NumericalError& e) {
+        const std::string text = e.what();
+        for (const char* part : {"rod 3 of 'cilia'", "element 7", "angular velocity", "step 42"}) EXPECT_NE(text.find(part), std::string::npos) << text;
+    }
+}
+
+} // namespace
+} // namespace skein
