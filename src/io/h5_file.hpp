@@ -23,7 +23,8 @@ public:
     enum class Mode { create, modify, read };
 
     H5File(const Communicator& comm, std::string path, Mode mode);
-    /// A file that was being written and did not reach close() is emptied: it is of no use, and on a full disk it stands in the way.
+    /// A file that was being written and did not reach close() is emptied: it is of no use, and on a full disk it stands in the
+    /// way.
     ~H5File();
     H5File(const H5File&) = delete;
     H5File& operator=(const H5File&) = delete;

@@ -41,7 +41,8 @@ TEST_F(ExactSums, have_the_same_bits_for_every_distribution_and_order) {
         std::shuffle(terms.begin(), terms.end(), random);
         const auto shift = random();
         EXPECT_EQ(std::bit_cast<std::uint64_t>(sum(terms, [](std::size_t i) { return static_cast<int>(i % 97); })), expected);
-        EXPECT_EQ(std::bit_cast<std::uint64_t>(sum(terms, [&](std::size_t i) { return static_cast<int>((i * i + shift) % 7); })), expected);
+        EXPECT_EQ(std::bit_cast<std::uint64_t>(sum(terms, [&](std::size_t i) { return static_cast<int>((i * i + shift) % 7); })),
+                  expected);
         EXPECT_EQ(std::bit_cast<std::uint64_t>(sum(terms, [](std::size_t i) { return i < 1500 ? 1 : 3; })), expected);
     }
 }

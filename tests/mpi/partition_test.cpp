@@ -11,7 +11,9 @@
 
 namespace skein {
 
-void PrintTo(const LocalRod& rod, std::ostream* out) { *out << "rod " << rod.gid << " (group " << rod.group << ", " << rod.index << ")"; }
+void PrintTo(const LocalRod& rod, std::ostream* out) {
+    *out << "rod " << rod.gid << " (group " << rod.group << ", " << rod.index << ")";
+}
 static bool operator==(const LocalRod& a, const LocalRod& b) { return a.gid == b.gid && a.group == b.group && a.index == b.index; }
 
 namespace {
@@ -62,7 +64,8 @@ std::vector<LocalRod> serial_twin(std::span<const RodGroup> groups, int rank, in
             rods.push_back({key, {group.first_gid() + i, group.id(), i}, group.elements()});
             whole += group.elements();
         }
-    std::sort(rods.begin(), rods.end(), [](const Rod& a, const Rod& b) { return std::pair(a.key, a.rod.gid) < std::pair(b.key, b.rod.gid); });
+    std::sort(rods.begin(), rods.end(),
+              [](const Rod& a, const Rod& b) { return std::pair(a.key, a.rod.gid) < std::pair(b.key, b.rod.gid); });
     std::vector<LocalRod> mine;
     std::int64_t before = 0;
     for (const Rod& rod : rods) {

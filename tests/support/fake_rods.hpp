@@ -57,12 +57,15 @@ public:
     /// Every rod to its state at a step.
     void set(std::int64_t step) {
         states_.clear();
-        for (const LocalRod& rod : local_) states_.push_back(fake_state(groups_[static_cast<std::size_t>(rod.group)], rod.index, step));
+        for (const LocalRod& rod : local_)
+            states_.push_back(fake_state(groups_[static_cast<std::size_t>(rod.group)], rod.index, step));
     }
 
     void visit(std::span<const Step>) override {}
     std::span<const LocalRod> local() const override { return local_; }
-    void export_rod(std::size_t i, std::span<Slot<1>> out) const override { std::copy(states_[i].begin(), states_[i].end(), out.begin()); }
+    void export_rod(std::size_t i, std::span<Slot<1>> out) const override {
+        std::copy(states_[i].begin(), states_[i].end(), out.begin());
+    }
     void import_rod(std::size_t i, std::span<const Slot<1>> in) override { states_[i].assign(in.begin(), in.end()); }
     std::uint64_t digest() const override {
         std::uint64_t sum = 0;
