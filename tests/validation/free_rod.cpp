@@ -1,0 +1,91 @@
+// A free, undamped rod in motion: energy bounded and of second order in the step, momenta kept, step reversible in time.
+#include "diagnostics/observables.hpp"
+#include "support/scenes_for_tests.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+namespace skein {
+namespace {
+
+/// A bent, twisted, spinning rod; elliptic for the general top.
+SceneSpec flying_rod(double dt, bool elliptic) {
+    SceneSpec scene;
+    RodSpec rod = test::simple_rod(20);
+    rod.section = {.radius = 0.03};
+    if (elliptic) rod.section = {.kind = SectionKind::elliptic, .radius = 0.04, .radius_2 = 0.02};
+    rod.shape.start_curvature = Vec3d{1.5, 0.5, 1.0};
+    rod.shape.velocity = {0.1, 0.2, -0.1};
+    rod.shape.angular_velocity = {0.3, -0.2, 2.0};
+    scene.rods = {rod};
+    scene.time = {.duration = 1, .dt = dt};
+    return scene;
+}
+
+struct Motion {
+    double drift = 0;           ///< max |E - E0|/E0
+    Vec3d momentum, angular;    ///< change over the run
+    double momentum_scale = 0, angular_scale = 0;
+    Vec3d tip;
+};
+
+Motion run(double dt, bool elliptic, double time) {
+    test::Stage stage(flying_rod(dt, elliptic));
+    const RodGroup& group = stage.groups[0];
+    const auto energy = [&] {
+        const RodEnergy u = rod_energy(group, stage.state(0));
+        return u.translation + u.rotation + u.elastic();
+    };
+    const auto momenta = [&] {
+        const auto state = stage.state(0);
+        std::pair<Vec3d, Vec3d> sum{{0, 0, 0}, {0, 0, 0}};
+        for (std::size_t i = 0; i < state.size(); ++i) {
+            const Vec3d p = group.node_mass[i] * lane(state[i].velocity, 0);
+            sum.first += p;
+            sum.second += cross(lane(state[i].position, 0), p);
+            if (i + 1 < state.size())
+                sum.second += transpose_times(lane(state[i].director, 0), scale(group.element[i].inertia, lane(state[i].spin, 0)));
+        }
+        return sum;
+    };
+    const double e0 = energy();
+    const auto [p0, l0] = momenta();
+    const auto steps = static_cast<std::int64_t>(std::llround(time / dt));
+    Motion motion;
+    for (std::int64_t done = 0; done < steps;) {
+        done = std::min(steps, done + std::max<std::int64_t>(1, steps / 200));
+        stage.advance(done);
+        motion.drift = std::max(motion.drift, std::abs(energy() - e0) / e0);
+    }
+    const auto [p1, l1] = momenta();
+    motion.momentum = p1 - p0;
+    motion.angular = l1 - l0;
+    motion.momentum_scale = norm(p0);
+    motion.angular_scale = norm(l0);
+    motion.tip = lane(stage.state(0).back().position, 0);
+    return motion;
+}
+
+TEST(FreeRod, EnergyErrorIsSecondOrderAndMomentaAreKept) {
+    for (const bool elliptic : {false, true}) {
+        const Motion coarse = run(2e-5, elliptic, 0.1), middle = run(1e-5, elliptic, 0.1), fine = run(5e-6, elliptic, 0.1);
+        EXPECT_LT(middle.drift, 1e-4);
+        EXPECT_NEAR(std::log2(norm(coarse.tip - middle.tip) / norm(middle.tip - fine.tip)), 2.0, 0.15) << (elliptic ? "elliptic" : "circular");
+        EXPECT_NEAR(std::log2(middle.drift / fine.drift), 2.0, 0.4);
+        for (const Motion& m : {coarse, middle, fine}) {
+            EXPECT_LT(norm(m.momentum), 1e-12 * m.momentum_scale);
+            EXPECT_LT(norm(m.angular), 1e-11 * m.angular_scale);
+        }
+    }
+}
+
+TEST(FreeRod, EnergyDoesNotDriftOver2e5Steps) {
+    const Motion motion = run(4e-4, false, 80);
+    EXPECT_LT(motion.drift, 5e-3);
+    EXPECT_LT(norm(motion.momentum), 1e-11 * motion.momentum_scale);
+    EXPECT_LT(norm(motion.angular), 1e-10 * motion.angular_scale);
+}
+
+} // namespace
+} // namespace skein
