@@ -1,0 +1,106 @@
+// The whole step of the cilia (drift, elastic, magnetic field, kick with rates that follow the stretch) at W = 1, 2, 4, 8 and in
+// the textbook code; state in L2, L3 or DRAM; one step per visit of a tile, or as many as a run takes.
+//   names: step/<code>/n<elements>/<where the state lies>/visit<steps>
+// After the rows follow the textbook's time over Skein's of the same scene and visit, from this run.
+#include "support/scenes_for_tests.hpp"
+#include "textbook/textbook_rods.hpp"
+
+#include <benchmark/benchmark.h>
+#include <fmt/format.h>
+
+#include <map>
+#include <optional>
+
+namespace {
+
+using namespace skein;
+using test::Stage;
+
+struct Residence {
+    const char* name;
+    double state_bytes; ///< of Skein's state; the textbook's stored intermediates take five times as much
+};
+constexpr Residence residences[] = {{"L2", 384e3}, {"L3", 8e6}, {"DRAM", 96e6}};
+
+/// Rods of n elements whose state fills so many bytes, whole tiles of 8.
+long rods_for(double state_bytes, long elements) {
+    const double rod_bytes = static_cast<double>(sizeof(Slot<1>)) * static_cast<double>(elements + 1);
+    return std::max(8L, 8 * static_cast<long>(state_bytes / (8 * rod_bytes)));
+}
+
+/// What one row steps: Skein at a width, or the textbook (width 0).
+struct Subject {
+    Stage stage;
+    std::optional<bench::TextbookRods> textbook;
+
+    Subject(int width, long elements, long rods) : stage(test::cilia_scene(width == 0 ? std::min(rods, 8 * textbook_share) : rods, elements), width == 0 ? 1 : width) {
+        if (width == 0) textbook.emplace(stage.groups[0], stage.plan.groups[0], stage.plan.dt, stage.groups[0].count());
+    }
+    std::int64_t element_count() const { return stage.groups[0].count() * stage.groups[0].elements(); }
+    void visit(std::int64_t steps) {
+        const auto batch = stage.clock.next(stage.clock.done() + steps);
+        if (textbook) textbook->visit(batch);
+        else stage.rods->visit(batch);
+        stage.clock.advance(batch);
+    }
+
+    static constexpr long textbook_share = 1250; ///< tiles' worth of rods beyond which the textbook's time per element no longer changes
+};
+
+void run_step(benchmark::State& state, int width, long elements, Residence residence, std::int64_t steps) {
+    Subject subject(width, elements, rods_for(residence.state_bytes, elements));
+    subject.visit(1);
+    for (auto _ : state) subject.visit(steps);
+    const double work = static_cast<double>(subject.element_count()) * static_cast<double>(steps);
+    state.counters["per element-step"] = benchmark::Counter(work, benchmark::Counter::kIsIterationInvariantRate | benchmark::Counter::kInvert);
+    state.counters["element-steps"] = benchmark::Counter(work, benchmark::Counter::kIsIterationInvariantRate);
+}
+
+/// Prints the rows as they come and, at the end, how many times the textbook's time each width needs.
+class RatioReporter final : public benchmark::ConsoleReporter {
+public:
+    void ReportRuns(const std::vector<Run>& runs) override {
+        ConsoleReporter::ReportRuns(runs);
+        for (const Run& run : runs) {
+            if (run.error_occurred || run.run_type != Run::RT_Iteration) continue;
+            const std::string name = run.run_name.function_name;
+            const std::size_t code = name.find('/') + 1, rest = name.find('/', code);
+            ns_[name.substr(rest + 1)][name.substr(code, rest - code)] = 1e9 * run.counters.at("per element-step").value;
+        }
+    }
+    void Finalize() override {
+        fmt::print("\n{:<22} {:>12} {:>8} {:>8} {:>8} {:>8}   (textbook over Skein)\n", "", "textbook ns", "W1", "W2", "W4", "W8");
+        for (const auto& [place, of_code] : ns_) {
+            const auto textbook = of_code.find("textbook");
+            if (textbook == of_code.end()) continue;
+            fmt::print("{:<22} {:>12.1f}", place, textbook->second);
+            for (const char* code : {"W1", "W2", "W4", "W8"}) {
+                const auto own = of_code.find(code);
+                fmt::print(" {:>8}", own == of_code.end() ? "-" : fmt::format("{:.2f}", textbook->second / own->second));
+            }
+            fmt::print("\n");
+        }
+    }
+
+private:
+    std::map<std::string, std::map<std::string, double>> ns_; ///< place -> code -> ns per element-step
+};
+
+} // namespace
+
+int main(int argc, char** argv) {
+    for (const long elements : {10L, 25L, 50L, 100L})
+        for (const Residence& residence : residences)
+            for (const int steps : {1, Clock::largest_batch})
+                for (const int width : {0, 1, 2, 4, 8}) {
+                    const std::string code = width == 0 ? "textbook" : fmt::format("W{}", width);
+                    benchmark::RegisterBenchmark(fmt::format("step/{}/n{}/{}/visit{}", code, elements, residence.name, steps).c_str(), run_step, width,
+                                                 elements, residence, steps)
+                        ->Unit(benchmark::kMillisecond);
+                }
+    benchmark::Initialize(&argc, argv);
+    if (benchmark::ReportUnrecognizedArguments(argc, argv)) return 2;
+    RatioReporter reporter;
+    benchmark::RunSpecifiedBenchmarks(&reporter);
+    return 0;
+}
