@@ -64,7 +64,6 @@ hid_t type_id(H5Type type) {
 
 // Pieces of this size suit both ParaView, which reads single frames, and file systems with stripes of 1 to 4 MB.
 constexpr std::uint64_t largest_chunk = 4 << 20;
-constexpr hsize_t alignment = 1 << 20;
 
 Handle file_access(const Communicator& comm) {
     Handle access(H5Pcreate(H5P_FILE_ACCESS), H5Pclose);
@@ -73,7 +72,6 @@ Handle file_access(const Communicator& comm) {
     H5Pset_libver_bounds(access, H5F_LIBVER_V110, H5F_LIBVER_LATEST);
     H5Pset_coll_metadata_write(access, true);
     H5Pset_all_coll_metadata_ops(access, true);
-    H5Pset_alignment(access, alignment, alignment);
     H5Pset_fclose_degree(access, H5F_CLOSE_STRONG);
     return access;
 }
@@ -184,9 +182,8 @@ void H5File::close() {
 }
 
 void H5File::reserve(std::uint64_t bytes) {
-    hsize_t size = 0;
-    agree(H5Fget_filesize(id_, &size) >= 0, "has no readable size");
-    on_root(comm_, [&] { reserve_space(path_, size + bytes); });
+    reserved_ += bytes + bytes / 20 + (64 << 10);
+    on_root(comm_, [&] { reserve_space(path_, reserved_); });
 }
 
 void H5File::agree(bool well, const std::string& deed) const {

@@ -31,8 +31,9 @@ public:
 
     /// Ends the file well: everything is on the disk when this returns.
     void close();
-    /// Takes disk space for `bytes` more than the file has. HDF5 may hang when the disk turns out to be full while it writes
-    /// (one rank fails, the others wait for it), so ask first. Quotas are found out too, unlike with require_space().
+    /// Takes disk space for `bytes` (and a little for HDF5 itself) beside what was reserved before. HDF5 may hang when the disk
+    /// turns out to be full while it writes (one rank fails, the others wait for it), so ask first. Unlike require_space() this
+    /// knows of quotas.
     void reserve(std::uint64_t bytes);
 
     void make_group(const std::string& path);
@@ -65,6 +66,7 @@ private:
     std::string path_;
     Mode mode_;
     std::int64_t id_ = -1;
+    std::uint64_t reserved_ = 0;
 };
 
 } // namespace skein

@@ -113,6 +113,12 @@ public:
         return numbers * static_cast<std::uint64_t>(group_.count()) * number_bytes();
     }
 
+    /// Of what holds for all frames, or more.
+    std::uint64_t constant_bytes() const {
+        const std::uint64_t per_node = kind_ == FrameKind::trajectory ? 16 * static_cast<std::uint64_t>(group_.slots()) : 0;
+        return count() * (per_node + 56) + 8 * static_cast<std::uint64_t>(group_.slots());
+    }
+
     void make(H5File& file, const Communicator& comm) const {
         file.make_group(path());
         for (const Field& field : fields_) file.make_frames(path(field.name), number_type(), prepend(count(), field.shape));
@@ -317,9 +323,10 @@ struct FrameWriter::Impl {
         if (!segments.empty()) write_side_car();
     }
 
-    void open_segment(std::int64_t step) {
+    void open_segment(std::int64_t step, std::uint64_t bytes) {
         open = {fmt::format("{}_{:012d}.h5", kind_name(), step), {}, {}};
         file = std::make_unique<H5File>(comm, temporary(), H5File::Mode::create);
+        file->reserve(bytes);
         file->set("/", "format", format_name);
         file->set("/", "version", format_version);
         file->set("/", "title", title);
@@ -332,10 +339,12 @@ struct FrameWriter::Impl {
 
     void write(std::int64_t step, double time, double half_dt) {
         std::uint64_t bytes = 0;
-        for (const GroupFrames& group : groups) bytes += group.frame_bytes();
+        for (const GroupFrames& group : groups) bytes += group.frame_bytes() + (file ? 0 : group.constant_bytes());
         on_root(comm, [&] { require_space(directory, bytes); });
-        if (!file) open_segment(step);
-        file->reserve(bytes);
+        if (!file)
+            open_segment(step, bytes);
+        else
+            file->reserve(bytes);
         const std::uint64_t frame = open.steps.size();
         append(*file, comm, "/step", frame, step);
         append(*file, comm, "/time", frame, time);

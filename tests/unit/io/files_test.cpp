@@ -1,0 +1,121 @@
+#include "io/files.hpp"
+
+#include "core/error.hpp"
+
+#include <gtest/gtest.h>
+
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <cstdlib>
+#include <filesystem>
+#include <memory>
+
+namespace fs = std::filesystem;
+
+namespace skein {
+namespace {
+
+struct FilesTest : testing::Test {
+    std::string directory;
+
+    void SetUp() override {
+        std::string pattern = (fs::temp_directory_path() / "skein_test_XXXXXX").string();
+        ASSERT_TRUE(::mkdtemp(pattern.data()));
+        directory = pattern;
+    }
+    void TearDown() override { fs::remove_all(directory); }
+    std::string path(const std::string& name) const { return directory + "/" + name; }
+    /// Message of the IoError that a deed ends in.
+    template <class Deed> static std::string error_of(Deed deed) {
+        try {
+            deed();
+        } catch (const IoError& error) {
+            return error.what();
+        }
+        return "no error";
+    }
+};
+
+TEST_F(FilesTest, text_comes_back_as_written_and_no_other_file_stays) {
+    write_file(path("a.txt"), "first");
+    write_file(path("a.txt"), std::string("second\0line\n", 12));
+    EXPECT_EQ(read_file(path("a.txt")), std::string("second\0line\n", 12));
+    EXPECT_EQ(std::distance(fs::directory_iterator(directory), fs::directory_iterator()), 1);
+}
+
+TEST_F(FilesTest, errors_name_path_and_reason) {
+    EXPECT_EQ(error_of([&] { read_file(path("absent")); }), path("absent") + ": cannot be opened (No such file or directory)");
+    EXPECT_EQ(error_of([&] { write_file(path("absent/a"), "x"); }),
+              path("absent") + ": cannot be looked at (No such file or directory)");
+    fs::create_directory(path("folder"));
+    const auto text = error_of([&] { write_file(path("folder"), "x"); });
+    EXPECT_NE(text.find("cannot be renamed"), text.npos) << text;
+    EXPECT_FALSE(fs::exists(path("folder.tmp")));
+}
+
+TEST_F(FilesTest, full_device_is_an_error) {
+    const auto text = error_of([&] {
+        fs::create_symlink("/dev/full", path("full.tmp"));
+        write_file(path("full"), "x");
+    });
+    EXPECT_NE(text.find("cannot be written (No space left on device)"), text.npos) << text;
+}
+
+TEST_F(FilesTest, series_has_exact_numbers) {
+    SeriesFile series(path("s.csv"), {"energy[J]", "tip[m]"}, -1);
+    series.append(0, 0, std::vector<double>{0.1, -1e-300});
+    series.append(5, 1.0 / 3, std::vector<double>{1e22, 3});
+    EXPECT_EQ(read_file(path("s.csv")), "step,time[s],energy[J],tip[m]\n"
+                                        "0,0,0.10000000000000001,-1e-300\n"
+                                        "5,0.33333333333333331,1e+22,3\n");
+}
+
+TEST_F(FilesTest, series_resumes_at_a_step_without_gap_or_repetition) {
+    {
+        SeriesFile series(path("s.csv"), {"a"}, -1);
+        for (const int step : {0, 10, 20, 30}) series.append(step, 0.5 * step, std::vector<double>{1});
+    }
+    SeriesFile series(path("s.csv"), {"a"}, 20);
+    series.append(20, 10, std::vector<double>{2});
+    series.append(30, 15, std::vector<double>{2});
+    EXPECT_EQ(read_file(path("s.csv")), "step,time[s],a\n0,0,1\n10,5,1\n20,10,1\n30,15,2\n");
+    SeriesFile(path("s.csv"), {"a"}, -1);
+    EXPECT_EQ(read_file(path("s.csv")), "step,time[s],a\n");
+}
+
+TEST_F(FilesTest, series_drops_a_row_that_a_killed_run_left_unfinished) {
+    for (const std::string unfinished : {"1", "15,7.5", "15,7.5,3.25"}) {
+        write_file(path("s.csv"), "step,time[s],a,b\n10,5,1,2\n" + unfinished);
+        SeriesFile(path("s.csv"), {"a", "b"}, 20);
+        EXPECT_EQ(read_file(path("s.csv")), "step,time[s],a,b\n10,5,1,2\n");
+    }
+}
+
+TEST_F(FilesTest, series_of_other_columns_is_not_overwritten) {
+    write_file(path("s.csv"), "step,time[s],a\n10,5,1\n");
+    const auto text = error_of([&] { SeriesFile(path("s.csv"), {"b"}, 20); });
+    EXPECT_NE(text.find("its columns are not those of this run"), text.npos) << text;
+    EXPECT_EQ(read_file(path("s.csv")), "step,time[s],a\n10,5,1\n");
+}
+
+TEST_F(FilesTest, directory_is_locked_for_one_run_at_a_time) {
+    auto lock = std::make_unique<DirectoryLock>(directory);
+    const auto text = error_of([&] { DirectoryLock second(directory); });
+    EXPECT_EQ(text.find(directory + ": in use by another run (process " + std::to_string(::getpid()) + " on "), 0u) << text;
+    lock.reset();
+    EXPECT_NO_THROW(DirectoryLock{directory});
+}
+
+TEST_F(FilesTest, lock_ends_with_its_process) {
+    if (const auto child = ::fork(); child == 0) {
+        new DirectoryLock(directory); // never deleted: a killed process does not clean up
+        ::_exit(0);
+    } else {
+        ::waitpid(child, nullptr, 0);
+    }
+    EXPECT_NO_THROW(DirectoryLock{directory});
+}
+
+} // namespace
+} // namespace skein
