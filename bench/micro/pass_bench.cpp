@@ -82,7 +82,9 @@ template <int W> void run_peak(benchmark::State& state) {
             for (int i = 0; i < chains; ++i) x[i] = fma(x[i], a, b);
         benchmark::DoNotOptimize(x);
     }
-    state.counters["flop/s"] = benchmark::Counter(2.0 * chains * links * W, benchmark::Counter::kIsIterationInvariantRate);
+    const double work = 1.0 * chains * links * W; // of one multiply-add in one lane each
+    state.counters["per element"] = benchmark::Counter(work, benchmark::Counter::kIsIterationInvariantRate | benchmark::Counter::kInvert);
+    state.counters["flop/s"] = benchmark::Counter(2 * work, benchmark::Counter::kIsIterationInvariantRate);
 }
 
 template <int W> void register_width() {
