@@ -194,7 +194,9 @@ void H5File::agree(bool well, const std::string& deed) const {
 }
 
 void H5File::make_group(const std::string& path) {
-    const Handle group(H5Gcreate2(id_, path.c_str(), H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT), H5Gclose);
+    const Handle creation(H5Pcreate(H5P_GROUP_CREATE), H5Pclose);
+    H5Pset_obj_track_times(creation, false);
+    const Handle group(H5Gcreate2(id_, path.c_str(), H5P_DEFAULT, creation, H5P_DEFAULT), H5Gclose);
     agree(group.valid(), path + " cannot be made");
 }
 
@@ -224,6 +226,24 @@ void H5File::set_frames(const std::string& path, std::uint64_t frames) {
     size.at(0) = frames;
     const Handle dataset(H5Dopen2(id_, path.c_str(), H5P_DEFAULT), H5Dclose);
     agree(dataset.valid() && H5Dset_extent(dataset, size.data()) >= 0, path + " cannot be resized");
+}
+
+void H5File::make_view(const std::string& path, const std::string& frames, std::uint64_t frame) {
+    const Handle dataset(H5Dopen2(id_, frames.c_str(), H5P_DEFAULT), H5Dclose);
+    const Handle type(H5Dget_type(dataset), H5Tclose);
+    const auto all = shape(frames);
+    H5Box box{std::vector<std::uint64_t>(all.size(), 0), all};
+    box.start.at(0) = frame;
+    box.count.at(0) = 1;
+    const Selection part(dataset, box);
+    std::vector<hsize_t> size(all.begin(), all.end());
+    size.erase(size.begin());
+    const Handle space(H5Screate_simple(static_cast<int>(size.size()), size.data(), nullptr), H5Sclose);
+    const Handle creation(H5Pcreate(H5P_DATASET_CREATE), H5Pclose);
+    H5Pset_obj_track_times(creation, false);
+    const bool mapped = part.valid && H5Pset_virtual(creation, space, ".", frames.c_str(), part.file) >= 0;
+    const Handle view(H5Dcreate2(id_, path.c_str(), type, space, H5P_DEFAULT, creation, H5P_DEFAULT), H5Dclose);
+    agree(mapped && view.valid(), path + " cannot be made");
 }
 
 std::vector<std::uint64_t> H5File::shape(const std::string& path) const {

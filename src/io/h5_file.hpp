@@ -41,6 +41,8 @@ public:
     /// A dataset that grows along its first dimension, from no frames, each `frame_shape`.
     void make_frames(const std::string& path, H5Type type, const std::vector<std::uint64_t>& frame_shape);
     void set_frames(const std::string& path, std::uint64_t frames);
+    /// A dataset of one frame that shows frame `frame` of dataset `frames`, without a copy (HDF5 calls it virtual).
+    void make_view(const std::string& path, const std::string& frames, std::uint64_t frame);
     std::vector<std::uint64_t> shape(const std::string& path) const;
 
     /// Every rank's box, as numbers of `type`, which is also the type on file: conversion would make transfers independent.

@@ -138,6 +138,19 @@ public:
         }
     }
 
+    /// Single frames under names of their own, for the side-car: of the XDMF readers in use one knows hyperslabs only in a
+    /// spelling that the other does not.
+    void make_views(H5File& file, std::uint64_t frames) const {
+        if (kind_ == FrameKind::tips) return;
+        file.make_group(path("frames"));
+        for (std::uint64_t frame = 0; frame < frames; ++frame) {
+            file.make_group(path(fmt::format("frames/{}", frame)));
+            for (const Field& field : fields_)
+                if (field.name != "directors")
+                    file.make_view(path(fmt::format("frames/{}/{}", frame, field.name)), path(field.name), frame);
+        }
+    }
+
     void set_frames(H5File& file, std::uint64_t frames) const {
         for (const Field& field : fields_) file.set_frames(path(field.name), frames);
     }
@@ -356,6 +369,7 @@ struct FrameWriter::Impl {
 
     void close() {
         if (!file) return;
+        for (const GroupFrames& group : groups) group.make_views(*file, open.steps.size());
         file->close();
         file.reset();
         on_root(comm, [&] { publish(temporary(), path_of(open.file)); });

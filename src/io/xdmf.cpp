@@ -40,14 +40,14 @@ public:
     std::string grid(const std::string& time) const {
         std::string xml = fmt::format("<Grid Name=\"{}\" GridType=\"Uniform\">\n{}", escaped(group_.name), time);
         xml += fmt::format("<Topology TopologyType=\"Polyline\" NodesPerElement=\"{}\" NumberOfElements=\"{}\">\n{}</Topology>\n",
-                           group_.nodes, group_.rods, fixed("connectivity", rods_nodes(), "Int", 8));
-        xml += fmt::format("<Geometry GeometryType=\"XYZ\">\n{}</Geometry>\n", moving("position"));
-        xml += attribute("radius", "Scalar", "Node", fixed("point_radius", rods_nodes(), "Float", 8));
-        if (group_.normals) xml += attribute("normal", "Vector", "Node", moving("normal"));
-        xml += attribute("rod", "Scalar", "Cell", fixed("rod", fmt::format("{} 1", group_.rods), "Int", 8));
+                           group_.nodes, group_.rods, item("connectivity", rods_nodes(), "Int", 8));
+        xml += fmt::format("<Geometry GeometryType=\"XYZ\">\n{}</Geometry>\n", frame_item("position"));
+        xml += attribute("radius", "Scalar", "Node", item("point_radius", rods_nodes(), "Float", 8));
+        if (group_.normals) xml += attribute("normal", "Vector", "Node", frame_item("normal"));
+        xml += attribute("rod", "Scalar", "Cell", item("rod", fmt::format("{} 1", group_.rods), "Int", 8));
         if (group_.magnetised)
             xml +=
-                attribute("magnetisation", "Vector", "Cell", fixed("magnetisation", fmt::format("{} 3", group_.rods), "Float", 8));
+                attribute("magnetisation", "Vector", "Cell", item("magnetisation", fmt::format("{} 3", group_.rods), "Float", 8));
         return xml + "</Grid>\n";
     }
 
@@ -57,20 +57,14 @@ private:
                            data);
     }
     std::string rods_nodes() const { return fmt::format("{} {}", group_.rods, group_.nodes); }
-    /// A dataset that holds for all frames.
-    std::string fixed(std::string_view dataset, const std::string& dimensions, std::string_view type, int bytes) const {
+    std::string item(std::string_view dataset, const std::string& dimensions, std::string_view type, int bytes) const {
         return fmt::format(
             "<DataItem Dimensions=\"{}\" NumberType=\"{}\" Precision=\"{}\" Format=\"HDF\">{}:/groups/{}/{}</DataItem>\n",
             dimensions, type, bytes, escaped(segment_.file), escaped(group_.name), dataset);
     }
-    /// This frame's part of a dataset of vectors at nodes: rows start, stride and count of a hyperslab.
-    std::string moving(std::string_view dataset) const {
-        const std::string one = fmt::format("1 {} 3", rods_nodes());
-        const std::string all = fmt::format("{} {} 3", segment_.times.size(), rods_nodes());
-        return fmt::format(
-            "<DataItem ItemType=\"HyperSlab\" Dimensions=\"{}\">\n"
-            "<DataItem Dimensions=\"3 4\" NumberType=\"Int\" Format=\"XML\">{} 0 0 0 1 1 1 1 {}</DataItem>\n{}</DataItem>\n",
-            one, frame_, one, fixed(dataset, all, "Float", number_bytes_));
+    /// Vectors at nodes, of this frame.
+    std::string frame_item(std::string_view dataset) const {
+        return item(fmt::format("frames/{}/{}", frame_, dataset), rods_nodes() + " 3", "Float", number_bytes_);
     }
 
     const XdmfGroup& group_;

@@ -90,6 +90,14 @@ TEST_F(TrajectoryTest, holds_the_synchronised_state_of_every_rod) {
     }
 }
 
+TEST_F(TrajectoryTest, shows_single_frames_under_names_of_their_own) {
+    const auto frames = writer(-1);
+    write(*frames, {0, 10});
+    frames->close_segment();
+    EXPECT_EQ(H5File(comm, path_of(first), H5File::Mode::read).shape("/groups/mat/frames/1/position"),
+              (std::vector<std::uint64_t>{9, 9, 3}));
+}
+
 TEST_F(TrajectoryTest, of_single_precision_holds_the_same_rounded) {
     spec = {.directors = false, .precision = Precision::single};
     const auto frames = writer(-1);
@@ -165,8 +173,9 @@ TEST_F(TrajectoryTest, side_car_names_all_frames_of_all_segments) {
     };
     EXPECT_EQ(count("<Time "), 4);
     EXPECT_EQ(count("a &lt;test&gt;"), 1);
-    EXPECT_EQ(count(first + ":/groups/cilia/position"), 3);
-    EXPECT_EQ(count(second + ":/groups/mat/normal"), 1);
+    EXPECT_EQ(count(first + ":/groups/cilia/frames/2/position<"), 1);
+    EXPECT_EQ(count(first + ":/groups/cilia/frames/"), 6);
+    EXPECT_EQ(count(second + ":/groups/mat/frames/0/normal<"), 1);
     EXPECT_EQ(count("Name=\"magnetisation\""), 4);
 }
 

@@ -3,6 +3,7 @@ import pathlib
 import subprocess
 import sys
 import tempfile
+from xml.etree import ElementTree
 
 import h5py
 import numpy as np
@@ -49,4 +50,16 @@ with tempfile.TemporaryDirectory() as out:
         assert state.shape == (9, 9, 18) and state.dtype == np.float64
         digests = sum(int(group["state"].attrs["digest"]) for group in file["groups"].values()) % 2**64
         assert digests == int(file.attrs["digest"])
-print("trajectory, tips and checkpoint are as documented")
+    grids = ElementTree.parse(out / "trajectory.xdmf").getroot().find("Domain/Grid")
+    assert np.allclose([float(time.get("Value")) for time in grids.iter("Time")], [0, 0.1, 0.2, 0.3, 0.4])
+    seen = {}
+    for item in grids.iter("DataItem"):
+        name, path = item.text.strip().split(":")
+        with h5py.File(out / name) as file:
+            assert file[path].shape == tuple(map(int, item.get("Dimensions").split())), path
+            assert file[path].dtype.itemsize == int(item.get("Precision")), path
+            seen[name, path] = file[path][:]
+    with h5py.File(out / "trajectory_000000000030.h5") as file:
+        assert np.array_equal(seen["trajectory_000000000030.h5", "/groups/mat/frames/1/position"], file["groups/mat/position"][1])
+        assert np.array_equal(seen["trajectory_000000000030.h5", "/groups/cilia/frames/0/normal"], file["groups/cilia/normal"][0])
+print("trajectory, tips and checkpoint are as documented; the side-car names what is there")

@@ -6,17 +6,20 @@ import tempfile
 
 import h5py
 import numpy as np
-import vtk
-from vtk.util.numpy_support import vtk_to_numpy
+from vtkmodules.util.numpy_support import vtk_to_numpy
+from vtkmodules.vtkCommonDataModel import VTK_POLY_LINE, vtkCompositeDataSet, vtkMultiBlockDataSet
+from vtkmodules.vtkCommonExecutionModel import vtkStreamingDemandDrivenPipeline
+from vtkmodules.vtkIOXdmf2 import vtkXdmfReader
+from vtkmodules.vtkIOXdmf3 import vtkXdmf3Reader
 
 
 def blocks_of(data):
     """Name and content of the leaves of a data set."""
-    if not isinstance(data, vtk.vtkMultiBlockDataSet):
+    if not isinstance(data, vtkMultiBlockDataSet):
         return {"": data}
     found = {}
     for i in range(data.GetNumberOfBlocks()):
-        name = data.GetMetaData(i).Get(vtk.vtkCompositeDataSet.NAME()) if data.HasMetaData(i) else ""
+        name = data.GetMetaData(i).Get(vtkCompositeDataSet.NAME()) if data.HasMetaData(i) else ""
         for leaf, content in blocks_of(data.GetBlock(i)).items():
             found[leaf or name] = content
     return found
@@ -25,7 +28,7 @@ def blocks_of(data):
 def check(reader, out):
     reader.SetFileName(str(out / "trajectory.xdmf"))
     reader.UpdateInformation()
-    times = reader.GetOutputInformation(0).Get(vtk.vtkStreamingDemandDrivenPipeline.TIME_STEPS())
+    times = reader.GetOutputInformation(0).Get(vtkStreamingDemandDrivenPipeline.TIME_STEPS())
     assert np.allclose(times, [0, 0.1, 0.2, 0.3, 0.4]), times
     for frame, time in enumerate(times):
         reader.UpdateTimeStep(time)
@@ -37,7 +40,7 @@ def check(reader, out):
                 group = file["groups"][name]
                 rods, nodes = group["connectivity"].shape
                 assert block.GetNumberOfPoints() == rods * nodes and block.GetNumberOfCells() == rods
-                assert block.GetCellType(0) == vtk.VTK_POLY_LINE and block.GetCell(rods - 1).GetNumberOfPoints() == nodes
+                assert block.GetCellType(0) == VTK_POLY_LINE and block.GetCell(rods - 1).GetNumberOfPoints() == nodes
                 points = vtk_to_numpy(block.GetPoints().GetData())
                 assert np.array_equal(points, group["position"][row].reshape(-1, 3))
                 radius = vtk_to_numpy(block.GetPointData().GetArray("radius"))
@@ -53,6 +56,6 @@ def check(reader, out):
 with tempfile.TemporaryDirectory() as out:
     out = pathlib.Path(out)
     subprocess.run([sys.argv[1], out], check=True)
-    for kind in vtk.vtkXdmf3Reader, vtk.vtkXdmfReader:
+    for kind in vtkXdmf3Reader, vtkXdmfReader:
         check(kind(), out)
         print(f"{kind.__name__}: 5 times, 2 groups, points and attributes as in the HDF5 files")
