@@ -232,7 +232,8 @@ void H5File::make_view(const std::string& path, const std::string& frames, std::
     const Handle dataset(H5Dopen2(id_, frames.c_str(), H5P_DEFAULT), H5Dclose);
     const Handle type(H5Dget_type(dataset), H5Tclose);
     const auto all = shape(frames);
-    H5Box box{std::vector<std::uint64_t>(all.size(), 0), all};
+    H5Box box{all, all};
+    std::fill(box.start.begin(), box.start.end(), 0);
     box.start.at(0) = frame;
     box.count.at(0) = 1;
     const Selection part(dataset, box);
