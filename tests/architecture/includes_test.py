@@ -1,0 +1,129 @@
+#!/usr/bin/env python3
+"""Holds every #include against the table of modules in docs/architecture.md, and libraries against the modules that own them.
+
+    includes_test.py ROOT
+
+The rules are first tried on a forged tree that breaks each of them, so that a test which finds nothing has looked.
+"""
+import re
+import sys
+from pathlib import Path
+
+# Header -> modules of src/ that may include it.
+LIBRARIES = {
+    r"mpi\.h": {"parallel", "io"},
+    r"hdf5\.h": {"io"},
+    r"tbb/.*": {"parallel"},
+    r"toml.*": {"scene"},
+    r"CLI/.*": set(),
+}
+ONCE = r"toml.*"  # costs seconds to compile: one source in all
+
+
+def read_table(text):
+    """{module: (layer, modules it may include)} from the rows "| layer | `module` | `a`, `b` | ... |"."""
+    table = {}
+    for layer, module, allowed in re.findall(r"^\|\s*(\d+)\s*\|\s*`(\w+)`\s*\|([^|]*)\|", text, re.M):
+        table[module] = (int(layer), set(re.findall(r"`(\w+)`", allowed)))
+    return table
+
+
+def includes(text):
+    """(line number, header, quoted) of every #include."""
+    for number, line in enumerate(text.splitlines(), 1):
+        if found := re.match(r'\s*#\s*include\s*(["<])([^">]+)[">]', line):
+            yield number, found[2], found[1] == '"'
+
+
+def check_table(table):
+    problems = []
+    for module, (layer, allowed) in table.items():
+        for other in allowed:
+            if other not in table:
+                problems.append(f"table: '{module}' may include '{other}', which has no row")
+            elif table[other][0] > layer or (table[other][0] == layer and module in table[other][1]):
+                problems.append(f"table: the arrow from '{module}' to '{other}' does not point down")
+    return problems
+
+
+def check_sources(table, sources):
+    """`sources`: {path below the root: text} of src/ and apps/."""
+    problems, once = [], []
+    for path, text in sorted(sources.items()):
+        parts = Path(path).parts
+        module = parts[1] if parts[0] == "src" else None
+        if module and module not in table:
+            problems.append(f"{path}: module '{module}' has no row in the table")
+            continue
+        for line, header, quoted in includes(text):
+            where = f"{path}:{line}"
+            if quoted and "/" in header:
+                other = header.split("/")[0]
+                if other not in table:
+                    problems.append(f"{where}: \"{header}\" belongs to no module of the table")
+                elif module and other != module and other not in table[module][1]:
+                    problems.append(f"{where}: '{module}' may not include '{other}' (\"{header}\")")
+            elif quoted and module:
+                problems.append(f"{where}: \"{header}\" does not name its module")
+            elif not quoted:
+                for library, owners in LIBRARIES.items():
+                    if module and re.fullmatch(library, header) and module not in owners:
+                        problems.append(f"{where}: '{module}' may not include <{header}>")
+                if re.fullmatch(ONCE, header):
+                    once.append(where)
+                    if not path.endswith(".cpp"):
+                        problems.append(f"{where}: <{header}> in a header")
+    if len(once) > 1:
+        problems.append("the TOML library is included more than once: " + ", ".join(once))
+    return problems
+
+
+def check_links(table, cmake):
+    """`cmake`: {module: text of its CMakeLists.txt}; links must stay within the table too."""
+    problems = []
+    for module, text in sorted(cmake.items()):
+        for other in set(re.findall(r"\bskein_(\w+)\b", text)) - {"module", "flags", module}:
+            if module in table and other not in table[module][1]:
+                problems.append(f"src/{module}/CMakeLists.txt: '{module}' may not link to '{other}'")
+    return problems
+
+
+def try_the_rules():
+    table = {"low": (0, set()), "parallel": (0, set()), "high": (1, {"low"}), "scene": (1, {"low"})}
+    broken = {
+        "src/low/a.cpp": '#include "high/b.hpp"\n',
+        "src/high/b.cpp": '#include "low/a.hpp"\n#include "parallel/c.hpp"\n',
+        "src/high/c.cpp": "#include <mpi.h>\n",
+        "src/high/d.cpp": "#include <CLI/CLI.hpp>\n",
+        "src/high/e.cpp": '  #  include "unknown/x.hpp"\n',
+        "src/high/f.cpp": '#include "f.hpp"\n',
+        "src/other/g.cpp": "",
+        "src/scene/h.cpp": "#include <toml.hpp>\n",
+        "src/scene/i.hpp": "#include <toml.hpp>\n",
+        "apps/main.cpp": '#include <CLI/CLI.hpp>\n#include "high/b.hpp"\n#include "own.hpp"\n',
+    }
+    expected = ["may not include 'high'", "may not include 'parallel'", "may not include <mpi.h>", "may not include <CLI/CLI.hpp>",
+                "belongs to no module", "does not name its module", "'other' has no row", "in a header", "more than once"]
+    found = check_sources(table, broken)
+    for text in expected:
+        assert sum(text in problem for problem in found) == 1, f"the rule '{text}' does not work: {found}"
+    assert len(found) == len(expected), found
+    assert check_table({"a": (0, {"b"}), "b": (1, set())}) and check_table({"a": (0, {"b"})}) and not check_table(table)
+    assert check_links(table, {"low": "skein_module(low DEPENDS skein_high)"}) and not check_links(table, {"high": "DEPENDS skein_low"})
+
+
+def main():
+    try_the_rules()
+    root = Path(sys.argv[1])
+    table = read_table((root / "docs/architecture.md").read_text())
+    sources = {str(path.relative_to(root)): path.read_text() for folder in ("src", "apps") for path in (root / folder).rglob("*")
+               if path.suffix in (".cpp", ".hpp")}
+    cmake = {path.parent.name: path.read_text() for path in (root / "src").glob("*/CMakeLists.txt")}
+    problems = check_table(table) + check_sources(table, sources) + check_links(table, cmake)
+    problems += [f"table: module '{module}' is not in src/" for module in table if not (root / "src" / module).is_dir()]
+    print("\n".join(problems) or f"{len(sources)} sources of {len(table)} modules keep to docs/architecture.md")
+    return 1 if problems else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
