@@ -1,0 +1,64 @@
+#!/usr/bin/env bash
+# Installs the Debian 12 packages that Skein needs and this machine lacks.
+#
+#   bash jobscripts/install.sh                 installs what is missing, as root or through sudo
+#   bash jobscripts/install.sh --no-install    only says what is missing
+set -euo pipefail
+source "$(dirname "${BASH_SOURCE[0]}")/common.sh"
+
+packages=(
+    g++ cmake make pkg-config                                              # compiler and build
+    openmpi-bin libopenmpi-dev libtbb-dev libhdf5-openmpi-dev              # ranks, threads, files
+    libcli11-dev libtoml11-dev libfmt-dev nlohmann-json3-dev               # command line, scenes, text
+    libgtest-dev libbenchmark-dev                                          # tests, benchmarks
+    python3 python3-numpy python3-h5py python3-matplotlib python3-vtk9     # figures; VTK: the test that opens results as ParaView does
+)
+
+install=yes
+for argument in "$@"; do
+    case $argument in
+    --no-install) install=no ;;
+    -h | --help) help; exit ;;
+    *) die "unknown argument '$argument'; see --help" ;;
+    esac
+done
+
+if ! command -v dpkg-query >/dev/null || ! command -v apt-get >/dev/null; then
+    [[ $install == no ]] && { echo "Not a Debian machine: packages are not checked."; exit; }
+    die "this is not Debian. Provide by other means what these packages hold, then use --no-install: ${packages[*]}"
+fi
+
+missing=()
+for package in "${packages[@]}"; do
+    status=$(dpkg-query --show --showformat='${db:Status-Status}' "$package" 2>/dev/null) || status=absent
+    [[ $status == installed ]] || missing+=("$package")
+done
+if ((${#missing[@]} == 0)); then
+    echo "All ${#packages[@]} packages are installed."
+    exit
+fi
+if [[ $install == no ]]; then
+    echo "Missing, and not installed because of --no-install: ${missing[*]}"
+    exit
+fi
+
+as_root=(env DEBIAN_FRONTEND=noninteractive)
+if ((EUID != 0)); then
+    command -v sudo >/dev/null || die "missing: ${missing[*]}. Neither root nor sudo: ask for 'apt-get install ${missing[*]}', then use --no-install"
+    as_root=(sudo "${as_root[@]}")
+fi
+
+# Another apt may hold the lock, a mirror may stumble: four tries.
+apt() {
+    local pause
+    for pause in 5 20 60 0; do
+        "${as_root[@]}" apt-get -qq -o DPkg::Lock::Timeout=300 -o Dpkg::Use-Pty=0 "$@" </dev/null && return
+        ((pause == 0)) || { echo "apt-get $1 failed; once more in $pause s" >&2; sleep "$pause"; }
+    done
+    die "apt-get $* failed; see above"
+}
+
+say "Installing ${#missing[@]} package$( ((${#missing[@]} == 1)) || echo s): ${missing[*]}"
+apt update
+apt install -y --no-install-recommends "${missing[@]}" >/dev/null
+echo "Installed."

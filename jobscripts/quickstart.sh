@@ -1,0 +1,66 @@
+#!/usr/bin/env bash
+# From a fresh Debian 12 machine to a picture: installs what is missing, builds, runs a carpet of 64 magnetic cilia, draws it.
+#
+#   bash jobscripts/quickstart.sh [--no-install] [--build-only] [--jobs N]
+#
+#   --no-install   install no packages; say which are missing
+#   --build-only   stop after the build
+#   --jobs N       compilers at a time; default: one per core, as far as memory goes
+#
+# The same command again goes on where the run was stopped, or draws the finished run anew.
+# Environment: PYTHON, the interpreter with numpy, h5py and matplotlib; default /usr/bin/python3.
+set -euo pipefail
+source "$(dirname "${BASH_SOURCE[0]}")/common.sh"
+
+no_install=()
+build_only=no
+jobs=$(default_jobs)
+while (($#)); do
+    case $1 in
+    --no-install) no_install=(--no-install) ;;
+    --build-only) build_only=yes ;;
+    --jobs) jobs=${2-}; shift || true ;;
+    --jobs=*) jobs=${1#*=} ;;
+    -h | --help) help; exit ;;
+    *) die "unknown argument '$1'; see --help" ;;
+    esac
+    shift || true
+done
+[[ $jobs =~ ^[1-9][0-9]*$ ]] || die "--jobs needs a positive number"
+
+cd "$root"
+say "Packages"
+bash jobscripts/install.sh "${no_install[@]}"
+
+# The run needs neither tests nor benchmarks; a build/ that has them keeps them.
+options=()
+[[ -f build/CMakeCache.txt ]] || options=(-DSKEIN_TESTS=OFF -DSKEIN_BENCH=OFF)
+build skein "$jobs" "${options[@]}"
+if [[ $build_only == yes ]]; then
+    say "Built: build/bin/skein"
+    exit
+fi
+
+scene=apps/cilia_carpet/carpet_8x8.toml
+out=out/carpet_8x8
+
+launch=(mpirun -n 2)
+threads=()
+((EUID != 0)) || export OMPI_ALLOW_RUN_AS_ROOT=1 OMPI_ALLOW_RUN_AS_ROOT_CONFIRM=1 # Open MPI asks root to say so
+# Open MPI counts cores, not their hardware threads, and wants one for each rank.
+cores=$(lscpu --parse=CORE,SOCKET | grep -v '^#' | sort -u | wc -l)
+if ((cores < 2 || $(nproc) < 2)); then
+    launch+=(--oversubscribe)
+    threads=(--threads 1)
+fi
+run=("${launch[@]}" build/bin/skein run "$scene" "${threads[@]}")
+
+say "Running: ${run[*]}"
+"${run[@]}" || die "the run ended with code $?; a run stopped half-way goes on when started again, and with --overwrite begins anew"
+
+say "Drawing"
+"${PYTHON:-/usr/bin/python3}" apps/cilia_carpet/plot.py "$out"
+
+say "Done"
+for picture in "$out"/*.png; do echo "  $root/$picture"; done
+echo "Also there: *.xdmf for ParaView, observables.csv, summary.json. Next: README.md"

@@ -1,0 +1,39 @@
+#!/usr/bin/env bash
+# Builds everything and runs the tests.
+#
+#   bash jobscripts/test.sh [--no-install] [--jobs N] [-L LABEL]...
+#
+#   --no-install   install no packages; say which are missing
+#   --jobs N       compilers, then cores for tests, at a time; default: one per core, as far as memory goes
+#   -L LABEL       only these tests: unit, mpi, validation, architecture (may be repeated)
+set -euo pipefail
+source "$(dirname "${BASH_SOURCE[0]}")/common.sh"
+
+no_install=()
+labels=()
+jobs=$(default_jobs)
+while (($#)); do
+    case $1 in
+    --no-install) no_install=(--no-install) ;;
+    --jobs) jobs=${2-}; shift || true ;;
+    --jobs=*) jobs=${1#*=} ;;
+    -L) [[ -n ${2-} ]] || die "-L needs a label"; labels+=("$2"); shift ;;
+    -h | --help) help; exit ;;
+    *) die "unknown argument '$1'; see --help" ;;
+    esac
+    shift || true
+done
+[[ $jobs =~ ^[1-9][0-9]*$ ]] || die "--jobs needs a positive number"
+
+cd "$root"
+say "Packages"
+bash jobscripts/install.sh "${no_install[@]}"
+build all "$jobs" -DSKEIN_TESTS=ON -DSKEIN_BENCH=ON
+
+# Every test says how many cores it uses (PROCESSORS); ctest packs them into $jobs.
+only=()
+if ((${#labels[@]})); then
+    only=(--label-regex "^($(IFS='|'; echo "${labels[*]}"))\$")
+fi
+say "Testing"
+exec ctest --test-dir build --output-on-failure --no-tests=error --parallel "$jobs" "${only[@]}"
