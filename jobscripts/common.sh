@@ -21,6 +21,7 @@ build() {
     local target=$1 jobs=$2
     shift 2
     command -v cmake >/dev/null || die "cmake is missing; run without --no-install, or see jobscripts/install.sh --no-install"
+    [[ $root != *[[:space:]]* ]] || die "'$root' has a space in it, and HDF5 is not found from there; move the checkout"
     say "Configuring build/"
     cmake -S "$root" -B "$root/build" -DCMAKE_BUILD_TYPE=Release "$@"
     say "Building $target with $jobs job$([[ $jobs == 1 ]] || echo s)"
