@@ -40,7 +40,7 @@ double half_angle_over_sine_libm(double sine, double trace);
 double log_jacobian_libm(double angle_squared);
 } // namespace detail
 
-template <int W> inline RotationFactors<Pack<W>> rotation_factors(Pack<W> angle_squared) {
+template <int W> SKEIN_INLINE RotationFactors<Pack<W>> rotation_factors(Pack<W> angle_squared) {
     RotationFactors<Pack<W>> f{polynomial(angle_squared, detail::sin_over_t), polynomial(angle_squared, detail::versine_over_t2)};
     const Mask<W> large = angle_squared > Pack<W>(detail::small_angle_squared);
     if (any(large)) [[unlikely]]
@@ -54,7 +54,7 @@ template <int W> inline RotationFactors<Pack<W>> rotation_factors(Pack<W> angle_
 }
 
 /// R(v) = 1 - a [v]x + b [v]x^2.
-template <int W> inline Mat3<Pack<W>> rotation(const Vec3<Pack<W>>& v) {
+template <int W> SKEIN_INLINE Mat3<Pack<W>> rotation(const Vec3<Pack<W>>& v) {
     using P = Pack<W>;
     const P xx = v.x * v.x, yy = v.y * v.y, zz = v.z * v.z;
     const auto [a, b] = rotation_factors(xx + yy + zz);
@@ -69,7 +69,7 @@ inline Mat3d rotation(const Vec3d& v) {
 }
 
 /// log(A B^T): the rotation vector that takes frame B to frame A. |log| < pi.
-template <int W> inline Vec3<Pack<W>> relative_rotation(const Mat3<Pack<W>>& a, const Mat3<Pack<W>>& b) {
+template <int W> SKEIN_INLINE Vec3<Pack<W>> relative_rotation(const Mat3<Pack<W>>& a, const Mat3<Pack<W>>& b) {
     using P = Pack<W>;
     // R_ij = a_i . b_j;   sin(theta) u = -(R21 - R12, R02 - R20, R10 - R01)/2
     const Vec3<P> twice_sine{dot(a.d2, b.d3) - dot(a.d3, b.d2), dot(a.d3, b.d1) - dot(a.d1, b.d3), dot(a.d1, b.d2) - dot(a.d2, b.d1)};
@@ -86,7 +86,7 @@ template <int W> inline Vec3<Pack<W>> relative_rotation(const Mat3<Pack<W>>& a, 
 }
 
 /// g(theta) of the derivative of log, theory.md (7).
-template <int W> inline Pack<W> log_jacobian(Pack<W> angle_squared) {
+template <int W> SKEIN_INLINE Pack<W> log_jacobian(Pack<W> angle_squared) {
     Pack<W> g = polynomial(angle_squared, detail::log_jacobian);
     const Mask<W> large = angle_squared > Pack<W>(detail::small_jacobian_argument);
     if (any(large)) [[unlikely]]

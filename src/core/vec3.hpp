@@ -13,38 +13,38 @@ inline double sqrt(double a) { return __builtin_sqrt(a); }
 template <class P> struct Vec3 {
     P x, y, z;
 
-    Vec3& operator+=(const Vec3& b) { x = x + b.x; y = y + b.y; z = z + b.z; return *this; }
-    Vec3& operator-=(const Vec3& b) { x = x - b.x; y = y - b.y; z = z - b.z; return *this; }
-    friend Vec3 operator+(const Vec3& a, const Vec3& b) { return {a.x + b.x, a.y + b.y, a.z + b.z}; }
-    friend Vec3 operator-(const Vec3& a, const Vec3& b) { return {a.x - b.x, a.y - b.y, a.z - b.z}; }
-    friend Vec3 operator-(const Vec3& a) { return {-a.x, -a.y, -a.z}; }
-    friend Vec3 operator*(P s, const Vec3& a) { return {s * a.x, s * a.y, s * a.z}; }
+    SKEIN_INLINE Vec3& operator+=(const Vec3& b) { x = x + b.x; y = y + b.y; z = z + b.z; return *this; }
+    SKEIN_INLINE Vec3& operator-=(const Vec3& b) { x = x - b.x; y = y - b.y; z = z - b.z; return *this; }
+    SKEIN_INLINE friend Vec3 operator+(const Vec3& a, const Vec3& b) { return {a.x + b.x, a.y + b.y, a.z + b.z}; }
+    SKEIN_INLINE friend Vec3 operator-(const Vec3& a, const Vec3& b) { return {a.x - b.x, a.y - b.y, a.z - b.z}; }
+    SKEIN_INLINE friend Vec3 operator-(const Vec3& a) { return {-a.x, -a.y, -a.z}; }
+    SKEIN_INLINE friend Vec3 operator*(P s, const Vec3& a) { return {s * a.x, s * a.y, s * a.z}; }
 };
 
-template <class P> inline P dot(const Vec3<P>& a, const Vec3<P>& b) { return fma(a.x, b.x, fma(a.y, b.y, a.z * b.z)); }
-template <class P> inline P norm(const Vec3<P>& a) { return sqrt(dot(a, a)); }
-template <class P> inline Vec3<P> cross(const Vec3<P>& a, const Vec3<P>& b) {
+template <class P> SKEIN_INLINE P dot(const Vec3<P>& a, const Vec3<P>& b) { return fma(a.x, b.x, fma(a.y, b.y, a.z * b.z)); }
+template <class P> SKEIN_INLINE P norm(const Vec3<P>& a) { return sqrt(dot(a, a)); }
+template <class P> SKEIN_INLINE Vec3<P> cross(const Vec3<P>& a, const Vec3<P>& b) {
     return {fma(a.y, b.z, -(a.z * b.y)), fma(a.z, b.x, -(a.x * b.z)), fma(a.x, b.y, -(a.y * b.x))};
 }
 /// s a + b
-template <class P> inline Vec3<P> fma(P s, const Vec3<P>& a, const Vec3<P>& b) {
+template <class P> SKEIN_INLINE Vec3<P> fma(P s, const Vec3<P>& a, const Vec3<P>& b) {
     return {fma(s, a.x, b.x), fma(s, a.y, b.y), fma(s, a.z, b.z)};
 }
 /// Component-wise product, e.g. a diagonal stiffness times a strain.
-template <class P> inline Vec3<P> scale(const Vec3<P>& a, const Vec3<P>& b) { return {a.x * b.x, a.y * b.y, a.z * b.z}; }
+template <class P> SKEIN_INLINE Vec3<P> scale(const Vec3<P>& a, const Vec3<P>& b) { return {a.x * b.x, a.y * b.y, a.z * b.z}; }
 
 template <class P> struct Mat3 {
     Vec3<P> d1, d2, d3; // rows
 
-    friend Vec3<P> operator*(const Mat3& q, const Vec3<P>& a) { return {dot(q.d1, a), dot(q.d2, a), dot(q.d3, a)}; }
+    SKEIN_INLINE friend Vec3<P> operator*(const Mat3& q, const Vec3<P>& a) { return {dot(q.d1, a), dot(q.d2, a), dot(q.d3, a)}; }
 };
 
 /// Q^T a: from body to lab components.
-template <class P> inline Vec3<P> transpose_times(const Mat3<P>& q, const Vec3<P>& a) {
+template <class P> SKEIN_INLINE Vec3<P> transpose_times(const Mat3<P>& q, const Vec3<P>& a) {
     return fma(a.x, q.d1, fma(a.y, q.d2, a.z * q.d3));
 }
 /// A B
-template <class P> inline Mat3<P> operator*(const Mat3<P>& a, const Mat3<P>& b) {
+template <class P> SKEIN_INLINE Mat3<P> operator*(const Mat3<P>& a, const Mat3<P>& b) {
     return {transpose_times(b, a.d1), transpose_times(b, a.d2), transpose_times(b, a.d3)};
 }
 
@@ -52,23 +52,23 @@ using Vec3d = Vec3<double>;
 using Mat3d = Mat3<double>;
 
 /// A scalar vector in every lane.
-template <int W> inline Vec3<Pack<W>> broadcast(const Vec3d& a) { return {Pack<W>(a.x), Pack<W>(a.y), Pack<W>(a.z)}; }
+template <int W> SKEIN_INLINE Vec3<Pack<W>> broadcast(const Vec3d& a) { return {Pack<W>(a.x), Pack<W>(a.y), Pack<W>(a.z)}; }
 
-template <int W> inline Vec3d lane(const Vec3<Pack<W>>& a, int i) { return {a.x[i], a.y[i], a.z[i]}; }
-template <int W> inline Mat3d lane(const Mat3<Pack<W>>& q, int i) { return {lane(q.d1, i), lane(q.d2, i), lane(q.d3, i)}; }
-template <int W> inline void set_lane(Vec3<Pack<W>>& a, int i, const Vec3d& b) {
+template <int W> SKEIN_INLINE Vec3d lane(const Vec3<Pack<W>>& a, int i) { return {a.x[i], a.y[i], a.z[i]}; }
+template <int W> SKEIN_INLINE Mat3d lane(const Mat3<Pack<W>>& q, int i) { return {lane(q.d1, i), lane(q.d2, i), lane(q.d3, i)}; }
+template <int W> SKEIN_INLINE void set_lane(Vec3<Pack<W>>& a, int i, const Vec3d& b) {
     a.x.set(i, b.x);
     a.y.set(i, b.y);
     a.z.set(i, b.z);
 }
-template <int W> inline void set_lane(Mat3<Pack<W>>& q, int i, const Mat3d& b) {
+template <int W> SKEIN_INLINE void set_lane(Mat3<Pack<W>>& q, int i, const Mat3d& b) {
     set_lane(q.d1, i, b.d1);
     set_lane(q.d2, i, b.d2);
     set_lane(q.d3, i, b.d3);
 }
 
 /// A scalar frame in every lane.
-template <int W> inline Mat3<Pack<W>> broadcast_frame(const Mat3d& q) {
+template <int W> SKEIN_INLINE Mat3<Pack<W>> broadcast_frame(const Mat3d& q) {
     return {broadcast<W>(q.d1), broadcast<W>(q.d2), broadcast<W>(q.d3)};
 }
 

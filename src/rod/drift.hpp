@@ -15,14 +15,14 @@ namespace skein {
 namespace detail {
 
 /// Turns the pair (j, k) of a frame's rows, or of a body vector's components, by an angle given as its sine and cosine.
-template <class T, class P> inline void turn(T& j, T& k, P sine, P cosine) {
+template <class T, class P> SKEIN_INLINE void turn(T& j, T& k, P sine, P cosine) {
     const T turned = fma(cosine, j, sine * k);
     k = fma(cosine, k, -(sine * j));
     j = turned;
 }
 
 /// Rotation of frame and body vector about body axis 0, 1 or 2 by `angle`.
-template <int Axis, int W> inline void turn_about(Mat3<Pack<W>>& q, Vec3<Pack<W>>& p, Pack<W> angle) {
+template <int Axis, int W> SKEIN_INLINE void turn_about(Mat3<Pack<W>>& q, Vec3<Pack<W>>& p, Pack<W> angle) {
     const auto [a, b] = rotation_factors(angle * angle);
     const Pack<W> sine = a * angle, cosine = fnma(b, angle * angle, Pack<W>(1.0));
     if constexpr (Axis == 0) turn(q.d2, q.d3, sine, cosine), turn(p.y, p.z, sine, cosine);
@@ -35,7 +35,7 @@ template <int Axis, int W> inline void turn_about(Mat3<Pack<W>>& q, Vec3<Pack<W>
 /// J1 = J2.
 struct CircularTop {
     static constexpr std::string_view name = "drift (circular)";
-    template <int W> static void turn(const ElementConstants& c, Mat3<Pack<W>>& q, Vec3<Pack<W>>& w, Pack<W> h) {
+    template <int W> SKEIN_INLINE static void turn(const ElementConstants& c, Mat3<Pack<W>>& q, Vec3<Pack<W>>& w, Pack<W> h) {
         const Pack<W> ratio(c.inertia.z / c.inertia.x);
         const Vec3<Pack<W>> hw = h * w;
         q = rotation<W>({hw.x, hw.y, ratio * hw.z}) * q;
@@ -46,7 +46,7 @@ struct CircularTop {
 /// J1 != J2; SmallAxis is the axis of smallest inertia, 0 or 1. J3 = J1 + J2 is always the largest.
 template <int SmallAxis> struct EllipticTop {
     static constexpr std::string_view name = "drift (elliptic)";
-    template <int W> static void turn(const ElementConstants& c, Mat3<Pack<W>>& q, Vec3<Pack<W>>& w, Pack<W> h) {
+    template <int W> SKEIN_INLINE static void turn(const ElementConstants& c, Mat3<Pack<W>>& q, Vec3<Pack<W>>& w, Pack<W> h) {
         using P = Pack<W>;
         const double small = SmallAxis == 0 ? c.inertia.x : c.inertia.y, other = SmallAxis == 0 ? c.inertia.y : c.inertia.x;
         const P rest(0.5 * (1 / small - 1 / other)), top(1 / other), axial(1 / c.inertia.z - 1 / other);
@@ -60,7 +60,7 @@ template <int SmallAxis> struct EllipticTop {
     }
 };
 
-template <class Top, int W> inline void drift(const RodTile<W>& rod, double length) {
+template <class Top, int W> SKEIN_INLINE void drift(const RodTile<W>& rod, double length) {
     const Pack<W> h(length);
     for (int k = 0; k < rod.n; ++k) {
         Slot<W>& s = rod.slot[k];

@@ -25,7 +25,7 @@ template <class P> struct CellLoads {
 };
 
 template <class Law, int W>
-inline CellLoads<Pack<W>> cell_loads(const Vec3<Pack<W>>& phi, Pack<W> dilatation, double inv_length, const Vec3d& stiffness,
+SKEIN_INLINE CellLoads<Pack<W>> cell_loads(const Vec3<Pack<W>>& phi, Pack<W> dilatation, double inv_length, const Vec3d& stiffness,
                                      const Vec3d& rest_curvature) {
     using P = Pack<W>;
     const Vec3<P> strain = fma(P(inv_length), phi, -broadcast<W>(rest_curvature));
@@ -75,11 +75,11 @@ public:
     }
 
 private:
-    static Vec3<Pack<W>> strain(const RodTile<W>& rod, int k) {
+    SKEIN_INLINE static Vec3<Pack<W>> strain(const RodTile<W>& rod, int k) {
         const Vec3<Pack<W>> edge = rod.slot[k + 1].position - rod.slot[k].position;
         return Pack<W>(rod.element[k].inv_rest_length) * (rod.slot[k].director * edge);
     }
-    static CellLoads<Pack<W>> cell(const RodTile<W>& rod, int k, Pack<W> e, Pack<W> e_next) {
+    SKEIN_INLINE static CellLoads<Pack<W>> cell(const RodTile<W>& rod, int k, Pack<W> e, Pack<W> e_next) {
         const VoronoiConstants& v = rod.voronoi[k];
         const Pack<W> dilatation = fma(Pack<W>(v.share_before), e, Pack<W>(v.share_after) * e_next);
         return cell_loads<Law, W>(relative_rotation(rod.slot[k + 1].director, rod.slot[k].director), dilatation, v.inv_length, v.stiffness,

@@ -58,12 +58,12 @@ public:
 private:
     using P = Pack<W>;
 
-    static void kick_node(const KickConstants::Node& c, const Vec3<P>& force, Vec3<P>& velocity) {
+    SKEIN_INLINE static void kick_node(const KickConstants::Node& c, const Vec3<P>& force, Vec3<P>& velocity) {
         if constexpr (Kind == KickKind::undamped) velocity = fma(P(c.gain), force, velocity);
         else velocity = fma(P(c.gain), force, P(c.decay) * velocity);
     }
 
-    static void kick_element(const KickConstants::Element& c, const RodTile<W>& rod, int k, const Vec3<P>& couple, Vec3<P>& spin) {
+    SKEIN_INLINE static void kick_element(const KickConstants::Element& c, const RodTile<W>& rod, int k, const Vec3<P>& couple, Vec3<P>& spin) {
         if constexpr (Kind == KickKind::undamped) {
             spin = {fma(P(c.gain.x), couple.x, spin.x), fma(P(c.gain.y), couple.y, spin.y), fma(P(c.gain.z), couple.z, spin.z)};
         } else if constexpr (Kind == KickKind::constant_rates) {

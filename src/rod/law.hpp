@@ -14,14 +14,14 @@ struct IncompressibleLaw {
     static constexpr std::string_view name = "elastic (incompressible)";
 
     /// n = dWs/dnu [N, body] of element strain nu = Q dx/l0.
-    template <class P> static Vec3<P> stress(const ElementConstants& c, const Vec3<P>& nu) {
+    template <class P> SKEIN_INLINE static Vec3<P> stress(const ElementConstants& c, const Vec3<P>& nu) {
         return {P(c.stiffness.x) * (nu.x - P(c.rest_strain.x)), P(c.stiffness.y) * (nu.y - P(c.rest_strain.y)),
                 P(c.stiffness.z) * (nu.z - P(c.rest_stretch)) / nu.z};
     }
     /// Factor on B in a cell of dilatation E.
-    template <class P> static P bending_factor(P dilatation) { return P(1.0) / (dilatation * dilatation * dilatation); }
+    template <class P> SKEIN_INLINE static P bending_factor(P dilatation) { return P(1.0) / (dilatation * dilatation * dilatation); }
     /// Axial force on both elements of a cell from its bending energy, q = (kappa-kappa0).B(kappa-kappa0): -(3/4) q/E^4.
-    template <class P> static P bending_tension(P q, P bending_factor, P dilatation) {
+    template <class P> SKEIN_INLINE static P bending_tension(P q, P bending_factor, P dilatation) {
         return P(-0.75) * q * bending_factor / dilatation;
     }
 };

@@ -1,0 +1,36 @@
+"""The same bits for any ranks x threads, SIMD width and output cadence."""
+
+import unittest
+
+from driver import DriverTest
+
+
+class Determinism(DriverTest):
+    def test_ranks_threads_and_lanes(self):
+        self.run_skein("one")
+        for ranks, threads in ((1, 2), (2, 1), (2, 2), (3, 1), (4, 1)):
+            out = f"{ranks}x{threads}"
+            self.run_skein(out, ranks=ranks, threads=threads)
+            self.assertEqual(self.digest(out), self.digest("one"), out)
+            self.assertEqual(self.results(out).keys(), self.results("one").keys(), out)
+            for name, content in self.results("one").items():
+                self.assertEqual(self.results(out)[name], content, f"{name} of {out}")
+        for lanes in (1, 2, 4):
+            self.run_skein(f"w{lanes}", "--lanes", str(lanes))
+            self.assertEqual(self.digest(f"w{lanes}"), self.digest("one"), f"{lanes} lanes")
+
+    def test_output_cadence_leaves_no_trace(self):
+        quiet = [f"--set=output.{key}=0" for key in ("trajectory", "tips", "series", "checkpoint")] + ["--set=time.divide=0.36"]
+        self.run_skein("talkative")
+        self.run_skein("silent", *quiet)
+        self.assertEqual(self.digest("silent"), self.digest("talkative"))
+        self.assertEqual([name for name in self.results("silent") if not name.startswith("checkpoint")], [])
+
+    def test_more_ranks_than_rods(self):
+        self.run_skein("few", "--set", "rods.cilia.placement.counts=[1,1]", "--set", "rods.leaning.placement.counts=[1]")
+        self.run_skein("many", "--set", "rods.cilia.placement.counts=[1,1]", "--set", "rods.leaning.placement.counts=[1]", ranks=4)
+        self.assertEqual(self.digest("many"), self.digest("few"))
+
+
+if __name__ == "__main__":
+    unittest.main()

@@ -1,0 +1,107 @@
+"""Runs of the skein driver for tests: a small scene, mpirun, results."""
+
+import json
+import pathlib
+import subprocess
+import sys
+import tempfile
+import unittest
+
+SKEIN, MPIRUN = sys.argv[1:3]
+del sys.argv[1:3]
+
+SCENE = """
+title = "Driver test"
+[time]
+duration = 14.4
+[[rods]]
+name = "cilia"
+start = "clamped"
+[rods.material]
+density = 2390.0
+youngs_modulus = 1.85e5
+shear_modulus = 6.16e4
+[rods.section]
+radius = 0.15
+[rods.shape]
+length = 1.5
+elements = 10
+[rods.placement]
+kind = "lattice"
+counts = [5, 5]
+spacing = [1.5, 1.5]
+[rods.magnetisation]
+pattern = "wave_x"
+strength = 18999.0
+wavelength_x = 6.0
+[[rods]]
+name = "leaning"
+start = "pinned"
+end = "clamped"
+[rods.material]
+density = 1000.0
+youngs_modulus = 1e6
+[rods.section]
+kind = "elliptic"
+radius = 0.05
+radius_2 = 0.03
+taper = 0.6
+[rods.shape]
+length = 1.0
+elements = 7
+rest_curvature = [0.3, 0.1, 0.2]
+[rods.placement]
+kind = "line"
+counts = [3]
+spacing = [0.4]
+origin = [0.0, 9.0, 0.0]
+[[load]]
+kind = "magnetic_field"
+constant = [0.0, 8e-4, 0.0]
+rotating = 0.08
+period = 7.2
+ramp = 0.01
+[[load]]
+kind = "gravity"
+rods = ["leaning"]
+[[damping]]
+kind = "legacy"
+rate = 0.5
+rods = ["cilia"]
+[output]
+trajectory = 1.8
+tips = 0.36
+series = 0.72
+checkpoint = 3.6
+"""
+
+
+class DriverTest(unittest.TestCase):
+    def setUp(self):
+        self._directory = tempfile.TemporaryDirectory()
+        self.directory = pathlib.Path(self._directory.name)
+        self.scene = self.directory / "scene.toml"
+        self.scene.write_text(SCENE)
+
+    def tearDown(self):
+        self._directory.cleanup()
+
+    def command(self, out, *arguments, ranks=1, threads=1):
+        return [MPIRUN, "-n", str(ranks), SKEIN, "run", str(self.scene), "--out", str(self.directory / out),
+                "--threads", str(threads), *arguments]
+
+    def run_skein(self, out, *arguments, expect=0, **layout):
+        done = subprocess.run(self.command(out, *arguments, **layout), capture_output=True, text=True, timeout=200)
+        self.assertEqual(done.returncode, expect, done.stdout + done.stderr)
+        return done
+
+    def summary(self, out):
+        return json.loads((self.directory / out / "summary.json").read_text())
+
+    def digest(self, out):
+        return self.summary(out)["digest"]
+
+    def results(self, out):
+        """Content of everything that must not depend on how a run was carried out."""
+        folder = self.directory / out
+        return {path.name: path.read_bytes() for path in sorted(folder.iterdir()) if path.suffix in (".csv", ".xdmf", ".h5")}
