@@ -2,6 +2,9 @@
 
 #include "scene/scene_file.hpp"
 
+#include <unistd.h>
+
+#include <algorithm>
 #include <csignal>
 #include <cstdio>
 #include <cstdlib>
@@ -52,6 +55,25 @@ void stop_on_signals() {
     for (const int signal : {SIGUSR1, SIGTERM, SIGINT}) sigaction(signal, &action, nullptr);
 }
 
+/// Ranks, threads and cores of this run. Ranks that the launcher left on the same cores share them evenly.
+Machine machine_of(const Communicator& comm, const RunArguments& arguments) {
+    char host[256] = "";
+    ::gethostname(host, sizeof host - 1);
+    const std::string cores = Threads::available_core_list();
+    const auto seats = comm.all_gather(std::string(host) + ':' + cores);
+    const int sharing = static_cast<int>(std::count(seats.begin(), seats.end(), seats[static_cast<std::size_t>(comm.rank())]));
+    const int own = std::max(1, Threads::available_cores() / sharing);
+    std::string which = cores;
+    if (sharing > 1) {
+        which += " shared by " + std::to_string(sharing);
+    } else {
+        constexpr std::size_t shown = 8;
+        for (std::size_t r = 1; r < std::min(shown, seats.size()); ++r) which += " | " + seats[r].substr(seats[r].rfind(':') + 1);
+        if (seats.size() > shown) which += " | ...";
+    }
+    return {comm.size(), arguments.threads > 0 ? arguments.threads : own, own, arguments.lanes, which};
+}
+
 /// Warns where the launcher has tied ranks to fewer cores than they have threads, or left cores idle.
 void advise_on_binding(const Machine& m) {
     const int online = static_cast<int>(std::thread::hardware_concurrency());
@@ -77,8 +99,8 @@ int run_command(const RunArguments& arguments, int& argc, char**& argv) {
     return guarded(comm, [&] {
         const SceneSpec scene = read_scene(arguments.scene.file, arguments.scene.overrides);
         std::vector<RodGroup> groups = make_groups(scene);
-        const Threads threads(arguments.threads);
-        const Machine machine{comm.size(), threads.count(), Threads::available_cores(), arguments.lanes};
+        const Machine machine = machine_of(comm, arguments);
+        const Threads threads(machine.threads);
         Plan plan = make_plan(scene, groups, machine);
         RunOptions options = arguments.options;
         if (options.out.empty()) options.out = default_out(arguments.scene.file);
@@ -102,7 +124,7 @@ int plan_command(const PlanArguments& arguments) {
         const int cores = Threads::available_cores();
         const int threads = arguments.threads > 0 ? arguments.threads : std::max(1, cores / ranks);
         const std::vector<RodGroup> groups = make_groups(scene);
-        const Plan plan = make_plan(scene, groups, {ranks, threads, std::max(threads, cores / ranks), arguments.lanes});
+        const Plan plan = make_plan(scene, groups, {ranks, threads, std::max(threads, cores / ranks), arguments.lanes, {}});
         std::printf("%s", (arguments.json ? to_json(plan) : to_text(plan)).c_str());
     });
 }

@@ -40,7 +40,7 @@ struct Subject {
     void visit(std::int64_t steps) {
         const auto batch = stage.clock.next(stage.clock.done() + steps);
         if (textbook) textbook->visit(batch);
-        else stage.rods->visit(batch);
+        else stage.rods->visit(batch, false);
         stage.clock.advance(batch);
     }
 

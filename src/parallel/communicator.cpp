@@ -115,6 +115,17 @@ std::vector<std::int64_t> Communicator::all_gather(std::int64_t value) const {
     return values;
 }
 
+std::vector<std::string> Communicator::all_gather(const std::string& text) const {
+    const Layout layout(all_gather(static_cast<std::int64_t>(text.size())));
+    std::string all(static_cast<std::size_t>(layout.offsets.back() + layout.counts.back()), '\0');
+    MPI_Allgatherv(text.data(), static_cast<int>(text.size()), MPI_CHAR, all.data(), layout.counts.data(), layout.offsets.data(), MPI_CHAR, native(handle_));
+    ++counted.calls;
+    std::vector<std::string> texts;
+    for (std::size_t r = 0; r < layout.counts.size(); ++r)
+        texts.push_back(all.substr(static_cast<std::size_t>(layout.offsets[r]), static_cast<std::size_t>(layout.counts[r])));
+    return texts;
+}
+
 std::vector<std::byte> Communicator::all_to_all(std::span<const std::byte> records, std::size_t record_bytes,
                                                 std::span<const std::int64_t> send_counts,
                                                 std::vector<std::int64_t>& receive_counts) const {

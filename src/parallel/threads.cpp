@@ -24,6 +24,21 @@ int Threads::available_cores() {
     return sched_getaffinity(0, sizeof mask, &mask) == 0 ? CPU_COUNT(&mask) : 1;
 }
 
+std::string Threads::available_core_list() {
+    cpu_set_t mask;
+    CPU_ZERO(&mask);
+    if (sched_getaffinity(0, sizeof mask, &mask) != 0) return {};
+    std::string list;
+    for (int core = 0; core < CPU_SETSIZE; ++core) {
+        if (!CPU_ISSET(core, &mask)) continue;
+        int last = core;
+        while (last + 1 < CPU_SETSIZE && CPU_ISSET(last + 1, &mask)) ++last;
+        list += (list.empty() ? "" : ",") + std::to_string(core) + (last > core ? "-" + std::to_string(last) : "");
+        core = last;
+    }
+    return list;
+}
+
 Threads::Threads(int count) : count_(count > 0 ? count : available_cores()) {
     if (count_ > 1) arena_ = std::make_unique<Arena>(count_);
 }

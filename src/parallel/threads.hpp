@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <functional>
 #include <memory>
+#include <string>
 
 namespace skein {
 
@@ -14,8 +15,9 @@ public:
     explicit Threads(int count);
     ~Threads();
     int count() const { return count_; }
-    /// Cores in this process's affinity mask.
+    /// Cores in this process's affinity mask: how many, and which, e.g. "0-3,8".
     static int available_cores();
+    static std::string available_core_list();
 
     /// body(i, thread) for i in [0, n), in any order; `thread` in [0, count()) is unique among concurrent calls. `body` is called
     /// through one indirect call per i, so i is a tile, not an element. The first exception is rethrown. Loops do not nest.

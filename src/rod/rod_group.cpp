@@ -14,9 +14,11 @@ namespace {
 
 constexpr double pi = std::numbers::pi;
 
-/// Lab frame with rows d1 (from `normal`, made orthogonal), d2, d3 (from `tangent`).
-Mat3d frame_of(const Vec3d& tangent, const Vec3d& normal) {
-    const Vec3d d3 = (1 / norm(tangent)) * tangent;
+/// Lab frame with rows d1 (from the normal, made orthogonal), d2, d3 (from the tangent).
+Mat3d frame_of(const Placement& p) {
+    const Vec3d d3 = (1 / norm(p.tangent)) * p.tangent;
+    const bool along_x = std::abs(d3.x) > 0.99;
+    const Vec3d normal = p.normal.value_or(along_x ? Vec3d{0, 1, 0} : Vec3d{1, 0, 0});
     const Vec3d across = normal - dot(normal, d3) * d3;
     const Vec3d d1 = (1 / norm(across)) * across;
     return {d1, cross(d3, d1), d3};
@@ -112,7 +114,7 @@ std::vector<Vec3d> placement_origins(const RodSpec& spec, const std::string& dir
 } // namespace
 
 RodGroup::RodGroup(const RodSpec& spec, int id, std::int64_t first_gid, const std::string& directory)
-    : spec_(spec), id_(id), first_gid_(first_gid), frame_(frame_of(spec.placement.tangent, spec.placement.normal)),
+    : spec_(spec), id_(id), first_gid_(first_gid), frame_(frame_of(spec.placement)),
       origins_(placement_origins(spec, directory)) {
     const Shape& shape = spec.shape;
     const long n = shape.elements;

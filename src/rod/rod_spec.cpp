@@ -2,6 +2,17 @@
 
 namespace skein {
 
+namespace {
+
+/// A vector that may be absent: to visitors not-a-number.
+void visit(FieldVisitor& f, const Field& field, std::optional<Vec3d>& vector) {
+    Vec3d value = vector.value_or(Vec3d{NAN, NAN, NAN});
+    f.visit(field, value);
+    vector = std::isnan(value.x) ? std::nullopt : std::optional(value);
+}
+
+} // namespace
+
 void Material::fields(FieldVisitor& f) {
     f.visit({.name = "density", .unit = "kg/m^3", .text = "mass density", .required = true, .above = 0}, density);
     f.visit({.name = "youngs_modulus", .unit = "Pa", .text = "E", .required = true, .above = 0}, youngs_modulus);
@@ -27,9 +38,7 @@ void Shape::fields(FieldVisitor& f) {
     f.visit({.name = "rest_curvature_profile", .unit = "1/m", .text = "kappa0 of every inner vertex (elements - 1); replaces `rest_curvature`"},
             rest_curvature_profile);
     f.visit({.name = "rest_strain", .unit = "-", .text = "sigma0: shear along d1, d2 and stretch along d3"}, rest_strain);
-    Vec3d start = start_curvature.value_or(Vec3d{NAN, NAN, NAN});
-    f.visit({.name = "start_curvature", .unit = "1/m", .text = "curvature at t = 0; the rest curvature where absent"}, start);
-    start_curvature = std::isnan(start.x) ? std::nullopt : std::optional(start);
+    visit(f, {.name = "start_curvature", .unit = "1/m", .text = "curvature at t = 0; the rest curvature where absent"}, start_curvature);
     f.visit({.name = "velocity", .unit = "m/s", .text = "at t = 0, lab frame"}, velocity);
     f.visit({.name = "angular_velocity", .unit = "rad/s", .text = "of every element at t = 0, body frame"}, angular_velocity);
 }
@@ -39,7 +48,7 @@ void Placement::fields(FieldVisitor& f) {
              placement_names);
     f.visit({.name = "origin", .unit = "m", .text = "start of the first rod"}, origin);
     f.visit({.name = "tangent", .unit = "-", .text = "direction of every rod at its start (d3)"}, tangent);
-    f.visit({.name = "normal", .unit = "-", .text = "direction of d1 at the start; made orthogonal to the tangent"}, normal);
+    visit(f, {.name = "normal", .unit = "-", .text = "direction of d1 at the start, made orthogonal to the tangent; where absent x, or y for rods along x"}, normal);
     f.visit({.name = "counts", .unit = "-", .text = "line: [n] along x; lattice: [nx, ny] or [nx, ny, nz]", .at_least = 1}, counts);
     f.visit({.name = "spacing", .unit = "m", .text = "distance between neighbours, one per count (mask: [dx, dy])", .above = 0}, spacing);
     f.visit({.name = "file", .unit = "", .text = "mask: PBM (P1) bitmap beside the scene; each 1 carries a rod, the last row is y = 0"}, file);

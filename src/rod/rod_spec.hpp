@@ -64,7 +64,7 @@ struct Placement {
     PlacementKind kind = PlacementKind::single;
     Vec3d origin{0, 0, 0};
     Vec3d tangent{0, 0, 1}; ///< d3 at s = 0
-    Vec3d normal{1, 0, 0};  ///< d1 at s = 0, made orthogonal to the tangent
+    std::optional<Vec3d> normal; ///< d1 at s = 0, made orthogonal to the tangent; absent: x, or y for rods along x
     std::vector<long> counts;     ///< line: [n]; lattice: [nx, ny] or [nx, ny, nz]
     std::vector<double> spacing;  ///< m, one per count
     std::string file;             ///< mask: PBM (P1) bitmap, its "1" pixels carry a rod; first row is the largest y

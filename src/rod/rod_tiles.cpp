@@ -9,110 +9,6 @@
 
 namespace skein {
 
-template <int W>
-RodTiles<W>::RodTiles(std::span<const RodGroup> groups, std::vector<LocalRod> rods, std::vector<TileProgram<W>> programs, const Threads& threads)
-    : groups_(groups), local_(std::move(rods)), programs_(std::move(programs)), threads_(threads) {
-    lay_out();
-
-    int most_slots = 0;
-    for (const RodTile<W>& tile : tiles_) most_slots = std::max(most_slots, tile.n + 1);
-    scratch_.resize(static_cast<std::size_t>(threads_.count()));
-    for (auto& scratch : scratch_) scratch.resize(static_cast<std::size_t>(most_slots));
-
-    // Tiles outside, passes inside: a tile stays in cache for all passes of all steps of the visit.
-    advance_tile_ = [this](std::size_t t, int thread) {
-        const RodTile<W>& tile = tiles_[t];
-        SlotLoad<W>* load = scratch_[static_cast<std::size_t>(thread)].data();
-        for (const Step& step : batch_)
-            for (const auto& pass : programs_[static_cast<std::size_t>(tile.group->id())]) pass->run(tile, load, step);
-    };
-}
-
-template <int W> void RodTiles<W>::lay_out() {
-    std::vector<std::size_t> first_slot;
-    std::size_t slots = 0;
-    for (std::size_t i = 0; i < local_.size(); ++i) {
-        const RodGroup& group = groups_[static_cast<std::size_t>(local_[i].group)];
-        const bool opens = tiles_.empty() || tiles_.back().group != &group || tiles_.back().lanes == W;
-        if (opens) {
-            const std::size_t number = !tiles_.empty() && tiles_.back().group == &group ? tiles_.back().number + 1 : 0;
-            tiles_.push_back({nullptr, group.element.data(), group.voronoi.data(), &group, group.elements(), number, {}, 0});
-            first_slot.push_back(slots);
-            slots += static_cast<std::size_t>(group.slots());
-        }
-        RodTile<W>& tile = tiles_.back();
-        place_.push_back({tiles_.size() - 1, tile.lanes});
-        std::fill(tile.index + tile.lanes, tile.index + W, local_[i].index); // spare lanes repeat the last rod
-        ++tile.lanes;
-    }
-    slots_.resize(slots);
-    for (std::size_t t = 0; t < tiles_.size(); ++t) tiles_[t].slot = slots_.data() + first_slot[t];
-
-    std::vector<Slot<1>> state;
-    for (RodTile<W>& tile : tiles_) {
-        state.resize(static_cast<std::size_t>(tile.n) + 1);
-        for (int lane_ = 0; lane_ < W; ++lane_) {
-            tile.group->start_state(tile.index[lane_], state);
-            for (std::size_t k = 0; k < state.size(); ++k) {
-                set_lane(tile.slot[k].position, lane_, lane(state[k].position, 0));
-                set_lane(tile.slot[k].velocity, lane_, lane(state[k].velocity, 0));
-                set_lane(tile.slot[k].director, lane_, lane(state[k].director, 0));
-                set_lane(tile.slot[k].spin, lane_, lane(state[k].spin, 0));
-            }
-        }
-        for (auto& pass : programs_[static_cast<std::size_t>(tile.group->id())]) pass->bind(tile);
-    }
-}
-
-template <int W> void RodTiles<W>::visit(std::span<const Step> steps) {
-    for (auto& program : programs_)
-        for (auto& pass : program) pass->prepare(steps);
-    batch_ = steps;
-    threads_.for_each(tiles_.size(), advance_tile_);
-}
-
-template <int W> void RodTiles<W>::export_rod(std::size_t i, std::span<Slot<1>> out) const {
-    const auto [t, l] = place_[i];
-    const RodTile<W>& tile = tiles_[t];
-    for (std::size_t k = 0; k <= static_cast<std::size_t>(tile.n); ++k) {
-        set_lane(out[k].position, 0, lane(tile.slot[k].position, l));
-        set_lane(out[k].velocity, 0, lane(tile.slot[k].velocity, l));
-        set_lane(out[k].director, 0, lane(tile.slot[k].director, l));
-        set_lane(out[k].spin, 0, lane(tile.slot[k].spin, l));
-    }
-}
-
-template <int W> void RodTiles<W>::import_rod(std::size_t i, std::span<const Slot<1>> in) {
-    const auto [t, first] = place_[i];
-    RodTile<W>& tile = tiles_[t];
-    // The last rod of a tile also fills the spare lanes, so that they stay finite and cost no thought.
-    const int last = first == tile.lanes - 1 ? W - 1 : first;
-    for (int l = first; l <= last; ++l)
-        for (std::size_t k = 0; k <= static_cast<std::size_t>(tile.n); ++k) {
-            set_lane(tile.slot[k].position, l, lane(in[k].position, 0));
-            set_lane(tile.slot[k].velocity, l, lane(in[k].velocity, 0));
-            set_lane(tile.slot[k].director, l, lane(in[k].director, 0));
-            set_lane(tile.slot[k].spin, l, lane(in[k].spin, 0));
-        }
-}
-
-template <int W> std::uint64_t RodTiles<W>::digest() const {
-    std::uint64_t sum = 0;
-    std::vector<Slot<1>> state;
-    for (std::size_t i = 0; i < local_.size(); ++i) {
-        state.resize(static_cast<std::size_t>(groups_[static_cast<std::size_t>(local_[i].group)].slots()));
-        export_rod(i, state);
-        sum += hash_rod(local_[i].gid, state);
-    }
-    return sum;
-}
-
-template <int W> std::size_t RodTiles<W>::bytes() const {
-    std::size_t bytes = slots_.size() * sizeof(Slot<W>) + tiles_.size() * sizeof(RodTile<W>) + local_.size() * (sizeof(LocalRod) + sizeof(Place));
-    for (const auto& scratch : scratch_) bytes += scratch.size() * sizeof(SlotLoad<W>);
-    return bytes;
-}
-
 namespace {
 
 constexpr double largest_turn_trace = -0.98; // tr R of 3 rad between neighbouring elements: 1 + 2 cos 3
@@ -172,6 +68,114 @@ template <int W> bool fit(const RodTile<W>& tile) {
 }
 
 } // namespace
+
+template <int W>
+RodTiles<W>::RodTiles(std::span<const RodGroup> groups, std::vector<LocalRod> rods, std::vector<TileProgram<W>> programs, const Threads& threads)
+    : groups_(groups), local_(std::move(rods)), programs_(std::move(programs)), threads_(threads) {
+    lay_out();
+
+    int most_slots = 0;
+    for (const RodTile<W>& tile : tiles_) most_slots = std::max(most_slots, tile.n + 1);
+    scratch_.resize(static_cast<std::size_t>(threads_.count()));
+    for (auto& scratch : scratch_) scratch.resize(static_cast<std::size_t>(most_slots));
+
+    // Tiles outside, passes inside: a tile stays in cache for all passes of all steps of the visit.
+    advance_tile_ = [this](std::size_t t, int thread) {
+        const RodTile<W>& tile = tiles_[t];
+        SlotLoad<W>* load = scratch_[static_cast<std::size_t>(thread)].data();
+        for (const Step& step : batch_)
+            for (const auto& pass : programs_[static_cast<std::size_t>(tile.group->id())]) pass->run(tile, load, step);
+        if (check_ && !fit(tile)) fit_.store(false, std::memory_order_relaxed);
+    };
+}
+
+template <int W> void RodTiles<W>::lay_out() {
+    std::vector<std::size_t> first_slot;
+    std::size_t slots = 0;
+    for (std::size_t i = 0; i < local_.size(); ++i) {
+        const RodGroup& group = groups_[static_cast<std::size_t>(local_[i].group)];
+        const bool opens = tiles_.empty() || tiles_.back().group != &group || tiles_.back().lanes == W;
+        if (opens) {
+            const std::size_t number = !tiles_.empty() && tiles_.back().group == &group ? tiles_.back().number + 1 : 0;
+            tiles_.push_back({nullptr, group.element.data(), group.voronoi.data(), &group, group.elements(), number, {}, 0});
+            first_slot.push_back(slots);
+            slots += static_cast<std::size_t>(group.slots());
+        }
+        RodTile<W>& tile = tiles_.back();
+        place_.push_back({tiles_.size() - 1, tile.lanes});
+        std::fill(tile.index + tile.lanes, tile.index + W, local_[i].index); // spare lanes repeat the last rod
+        ++tile.lanes;
+    }
+    slots_.resize(slots);
+    for (std::size_t t = 0; t < tiles_.size(); ++t) tiles_[t].slot = slots_.data() + first_slot[t];
+
+    std::vector<Slot<1>> state;
+    for (RodTile<W>& tile : tiles_) {
+        state.resize(static_cast<std::size_t>(tile.n) + 1);
+        for (int lane_ = 0; lane_ < W; ++lane_) {
+            tile.group->start_state(tile.index[lane_], state);
+            for (std::size_t k = 0; k < state.size(); ++k) {
+                set_lane(tile.slot[k].position, lane_, lane(state[k].position, 0));
+                set_lane(tile.slot[k].velocity, lane_, lane(state[k].velocity, 0));
+                set_lane(tile.slot[k].director, lane_, lane(state[k].director, 0));
+                set_lane(tile.slot[k].spin, lane_, lane(state[k].spin, 0));
+            }
+        }
+        for (auto& pass : programs_[static_cast<std::size_t>(tile.group->id())]) pass->bind(tile);
+    }
+}
+
+template <int W> bool RodTiles<W>::visit(std::span<const Step> steps, bool check) {
+    for (auto& program : programs_)
+        for (auto& pass : program) pass->prepare(steps);
+    batch_ = steps;
+    check_ = check;
+    fit_ = true;
+    threads_.for_each(tiles_.size(), advance_tile_);
+    return fit_;
+}
+
+template <int W> void RodTiles<W>::export_rod(std::size_t i, std::span<Slot<1>> out) const {
+    const auto [t, l] = place_[i];
+    const RodTile<W>& tile = tiles_[t];
+    for (std::size_t k = 0; k <= static_cast<std::size_t>(tile.n); ++k) {
+        set_lane(out[k].position, 0, lane(tile.slot[k].position, l));
+        set_lane(out[k].velocity, 0, lane(tile.slot[k].velocity, l));
+        set_lane(out[k].director, 0, lane(tile.slot[k].director, l));
+        set_lane(out[k].spin, 0, lane(tile.slot[k].spin, l));
+    }
+}
+
+template <int W> void RodTiles<W>::import_rod(std::size_t i, std::span<const Slot<1>> in) {
+    const auto [t, first] = place_[i];
+    RodTile<W>& tile = tiles_[t];
+    // The last rod of a tile also fills the spare lanes, so that they stay finite and cost no thought.
+    const int last = first == tile.lanes - 1 ? W - 1 : first;
+    for (int l = first; l <= last; ++l)
+        for (std::size_t k = 0; k <= static_cast<std::size_t>(tile.n); ++k) {
+            set_lane(tile.slot[k].position, l, lane(in[k].position, 0));
+            set_lane(tile.slot[k].velocity, l, lane(in[k].velocity, 0));
+            set_lane(tile.slot[k].director, l, lane(in[k].director, 0));
+            set_lane(tile.slot[k].spin, l, lane(in[k].spin, 0));
+        }
+}
+
+template <int W> std::uint64_t RodTiles<W>::digest() const {
+    std::uint64_t sum = 0;
+    std::vector<Slot<1>> state;
+    for (std::size_t i = 0; i < local_.size(); ++i) {
+        state.resize(static_cast<std::size_t>(groups_[static_cast<std::size_t>(local_[i].group)].slots()));
+        export_rod(i, state);
+        sum += hash_rod(local_[i].gid, state);
+    }
+    return sum;
+}
+
+template <int W> std::size_t RodTiles<W>::bytes() const {
+    std::size_t bytes = slots_.size() * sizeof(Slot<W>) + tiles_.size() * sizeof(RodTile<W>) + local_.size() * (sizeof(LocalRod) + sizeof(Place));
+    for (const auto& scratch : scratch_) bytes += scratch.size() * sizeof(SlotLoad<W>);
+    return bytes;
+}
 
 template <int W> void RodTiles<W>::inspect(std::int64_t step, double dt) const {
     std::vector<Slot<1>> state;

@@ -7,6 +7,7 @@
 #include "rod/rods.hpp"
 #include "rod/tile.hpp"
 
+#include <atomic>
 #include <functional>
 #include <memory>
 #include <vector>
@@ -21,7 +22,7 @@ public:
     /// `rods` as partition() orders them; one program per group. Rods take their start state.
     RodTiles(std::span<const RodGroup> groups, std::vector<LocalRod> rods, std::vector<TileProgram<W>> programs, const Threads& threads);
 
-    void visit(std::span<const Step> steps) override;
+    bool visit(std::span<const Step> steps, bool check) override;
     std::span<const LocalRod> local() const override { return local_; }
     void export_rod(std::size_t i, std::span<Slot<1>> out) const override;
     void import_rod(std::size_t i, std::span<const Slot<1>> in) override;
@@ -45,6 +46,8 @@ private:
     std::vector<Place> place_;                        ///< of local()[i]
     mutable std::vector<AlignedVector<SlotLoad<W>>> scratch_; ///< per thread
     std::span<const Step> batch_;                     ///< steps of the visit under way
+    bool check_ = false;                              ///< of the visit under way
+    std::atomic<bool> fit_ = true;
     std::function<void(std::size_t, int)> advance_tile_;
 };
 

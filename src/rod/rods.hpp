@@ -23,8 +23,8 @@ class Rods {
 public:
     virtual ~Rods() = default;
 
-    /// Advances every rod by the given steps, tile by tile.
-    virtual void visit(std::span<const Step> steps) = 0;
+    /// Advances every rod by the given steps, tile by tile. With `check`, false if a rod came out unfit (see inspect).
+    virtual bool visit(std::span<const Step> steps, bool check) = 0;
 
     /// Owned rods, ordered by group, within a group in space order.
     virtual std::span<const LocalRod> local() const = 0;
@@ -33,7 +33,7 @@ public:
     virtual void import_rod(std::size_t i, std::span<const Slot<1>> in) = 0;
     /// Sum over owned rods of a hash of (gid, canonical state), modulo 2^64: order-free, so equal for any distribution.
     virtual std::uint64_t digest() const = 0;
-    /// Throws NumericalError naming rod, element and quantity where the state is not finite or an element has turned over.
+    /// Throws NumericalError naming rod, element and quantity where a rod is unfit: not finite, or an element turned over.
     virtual void inspect(std::int64_t step, double dt) const = 0;
     /// Bytes held for state, parameters and scratch.
     virtual std::size_t bytes() const = 0;

@@ -8,18 +8,22 @@ namespace skein {
 
 namespace {
 
-/// Rotational stiffness over inertia that the cells beside element k hold it with: sum (B/D)(1/J_k + 1/J_neighbour).
+double cubed(double x) { return x * x * x; }
+
+/// Rotational stiffness over inertia that the cells and walls beside element k hold it with at rest, theory.md (26).
 double cell_term(const RodGroup& g, int k, double Vec3d::* axis) {
     const auto j = [&](int i) { return g.element[static_cast<std::size_t>(i)].inertia.*axis; };
     const auto cell = [&](int v, int neighbour) {
         const VoronoiConstants& c = g.voronoi[static_cast<std::size_t>(v)];
-        return c.stiffness.*axis * c.inv_length * (1 / j(k) + 1 / j(neighbour));
+        const double dilatation = c.share_before * g.element[static_cast<std::size_t>(v)].rest_stretch +
+                                  c.share_after * g.element[static_cast<std::size_t>(v) + 1].rest_stretch;
+        return c.stiffness.*axis * c.inv_length / cubed(dilatation) * (1 / j(k) + 1 / j(neighbour));
     };
     double beta = 0;
     if (k > 0) beta += cell(k - 1, k - 1);
     if (k + 1 < g.elements()) beta += cell(k, k + 1);
     const ElementConstants& e = g.element[static_cast<std::size_t>(k)];
-    const double wall = e.bending.*axis * 2 * e.inv_rest_length / j(k);
+    const double wall = e.bending.*axis * 2 * e.inv_rest_length / (cubed(e.rest_stretch) * j(k));
     if (k == 0 && g.spec().start == EndKind::clamped) beta += wall;
     if (k + 1 == g.elements() && g.spec().end == EndKind::clamped) beta += wall;
     return beta;
@@ -59,7 +63,7 @@ std::vector<TimeLimit> time_limits(const RodGroup& g) {
 double tension_limit(const RodGroup& g) {
     const Material& m = g.spec().material;
     const double shear = m.shear_factor * (m.shear_modulus > 0 ? m.shear_modulus : m.youngs_modulus / 3);
-    const double discriminant = 1 - 4 * shear / m.youngs_modulus;
+    const double discriminant = 1 - 4 * (1 + g.spec().shape.rest_strain.z) * shear / m.youngs_modulus;
     if (discriminant <= 0) return std::numeric_limits<double>::infinity();
     return (1 - std::sqrt(discriminant)) * m.youngs_modulus / (2 * shear);
 }

@@ -17,7 +17,7 @@ namespace skein {
 namespace {
 
 // Prediction only: ns per element-step and core at 8 lanes, medians of bench/micro on a 2.5 GHz Cascade Lake core.
-constexpr double drift_ns = 5.5, elliptic_drift_ns = 9, elastic_ns = 9, kick_ns = 1.6, stretched_kick_ns = 8, load_ns = 1.5;
+constexpr double drift_ns = 6, elliptic_drift_ns = 13, elastic_ns = 10, kick_ns = 1, stretched_kick_ns = 6, load_ns = 1;
 
 bool acts_on(const std::vector<std::string>& names, const std::string& group) {
     return names.empty() || std::find(names.begin(), names.end(), group) != names.end();
@@ -42,7 +42,6 @@ GroupPlan plan_group(const SceneSpec& scene, const RodGroup& group, int lanes) {
 
     p.ns_per_element_step = (p.circular ? drift_ns : elliptic_drift_ns) + elastic_ns + (p.kick == KickKind::stretched_rates ? stretched_kick_ns : kick_ns) +
                             load_ns * static_cast<double>(p.loads.size());
-    p.ns_per_element_step *= 8.0 / lanes;
     p.limits = time_limits(group);
     p.tension_limit = tension_limit(group);
     p.start = end_names[static_cast<std::size_t>(group.spec().start)];
@@ -120,6 +119,7 @@ std::vector<RodGroup> make_groups(const SceneSpec& scene) {
 Plan make_plan(const SceneSpec& scene, std::span<const RodGroup> groups, const Machine& machine) {
     Plan plan{.title = scene.title, .machine = machine};
     double ns = 0, frame_values = 0, tip_values = 0;
+    int most_slots = 0;
     for (const RodGroup& group : groups) {
         plan.groups.push_back(plan_group(scene, group, machine.lanes));
         const GroupPlan& p = plan.groups.back();
@@ -127,10 +127,12 @@ Plan make_plan(const SceneSpec& scene, std::span<const RodGroup> groups, const M
         plan.elements += p.rods * p.elements;
         plan.state_bytes += static_cast<double>(p.tiles) * (p.elements + 1) * slot_doubles * 8.0 * machine.lanes +
                             static_cast<double>(p.rods) * sizeof(LocalRod);
-        ns += static_cast<double>(p.rods) * p.elements * p.ns_per_element_step;
+        ns += static_cast<double>(p.tiles) * 8.0 * p.elements * p.ns_per_element_step; // narrow tiles take as long as wide ones
+        most_slots = std::max(most_slots, p.elements + 1);
         frame_values += static_cast<double>(p.rods) * (3.0 * (p.elements + 1) + (scene.output.directors ? 9.0 * p.elements + 3.0 * (p.elements + 1) : 0.0));
         tip_values += 3.0 * static_cast<double>(p.rods);
     }
+    plan.state_bytes += static_cast<double>(machine.ranks) * machine.threads * most_slots * sizeof(SlotLoad<1>) * machine.lanes;
     choose_step(plan, scene);
     plan.cadence = cadence_of(scene.output, plan.dt);
     const auto frames = [&](std::int64_t every) { return every > 0 ? static_cast<double>(plan.steps / every + 1) : 0.0; };

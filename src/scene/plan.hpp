@@ -19,6 +19,7 @@ struct Machine {
     int threads = 1; ///< per rank
     int cores = 1;   ///< that a rank may use
     int lanes = 8;   ///< SIMD width of a tile: rods side by side
+    std::string which_cores; ///< by rank where known, e.g. "0-7 | 8-15"
 };
 
 struct GroupPlan {
@@ -31,7 +32,7 @@ struct GroupPlan {
     std::vector<Damping> damping;       ///< that act on this group
     std::vector<Load> loads;            ///< that act on this group, in scene order
     std::vector<std::string> passes;    ///< names, in the order they run over a tile
-    double ns_per_element_step = 0;     ///< predicted
+    double ns_per_element_step = 0;     ///< predicted, where all lanes of a tile carry a rod
     std::vector<TimeLimit> limits;      ///< smallest first
     double tension_limit = 0;
     std::string start, end;

@@ -38,8 +38,9 @@ std::string to_text(const Plan& p) {
 
     fmt::format_to(out, "Plan: {}\n", p.title.empty() ? "(untitled)" : p.title);
     line("rods", fmt::format("{} with {} elements in {} group{}", p.rods, p.elements, p.groups.size(), p.groups.size() == 1 ? "" : "s"));
-    line("runs on", fmt::format("{} rank{} x {} thread{} ({} core{} per rank), {} lanes", p.machine.ranks, p.machine.ranks == 1 ? "" : "s", p.machine.threads,
-                                p.machine.threads == 1 ? "" : "s", p.machine.cores, p.machine.cores == 1 ? "" : "s", p.machine.lanes));
+    line("runs on", fmt::format("{} rank{} x {} thread{} ({} core{} per rank{}), {} lanes", p.machine.ranks, p.machine.ranks == 1 ? "" : "s", p.machine.threads,
+                                p.machine.threads == 1 ? "" : "s", p.machine.cores, p.machine.cores == 1 ? "" : "s",
+                                p.machine.which_cores.empty() ? "" : ": " + p.machine.which_cores, p.machine.lanes));
     for (const GroupPlan& g : p.groups) {
         fmt::format_to(out, "  group '{}': {} rods x {} elements, {} tiles, ends {} / {}\n", g.name, g.rods, g.elements, g.tiles, g.start, g.end);
         line("  passes", joined(g.passes, " | "));
@@ -74,7 +75,7 @@ std::string to_json(const Plan& p) {
     }
     const nlohmann::ordered_json json = {
         {"title", p.title},
-        {"machine", {{"ranks", p.machine.ranks}, {"threads", p.machine.threads}, {"cores", p.machine.cores}, {"lanes", p.machine.lanes}}},
+        {"machine", {{"ranks", p.machine.ranks}, {"threads", p.machine.threads}, {"cores", p.machine.cores}, {"which_cores", p.machine.which_cores}, {"lanes", p.machine.lanes}}},
         {"rods", p.rods},
         {"elements", p.elements},
         {"groups", groups},

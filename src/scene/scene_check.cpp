@@ -124,10 +124,9 @@ private:
     void placement(const RodSpec& rods, const std::string& path) {
         const Placement& p = rods.placement;
         if (zero(p.tangent)) add(path + ".tangent", "'tangent' has no direction");
-        else if (zero(p.normal)) add(path + ".normal", "'normal' has no direction");
-        else if (parallel(p.tangent, p.normal))
-            add(given(path + ".normal") ? path + ".normal" : path + ".tangent",
-                "'tangent' and 'normal' are parallel; d1 needs a direction across the rod");
+        else if (p.normal && zero(*p.normal)) add(path + ".normal", "'normal' has no direction");
+        else if (p.normal && parallel(p.tangent, *p.normal))
+            add(path + ".normal", "'tangent' and 'normal' are parallel; d1 needs a direction across the rod");
         const std::string where = fmt::format("for a placement of kind \"{}\"", placement_names[static_cast<std::size_t>(p.kind)]);
         switch (p.kind) {
         case PlacementKind::single: unused(path, {"counts", "spacing", "file", "origins"}, where); break;

@@ -1,10 +1,13 @@
 #include "simulation/simulation.hpp"
 
 #include "diagnostics/observables.hpp"
+#include "io/disk.hpp"
 #include "partition/partition.hpp"
 #include "scene/scene_file.hpp"
 #include "simulation/make_rods.hpp"
 #include "simulation/summary.hpp"
+
+#include <fmt/format.h>
 
 #include <algorithm>
 #include <cmath>
@@ -16,7 +19,9 @@ namespace skein {
 
 namespace {
 
-constexpr double tick_seconds = 0.5; ///< wall time between two agreements of all ranks
+constexpr double tick_seconds = 1;        ///< wall time between two agreements of all ranks
+constexpr std::int64_t tick_multiple = 16; ///< steps that a tile visit should hold to pay for reading the tile
+constexpr std::int64_t check_every = 64;   ///< steps between two looks for rods that have gone astray
 
 volatile std::sig_atomic_t stop_requested = 0;
 
@@ -28,31 +33,24 @@ std::string physics_json(SceneSpec scene, double dt) {
     return scene_json(scene, true);
 }
 
-/// True on all ranks alike if the directory holds results but no checkpoint to resume from.
-bool holds_results(const std::string& directory) {
-    if (!std::filesystem::exists(directory)) return false;
-    return std::any_of(std::filesystem::directory_iterator(directory), {}, [](const auto& entry) {
-        const std::string name = entry.path().filename().string();
-        return name == "summary.json" || name == "observables.csv" || name.ends_with(".h5");
-    });
+bool is_result(const std::filesystem::path& path) {
+    const std::string name = path.filename().string();
+    return name == "summary.json" || name == "physics.json" || name == "observables.csv" || name.ends_with(".xdmf") || name.ends_with(".h5") || name.ends_with(".tmp");
+}
+
+/// Results without a checkpoint may be written over only by the run that left them unfinished: same physics, no summary.
+void refuse_to_overwrite(const std::string& directory, const std::string& physics) {
+    const bool results = std::any_of(std::filesystem::directory_iterator(directory), {}, [](const auto& entry) { return is_result(entry.path()); });
+    if (!results) return;
+    const std::string record = directory + "/physics.json";
+    const bool unfinished = !std::filesystem::exists(directory + "/summary.json") && std::filesystem::exists(record) && read_file(record) == physics;
+    if (!unfinished) throw IoError("'" + directory + "' holds results but no checkpoint to resume from; use --overwrite to start anew, or another --out");
+    std::printf("No checkpoint in %s yet: starting again from the beginning\n", directory.c_str());
 }
 
 void remove_results(const std::string& directory) {
-    for (const auto& entry : std::filesystem::directory_iterator(directory)) {
-        const std::string name = entry.path().filename().string();
-        const bool ours = name == "summary.json" || name == "observables.csv" || name.ends_with(".xdmf") || name.ends_with(".h5") || name.ends_with(".tmp");
-        if (ours && entry.is_regular_file()) std::filesystem::remove(entry.path());
-    }
-}
-
-/// Runs `work` on root; what it throws is thrown on all ranks.
-template <class F> void on_root(const Communicator& comm, F&& work) {
-    std::string failure;
-    if (comm.root()) try {
-            work();
-        } catch (const std::exception& e) { failure = e.what(); }
-    failure = comm.first_text(failure);
-    if (!failure.empty()) throw IoError(failure);
+    for (const auto& entry : std::filesystem::directory_iterator(directory))
+        if (is_result(entry.path()) && entry.is_regular_file()) std::filesystem::remove(entry.path());
 }
 
 } // namespace
@@ -78,8 +76,8 @@ Simulation::Simulation(const Communicator& comm, const Threads& threads, const S
                                       100.0 * static_cast<double>(found->step) / static_cast<double>(plan_.steps));
     } else {
         on_root(comm_, [&] {
-            if (holds_results(options_.out))
-                throw IoError("'" + options_.out + "' holds results but no checkpoint to resume from; use --overwrite to start anew, or another --out");
+            refuse_to_overwrite(options_.out, physics_);
+            write_file(options_.out + "/physics.json", physics_);
         });
     }
     first_step_ = clock_.done();
@@ -97,26 +95,28 @@ std::uint64_t Simulation::digest() const { return comm_.sum_wrapping(rods_->dige
 void Simulation::advance(std::int64_t until) {
     while (clock_.done() < until && failure_.empty()) {
         const auto steps = clock_.next(until);
+        const std::int64_t last = steps.back().index;
+        const bool check = last == until || last / check_every > clock_.done() / check_every;
+        bool fit = true;
         {
             const auto timing = timers_.time(Phase::rods);
-            rods_->visit(steps); // per tile: drift, forces, loads, kick
+            fit = rods_->visit(steps, check); // per tile: drift, forces, loads, kick
         }
         clock_.advance(steps);
-        const auto timing = timers_.time(Phase::inspect);
-        try {
-            rods_->inspect(clock_.done(), plan_.dt);
-        } catch (const NumericalError& e) { failure_ = e.what(); } // the other ranks learn of it at the next event
+        if (!fit) try {
+                rods_->inspect(clock_.done(), plan_.dt);
+            } catch (const NumericalError& e) { failure_ = e.what(); } // the other ranks learn of it at the next event
     }
 }
 
 RunResult Simulation::run() {
     if (first_step_ == 0) write_due();
     Verdict verdict = Verdict::go_on;
-    next_tick_ = clock_.done() + 1;
+    next_tick_ = clock_.done() + tick_multiple;
+    setup_s_ = wall_seconds() - started_;
     while (clock_.done() < last_step_ && verdict == Verdict::go_on) {
-        const std::int64_t event = next_event();
-        advance(event);
-        verdict = agree(event);
+        advance(next_event());
+        verdict = agree();
         write_due();
         progress_->show(clock_.done());
     }
@@ -137,24 +137,28 @@ std::int64_t Simulation::next_event() const {
     return next;
 }
 
-Simulation::Verdict Simulation::agree(std::int64_t event) {
+Simulation::Verdict Simulation::agree() {
     const auto timing = timers_.time(Phase::agree);
-    const std::string failure = comm_.first_text(failure_);
-    if (!failure.empty()) {
-        progress_->finish();
-        const std::string last = last_checkpoint_ >= 0 ? "the last good checkpoint is of step " + std::to_string(last_checkpoint_) : "there is no checkpoint yet";
-        char ratio[96];
-        std::snprintf(ratio, sizeof ratio, "dt is %.3g of the rest-state limit %.4g s", plan_.dt / plan_.limit, plan_.limit);
-        throw NumericalError(failure + "\n  likely cause: " + ratio + (plan_.dt > 0.95 * plan_.limit ? ", too close to it; lower dt" : "; strains have grown beyond what it allows, or a load is too strong") +
-                             "\n  " + last);
-    }
-    if (event < next_tick_) return Verdict::go_on;
     const double wall = wall_seconds() - started_;
-    const bool stop = comm_.max(static_cast<std::int64_t>(stop_requested)) != 0 || comm_.max(wall) > (options_.walltime > 0 ? 0.98 * options_.walltime : HUGE_VAL);
-    // The next tick: as many steps as half a second holds at the speed so far; root's figure for all.
-    const double speed = static_cast<double>(clock_.done() - first_step_) / std::max(1e-9, timers_.seconds(Phase::rods) + timers_.seconds(Phase::inspect));
-    next_tick_ = clock_.done() + comm_.broadcast(std::clamp<std::int64_t>(static_cast<std::int64_t>(speed * tick_seconds), 1, std::int64_t{1} << 40));
-    return stop ? Verdict::stop_at_limit : Verdict::go_on;
+    const bool late = options_.walltime > 0 && wall > 0.98 * options_.walltime;
+    const Verdict mine = !failure_.empty() ? Verdict::fail : stop_requested || late ? Verdict::stop_at_limit : Verdict::go_on;
+    const auto verdict = static_cast<Verdict>(comm_.max(static_cast<std::int64_t>(mine)));
+    if (verdict == Verdict::fail) throw_failure();
+    if (clock_.done() >= next_tick_) {
+        // As many steps as fit at the speed so far; root's figure for all.
+        const double speed = static_cast<double>(clock_.done() - first_step_) / std::max(1e-9, wall - setup_s_);
+        const auto visits = static_cast<std::int64_t>(std::min(1e9, speed * tick_seconds / tick_multiple));
+        next_tick_ = clock_.done() + tick_multiple * comm_.broadcast(std::max<std::int64_t>(1, visits));
+    }
+    return verdict;
+}
+
+void Simulation::throw_failure() {
+    progress_->finish();
+    const double ratio = plan_.dt / plan_.limit;
+    throw NumericalError(fmt::format("{}\n  likely cause: dt is {:.3g} of the rest-state limit {:.4g} s{}\n  {}", comm_.first_text(failure_), ratio, plan_.limit,
+                                     ratio > 0.95 ? ", too close to it; lower dt" : "; strains have grown beyond what it allows, or a load is too strong",
+                                     last_checkpoint_ >= 0 ? fmt::format("the last good checkpoint is of step {}", last_checkpoint_) : "there is no checkpoint yet"));
 }
 
 void Simulation::open_outputs(const SceneSpec& scene) {

@@ -56,15 +56,16 @@ public:
     void advance(std::int64_t until);
 
 private:
-    enum class Verdict { go_on, stop_at_limit };
+    enum class Verdict { go_on, stop_at_limit, fail };
 
     void open_outputs(const SceneSpec& scene);
     void write_due();
     void checkpoint();
     void sample();
     std::int64_t next_event() const;
-    /// All ranks learn of failures, signals and limits; sets the next tick.
-    Verdict agree(std::int64_t event);
+    /// All ranks learn of failures, signals and limits; sets the next tick. Throws NumericalError where a rank failed.
+    Verdict agree();
+    [[noreturn]] void throw_failure();
     void write_summary(const RunResult& result);
     double half_step() const { return clock_.done() == 0 ? 0.0 : 0.5 * plan_.dt; }
 
@@ -75,7 +76,7 @@ private:
     RunOptions options_;
     std::string physics_; ///< canonical scene, kept in checkpoints
     Timers timers_;
-    double started_;
+    double started_, setup_s_ = 0;
     std::unique_ptr<DirectoryLock> lock_;
     std::unique_ptr<Rods> rods_;
     Clock clock_;

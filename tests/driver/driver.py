@@ -7,6 +7,9 @@ import sys
 import tempfile
 import unittest
 
+import h5py
+import numpy
+
 SKEIN, MPIRUN = sys.argv[1:3]
 del sys.argv[1:3]
 
@@ -100,6 +103,20 @@ class DriverTest(unittest.TestCase):
 
     def digest(self, out):
         return self.summary(out)["digest"]
+
+    def frames(self, out, kind):
+        """All frames of an output, whichever segments it was written in: {dataset: array}."""
+        found = {}
+
+        def collect(name, item):
+            if isinstance(item, h5py.Dataset) and "/frames/" not in name:
+                found.setdefault(name, []).append(item[:])
+
+        for segment in sorted((self.directory / out).glob(f"{kind}_*.h5")):
+            with h5py.File(segment) as file:
+                file.visititems(collect)
+        growing = ("step", "time", "/position", "/directors", "/normal")
+        return {name: numpy.concatenate(parts) if name.endswith(growing) else parts[0] for name, parts in found.items()}
 
     def results(self, out):
         """Content of everything that must not depend on how a run was carried out."""

@@ -7,6 +7,8 @@ import subprocess
 import time
 import unittest
 
+import numpy
+
 from driver import SKEIN, DriverTest
 
 
@@ -43,8 +45,13 @@ class Restart(DriverTest):
 
     def assert_same_results(self, out, whole):
         self.assertEqual(self.digest(out), self.digest(whole))
-        frames = lambda results: {name: data for name, data in results.items() if name.endswith((".csv", ".xdmf"))}
-        self.assertEqual(frames(self.results(out)), frames(self.results(whole)))
+        self.assertEqual(self.results(out)["observables.csv"], self.results(whole)["observables.csv"])
+        for kind in ("trajectory", "tips"):
+            mine, theirs = self.frames(out, kind), self.frames(whole, kind)
+            self.assertEqual(mine.keys(), theirs.keys())
+            self.assertIn("groups/cilia/position", mine)
+            for name in mine:
+                self.assertTrue(numpy.array_equal(mine[name], theirs[name]), f"{kind}: {name}")
 
     def test_kill_9_of_a_rank(self):
         self.run_skein("whole", *self.LONG)
@@ -58,6 +65,22 @@ class Restart(DriverTest):
         self.assertFalse((self.directory / "killed/summary.json").exists())
         resumed = self.run_skein("killed", *self.LONG, ranks=3)
         self.assertIn("Resuming from", resumed.stdout)
+        self.assert_same_results("killed", "whole")
+
+    def test_kill_9_before_the_first_checkpoint(self):
+        late = ("--set", "time.duration=108", "--set", "output.checkpoint=0")
+        self.run_skein("whole", *late)
+        killed = self.start("killed", *late, ranks=2)
+        while not (self.directory / "killed/observables.csv").exists() and killed.poll() is None:
+            time.sleep(0.01)
+        time.sleep(0.3)
+        os.kill(ranks_of(killed)[0], signal.SIGKILL)
+        self.assertNotEqual(killed.wait(timeout=30), 0)
+        killed.stdout.close()
+        self.assertEqual(self.checkpoints("killed"), [])
+        self.run_skein("killed", *late, "--set", "damping.0.rate=0.6", expect=5)
+        again = self.run_skein("killed", *late)
+        self.assertIn("starting again", again.stdout)
         self.assert_same_results("killed", "whole")
 
     def test_signal_stops_with_a_checkpoint(self):
@@ -137,8 +160,8 @@ class Restart(DriverTest):
         self.wait_for_checkpoints("shared", 1, first)
         done = self.run_skein("shared", expect=5)
         self.assertIn("shared", done.stderr)
-        first.kill()
-        first.communicate()
+        first.send_signal(signal.SIGTERM)
+        first.communicate(timeout=60)
 
 
 if __name__ == "__main__":

@@ -36,6 +36,9 @@ TEST_F(CommunicatorTest, spreads_what_root_has) {
     std::vector<std::int64_t> ranks(static_cast<std::size_t>(comm.size()));
     std::iota(ranks.begin(), ranks.end(), 0);
     EXPECT_EQ(comm.all_gather(comm.rank()), ranks);
+    std::vector<std::string> texts;
+    for (int r = 0; r < comm.size(); ++r) texts.push_back(std::string(static_cast<std::size_t>(r), 'x'));
+    EXPECT_EQ(comm.all_gather(texts[static_cast<std::size_t>(comm.rank())]), texts);
 }
 
 TEST_F(CommunicatorTest, first_text_is_that_of_the_lowest_rank_that_has_one) {

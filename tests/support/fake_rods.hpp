@@ -61,7 +61,7 @@ public:
             states_.push_back(fake_state(groups_[static_cast<std::size_t>(rod.group)], rod.index, step));
     }
 
-    void visit(std::span<const Step>) override {}
+    bool visit(std::span<const Step>, bool) override { return true; }
     std::span<const LocalRod> local() const override { return local_; }
     void export_rod(std::size_t i, std::span<Slot<1>> out) const override {
         std::copy(states_[i].begin(), states_[i].end(), out.begin());

@@ -51,7 +51,7 @@ struct Stage {
     void advance(std::int64_t until, std::int64_t batch = Clock::largest_batch) {
         while (clock.done() < until) {
             const auto steps = clock.next(std::min(until, clock.done() + batch));
-            rods->visit(steps);
+            rods->visit(steps, false);
             clock.advance(steps);
         }
     }

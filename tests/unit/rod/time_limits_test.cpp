@@ -49,6 +49,21 @@ TEST(TimeLimits, AreSharp) {
             }
 }
 
+TEST(TimeLimits, AreSharpForStretchedRestShapes) {
+    for (const double strain : {-0.4, -0.2, 0.5})
+        for (const double aspect : {5.0, 50.0})
+            for (const EndKind start : {EndKind::free, EndKind::clamped}) {
+                RodSpec spec = test::simple_rod(20);
+                spec.section.radius = 0.5 / aspect;
+                spec.shape.rest_strain.z = strain;
+                spec.start = start;
+                const RodGroup group(spec, 0, 0, "");
+                const double limit = time_limits(group).front().dt;
+                EXPECT_LT(energy_growth(group, 0.98 * limit, 3000), 50) << "strain " << strain << ", aspect " << aspect;
+                EXPECT_FALSE(energy_growth(group, 1.05 * limit, 3000) < 1e6) << "strain " << strain << ", aspect " << aspect;
+            }
+}
+
 TEST(TimeLimits, OfAStraightUniformRodAreTheTextbookOnes) {
     const RodSpec spec = test::simple_rod(10);
     const RodGroup group(spec, 0, 0, "");
@@ -71,6 +86,8 @@ TEST(TensionLimit, ExistsOnlyForSmallShearModulus) {
     EXPECT_TRUE(std::isinf(tension_limit(RodGroup(spec, 0, 0, ""))));
     spec.material.shear_modulus = 1e6 / 5; // measured: stable at e = 1.34, flips at 1.37
     EXPECT_NEAR(tension_limit(RodGroup(spec, 0, 0, "")), 1.3531, 1e-4);
+    spec.shape.rest_strain.z = -0.1; // 1 - 4 alpha G e0/E = 1 - 4 (27/28) (1/5) 0.9
+    EXPECT_NEAR(tension_limit(RodGroup(spec, 0, 0, "")), 1.1591, 1e-4);
 }
 
 } // namespace

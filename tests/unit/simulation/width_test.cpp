@@ -68,7 +68,10 @@ TEST(Inspect, NamesRodElementAndQuantity) {
     std::vector<Slot<1>> state(26);
     stage.rods->export_rod(3, state);
     set_lane(state[7].spin, 0, Vec3d{0, NAN, 0});
+    const auto next = Clock(stage.plan.dt, 0).next(1);
+    EXPECT_TRUE(stage.rods->visit(next, true));
     stage.rods->import_rod(3, state);
+    EXPECT_FALSE(stage.rods->visit({}, true));
     try {
         stage.rods->inspect(42, 1e-3);
         FAIL() << "a NaN passed";
