@@ -27,7 +27,7 @@ done
 
 cd "$root"
 say "Packages"
-bash jobscripts/install.sh "${no_install[@]}"
+bash jobscripts/install.sh --tests "${no_install[@]}"
 build all "$jobs" -DSKEIN_TESTS=ON -DSKEIN_BENCH=ON
 
 # Every test says how many cores it uses (PROCESSORS); ctest packs them into $jobs.
