@@ -49,7 +49,7 @@ template <int W> struct Tiles {
             }
             tiles.push_back(tile);
         }
-        const ElasticPass<IncompressibleLaw, W> elastic(Walls{.start = true});
+        const ElasticPass<IncompressibleLaw, W> elastic(Ends{.start_wall = true});
         elastic.run(tiles[0], load.data(), {}); // loads for passes that only read them
     }
 };
@@ -59,7 +59,7 @@ template <int W, class Make> void run_pass(benchmark::State& state, long element
     Tiles<W> tiles(elements, circular);
     const std::unique_ptr<TilePass<W>> pass = make(tiles.group);
     for (const RodTile<W>& tile : tiles.tiles) pass->bind(tile);
-    const Step step{.index = 1, .dt = dt, .drift = dt, .time_mid = 0.5, .slot = 0};
+    const Step step{.index = 1, .dt = dt, .drift = dt, .time = 0.5, .slot = 0};
     pass->prepare({&step, 1});
     for (auto _ : state) {
         for (const RodTile<W>& tile : tiles.tiles) pass->run(tile, tiles.load.data(), step);
@@ -94,7 +94,7 @@ template <int W> void register_width() {
         });
     };
     const auto kick = []<KickKind Kind>(std::integral_constant<KickKind, Kind>, std::vector<Damping> damping) {
-        return [damping](const RodGroup& group) { return new KickPass<Kind, W>(KickConstants(group, damping_rates(group, damping), dt)); };
+        return [damping](const RodGroup& group) { return new KickPass<Kind, W>({KickConstants(group, damping_rates(group, damping), dt)}); };
     };
     using Undamped = std::integral_constant<KickKind, KickKind::undamped>;
     using Constant = std::integral_constant<KickKind, KickKind::constant_rates>;
@@ -104,7 +104,7 @@ template <int W> void register_width() {
     for (const long n : {10L, 25L, 50L, 100L}) {
         add("drift_circular", n, true, 150, [](const RodGroup&) { return new DriftPass<CircularTop, W>; });
         add("drift_elliptic", n, false, 230, [](const RodGroup&) { return new DriftPass<EllipticTop<1>, W>; });
-        add("elastic", n, true, 224, [](const RodGroup&) { return new ElasticPass<IncompressibleLaw, W>(Walls{.start = true}); });
+        add("elastic", n, true, 224, [](const RodGroup&) { return new ElasticPass<IncompressibleLaw, W>(Ends{.start_wall = true}); });
         add("magnetic_field", n, true, 24, [](const RodGroup& group) {
             return new LoadPass<MagneticField, W>({.constant = {0, 8e-4, 0}, .rotating = 0.08, .period = 72}, group);
         });

@@ -42,19 +42,23 @@ inline constexpr double mean_decay[] = {1.0,
                                         2.3200975871202737e-08,
                                         -1.3221480811326931e-09};
 
-/// The lanes with z > 1, where 1 - exp(-z) does not cancel. Out of line: rates are seldom so large over one step.
-template <int W> [[gnu::noinline]] void decay_strongly(Pack<W> z, Mask<W> large, Decay<W>& d) {
-    const Pack<W> factor = exp(-z), safe = select(large, z, Pack<W>(1.0));
-    d.factor = select(large, factor, d.factor);
-    d.mean = select(large, (Pack<W>(1.0) - factor) / safe, d.mean);
+/// Lanes outside [0, 1], out of line: rates are seldom so large over one step, and only fourth-order schemes step back. Above 1
+/// nothing cancels in 1 - exp(-z); below 0, phi1(z) = exp(-z) phi1(-z).
+template <int W> [[gnu::noinline]] void decay_rarely(Pack<W> z, Decay<W>& d) {
+    using P = Pack<W>;
+    const P size = abs(z), mean = polynomial(size, mean_decay);
+    const Mask<W> large = size > P(1.0), backwards = z < P(0.0);
+    const P factor = select(large, exp(-size), fnma(size, mean, P(1.0)));
+    const P forward = select(large, (P(1.0) - factor) / select(large, size, P(1.0)), mean);
+    d.factor = select(backwards, P(1.0) / factor, factor);
+    d.mean = select(backwards, forward / factor, forward);
 }
 } // namespace detail
 
 template <int W> SKEIN_INLINE Decay<W> decay(Pack<W> z) {
     const Pack<W> mean = polynomial(z, detail::mean_decay);
     Decay<W> d{fnma(z, mean, Pack<W>(1.0)), mean};
-    const Mask<W> large = z > Pack<W>(1.0);
-    if (any(large)) [[unlikely]] detail::decay_strongly(z, large, d);
+    if (any((z > Pack<W>(1.0)) | (z < Pack<W>(0.0)))) [[unlikely]] detail::decay_rarely(z, d);
     return d;
 }
 

@@ -43,6 +43,9 @@ template <class P> struct Mat3 {
 template <class P> SKEIN_INLINE Vec3<P> transpose_times(const Mat3<P>& q, const Vec3<P>& a) {
     return fma(a.x, q.d1, fma(a.y, q.d2, a.z * q.d3));
 }
+template <class P> SKEIN_INLINE Mat3<P> transposed(const Mat3<P>& a) {
+    return {{a.d1.x, a.d2.x, a.d3.x}, {a.d1.y, a.d2.y, a.d3.y}, {a.d1.z, a.d2.z, a.d3.z}};
+}
 /// A B
 template <class P> SKEIN_INLINE Mat3<P> operator*(const Mat3<P>& a, const Mat3<P>& b) {
     return {transpose_times(b, a.d1), transpose_times(b, a.d2), transpose_times(b, a.d3)};

@@ -2,6 +2,7 @@
 
 #include "core/rotation.hpp"
 #include "parallel/exact_sum.hpp"
+#include "rod/law.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -12,10 +13,10 @@ namespace {
 
 double quadratic(const Vec3d& a, const Vec3d& diagonal) { return dot(a, scale(diagonal, a)); }
 
-/// Bending (d1, d2) and twisting (d3) energy of a cell of length D and dilatation E: D/2 q/E^3.
-void add_cell(RodEnergy& u, const Vec3d& phi, double length, double dilatation, const Vec3d& stiffness, const Vec3d& rest_curvature) {
+/// Bending (d1, d2) and twisting (d3) energy of a cell of length D: D/2 q times the law's factor on B.
+void add_cell(RodEnergy& u, const Vec3d& phi, double length, double bending_factor, const Vec3d& stiffness, const Vec3d& rest_curvature) {
     const Vec3d strain = (1 / length) * phi - rest_curvature;
-    const double weight = 0.5 * length / (dilatation * dilatation * dilatation);
+    const double weight = 0.5 * length * bending_factor;
     u.bend += weight * (stiffness.x * strain.x * strain.x + stiffness.y * strain.y * strain.y);
     u.twist += weight * stiffness.z * strain.z * strain.z;
 }
@@ -66,6 +67,9 @@ RodFigures figures(const RodGroup& group, std::span<const Slot<1>> state) {
 } // namespace
 
 RodEnergy rod_energy(const RodGroup& group, std::span<const Slot<1>> state) {
+    // The published law has no energy: what stands for it are the integrals of its axial force, shear force and moment, each alone.
+    const bool published = group.law() == Law::elastica;
+    const auto factor = [&](double dilatation) { return with_energy_law(group.law(), [&]<class L>(L) { return L::bending_factor(dilatation); }); };
     RodEnergy u;
     for (std::size_t i = 0; i < state.size(); ++i) {
         const Vec3d v = lane(state[i].velocity, 0);
@@ -77,22 +81,24 @@ RodEnergy rod_energy(const RodGroup& group, std::span<const Slot<1>> state) {
         const ElementConstants& c = group.element[k];
         const Mat3d q = lane(state[k].director, 0);
         const Vec3d nu = c.inv_rest_length * (q * (lane(state[k + 1].position, 0) - lane(state[k].position, 0)));
-        e[k] = nu.z;
+        e[k] = published ? norm(nu) : nu.z;
+        const double per_section = published ? 1 / e[k] : 1;
         const double sx = nu.x - c.rest_strain.x, sy = nu.y - c.rest_strain.y;
-        u.rotation += 0.5 * quadratic(lane(state[k].spin, 0), c.inertia);
-        u.shear += 0.5 * c.rest_length * (c.stiffness.x * sx * sx + c.stiffness.y * sy * sy);
-        u.stretch += c.rest_length * c.stiffness.z * (e[k] - c.rest_stretch - c.rest_stretch * std::log(e[k] / c.rest_stretch));
+        u.rotation += 0.5 * per_section * quadratic(lane(state[k].spin, 0), c.inertia);
+        u.shear += 0.5 * per_section * c.rest_length * (c.stiffness.x * sx * sx + c.stiffness.y * sy * sy);
+        u.stretch += c.rest_length * with_energy_law(group.law(), [&]<class L>(L) { return L::stretch_energy(c, e[k]); });
     }
-    for (std::size_t k = 0; k + 1 < n; ++k) {
+    for (std::size_t k = 0; k < group.voronoi.size(); ++k) {
         const VoronoiConstants& v = group.voronoi[k];
-        add_cell(u, turn_between(lane(state[k + 1].director, 0), lane(state[k].director, 0)), 1 / v.inv_length,
-                 v.share_before * e[k] + v.share_after * e[k + 1], v.stiffness, v.rest_curvature);
+        const std::size_t next = (k + 1) % n;
+        add_cell(u, turn_between(lane(state[next].director, 0), lane(state[k].director, 0)), 1 / v.inv_length,
+                 factor(v.share_before * e[k] + v.share_after * e[next]), v.stiffness, v.rest_curvature);
     }
     if (group.spec().start == EndKind::clamped)
-        add_cell(u, turn_between(lane(state[0].director, 0), group.frame()), 0.5 * group.element[0].rest_length, e[0], group.element[0].bending,
+        add_cell(u, turn_between(lane(state[0].director, 0), group.frame()), 0.5 * group.element[0].rest_length, factor(e[0]), group.element[0].bending,
                  group.start_wall_rest_curvature);
     if (group.spec().end == EndKind::clamped)
-        add_cell(u, turn_between(group.end_frame(), lane(state[n - 1].director, 0)), 0.5 * group.element[n - 1].rest_length, e[n - 1],
+        add_cell(u, turn_between(group.end_frame(), lane(state[n - 1].director, 0)), 0.5 * group.element[n - 1].rest_length, factor(e[n - 1]),
                  group.element[n - 1].bending, group.end_wall_rest_curvature);
     return u;
 }
@@ -103,7 +109,7 @@ std::vector<std::string> observable_names() {
             "max_speed[m/s]", "max_axial_strain[-]", "max_turn_per_cell[rad]", "max_director_defect[-]"};
 }
 
-std::vector<double> observe(const Communicator& comm, const Threads& threads, std::span<const RodGroup> groups, const Rods& rods, double half_dt) {
+std::vector<double> observe(const Communicator& comm, const Threads& threads, std::span<const RodGroup> groups, const Rods& rods, double lag) {
     const auto local = rods.local();
     std::vector<RodFigures> all(local.size());
     std::vector<std::vector<Slot<1>>> copies(static_cast<std::size_t>(threads.count()));
@@ -112,7 +118,7 @@ std::vector<double> observe(const Communicator& comm, const Threads& threads, st
         auto& copy = copies[static_cast<std::size_t>(thread)];
         copy.resize(static_cast<std::size_t>(group.slots()));
         rods.export_rod(i, copy);
-        synchronise(group, copy, half_dt);
+        synchronise(group, copy, lag);
         all[i] = figures(group, copy);
     });
 

@@ -24,7 +24,7 @@ RodEnergy rod_energy(const RodGroup& group, std::span<const Slot<1>> state);
 /// Names with units, in the order that `observe` returns values.
 std::vector<std::string> observable_names();
 
-/// Collective. `half_dt` moves copies on to the time of the rates.
-std::vector<double> observe(const Communicator& comm, const Threads& threads, std::span<const RodGroup> groups, const Rods& rods, double half_dt);
+/// Collective. `lag` moves copies on to the time of the rates.
+std::vector<double> observe(const Communicator& comm, const Threads& threads, std::span<const RodGroup> groups, const Rods& rods, double lag);
 
 } // namespace skein

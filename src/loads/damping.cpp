@@ -7,6 +7,7 @@ namespace {
 /// Mass that published codes give element k: the mean of its nodes, end elements with their whole end node.
 double legacy_mass(const RodGroup& group, std::size_t k) {
     const auto& m = group.node_mass;
+    if (group.closed()) return 0.5 * (m[k] + m[(k + 1) % static_cast<std::size_t>(group.elements())]);
     double mass = 0.5 * (m[k] + m[k + 1]);
     if (k == 0) mass += 0.5 * m.front();
     if (k + 2 == m.size()) mass += 0.5 * m.back();
@@ -26,7 +27,7 @@ DampingRates damping_rates(const RodGroup& group, std::span<const Damping> dampi
     for (const Damping& d : damping) {
         if (d.kind != DampingKind::uniform && !rates.follow_stretch()) rates.element_stretched.assign(n, Vec3d{0, 0, 0});
         for (std::size_t i = 0; i <= n; ++i)
-            rates.node[i] += d.kind == DampingKind::physical ? d.translational / group.node_mass[i] : d.rate;
+            if (group.node_mass[i] > 0) rates.node[i] += d.kind == DampingKind::physical ? d.translational / group.node_mass[i] : d.rate;
         for (std::size_t k = 0; k < n; ++k) {
             const Vec3d& j = group.element[k].inertia;
             switch (d.kind) {

@@ -21,7 +21,7 @@ struct EndForce {
     }
 
     template <int W> void add(const RodTile<W>& rod, SlotLoad<W>* load, const Step& step) const {
-        const double r = ramp_at(step.time_mid, ramp);
+        const double r = ramp_at(step.time, ramp);
         load[0].force += broadcast<W>(r * start);
         load[rod.n].force += broadcast<W>(r * end);
     }

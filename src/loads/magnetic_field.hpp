@@ -46,7 +46,7 @@ struct MagneticField {
 
     /// b of the steps of a batch, so that sine and cosine are called once a step and not once a tile.
     void prepare(std::span<const Step> steps) {
-        for (const Step& s : steps) field[s.slot] = at(s.time_mid);
+        for (const Step& s : steps) field[s.slot] = at(s.time);
     }
     Vec3d field[Clock::largest_batch];
 

@@ -20,7 +20,7 @@ struct UniformCouple {
     }
 
     template <int W> void add(const RodTile<W>& rod, SlotLoad<W>* load, const Step& step) const {
-        const double per_length = ramp_at(step.time_mid, ramp) / rod.group->spec().shape.length;
+        const double per_length = ramp_at(step.time, ramp) / rod.group->spec().shape.length;
         for (int k = 0; k < rod.n; ++k)
             load[k].couple += rod.slot[k].director * broadcast<W>((per_length * rod.element[k].rest_length) * couple);
     }

@@ -20,7 +20,7 @@ struct UniformForce {
     }
 
     template <int W> void add(const RodTile<W>& rod, SlotLoad<W>* load, const Step& step) const {
-        const double per_length = 0.5 * ramp_at(step.time_mid, ramp) / rod.group->spec().shape.length;
+        const double per_length = 0.5 * ramp_at(step.time, ramp) / rod.group->spec().shape.length;
         for (int k = 0; k < rod.n; ++k) {
             const auto half = broadcast<W>((per_length * rod.element[k].rest_length) * force);
             load[k].force += half;

@@ -84,7 +84,7 @@ public:
     static constexpr std::string_view pass_name = "orthonormalise";
     std::string_view name() const override { return pass_name; }
     void run(const RodTile<W>& rod, SlotLoad<W>*, const Step& step) const override {
-        if (step.index % interval != 0) return;
+        if (step.index % interval != 0 || !step.completes) return;
         using P = Pack<W>;
         for (int k = 0; k < rod.n; ++k) {
             Mat3<P>& q = rod.slot[k].director;
@@ -94,6 +94,24 @@ public:
                  fma(g13, q.d1, fma(g23, q.d2, g33 * q.d3))};
         }
     }
+};
+
+/// A ring's last node is its first: after the drift its slot takes that node's place, before the kick it hands over its load.
+template <int W> void close_ring(const RodTile<W>& rod) {
+    rod.slot[rod.n].position = rod.slot[0].position;
+    rod.slot[rod.n].velocity = rod.slot[0].velocity;
+}
+template <int W> class CloseRingPass final : public TilePass<W> {
+public:
+    static constexpr std::string_view pass_name = "close ring";
+    std::string_view name() const override { return pass_name; }
+    void run(const RodTile<W>& rod, SlotLoad<W>*, const Step&) const override { close_ring(rod); }
+};
+template <int W> class FoldRingPass final : public TilePass<W> {
+public:
+    static constexpr std::string_view pass_name = "fold ring";
+    std::string_view name() const override { return pass_name; }
+    void run(const RodTile<W>& rod, SlotLoad<W>* load, const Step&) const override { load[0].force += load[rod.n].force; }
 };
 
 } // namespace skein

@@ -7,6 +7,7 @@
 //                  a = phi x tau,  b = g(phi) phi x a
 //                  c[k] += tau + a/2 + b,   c[k+1] += -tau + a/2 - b
 //                  n_3 -= (3/4) q/E^4 in both elements, q = (kappa-kappa0).B(kappa-kappa0)
+//   ring           one more cell, between elements n-1 and 0
 //   wall           a half cell, D = l0/2, between the wall's frame and the first or last element; E = that element's e
 //
 // Cost: 224 flop per element. Reads x, Q; writes force and couple.
@@ -35,17 +36,22 @@ SKEIN_INLINE CellLoads<Pack<W>> cell_loads(const Vec3<Pack<W>>& phi, Pack<W> dil
     const Vec3<P> a = cross(phi, tau);
     const Vec3<P> half_a = P(0.5) * a;
     const Vec3<P> b = log_jacobian(dot(phi, phi)) * cross(phi, a);
-    return {tau + half_a + b, half_a - tau - b, Law::bending_tension(dot(strain, moment), factor, dilatation)};
+    CellLoads<P> loads{tau + half_a + b, half_a - tau - b, {}};
+    if constexpr (Law::bending_pulls) loads.tension = Law::bending_tension(dot(strain, moment), factor, dilatation);
+    return loads;
 }
 
-/// Which ends are held by a half cell.
-struct Walls {
-    bool start = false, end = false;
+/// How a rod ends: held by half cells, or joined to itself.
+struct Ends {
+    bool start_wall = false, end_wall = false, closed = false;
 };
+inline Ends ends_of(const RodGroup& group) {
+    return {group.spec().start == EndKind::clamped, group.spec().end == EndKind::clamped, group.closed()};
+}
 
 template <class Law, int W> class ElasticPass final : public TilePass<W> {
 public:
-    explicit ElasticPass(Walls walls) : walls_(walls) {}
+    explicit ElasticPass(Ends ends) : ends_(ends) {}
     std::string_view name() const override { return Law::name; }
 
     void run(const RodTile<W>& rod, SlotLoad<W>* load, const Step&) const override {
@@ -54,15 +60,19 @@ public:
         const int n = rod.n;
 
         Vec3<P> nu = strain(rod, 0);
-        CellLoads<P> before = walls_.start ? start_wall(rod, nu.z) : CellLoads<P>{};
+        const CellLoads<P> first = ends_.closed ? cell(rod, n - 1, 0, strain(rod, n - 1).z, nu.z) : ends_.start_wall ? start_wall(rod, nu.z) : CellLoads<P>{};
+        CellLoads<P> before = first;
         Vec3<P> force_before{};
         for (int k = 0; k < n; ++k) {
             const bool last = k == n - 1;
             const Vec3<P> nu_next = last ? nu : strain(rod, k + 1);
-            const CellLoads<P> after = !last ? cell(rod, k, nu.z, nu_next.z) : walls_.end ? end_wall(rod, nu.z) : CellLoads<P>{};
+            const CellLoads<P> after = !last          ? cell(rod, k, k + 1, nu.z, nu_next.z)
+                                       : ends_.closed ? first
+                                       : ends_.end_wall ? end_wall(rod, nu.z)
+                                                        : CellLoads<P>{};
 
             Vec3<P> n_body = Law::stress(rod.element[k], nu);
-            n_body.z += before.tension + after.tension;
+            if constexpr (Law::bending_pulls) n_body.z += before.tension + after.tension;
             const Vec3<P> force = transpose_times(slot[k].director, n_body);
             load[k].force = force - force_before;
             load[k].couple = fma(P(rod.element[k].rest_length), cross(nu, n_body), before.after + after.before);
@@ -79,10 +89,10 @@ private:
         const Vec3<Pack<W>> edge = rod.slot[k + 1].position - rod.slot[k].position;
         return Pack<W>(rod.element[k].inv_rest_length) * (rod.slot[k].director * edge);
     }
-    SKEIN_INLINE static CellLoads<Pack<W>> cell(const RodTile<W>& rod, int k, Pack<W> e, Pack<W> e_next) {
+    SKEIN_INLINE static CellLoads<Pack<W>> cell(const RodTile<W>& rod, int k, int next, Pack<W> e, Pack<W> e_next) {
         const VoronoiConstants& v = rod.voronoi[k];
         const Pack<W> dilatation = fma(Pack<W>(v.share_before), e, Pack<W>(v.share_after) * e_next);
-        return cell_loads<Law, W>(relative_rotation(rod.slot[k + 1].director, rod.slot[k].director), dilatation, v.inv_length, v.stiffness,
+        return cell_loads<Law, W>(relative_rotation(rod.slot[next].director, rod.slot[k].director), dilatation, v.inv_length, v.stiffness,
                                   v.rest_curvature);
     }
     static CellLoads<Pack<W>> start_wall(const RodTile<W>& rod, Pack<W> e) {
@@ -96,7 +106,7 @@ private:
                                   2 * c.inv_rest_length, c.bending, rod.group->end_wall_rest_curvature);
     }
 
-    Walls walls_;
+    Ends ends_;
 };
 
 } // namespace skein

@@ -6,13 +6,14 @@ namespace skein {
 
 namespace {
 
-double phi1(double z) { return z > 0 ? -std::expm1(-z) / z : 1.0; }
+double phi1(double z) { return z != 0 ? -std::expm1(-z) / z : 1.0; }
+double decay_of(double z) { return std::exp(-z); }
 
 Vec3d each(const Vec3d& a, double (*f)(double)) { return {f(a.x), f(a.y), f(a.z)}; }
 
-/// Nodes and elements that an end holds at rest.
+/// Nodes and elements that take no kick: held by an end, or a ring's copy of its first node.
 bool node_held(const RodGroup& g, int i) {
-    return (i == 0 && g.spec().start != EndKind::free) || (i == g.elements() && g.spec().end != EndKind::free);
+    return g.node_mass[static_cast<std::size_t>(i)] == 0 || (i == 0 && g.spec().start != EndKind::free) || (i == g.elements() && g.spec().end != EndKind::free);
 }
 bool element_held(const RodGroup& g, int k) {
     return (k == 0 && g.spec().start == EndKind::clamped_frozen) || (k == g.elements() - 1 && g.spec().end == EndKind::clamped_frozen);
@@ -20,12 +21,13 @@ bool element_held(const RodGroup& g, int k) {
 
 } // namespace
 
-KickConstants::KickConstants(const RodGroup& group, const DampingRates& rates, double h) {
+KickConstants::KickConstants(const RodGroup& group, const DampingRates& rates, double h, DampingOrder order) {
+    double (*const mean)(double) = order == DampingOrder::after ? decay_of : phi1;
     const int n = group.elements();
     for (int i = 0; i <= n; ++i) {
         const auto at = static_cast<std::size_t>(i);
         const double z = rates.none() ? 0.0 : h * rates.node[at];
-        node.push_back({std::exp(-z), node_held(group, i) ? 0.0 : h / group.node_mass[at] * phi1(z)});
+        node.push_back({std::exp(-z), node_held(group, i) ? 0.0 : h / group.node_mass[at] * mean(z)});
     }
     for (int k = 0; k < n; ++k) {
         const auto at = static_cast<std::size_t>(k);
@@ -33,7 +35,7 @@ KickConstants::KickConstants(const RodGroup& group, const DampingRates& rates, d
         const Vec3d stretched = rates.follow_stretch() ? h * rates.element_stretched[at] : Vec3d{0, 0, 0};
         const Vec3d& j = group.element[at].inertia;
         const Vec3d impulse = element_held(group, k) ? Vec3d{0, 0, 0} : Vec3d{h / j.x, h / j.y, h / j.z};
-        element.push_back({each(z, [](double a) { return std::exp(-a); }), scale(impulse, each(z, phi1)), z, stretched, impulse});
+        element.push_back({each(z, decay_of), scale(impulse, each(z, mean)), z, stretched, impulse});
     }
 }
 

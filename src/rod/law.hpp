@@ -1,9 +1,11 @@
-// Rod laws: how axial force, shear and bending stiffness follow from strain. One struct per law; kernels take it as a template
-// argument. theory.md section 3.
+// Rod laws: how axial force, shear and bending stiffness follow from strain. One struct per law with an energy; kernels take it as
+// a template argument. theory.md section 3. (The published law has no energy and passes of its own: elastica.hpp.)
 #pragma once
 
 #include "core/vec3.hpp"
 #include "rod/rod_group.hpp"
+
+#include <cmath>
 
 namespace skein {
 
@@ -12,6 +14,7 @@ namespace skein {
 /// Stable in tension for every e where aG >= E/4.
 struct IncompressibleLaw {
     static constexpr std::string_view name = "elastic (incompressible)";
+    static constexpr bool bending_pulls = true;
 
     /// n = dWs/dnu [N, body] of element strain nu = Q dx/l0.
     template <class P> SKEIN_INLINE static Vec3<P> stress(const ElementConstants& c, const Vec3<P>& nu) {
@@ -24,6 +27,31 @@ struct IncompressibleLaw {
     template <class P> SKEIN_INLINE static P bending_tension(P q, P bending_factor, P dilatation) {
         return P(-0.75) * q * bending_factor / dilatation;
     }
+    /// Axial energy per rest length, J/m.
+    static double stretch_energy(const ElementConstants& c, double e) {
+        return c.stiffness.z * (e - c.rest_stretch - c.rest_stretch * std::log(e / c.rest_stretch));
+    }
 };
+
+/// Section and stiffness as at rest:  U = sum l0 [EA(e - e0)^2 + aGA d^2]/2 + sum D/2 (kappa-kappa0).B(kappa-kappa0).
+/// 16 % off the published moment at 5 % stretch. Loses stability in tension at e0/(1 - aG/E).
+struct LinearLaw {
+    static constexpr std::string_view name = "elastic (linear)";
+    static constexpr bool bending_pulls = false;
+
+    template <class P> SKEIN_INLINE static Vec3<P> stress(const ElementConstants& c, const Vec3<P>& nu) {
+        return {P(c.stiffness.x) * (nu.x - P(c.rest_strain.x)), P(c.stiffness.y) * (nu.y - P(c.rest_strain.y)),
+                P(c.stiffness.z) * (nu.z - P(c.rest_stretch))};
+    }
+    template <class P> SKEIN_INLINE static P bending_factor(P) { return P(1.0); }
+    static double stretch_energy(const ElementConstants& c, double e) {
+        return 0.5 * c.stiffness.z * (e - c.rest_stretch) * (e - c.rest_stretch);
+    }
+};
+
+/// Calls f(Law{}) for a law that has an energy.
+template <class F> auto with_energy_law(Law law, F&& f) {
+    return law == Law::linear ? f(LinearLaw{}) : f(IncompressibleLaw{});
+}
 
 } // namespace skein

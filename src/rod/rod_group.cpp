@@ -3,6 +3,8 @@
 #include "core/error.hpp"
 #include "core/rotation.hpp"
 
+#include <fmt/format.h>
+
 #include <cmath>
 #include <filesystem>
 #include <fstream>
@@ -60,6 +62,14 @@ VoronoiConstants voronoi_constants(const ElementConstants& before, const Element
             .rest_curvature = rest_curvature};
 }
 
+/// A ring that says nothing of its curvature is a circle.
+RodSpec with_ring_curvature(RodSpec spec) {
+    Shape& s = spec.shape;
+    const bool straight = s.rest_curvature.x == 0 && s.rest_curvature.y == 0 && s.rest_curvature.z == 0 && s.rest_curvature_profile.empty();
+    if (s.closed && straight && !s.start_curvature) s.rest_curvature = {2 * pi / s.length, 0, 0};
+    return spec;
+}
+
 /// The "1" pixels of a P1 bitmap as lattice points; x along a row, y = 0 in the last row.
 std::vector<Vec3d> read_mask(const std::string& path, const std::string& source, double dx, double dy) {
     std::ifstream file(path);
@@ -114,13 +124,14 @@ std::vector<Vec3d> placement_origins(const RodSpec& spec, const std::string& dir
 } // namespace
 
 RodGroup::RodGroup(const RodSpec& spec, int id, std::int64_t first_gid, const std::string& directory)
-    : spec_(spec), id_(id), first_gid_(first_gid), frame_(frame_of(spec.placement)),
+    : spec_(with_ring_curvature(spec)), id_(id), first_gid_(first_gid), frame_(frame_of(spec.placement)),
       origins_(placement_origins(spec, directory)) {
-    const Shape& shape = spec.shape;
-    const long n = shape.elements;
+    const Shape& shape = spec_.shape;
+    const long n = shape.elements, cells = closed() ? n : n - 1;
     for (long k = 0; k < n; ++k) element.push_back(element_constants(spec, k));
     const auto kappa0 = [&](long k) { return shape.rest_curvature_profile.empty() ? shape.rest_curvature : shape.rest_curvature_profile[static_cast<std::size_t>(k)]; };
-    for (long k = 0; k + 1 < n; ++k) voronoi.push_back(voronoi_constants(element[static_cast<std::size_t>(k)], element[static_cast<std::size_t>(k) + 1], kappa0(k)));
+    for (long k = 0; k < cells; ++k)
+        voronoi.push_back(voronoi_constants(element[static_cast<std::size_t>(k)], element[static_cast<std::size_t>((k + 1) % n)], kappa0(k)));
     start_wall_rest_curvature = kappa0(0);
     end_wall_rest_curvature = kappa0(n - 2);
     node_mass.assign(static_cast<std::size_t>(n) + 1, 0.0);
@@ -128,6 +139,10 @@ RodGroup::RodGroup(const RodSpec& spec, int id, std::int64_t first_gid, const st
         const double half = 0.5 * spec.material.density * element[k].volume;
         node_mass[k] += half;
         node_mass[k + 1] += half;
+    }
+    if (closed()) {
+        node_mass.front() += node_mass.back();
+        node_mass.back() = 0;
     }
 
     // The start shape: the frame at s = 0 turned by the curvature of every cell, half cells at both ends.
@@ -146,6 +161,14 @@ RodGroup::RodGroup(const RodSpec& spec, int id, std::int64_t first_gid, const st
     start_offsets_.push_back(x);
     centre_offset_ = (1 / static_cast<double>(n + 1)) * (sum + x);
     end_frame_ = turned(q, start_curvature(n - 2), 0.5 * element.back().rest_length);
+    if (closed()) {
+        const Mat3d joined = turned(q, start_curvature(n - 1), 1 / voronoi.back().inv_length) * transposed(start_directors_.front());
+        const double gap = norm(x) / shape.length, misfit = norm(joined.d1 - Vec3d{1, 0, 0}) + norm(joined.d3 - Vec3d{0, 0, 1});
+        if (gap > 1e-6 || misfit > 1e-6)
+            throw InputError(fmt::format("{}: the ring '{}' does not close: its ends are {:.3g} of its length apart and turned by {:.3g} rad; a circle has the "
+                                         "curvature 2 pi/length = {:.9g} 1/m", spec.source, spec.name, gap, misfit, 2 * pi / shape.length));
+        start_offsets_.back() = start_offsets_.front();
+    }
 
     corner_ = origins_.front();
     for (const Vec3d& o : origins_) corner_ = {std::min(corner_.x, o.x), std::min(corner_.y, o.y), std::min(corner_.z, o.z)};

@@ -48,6 +48,9 @@ public:
     int elements() const { return static_cast<int>(element.size()); }
     /// Slots of a rod's record: one per node; the last one carries no element.
     int slots() const { return elements() + 1; }
+    /// A ring: node n is node 0 (its slot a copy, without mass), cell n-1 joins element n-1 to element 0.
+    bool closed() const { return spec_.shape.closed; }
+    Law law() const { return spec_.material.law; }
 
     /// Lab position and frame of rod i at s = 0.
     const Vec3d& origin(std::int64_t i) const { return origins_[static_cast<std::size_t>(i)]; }
@@ -65,8 +68,8 @@ public:
     Vec3d centre(std::int64_t i) const { return origin(i) + centre_offset_; }
 
     std::vector<ElementConstants> element; ///< [n]
-    std::vector<VoronoiConstants> voronoi; ///< [n - 1]
-    std::vector<double> node_mass;         ///< [n + 1], kg
+    std::vector<VoronoiConstants> voronoi; ///< [n - 1], a ring's [n]
+    std::vector<double> node_mass;         ///< [n + 1], kg; 0 where a node takes no kick
     Vec3d start_wall_rest_curvature{0, 0, 0}; ///< kappa0 of the half cells at clamped ends
     Vec3d end_wall_rest_curvature{0, 0, 0};
 

@@ -20,7 +20,7 @@ void Material::fields(FieldVisitor& f) {
             shear_modulus);
     f.visit({.name = "shear_factor", .unit = "-", .text = "alpha_c, Timoshenko shear correction", .above = 0, .at_most = 2},
             shear_factor);
-    f.choice({.name = "law", .unit = "", .text = "rod law (docs/theory.md)"}, law, law_names);
+    f.choice({.name = "law", .unit = "", .text = "rod law (docs/theory.md 3); elastica: as published, without an energy, for comparison"}, law, law_names);
 }
 
 void Section::fields(FieldVisitor& f) {
@@ -35,9 +35,10 @@ void Shape::fields(FieldVisitor& f) {
     f.visit({.name = "length", .unit = "m", .text = "rest length", .required = true, .above = 0}, length);
     f.visit({.name = "elements", .unit = "-", .text = "number of elements", .required = true, .at_least = 2, .at_most = 100000}, elements);
     f.visit({.name = "rest_curvature", .unit = "1/m", .text = "kappa0 about d1, d2, d3, all along the rod"}, rest_curvature);
-    f.visit({.name = "rest_curvature_profile", .unit = "1/m", .text = "kappa0 of every inner vertex (elements - 1); replaces `rest_curvature`"},
+    f.visit({.name = "rest_curvature_profile", .unit = "1/m", .text = "kappa0 of every inner vertex (elements - 1; a ring: elements); replaces `rest_curvature`"},
             rest_curvature_profile);
     f.visit({.name = "rest_strain", .unit = "-", .text = "sigma0: shear along d1, d2 and stretch along d3"}, rest_strain);
+    f.visit({.name = "closed", .unit = "", .text = "a ring: the last element joins the first; without a curvature a circle about d1"}, closed);
     visit(f, {.name = "start_curvature", .unit = "1/m", .text = "curvature at t = 0; the rest curvature where absent"}, start_curvature);
     f.visit({.name = "velocity", .unit = "m/s", .text = "at t = 0, lab frame"}, velocity);
     f.visit({.name = "angular_velocity", .unit = "rad/s", .text = "of every element at t = 0, body frame"}, angular_velocity);

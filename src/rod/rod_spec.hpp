@@ -9,8 +9,8 @@
 
 namespace skein {
 
-enum class Law { incompressible };
-inline constexpr std::string_view law_names[] = {"incompressible"};
+enum class Law { incompressible, linear, elastica };
+inline constexpr std::string_view law_names[] = {"incompressible", "linear", "elastica"};
 
 struct Material {
     double density = 0;          ///< kg/m^3
@@ -41,6 +41,7 @@ struct Section {
 struct Shape {
     double length = 0; ///< m
     long elements = 0;
+    bool closed = false;                 ///< the end joins the start; the rest curvature defaults to a circle's
     Vec3d rest_curvature{0, 0, 0};       ///< kappa0, 1/m
     std::vector<Vec3d> rest_curvature_profile; ///< empty, or one per Voronoi cell (elements - 1)
     Vec3d rest_strain{0, 0, 0};          ///< sigma0, -

@@ -23,6 +23,7 @@ std::uint64_t hash_rod(std::int64_t gid, std::span<const Slot<1>> state) {
 void synchronise(const RodGroup& group, std::span<Slot<1>> state, double h) {
     const RodTile<1> rod{state.data(), group.element.data(), group.voronoi.data(), &group, group.elements(), 0, {0}, 1};
     with_top(group, [&]<class Top>(Top) { drift<Top>(rod, h); });
+    if (group.closed()) close_ring(rod);
 }
 
 } // namespace skein

@@ -23,6 +23,13 @@ bool acts_on(const std::vector<std::string>& names, const std::string& group) {
     return names.empty() || std::find(names.begin(), names.end(), group) != names.end();
 }
 
+KickKind kick_of(const RodGroup& group, const DampingRates& rates, DampingOrder order) {
+    if (group.law() == Law::elastica) return KickKind::elastica;
+    if (rates.none()) return KickKind::undamped;
+    if (!rates.follow_stretch()) return KickKind::constant_rates;
+    return order == DampingOrder::after ? KickKind::stretched_rates_after : KickKind::stretched_rates;
+}
+
 GroupPlan plan_group(const SceneSpec& scene, const RodGroup& group, int lanes) {
     GroupPlan p{.name = group.name(), .rods = group.count(), .elements = group.elements()};
     p.tiles = (group.count() + lanes - 1) / lanes;
@@ -32,15 +39,20 @@ GroupPlan plan_group(const SceneSpec& scene, const RodGroup& group, int lanes) {
     for (const DampingSpec& d : scene.damping)
         if (acts_on(d.rods, group.name())) p.damping.push_back(d.damping);
     const DampingRates rates = damping_rates(group, p.damping);
-    p.kick = rates.none() ? KickKind::undamped : rates.follow_stretch() ? KickKind::stretched_rates : KickKind::constant_rates;
+    p.damping_order = group.law() == Law::elastica ? DampingOrder::after : scene.time.damping;
+    p.kick = kick_of(group, rates, p.damping_order);
     p.circular = with_top(group, []<class Top>(Top) { return std::is_same_v<Top, CircularTop>; });
 
-    p.passes = {std::string(with_top(group, []<class Top>(Top) { return Top::name; })), std::string(OrthonormalisePass<1>::pass_name),
-                std::string(IncompressibleLaw::name)};
-    for (const Load& load : p.loads) p.passes.emplace_back(kind_of(load));
-    p.passes.emplace_back(kick_names[static_cast<std::size_t>(p.kick)]);
+    const auto pass = [&](std::string_view name) { p.passes.emplace_back(name); };
+    pass(with_top(group, []<class Top>(Top) { return Top::name; }));
+    if (group.closed()) pass(CloseRingPass<1>::pass_name);
+    pass(OrthonormalisePass<1>::pass_name);
+    pass(group.law() == Law::elastica ? ElasticaPass<1>::pass_name : with_energy_law(group.law(), []<class L>(L) { return L::name; }));
+    for (const Load& load : p.loads) pass(kind_of(load));
+    if (group.closed()) pass(FoldRingPass<1>::pass_name);
+    pass(kick_names[static_cast<std::size_t>(p.kick)]);
 
-    p.ns_per_element_step = (p.circular ? drift_ns : elliptic_drift_ns) + elastic_ns + (p.kick == KickKind::stretched_rates ? stretched_kick_ns : kick_ns) +
+    p.ns_per_element_step = (p.circular ? drift_ns : elliptic_drift_ns) + elastic_ns + (p.kick == KickKind::undamped || p.kick == KickKind::constant_rates ? kick_ns : stretched_kick_ns) +
                             load_ns * static_cast<double>(p.loads.size());
     p.limits = time_limits(group);
     p.tension_limit = tension_limit(group);
@@ -64,17 +76,18 @@ void choose_step(Plan& plan, const SceneSpec& scene) {
         if (plan.groups[g].limits.front().dt < plan.groups[plan.governing].limits.front().dt) plan.governing = g;
     const GroupPlan& governing = plan.groups[plan.governing];
     const TimeLimit& limit = governing.limits.front();
-    plan.limit = limit.dt;
+    plan.integrator = t.integrator;
+    plan.limit = limit.dt * scheme_of(t.integrator).stability;
     plan.automatic_dt = t.dt == 0;
     if (plan.automatic_dt) {
         const double interval = interval_to_divide(scene);
-        plan.dt = interval / std::ceil(interval / (t.safety * limit.dt * t.e_min));
+        plan.dt = interval / std::ceil(interval / (t.safety * plan.limit * t.e_min));
     } else {
         plan.dt = t.dt;
-        if (t.dt > limit.dt && !t.force_dt)
+        if (t.dt > plan.limit && !t.force_dt)
             throw InputError(fmt::format("{}: time.dt = {:g} s is beyond the stable limit {:.6g} s, set by the {} mode of element {} of '{}'; "
                                          "use dt = \"auto\", a smaller dt, or force_dt = true",
-                                         scene.file, t.dt, limit.dt, limit.mode, limit.element, governing.name));
+                                         scene.file, t.dt, plan.limit, limit.mode, limit.element, governing.name));
     }
     plan.steps = std::max<std::int64_t>(1, std::llround(t.duration / plan.dt));
 }
@@ -138,7 +151,7 @@ Plan make_plan(const SceneSpec& scene, std::span<const RodGroup> groups, const M
     const auto frames = [&](std::int64_t every) { return every > 0 ? static_cast<double>(plan.steps / every + 1) : 0.0; };
     const double value_bytes = scene.output.precision == Precision::single ? 4 : 8;
     plan.output_bytes = value_bytes * (frames(plan.cadence.trajectory) * frame_values + frames(plan.cadence.tips) * tip_values);
-    plan.predicted_s = ns * 1e-9 * static_cast<double>(plan.steps) / (machine.ranks * std::min(machine.threads, machine.cores));
+    plan.predicted_s = ns * 1e-9 * static_cast<double>(scheme_of(plan.integrator).stages.size()) * static_cast<double>(plan.steps) / (machine.ranks * std::min(machine.threads, machine.cores));
     list_absent(plan, scene);
     return plan;
 }

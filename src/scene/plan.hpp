@@ -29,6 +29,7 @@ struct GroupPlan {
     std::int64_t tiles = 0;             ///< at least; ranks may each leave one tile part full
     bool circular = true;
     KickKind kick = KickKind::undamped;
+    DampingOrder damping_order = DampingOrder::exponential;
     std::vector<Damping> damping;       ///< that act on this group
     std::vector<Load> loads;            ///< that act on this group, in scene order
     std::vector<std::string> passes;    ///< names, in the order they run over a tile
@@ -50,6 +51,7 @@ struct Plan {
     std::int64_t rods = 0, elements = 0;
     double dt = 0, limit = 0;
     bool automatic_dt = false;
+    Integrator integrator = Integrator::verlet;
     std::size_t governing = 0; ///< group whose limit is smallest
     std::int64_t steps = 0;
     Cadence cadence;

@@ -47,8 +47,10 @@ std::string to_text(const Plan& p) {
         std::vector<std::string> limits;
         for (const TimeLimit& l : g.limits) limits.push_back(fmt::format("{} {:.4g}", l.mode, l.dt));
         line("  limits [s]", joined(limits, ", "));
-        if (std::isfinite(g.tension_limit)) line("  tension", fmt::format("stable up to dilatation {:.4g} only (alpha G < E/4)", g.tension_limit));
+        if (std::isfinite(g.tension_limit)) line("  tension", fmt::format("directors flip beyond dilatation e_c = {:.4g}", g.tension_limit));
     }
+    if (p.integrator != Integrator::verlet)
+        line("integrator", fmt::format("{}, limits times {:.4g}", integrator_names[static_cast<std::size_t>(p.integrator)], scheme_of(p.integrator).stability));
     line("dt", fmt::format("{:.6g} s{}, {:.3g} of the limit {:.6g} s ({} of '{}')", p.dt, p.automatic_dt ? " (auto)" : "", p.dt / p.limit, p.limit,
                            p.groups[p.governing].limits.front().mode, p.groups[p.governing].name));
     line("steps", fmt::format("{}  ({:.4g} s, {:.3g} element-steps)", p.steps, static_cast<double>(p.steps) * p.dt,
@@ -82,6 +84,7 @@ std::string to_json(const Plan& p) {
         {"dt", p.dt},
         {"limit", p.limit},
         {"automatic_dt", p.automatic_dt},
+        {"integrator", integrator_names[static_cast<std::size_t>(p.integrator)]},
         {"governing_group", p.groups[p.governing].name},
         {"steps", p.steps},
         {"cadence", {{"trajectory", p.cadence.trajectory}, {"tips", p.cadence.tips}, {"series", p.cadence.series}, {"checkpoint", p.cadence.checkpoint}}},

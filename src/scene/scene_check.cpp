@@ -109,11 +109,13 @@ private:
 
     void shape(const RodSpec& rods, const std::string& path) {
         const Shape& s = rods.shape;
+        if (s.closed && s.elements < 3) add(path + ".elements", "a ring needs at least 3 elements");
         if (s.rest_strain.z <= -1)
             add(path + ".rest_strain", fmt::format("'rest_strain' of {} along d3 leaves no length: it must be above -1", s.rest_strain.z));
         if (s.rest_curvature_profile.empty()) return;
         unused(path, {"rest_curvature"}, "beside 'rest_curvature_profile'");
-        length(path + ".rest_curvature_profile", s.rest_curvature_profile.size(), s.elements - 1, "one for each inner vertex (elements - 1)");
+        length(path + ".rest_curvature_profile", s.rest_curvature_profile.size(), s.closed ? s.elements : s.elements - 1,
+               s.closed ? "one for each vertex of the ring" : "one for each inner vertex (elements - 1)");
     }
 
     void length(const std::string& path, std::size_t has, long needs, const char* why) {

@@ -10,32 +10,42 @@
 
 namespace skein {
 
-template <int W> std::unique_ptr<TilePass<W>> make_kick(const GroupPlan& plan, const RodGroup& group, double dt) {
-    KickConstants constants(group, damping_rates(group, plan.damping), dt);
+template <int W> std::unique_ptr<TilePass<W>> make_elastic(const RodGroup& group) {
+    if (group.law() == Law::elastica) return std::make_unique<ElasticaPass<W>>(ends_of(group));
+    return with_energy_law(group.law(), [&]<class L>(L) -> std::unique_ptr<TilePass<W>> { return std::make_unique<ElasticPass<L, W>>(ends_of(group)); });
+}
+
+template <int W> std::unique_ptr<TilePass<W>> make_kick(const GroupPlan& plan, const RodGroup& group, Scheme scheme, double dt) {
+    std::vector<KickConstants> constants;
+    for (const double share : scheme.kicks) constants.emplace_back(group, damping_rates(group, plan.damping), share * dt, plan.damping_order);
+    const auto make = [&]<KickKind Kind> { return std::make_unique<KickPass<Kind, W>>(std::move(constants)); };
     switch (plan.kick) {
-    case KickKind::undamped: return std::make_unique<KickPass<KickKind::undamped, W>>(std::move(constants));
-    case KickKind::constant_rates: return std::make_unique<KickPass<KickKind::constant_rates, W>>(std::move(constants));
-    case KickKind::stretched_rates: break;
+    case KickKind::undamped: return make.template operator()<KickKind::undamped>();
+    case KickKind::constant_rates: return make.template operator()<KickKind::constant_rates>();
+    case KickKind::stretched_rates: return make.template operator()<KickKind::stretched_rates>();
+    case KickKind::stretched_rates_after: return make.template operator()<KickKind::stretched_rates_after>();
+    case KickKind::elastica: break;
     }
-    return std::make_unique<KickPass<KickKind::stretched_rates, W>>(std::move(constants));
+    return make.template operator()<KickKind::elastica>();
 }
 
 /// The step of one group: drift, forces, kick (theory.md (20)).
-template <int W> TileProgram<W> make_program(const GroupPlan& plan, const RodGroup& group, double dt) {
+template <int W> TileProgram<W> make_program(const GroupPlan& plan, const RodGroup& group, Scheme scheme, double dt) {
     TileProgram<W> program;
     with_top(group, [&]<class Top>(Top) { program.push_back(std::make_unique<DriftPass<Top, W>>()); });
+    if (group.closed()) program.push_back(std::make_unique<CloseRingPass<W>>());
     program.push_back(std::make_unique<OrthonormalisePass<W>>());
-    const Walls walls{group.spec().start == EndKind::clamped, group.spec().end == EndKind::clamped};
-    program.push_back(std::make_unique<ElasticPass<IncompressibleLaw, W>>(walls));
+    program.push_back(make_elastic<W>(group));
     for (const Load& load : plan.loads) program.push_back(make_pass<W>(load, group));
-    program.push_back(make_kick<W>(plan, group, dt));
+    if (group.closed()) program.push_back(std::make_unique<FoldRingPass<W>>());
+    program.push_back(make_kick<W>(plan, group, scheme, dt));
     return program;
 }
 
 template <int W>
 std::unique_ptr<Rods> make_rods_at(const Plan& plan, std::span<const RodGroup> groups, std::vector<LocalRod> owned, const Threads& threads) {
     std::vector<TileProgram<W>> programs;
-    for (std::size_t g = 0; g < groups.size(); ++g) programs.push_back(make_program<W>(plan.groups[g], groups[g], plan.dt));
+    for (std::size_t g = 0; g < groups.size(); ++g) programs.push_back(make_program<W>(plan.groups[g], groups[g], scheme_of(plan.integrator), plan.dt));
     return std::make_unique<RodTiles<W>>(groups, std::move(owned), std::move(programs), threads);
 }
 

@@ -29,7 +29,7 @@ std::int64_t multiple_after(std::int64_t step, std::int64_t every) { return (ste
 
 /// What decides the bits of a run: the scene's physics and the step, not how long it runs or what it writes.
 std::string physics_json(SceneSpec scene, double dt) {
-    scene.time = {.dt = dt};
+    scene.time = {.dt = dt, .integrator = scene.time.integrator, .damping = scene.time.damping};
     return scene_json(scene, true);
 }
 
@@ -59,7 +59,7 @@ void request_stop() { stop_requested = 1; }
 
 Simulation::Simulation(const Communicator& comm, const Threads& threads, const SceneSpec& scene, std::vector<RodGroup> groups, Plan plan, RunOptions options)
     : comm_(comm), threads_(threads), groups_(std::move(groups)), plan_(std::move(plan)), options_(std::move(options)),
-      physics_(physics_json(scene, plan_.dt)), started_(wall_seconds()), clock_(plan_.dt, 0) {
+      physics_(physics_json(scene, plan_.dt)), started_(wall_seconds()), clock_(plan_.dt, 0, plan_.integrator) {
     const auto setup = timers_.time(Phase::setup);
     on_root(comm_, [&] {
         std::filesystem::create_directories(options_.out);
@@ -70,7 +70,7 @@ Simulation::Simulation(const Communicator& comm, const Threads& threads, const S
 
     const auto warn = [](const std::string& text) { std::fprintf(stderr, "warning: %s\n", text.c_str()); };
     if (const auto found = read_checkpoint(comm_, options_.out, groups_, *rods_, physics_, warn)) {
-        clock_ = Clock(plan_.dt, found->step);
+        clock_ = Clock(plan_.dt, found->step, plan_.integrator);
         last_checkpoint_ = found->step;
         if (comm_.root()) std::printf("Resuming from %s: step %lld, %.1f %% done\n", found->file.c_str(), static_cast<long long>(found->step),
                                       100.0 * static_cast<double>(found->step) / static_cast<double>(plan_.steps));
@@ -176,15 +176,15 @@ void Simulation::write_due() {
     if (due(plan_.cadence.series)) sample();
     {
         const auto timing = timers_.time(Phase::output);
-        if (due(plan_.cadence.trajectory)) trajectory_->write(clock_.done(), clock_.time(), half_step());
-        if (due(plan_.cadence.tips)) tips_->write(clock_.done(), clock_.time(), half_step());
+        if (due(plan_.cadence.trajectory)) trajectory_->write(clock_.done(), clock_.time(), clock_.lag());
+        if (due(plan_.cadence.tips)) tips_->write(clock_.done(), clock_.time(), clock_.lag());
     }
     if (clock_.done() > 0 && due(plan_.cadence.checkpoint)) checkpoint();
 }
 
 void Simulation::sample() {
     const auto timing = timers_.time(Phase::observe);
-    last_sample_ = observe(comm_, threads_, groups_, *rods_, half_step());
+    last_sample_ = observe(comm_, threads_, groups_, *rods_, clock_.lag());
     on_root(comm_, [&] { series_->append(clock_.done(), clock_.time(), last_sample_); });
 }
 
@@ -201,7 +201,7 @@ void Simulation::checkpoint() {
 }
 
 void Simulation::write_summary(const RunResult& result) {
-    const std::vector<double> observables = observe(comm_, threads_, groups_, *rods_, half_step());
+    const std::vector<double> observables = observe(comm_, threads_, groups_, *rods_, clock_.lag());
     RunFigures figures{.plan = plan_, .result = result, .first_step = first_step_, .wall_s = wall_seconds() - started_, .observables = observables};
     for (std::size_t p = 0; p < phase_count; ++p) {
         const double mine = timers_.seconds(static_cast<Phase>(p));

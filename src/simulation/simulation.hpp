@@ -67,7 +67,6 @@ private:
     Verdict agree();
     [[noreturn]] void throw_failure();
     void write_summary(const RunResult& result);
-    double half_step() const { return clock_.done() == 0 ? 0.0 : 0.5 * plan_.dt; }
 
     const Communicator comm_;
     const Threads& threads_;

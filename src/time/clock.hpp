@@ -1,6 +1,9 @@
-// Steps of constant length. The canonical state is staggered: after step N positions and directors stand at t_N - dt/2, rates
-// at t_N. A step is drift, forces, kick; only the first drift of a run is half a step (theory.md (20)-(21)).
+// Steps of constant length. The canonical state is staggered: after step N rates stand at t_N, positions and directors at
+// t_N - lag, dt/2 for Verlet. A step is drift, forces, kick, once or several times (integrator.hpp); only the first drift of a run
+// has no lag to make up for (theory.md (20)-(21)).
 #pragma once
+
+#include "time/integrator.hpp"
 
 #include <algorithm>
 #include <cstdint>
@@ -9,39 +12,54 @@
 
 namespace skein {
 
+/// One drift and kick: a whole Verlet step, or a stage of a longer one.
 struct Step {
-    std::int64_t index;  ///< 1 for the first step of the run
-    double dt;           ///< s
-    double drift;        ///< s, length of this step's drift: dt, or dt/2 in the first step
-    double time_mid;     ///< s, where forces are evaluated: (index - 1/2) dt
-    int slot;            ///< place of this step in its batch: row of the tables that loads prepare
+    std::int64_t index;  ///< of the step it belongs to; 1 for the first of the run
+    double dt;           ///< s, of the whole step
+    double drift;        ///< s
+    double kick;         ///< s
+    double time;         ///< s, where forces are evaluated
+    int kick_length;     ///< which of the scheme's kicks
+    int slot;            ///< place in its batch: row of the tables that loads prepare
+    bool completes;      ///< the last stage of its step
 };
 
 /// Deals out batches of steps; knows nothing of rods.
 class Clock {
 public:
-    static constexpr int largest_batch = 64; ///< steps of one tile visit; beyond 16 nothing is gained (performance.md)
+    static constexpr int largest_batch = 64; ///< stages of one tile visit; beyond 16 nothing is gained (performance.md)
 
-    Clock(double dt, std::int64_t steps_done) : dt_(dt), done_(steps_done) { batch_.reserve(largest_batch); }
+    Clock(double dt, std::int64_t steps_done, Integrator integrator = Integrator::verlet) : dt_(dt), scheme_(scheme_of(integrator)), done_(steps_done) {
+        batch_.reserve(largest_batch);
+    }
 
     double dt() const { return dt_; }
     std::int64_t done() const { return done_; }
     double time() const { return static_cast<double>(done_) * dt_; }
+    /// How far positions are behind time(), s.
+    double lag() const { return done_ == 0 ? 0.0 : scheme_.lag * dt_; }
 
-    /// The next steps, at most up to step `until`.
+    /// The next whole steps, at most up to step `until`.
     std::span<const Step> next(std::int64_t until) {
-        const auto count = std::min<std::int64_t>(largest_batch, until - done_);
+        const auto stages = static_cast<std::int64_t>(scheme_.stages.size());
+        const std::int64_t last = std::min(until, done_ + largest_batch / stages);
         batch_.clear();
-        for (int i = 0; i < count; ++i) {
-            const std::int64_t index = done_ + 1 + i;
-            batch_.push_back({index, dt_, index == 1 ? 0.5 * dt_ : dt_, (static_cast<double>(index) - 0.5) * dt_, i});
-        }
+        for (std::int64_t index = done_ + 1; index <= last; ++index)
+            for (const Substep& stage : scheme_.stages) {
+                const bool first = &stage == &scheme_.stages.front();
+                const double drift = index == 1 && first ? stage.drift - scheme_.lag : stage.drift;
+                batch_.push_back({index, dt_, drift * dt_, stage.kick * dt_, (static_cast<double>(index - 1) + stage.time) * dt_, stage.kick_length,
+                                  static_cast<int>(batch_.size()), &stage == &scheme_.stages.back()});
+            }
         return batch_;
     }
-    void advance(std::span<const Step> batch) { done_ += static_cast<std::int64_t>(batch.size()); }
+    void advance(std::span<const Step> batch) {
+        if (!batch.empty()) done_ = batch.back().index;
+    }
 
 private:
     double dt_;
+    Scheme scheme_;
     std::int64_t done_;
     std::vector<Step> batch_;
 };

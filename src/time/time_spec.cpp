@@ -10,6 +10,10 @@ void TimeSpec::fields(FieldVisitor& f) {
     f.visit({.name = "safety", .unit = "-", .text = "automatic step over the limit", .above = 0, .at_most = 1}, safety);
     f.visit({.name = "e_min", .unit = "-", .text = "smallest dilatation expected; the automatic step shrinks with it", .above = 0,
              .at_most = 1}, e_min);
+    f.choice({.name = "integrator", .unit = "", .text = "verlet: second order; pefrl: fourth, at four times the work of a step 1.5 times as long"}, integrator,
+             integrator_names);
+    f.choice({.name = "damping", .unit = "", .text = "exponential: keeps the order; after: kick, then multiply, as published codes do (first order)"}, damping,
+             damping_order_names);
     f.visit({.name = "force_dt", .unit = "", .text = "accept a dt beyond the limit"}, force_dt);
 }
 

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "core/fields.hpp"
+#include "time/integrator.hpp"
 
 namespace skein {
 
@@ -12,6 +13,8 @@ struct TimeSpec {
     double safety = 0.9;   ///< automatic step over the limit
     double e_min = 0.95;   ///< smallest dilatation expected; the automatic step shrinks with it
     bool force_dt = false; ///< accept a dt beyond the limit
+    Integrator integrator = Integrator::verlet;
+    DampingOrder damping = DampingOrder::exponential;
 
     void fields(FieldVisitor& f);
 };

@@ -45,7 +45,7 @@ struct Stage {
 
     explicit Stage(SceneSpec s, int lanes = 8, int thread_count = 1)
         : scene(std::move(s)), groups(make_groups(scene)), plan(make_plan(scene, groups, {1, thread_count, thread_count, lanes})),
-          threads(thread_count), rods(make_rods(plan, groups, all_rods(groups), threads)), clock(plan.dt, 0) {}
+          threads(thread_count), rods(make_rods(plan, groups, all_rods(groups), threads)), clock(plan.dt, 0, plan.integrator) {}
 
     /// Steps up to step `until` in batches of at most `batch` steps.
     void advance(std::int64_t until, std::int64_t batch = Clock::largest_batch) {
@@ -60,7 +60,7 @@ struct Stage {
         const RodGroup& group = groups[static_cast<std::size_t>(rods->local()[i].group)];
         std::vector<Slot<1>> out(static_cast<std::size_t>(group.slots()));
         rods->export_rod(i, out);
-        if (clock.done() > 0) synchronise(group, out, 0.5 * plan.dt);
+        if (clock.lag() > 0) synchronise(group, out, clock.lag());
         return out;
     }
 };

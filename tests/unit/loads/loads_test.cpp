@@ -31,7 +31,7 @@ Loaded apply(const Load& load, const RodGroup& group, double t) {
     const RodTile<1> tile = test::tile_of(group, out.state);
     const auto pass = make_pass<1>(load, group);
     pass->bind(tile);
-    const Step step{.index = 1, .dt = 1, .drift = 1, .time_mid = t, .slot = 0};
+    const Step step{.index = 1, .dt = 1, .drift = 1, .time = t, .slot = 0};
     pass->prepare(std::span(&step, 1));
     pass->run(tile, out.load.data(), step);
     return out;

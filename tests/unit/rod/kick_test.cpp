@@ -23,7 +23,7 @@ std::vector<SlotLoad<1>> some_loads(std::size_t slots) {
 
 template <KickKind Kind> std::vector<Slot<1>> kicked(const RodGroup& group, const std::vector<Damping>& damping, std::vector<Slot<1>> state) {
     const auto load = some_loads(state.size());
-    KickPass<Kind, 1>(KickConstants(group, damping_rates(group, damping), h)).run(test::tile_of(group, state), const_cast<SlotLoad<1>*>(load.data()), Step{});
+    KickPass<Kind, 1>({KickConstants(group, damping_rates(group, damping), h)}).run(test::tile_of(group, state), const_cast<SlotLoad<1>*>(load.data()), Step{});
     return state;
 }
 

@@ -24,8 +24,8 @@ double energy_growth(const RodGroup& group, double dt, int steps) {
     const double before = rod_energy(group, state).elastic();
     std::vector<SlotLoad<1>> load(state.size());
     const RodTile<1> tile = test::tile_of(group, state);
-    const ElasticPass<IncompressibleLaw, 1> elastic({group.spec().start == EndKind::clamped, false});
-    const KickPass<KickKind::undamped, 1> kick(KickConstants(group, {}, dt));
+    const ElasticPass<IncompressibleLaw, 1> elastic(ends_of(group));
+    const KickPass<KickKind::undamped, 1> kick({KickConstants(group, {}, dt)});
     for (int i = 0; i < steps; ++i) {
         drift<CircularTop>(tile, i == 0 ? 0.5 * dt : dt);
         elastic.run(tile, load.data(), Step{});

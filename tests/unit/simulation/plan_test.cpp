@@ -48,7 +48,7 @@ TEST(Plan, NamesThePassesThatRun) {
     const SceneSpec scene = test::cilia_scene(3);
     const auto groups = make_groups(scene);
     const Plan plan = make_plan(scene, groups, {});
-    const auto program = make_program<8>(plan.groups[0], groups[0], plan.dt);
+    const auto program = make_program<8>(plan.groups[0], groups[0], scheme_of(Integrator::verlet), plan.dt);
     ASSERT_EQ(program.size(), plan.groups[0].passes.size());
     for (std::size_t i = 0; i < program.size(); ++i) EXPECT_EQ(program[i]->name(), plan.groups[0].passes[i]);
 }
@@ -66,7 +66,7 @@ TEST(Plan, AbsentPhysicsHasNoPassAndNoArray) {
     for (const char* absent : {"damping", "gravity", "magnetics", "muscles", "trajectory", "tips", "time series"})
         EXPECT_NE(std::find(plan.absent.begin(), plan.absent.end(), absent), plan.absent.end()) << absent;
     EXPECT_EQ(plan.output_bytes, 0);
-    const auto program = make_program<8>(plan.groups[0], groups[0], plan.dt);
+    const auto program = make_program<8>(plan.groups[0], groups[0], scheme_of(Integrator::verlet), plan.dt);
     EXPECT_EQ(program.size(), expected.size());
 }
 

@@ -1,0 +1,54 @@
+// Splitting schemes: how drifts and kicks alternate within a step. Shares are of dt.             theory.md (20)-(21), (36)
+//   verlet   position Verlet, second order, one force evaluation
+//   pefrl    Omelyan, Mryglod and Folk 2002, Comput. Phys. Commun. 146, 188, eq. (27): fourth order, four force evaluations
+// The last drift of a step and the first of the next are one, so the state between steps lags: positions stand at t_N - lag dt.
+#pragma once
+
+#include <array>
+#include <span>
+#include <string_view>
+
+namespace skein {
+
+enum class Integrator { verlet, pefrl };
+inline constexpr std::string_view integrator_names[] = {"verlet", "pefrl"};
+
+/// How damping joins the kick: as the exact flow of both, or multiplied on afterwards (published codes; first order).
+enum class DampingOrder { exponential, after };
+inline constexpr std::string_view damping_order_names[] = {"exponential", "after"};
+
+/// Drift, then kick.
+struct Substep {
+    double drift;    ///< of the first stage: with the closing drift of the step before
+    double kick;
+    double time;     ///< of the kick, from the beginning of the step
+    int kick_length; ///< which of the scheme's distinct kick lengths
+};
+
+struct Scheme {
+    std::span<const Substep> stages;
+    std::span<const double> kicks;  ///< distinct lengths
+    double lag;                     ///< closing drift
+    double stability;               ///< largest stable h w of an oscillator, over Verlet's 2
+};
+
+namespace detail {
+
+inline constexpr Substep verlet_stages[] = {{1.0, 1.0, 0.5, 0}};
+inline constexpr double verlet_kicks[] = {1.0};
+
+inline constexpr double xi = 0.1786178958448091, lambda = -0.2123418310626054, chi = -0.06626458266981849;
+inline constexpr Substep pefrl_stages[] = {{2 * xi, 0.5 - lambda, xi, 0},
+                                         {chi, lambda, xi + chi, 1},
+                                         {1 - 2 * (xi + chi), lambda, 1 - (xi + chi), 1},
+                                         {chi, 0.5 - lambda, 1 - xi, 0}};
+inline constexpr double pefrl_kicks[] = {0.5 - lambda, lambda};
+
+} // namespace detail
+
+constexpr Scheme scheme_of(Integrator integrator) {
+    if (integrator == Integrator::pefrl) return {detail::pefrl_stages, detail::pefrl_kicks, detail::xi, 1.4947247};
+    return {detail::verlet_stages, detail::verlet_kicks, 0.5, 1.0};
+}
+
+} // namespace skein
