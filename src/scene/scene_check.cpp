@@ -110,6 +110,7 @@ private:
     void shape(const RodSpec& rods, const std::string& path) {
         const Shape& s = rods.shape;
         if (s.closed && s.elements < 3) add(path + ".elements", "a ring needs at least 3 elements");
+        if (s.closed && (rods.start != EndKind::free || rods.end != EndKind::free)) add(path + ".closed", "a ring has no ends: 'start' and 'end' must be free");
         if (s.rest_strain.z <= -1)
             add(path + ".rest_strain", fmt::format("'rest_strain' of {} along d3 leaves no length: it must be above -1", s.rest_strain.z));
         if (s.rest_curvature_profile.empty()) return;
