@@ -1,7 +1,9 @@
 #include "scene/plan.hpp"
 
 #include "core/error.hpp"
+#include "rod/hold.hpp"
 #include "rod/law.hpp"
+#include "rod/moving_ends.hpp"
 #include "rod/rods.hpp"
 #include "rod/tile.hpp"
 #include "rod/top.hpp"
@@ -46,11 +48,13 @@ GroupPlan plan_group(const SceneSpec& scene, const RodGroup& group, int lanes) {
     const auto pass = [&](std::string_view name) { p.passes.emplace_back(name); };
     pass(with_top(group, []<class Top>(Top) { return Top::name; }));
     if (group.closed()) pass(CloseRingPass<1>::pass_name);
+    if (group.spec().ends_move()) pass(MoveEndsPass<1>::pass_name);
     pass(OrthonormalisePass<1>::pass_name);
     pass(group.law() == Law::elastica ? ElasticaPass<1>::pass_name : with_energy_law(group.law(), []<class L>(L) { return L::name; }));
     for (const Load& load : p.loads) pass(kind_of(load));
     if (group.closed()) pass(FoldRingPass<1>::pass_name);
     pass(kick_names[static_cast<std::size_t>(p.kick)]);
+    if (group.spec().hold.any()) pass(HoldPass<1>::pass_name);
 
     p.ns_per_element_step = (p.circular ? drift_ns : elliptic_drift_ns) + elastic_ns + (p.kick == KickKind::undamped || p.kick == KickKind::constant_rates ? kick_ns : stretched_kick_ns) +
                             load_ns * static_cast<double>(p.loads.size());

@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <cctype>
 #include <cmath>
+#include <functional>
 
 #include <fmt/format.h>
 
@@ -35,6 +36,9 @@ public:
             shape(scene_.rods[i], fmt::format("rods.{}.shape", i));
             placement(scene_.rods[i], fmt::format("rods.{}.placement", i));
             magnetisation(scene_.rods[i], fmt::format("rods.{}.magnetisation", i));
+            motion(scene_.rods[i].start_motion, scene_.rods[i].start, scene_.rods[i], fmt::format("rods.{}.start_motion", i));
+            motion(scene_.rods[i].end_motion, scene_.rods[i].end, scene_.rods[i], fmt::format("rods.{}.end_motion", i));
+            hold(scene_.rods[i], fmt::format("rods.{}.hold", i));
         }
         for (std::size_t i = 0; i < scene_.loads.size(); ++i) {
             const std::string path = fmt::format("load.{}", i);
@@ -117,6 +121,36 @@ private:
         unused(path, {"rest_curvature"}, "beside 'rest_curvature_profile'");
         length(path + ".rest_curvature_profile", s.rest_curvature_profile.size(), s.closed ? s.elements : s.elements - 1,
                s.closed ? "one for each vertex of the ring" : "one for each inner vertex (elements - 1)");
+    }
+
+    void motion(const EndMotion& m, EndKind end, const RodSpec& rods, const std::string& path) {
+        if (!m.moves() && !m.turns()) {
+            unused(path, {"times", "amplitude", "rotation_amplitude", "period", "phase", "smooth"}, "in a motion that neither moves nor turns its end");
+            return;
+        }
+        if (end == EndKind::free) add(path, "a free end cannot be moved: hold it (\"pinned\" or \"clamped\")");
+        if (end == EndKind::pinned && m.turns()) add(path, "a pinned end turns freely: to prescribe its rotation it must be clamped");
+        if (rods.material.law == Law::elastica && end == EndKind::clamped) add(path, "the walls of the law \"elastica\" stand still: use \"clamped_frozen\"");
+        if (std::adjacent_find(m.times.begin(), m.times.end(), std::greater_equal<>()) != m.times.end()) add(path + ".times", "'times' must rise from entry to entry");
+        if (!m.translation.empty()) length(path + ".translation", m.translation.size(), static_cast<long>(m.times.size()), "one for each of 'times'");
+        if (!m.rotation.empty()) length(path + ".rotation", m.rotation.size(), static_cast<long>(m.times.size()), "one for each of 'times'");
+    }
+
+    void hold(const RodSpec& rods, const std::string& path) {
+        const auto within = [&](const std::vector<long>& numbers, const char* key, long count) {
+            for (const long i : numbers)
+                if (i >= count || i < -count) {
+                    add(path + "." + key, fmt::format("'{}' names {}, but there are {}: give 0 to {}, or -1 to {} from the end", key, i, count, count - 1, -count));
+                    return;
+                }
+        };
+        within(rods.hold.nodes, "nodes", rods.shape.elements + 1);
+        within(rods.hold.elements, "elements", rods.shape.elements);
+        for (const auto& [key, letters] : {std::pair{"directions", &rods.hold.directions}, std::pair{"axes", &rods.hold.axes}})
+            if (letters->empty() || letters->find_first_not_of("xyz") != std::string::npos)
+                add(path + "." + key, fmt::format("'{}' is \"{}\"; it names lab axes, such as \"x\" or \"xy\"", key, *letters));
+        if (rods.hold.nodes.empty()) unused(path, {"directions"}, "without 'nodes'");
+        if (rods.hold.elements.empty()) unused(path, {"axes"}, "without 'elements'");
     }
 
     void length(const std::string& path, std::size_t has, long needs, const char* why) {
