@@ -36,18 +36,15 @@ def draw(axes, series, key):
     """Errors of several quantities against n or dt, each with the line of the whole order nearest to its last one."""
     for name, rows in series.items():
         at, error = (np.array([row[k] for row in rows]) for k in (key, "error"))
-        (line,) = axes.loglog(at, error, "o-", ms=5, lw=1.2, label=name)
         order = rows[-1]["order"]
-        if math.isnan(order) or round(order) < 1:
-            continue
-        slope = round(order) * (-1 if key == "n" else 1)
-        axes.loglog(at, 0.7 * error[-1] * (at / at[-1]) ** slope, "--", lw=0.8, color=line.get_color())
-        axes.annotate(f"order {order:.2f}", (at[-1], error[-1]), xytext=(4, 4), textcoords="offset points", fontsize=8,
-                      color=line.get_color())
+        label = name if math.isnan(order) else f"{name}: order {order:.2f}"
+        (line,) = axes.loglog(at, error, "o-", ms=5, lw=1.2, label=label)
+        if not math.isnan(order):
+            slope = round(order) * (-1 if key == "n" else 1)
+            axes.loglog(at, 0.7 * error[-1] * (at / at[-1]) ** slope, "--", lw=0.8, color=line.get_color())
     axes.set_xlabel("elements n" if key == "n" else "step dt (s)")
     axes.set_ylabel("error")
     axes.grid(True, which="both", alpha=0.2)
-    axes.margins(x=0.15)
     axes.legend(fontsize=8)
     if key == "n":
         ticks = sorted({row["n"] for rows in series.values() for row in rows})

@@ -22,7 +22,8 @@ TEST(AxialStretching, LongStretchedRodMeetsItsIntegralAtSecondOrder) {
         rod.section = {.radius = radius};
         rod.shape = {.length = 1, .elements = n};
         rod.start = EndKind::clamped;
-        const double omega = 0.5 * std::numbers::pi * (1 - (end_load + load) / area); // of the first axial wave, slower by the largest stretch
+        const double omega =
+            0.5 * std::numbers::pi * (1 - (end_load + load) / area); // of the first axial wave, slower by the largest stretch
         test::Stage stage(test::coming_to_rest(rod, omega,
                                                {{.load = UniformForce{.force = {0, 0, load}, .ramp = 2 / omega}},
                                                 {.load = EndForce{.end = {0, 0, end_load}, .ramp = 2 / omega}}}),
@@ -42,7 +43,9 @@ TEST(AxialStretching, LongStretchedRodMeetsItsIntegralAtSecondOrder) {
         }
         EXPECT_LT(force_error, 1e-10);
         const double order = table.add("line", n, stage.plan.dt, error, cost);
-        if (n > 10) { EXPECT_NEAR(order, 2.0, 0.05); }
+        if (n > 10) {
+            EXPECT_NEAR(order, 2.0, 0.05);
+        }
     }
 }
 

@@ -15,7 +15,8 @@ namespace skein {
 namespace {
 
 constexpr double radius = 0.05; // L = rho = E = 1
-constexpr double area = std::numbers::pi * radius * radius, bending = 0.25 * area * radius * radius, shearing = 27.0 / 28 / 3 * area;
+constexpr double area = std::numbers::pi * radius * radius, bending = 0.25 * area * radius * radius,
+                 shearing = 27.0 / 28 / 3 * area;
 constexpr double euler = 0.25 * std::numbers::pi * std::numbers::pi * bending;
 
 double critical_load() {
@@ -76,8 +77,12 @@ TEST(Buckling, CriticalLoadMeetsClosedFormAtSecondOrder) {
             load = low + (high - low) * below / (below - above);
         }
         const double order = table.add("critical load", n, dt, std::abs(load / exact - 1), cost);
-        if (n > 10) { EXPECT_NEAR(order, 2.0, 0.1); }
-        if (n == 20) { EXPECT_LE(std::abs(load / exact - 1), 1e-3); }
+        if (n > 10) {
+            EXPECT_NEAR(order, 2.0, 0.1);
+        }
+        if (n == 20) {
+            EXPECT_LE(std::abs(load / exact - 1), 1e-3);
+        }
     }
 }
 

@@ -26,7 +26,10 @@ struct Beam {
     /// exp(A s) by its series, squared four times.
     Mat4 transfer(double frequency, double s) const {
         const double w2 = frequency * frequency;
-        const Mat4 rate{{{0, 1, 0, 1 / shearing}, {0, 0, 1 / (youngs * second_moment), 0}, {0, -density * second_moment * w2, 0, -1}, {-density * area * w2, 0, 0, 0}}};
+        const Mat4 rate{{{0, 1, 0, 1 / shearing},
+                         {0, 0, 1 / (youngs * second_moment), 0},
+                         {0, -density * second_moment * w2, 0, -1},
+                         {-density * area * w2, 0, 0, 0}}};
         const auto times = [](const Mat4& a, const Mat4& b) {
             Mat4 c{};
             for (int i = 0; i < 4; ++i)
@@ -96,13 +99,17 @@ std::array<double, modes> measured(const std::array<double, modes>& exact, long 
 
     std::array<Shape, modes> shape;
     for (std::size_t m = 0; m < modes; ++m) {
-        for (long k = 0; k <= n; ++k) shape[m].w.push_back(beam.shape(exact[m], length * static_cast<double>(k) / static_cast<double>(n))[0]);
-        for (long k = 0; k < n; ++k) shape[m].theta.push_back(beam.shape(exact[m], length * (static_cast<double>(k) + 0.5) / static_cast<double>(n))[1]);
+        for (long k = 0; k <= n; ++k)
+            shape[m].w.push_back(beam.shape(exact[m], length * static_cast<double>(k) / static_cast<double>(n))[0]);
+        for (long k = 0; k < n; ++k)
+            shape[m].theta.push_back(beam.shape(exact[m], length * (static_cast<double>(k) + 0.5) / static_cast<double>(n))[1]);
         std::vector<Slot<1>> state(static_cast<std::size_t>(group.slots()));
         stage.rods->export_rod(m, state);
         for (std::size_t k = 0; k < state.size(); ++k) {
             set_lane(state[k].position, 0, lane(state[k].position, 0) + Vec3d{amplitude * length * shape[m].w[k], 0, 0});
-            if (k + 1 < state.size()) set_lane(state[k].director, 0, rotation({0, amplitude * length * shape[m].theta[k], 0}) * lane(state[k].director, 0));
+            if (k + 1 < state.size())
+                set_lane(state[k].director, 0,
+                         rotation({0, amplitude * length * shape[m].theta[k], 0}) * lane(state[k].director, 0));
         }
         stage.rods->import_rod(m, state);
     }
@@ -112,7 +119,8 @@ std::array<double, modes> measured(const std::array<double, modes>& exact, long 
         double sum = 0;
         for (std::size_t k = 0; k < state.size(); ++k) {
             sum += group.node_mass[k] * shape[m].w[k] * (lane(state[k].position, 0).x - x0);
-            if (k + 1 < state.size()) sum += group.element[k].inertia.y * shape[m].theta[k] * std::asin(lane(state[k].director, 0).d3.x);
+            if (k + 1 < state.size())
+                sum += group.element[k].inertia.y * shape[m].theta[k] * std::asin(lane(state[k].director, 0).d3.x);
         }
         return sum;
     };
@@ -153,8 +161,12 @@ TEST(CantileverFrequencies, MeetTimoshenkosRootsAtSecondOrder) {
         for (std::size_t m = 0; m < modes; ++m) {
             const double error = std::abs(frequency[m] / exact[m] - 1);
             const double order = table.add("mode " + std::to_string(m), n, dt, error, cost);
-            if (n == 20 && m < std::size(bar)) { EXPECT_LE(error, bar[m]) << "mode " << m; }
-            if (n >= 40) { EXPECT_NEAR(order, 2.0, 0.1) << "mode " << m; }
+            if (n == 20 && m < std::size(bar)) {
+                EXPECT_LE(error, bar[m]) << "mode " << m;
+            }
+            if (n >= 40) {
+                EXPECT_NEAR(order, 2.0, 0.1) << "mode " << m;
+            }
         }
     }
 }

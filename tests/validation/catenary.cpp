@@ -19,7 +19,8 @@ std::vector<std::array<double, 2>> line(double tension, long n) {
     const double h = 1.0 / static_cast<double>(n * pieces);
     double x = 0, z = 0;
     for (long i = 0; i < n * pieces; ++i) {
-        for (const auto [node, share] : {std::array{-std::sqrt(0.6), 5.0 / 18}, std::array{0.0, 8.0 / 18}, std::array{std::sqrt(0.6), 5.0 / 18}}) {
+        for (const auto [node, share] :
+             {std::array{-std::sqrt(0.6), 5.0 / 18}, std::array{0.0, 8.0 / 18}, std::array{std::sqrt(0.6), 5.0 / 18}}) {
             const double v = weight * ((static_cast<double>(i) + 0.5 + 0.5 * node) * h - 0.5), t = std::hypot(tension, v);
             const double e = 1 / (1 - t / area);
             x += h * share * e * tension / t;
@@ -39,7 +40,9 @@ double horizontal_tension() {
 /// Turn per element of a polygon of n sides of 1/n whose chord is the span: the arc from which the rod starts.
 double arc_turn(long n) {
     double low = 1e-6, high = 2 * std::numbers::pi / static_cast<double>(n);
-    const auto chord = [&](double turn) { return std::sin(0.5 * static_cast<double>(n) * turn) / std::sin(0.5 * turn) / static_cast<double>(n); };
+    const auto chord = [&](double turn) {
+        return std::sin(0.5 * static_cast<double>(n) * turn) / std::sin(0.5 * turn) / static_cast<double>(n);
+    };
     for (int i = 0; i < 100; ++i) (chord(0.5 * (low + high)) < span ? high : low) = 0.5 * (low + high);
     return 0.5 * (low + high);
 }
@@ -68,8 +71,12 @@ TEST(Catenary, HangingRodMeetsQuadratureAtSecondOrder) {
         for (std::size_t k = 0; k < state.size(); ++k)
             error = std::max(error, norm(lane(state[k].position, 0) - Vec3d{exact[k][0], 0, exact[k][1]}));
         const double order = table.add("line", n, stage.plan.dt, error, cost);
-        if (n > 10) { EXPECT_NEAR(order, 2.0, 0.1); }
-        if (n == 20) { EXPECT_LE(error, 1e-3); }
+        if (n > 10) {
+            EXPECT_NEAR(order, 2.0, 0.1);
+        }
+        if (n == 20) {
+            EXPECT_LE(error, 1e-3);
+        }
     }
 }
 

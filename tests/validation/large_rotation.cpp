@@ -39,8 +39,10 @@ Vec3d shoot(const Vec3d& rest_curvature, const Vec3d& force, const Vec3d& end) {
         for (int i = 0; i < 40; ++i) e = 1 / (1 - (n.z + 1.5 * e * e * dot(m, bent)) / area);
         const Vec3d kappa = rest_curvature + (e * e * e) * bent;
         const auto turned = [&](const Vec3d& column) { return -cross(kappa, column); };
-        const Vec3d c1 = turned({s.q.d1.x, s.q.d2.x, s.q.d3.x}), c2 = turned({s.q.d1.y, s.q.d2.y, s.q.d3.y}), c3 = turned({s.q.d1.z, s.q.d2.z, s.q.d3.z});
-        return State{transpose_times(s.q, Vec3d{n.x / shearing, n.y / shearing, e}), {{c1.x, c2.x, c3.x}, {c1.y, c2.y, c3.y}, {c1.z, c2.z, c3.z}}};
+        const Vec3d c1 = turned({s.q.d1.x, s.q.d2.x, s.q.d3.x}), c2 = turned({s.q.d1.y, s.q.d2.y, s.q.d3.y}),
+                    c3 = turned({s.q.d1.z, s.q.d2.z, s.q.d3.z});
+        return State{transpose_times(s.q, Vec3d{n.x / shearing, n.y / shearing, e}),
+                     {{c1.x, c2.x, c3.x}, {c1.y, c2.y, c3.y}, {c1.z, c2.z, c3.z}}};
     };
     const auto ahead = [](const State& a, double h, const State& r) {
         return State{fma(h, r.x, a.x), {fma(h, r.q.d1, a.q.d1), fma(h, r.q.d2, a.q.d2), fma(h, r.q.d3, a.q.d3)}};
@@ -64,7 +66,9 @@ Vec3d boundary_value_problem(const Case& c) {
         for (int iteration = 0; iteration < (part < 20 ? 2 : 6); ++iteration) {
             constexpr double d = 1e-5;
             const Vec3d r = miss(end);
-            const auto column = [&](const Vec3d& direction) { return (0.5 / d) * (miss(end + d * direction) - miss(end - d * direction)); };
+            const auto column = [&](const Vec3d& direction) {
+                return (0.5 / d) * (miss(end + d * direction) - miss(end - d * direction));
+            };
             const Vec3d a = column({1, 0, 0}), b = column({0, 1, 0}), g = column({0, 0, 1});
             const double determinant = dot(a, cross(b, g));
             end -= (1 / determinant) * Vec3d{dot(r, cross(b, g)), dot(a, cross(r, g)), dot(a, cross(b, r))};
@@ -94,7 +98,8 @@ TEST(LargeRotation, TipsMeetBoundaryValueProblemAndRichardsonIsFourthOrder) {
         const std::string name = c.name;
         const Vec3d exact = boundary_value_problem(c);
         std::printf("%s: exact tip (%.8f, %.8f, %.8f)\n", c.name, exact.x, exact.y, exact.z);
-        for (const double off : {exact.x - c.published.x, exact.y - c.published.y, exact.z - c.published.z}) EXPECT_LE(std::abs(off), 6e-6) << name;
+        for (const double off : {exact.x - c.published.x, exact.y - c.published.y, exact.z - c.published.z})
+            EXPECT_LE(std::abs(off), 6e-6) << name;
 
         Vec3d coarse{}, extrapolated{};
         test::Cost coarse_cost;
@@ -103,12 +108,16 @@ TEST(LargeRotation, TipsMeetBoundaryValueProblemAndRichardsonIsFourthOrder) {
             test::Cost cost;
             const Vec3d fine = tip(c, n, dt, cost);
             const double order = table.add(name, n, dt, norm(fine - exact), cost);
-            if (n >= 20) { EXPECT_NEAR(order, 2.0, 0.1) << name << ", n = " << n; }
+            if (n >= 20) {
+                EXPECT_NEAR(order, 2.0, 0.1) << name << ", n = " << n;
+            }
             if (n > 5) {
                 extrapolated = (4.0 / 3) * fine - (1.0 / 3) * coarse;
                 const test::Cost both{cost.element_steps + coarse_cost.element_steps, cost.seconds + coarse_cost.seconds};
                 const double order_4 = table.add(name + " Richardson", n, dt, norm(extrapolated - exact), both);
-                if (n == 80) { EXPECT_NEAR(order_4, norm(c.rest_curvature) > 0 ? 3.0 : 4.0, 0.2) << name; }
+                if (n == 80) {
+                    EXPECT_NEAR(order_4, norm(c.rest_curvature) > 0 ? 3.0 : 4.0, 0.2) << name;
+                }
             }
             coarse = fine;
             coarse_cost = cost;

@@ -13,8 +13,8 @@ namespace {
 enum class Wave { axial, torsional };
 
 constexpr double k = 1.5 * std::numbers::pi; // L = rho = E = 1
-constexpr double amplitude = 1e-8; ///< strain of 5e-8, whose share in the frequency is far below the errors here
-constexpr double radius = 0.2;     ///< thick, so that the axial limit governs the step
+constexpr double amplitude = 1e-8;           ///< strain of 5e-8, whose share in the frequency is far below the errors here
+constexpr double radius = 0.2;               ///< thick, so that the axial limit governs the step
 
 double speed(Wave wave) { return wave == Wave::axial ? 1 : std::sqrt(1.0 / 3); }
 double discrete_frequency(Wave wave, long n) {
@@ -42,8 +42,10 @@ double largest_error(Wave wave, long n, double dt, double frequency, test::Cost&
     };
     const std::size_t count = static_cast<std::size_t>(n) + (wave == Wave::axial ? 1 : 0);
     for (std::size_t i = 0; i < count; ++i) {
-        if (wave == Wave::axial) set_lane(state[i].position, 0, lane(state[i].position, 0) + Vec3d{0, 0, shape(i)});
-        else set_lane(state[i].director, 0, rotation({0, 0, shape(i)}) * lane(state[i].director, 0));
+        if (wave == Wave::axial)
+            set_lane(state[i].position, 0, lane(state[i].position, 0) + Vec3d{0, 0, shape(i)});
+        else
+            set_lane(state[i].director, 0, rotation({0, 0, shape(i)}) * lane(state[i].director, 0));
     }
     stage.rods->import_rod(0, state);
 
@@ -55,7 +57,8 @@ double largest_error(Wave wave, long n, double dt, double frequency, test::Cost&
         state = stage.state(0);
         for (std::size_t i = 0; i < count; ++i) {
             const Vec3d d1 = lane(state[i].director, 0).d1;
-            const double u = wave == Wave::axial ? lane(state[i].position, 0).z - l * static_cast<double>(i) : std::atan2(d1.y, d1.x);
+            const double u =
+                wave == Wave::axial ? lane(state[i].position, 0).z - l * static_cast<double>(i) : std::atan2(d1.y, d1.x);
             error = std::max(error, std::abs(u - shape(i) * phase) / amplitude);
         }
     }
@@ -71,14 +74,18 @@ void study(Wave wave, const char* name) {
         test::Cost cost;
         const double dt = limit(wave, n) / 40;
         const double order = table.add("space", n, dt, largest_error(wave, n, dt, speed(wave) * k, cost), cost);
-        if (n > 20) { EXPECT_NEAR(order, 2.0, 0.05) << name << ", n = " << n; }
+        if (n > 20) {
+            EXPECT_NEAR(order, 2.0, 0.05) << name << ", n = " << n;
+        }
     }
     constexpr long n = 20;
     for (const int divisor : {2, 4, 8, 16}) {
         test::Cost cost;
         const double dt = limit(wave, n) / divisor;
         const double order = table.add("time", n, dt, largest_error(wave, n, dt, discrete_frequency(wave, n), cost), cost);
-        if (divisor > 2) { EXPECT_NEAR(order, 2.0, 0.05) << name << ", limit/" << divisor; }
+        if (divisor > 2) {
+            EXPECT_NEAR(order, 2.0, 0.05) << name << ", limit/" << divisor;
+        }
     }
 }
 

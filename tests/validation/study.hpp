@@ -59,13 +59,14 @@ inline void come_to_rest(Stage& stage, double omega, Cost& cost) {
 }
 
 /// Errors of one case. Prints each row; keeps all as CASE.csv in the folder that SKEIN_VALIDATION_OUT names, if it does
-/// (drawn by bench/plots/validation.py).
+/// (drawn by bench/plots/validation.py). Cost is left empty where none is given.
 class ErrorTable {
 public:
     explicit ErrorTable(std::string name) : name_(std::move(name)) {
         if (const char* folder = std::getenv("SKEIN_VALIDATION_OUT")) {
             std::filesystem::create_directories(folder);
             file_.open(std::filesystem::path(folder) / (name_ + ".csv"));
+            file_.precision(9);
             file_ << "case,quantity,n,dt,error,order,element_steps,seconds\n";
         }
     }
@@ -83,9 +84,12 @@ public:
         std::printf("%s, %s: n %ld, dt %.3e s, error %.3e, order %.3f\n", name_.c_str(), quantity.c_str(), n, dt, error, order);
         if (file_.is_open()) {
             char row[256];
-            std::snprintf(row, sizeof row, "%s,%s,%ld,%.9g,%.9g,%.6g,%.9g,%.6g\n", name_.c_str(), quantity.c_str(), n, dt, error,
-                          order, cost.element_steps, cost.seconds);
+            std::snprintf(row, sizeof row, "%s,\"%s\",%ld,%.9g,%.9g,%.6g,", name_.c_str(), quantity.c_str(), n, dt, error, order);
             file_ << row;
+            if (cost.element_steps > 0)
+                file_ << cost.element_steps << ',' << cost.seconds << '\n';
+            else
+                file_ << ",\n";
         }
         return order;
     }
