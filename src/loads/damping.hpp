@@ -1,4 +1,4 @@
-// Damping rates, as scenes state them. They enter the exponential kick (rod/kick.hpp), not the loads.   theory.md (22)-(24)
+// Damping rates, as scenes state them. They enter the kick (rod/kick.hpp), not the loads.   theory.md (22)-(24)
 //   uniform(c):      nu = c for velocity and spin                                         [1/s]
 //   legacy(c):       nu = c for velocity; spin decays at c m_k e_k/J_i about axis i       [1/s]   (published codes)
 //   physical(ct,cr): nu = ct/m_i for velocity; cr e_k/J_i for spin                        [kg/s], [kg m^2/s]

@@ -19,17 +19,28 @@ namespace skein {
 namespace {
 
 // Prediction only: ns per element-step and core at 8 lanes, medians of bench/micro on a 2.5 GHz Cascade Lake core.
-constexpr double drift_ns = 6, elliptic_drift_ns = 13, elastic_ns = 10, kick_ns = 1, stretched_kick_ns = 6, load_ns = 1;
+constexpr double drift_ns = 6, elliptic_drift_ns = 13, elastic_ns = 10, kick_ns = 1, stretched_kick_ns = 3, load_ns = 1;
 
 bool acts_on(const std::vector<std::string>& names, const std::string& group) {
     return names.empty() || std::find(names.begin(), names.end(), group) != names.end();
 }
 
-KickKind kick_of(const RodGroup& group, const DampingRates& rates, DampingOrder order) {
+KickKind kick_of(const RodGroup& group, const DampingRates& rates, DampingScheme scheme) {
     if (group.law() == Law::elastica) return KickKind::elastica;
     if (rates.none()) return KickKind::undamped;
     if (!rates.follow_stretch()) return KickKind::constant_rates;
-    return order == DampingOrder::after ? KickKind::stretched_rates_after : KickKind::stretched_rates;
+    switch (scheme) {
+    case DampingScheme::midpoint: return KickKind::stretched_rates;
+    case DampingScheme::exponential: return KickKind::stretched_exponential;
+    case DampingScheme::after: break;
+    }
+    return KickKind::stretched_after;
+}
+
+/// The published law has the published order; kicks backwards need the exact flow.
+DampingScheme damping_scheme_of(const RodGroup& group, const TimeSpec& time) {
+    if (group.law() == Law::elastica) return DampingScheme::after;
+    return time.integrator == Integrator::pefrl && time.damping == DampingScheme::midpoint ? DampingScheme::exponential : time.damping;
 }
 
 GroupPlan plan_group(const SceneSpec& scene, const RodGroup& group, int lanes) {
@@ -41,8 +52,8 @@ GroupPlan plan_group(const SceneSpec& scene, const RodGroup& group, int lanes) {
     for (const DampingSpec& d : scene.damping)
         if (acts_on(d.rods, group.name())) p.damping.push_back(d.damping);
     const DampingRates rates = damping_rates(group, p.damping);
-    p.damping_order = group.law() == Law::elastica ? DampingOrder::after : scene.time.damping;
-    p.kick = kick_of(group, rates, p.damping_order);
+    p.damping_scheme = damping_scheme_of(group, scene.time);
+    p.kick = kick_of(group, rates, p.damping_scheme);
     p.circular = with_top(group, []<class Top>(Top) { return std::is_same_v<Top, CircularTop>; });
 
     const auto pass = [&](std::string_view name) { p.passes.emplace_back(name); };

@@ -29,7 +29,7 @@ struct GroupPlan {
     std::int64_t tiles = 0;             ///< at least; ranks may each leave one tile part full
     bool circular = true;
     KickKind kick = KickKind::undamped;
-    DampingOrder damping_order = DampingOrder::exponential;
+    DampingScheme damping_scheme = DampingScheme::exponential;
     std::vector<Damping> damping;       ///< that act on this group
     std::vector<Load> loads;            ///< that act on this group, in scene order
     std::vector<std::string> passes;    ///< names, in the order they run over a tile

@@ -18,13 +18,14 @@ template <int W> std::unique_ptr<TilePass<W>> make_elastic(const RodGroup& group
 
 template <int W> std::unique_ptr<TilePass<W>> make_kick(const GroupPlan& plan, const RodGroup& group, Scheme scheme, double dt) {
     std::vector<KickConstants> constants;
-    for (const double share : scheme.kicks) constants.emplace_back(group, damping_rates(group, plan.damping), share * dt, plan.damping_order);
+    for (const double share : scheme.kicks) constants.emplace_back(group, damping_rates(group, plan.damping), share * dt, plan.damping_scheme);
     const auto make = [&]<KickKind Kind> { return std::make_unique<KickPass<Kind, W>>(std::move(constants)); };
     switch (plan.kick) {
     case KickKind::undamped: return make.template operator()<KickKind::undamped>();
     case KickKind::constant_rates: return make.template operator()<KickKind::constant_rates>();
     case KickKind::stretched_rates: return make.template operator()<KickKind::stretched_rates>();
-    case KickKind::stretched_rates_after: return make.template operator()<KickKind::stretched_rates_after>();
+    case KickKind::stretched_exponential: return make.template operator()<KickKind::stretched_exponential>();
+    case KickKind::stretched_after: return make.template operator()<KickKind::stretched_after>();
     case KickKind::elastica: break;
     }
     return make.template operator()<KickKind::elastica>();

@@ -13,9 +13,10 @@ namespace skein {
 enum class Integrator { verlet, pefrl };
 inline constexpr std::string_view integrator_names[] = {"verlet", "pefrl"};
 
-/// How damping joins the kick: as the exact flow of both, or multiplied on afterwards (published codes; first order).
-enum class DampingOrder { exponential, after };
-inline constexpr std::string_view damping_order_names[] = {"exponential", "after"};
+/// How damping joins the kick: in an implicit midpoint, which leaves slow motion its inertia; as the exact flow of both; or multiplied
+/// on afterwards (published codes; first order).
+enum class DampingScheme { midpoint, exponential, after };
+inline constexpr std::string_view damping_scheme_names[] = {"midpoint", "exponential", "after"};
 
 /// Drift, then kick.
 struct Substep {

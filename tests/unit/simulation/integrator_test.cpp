@@ -55,7 +55,7 @@ TEST(Integrators, KeepTheirOrderUnderDamping) {
         EXPECT_NEAR(ratio(scene, 0.2, 400, 4000), 16, 1.5);
         scene.time.integrator = Integrator::verlet;
         EXPECT_NEAR(ratio(scene, 0.2, 1500, 48000), 4, 0.2);
-        scene.time.damping = DampingOrder::after;
+        scene.time.damping = DampingScheme::after;
         EXPECT_NEAR(ratio(scene, 0.2, 3000, 96000), 2, 0.2);
     }
 }
