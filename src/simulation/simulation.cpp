@@ -121,8 +121,6 @@ RunResult Simulation::run() {
         progress_->show(clock_.done());
     }
     progress_->finish();
-    for (FrameWriter* frames : {trajectory_.get(), tips_.get()})
-        if (frames) frames->close_segment();
     checkpoint();
 
     const RunResult result{clock_.done() < last_step_ ? Exit::limit : Exit::done, clock_.done(), digest()};
@@ -194,6 +192,7 @@ void Simulation::checkpoint() {
         const auto timing = timers_.time(Phase::output);
         for (FrameWriter* frames : {trajectory_.get(), tips_.get()})
             if (frames) frames->close_segment();
+        if (plan_.cadence.series > 0) on_root(comm_, [&] { series_->flush(); });
     }
     const auto timing = timers_.time(Phase::checkpoint);
     write_checkpoint(comm_, options_.out, groups_, *rods_, {clock_.done(), plan_.dt, digest(), physics_, {}});
