@@ -135,6 +135,7 @@ Plan make_plan(const SceneSpec& scene, std::span<const RodGroup> groups, const M
     plan.state_bytes += static_cast<double>(machine.ranks) * machine.threads * most_slots * sizeof(SlotLoad<1>) * machine.lanes;
     choose_step(plan, scene);
     plan.cadence = cadence_of(scene.output, plan.dt);
+    plan.observables = scene.output.observables;
     const auto frames = [&](std::int64_t every) { return every > 0 ? static_cast<double>(plan.steps / every + 1) : 0.0; };
     const double value_bytes = scene.output.precision == Precision::single ? 4 : 8;
     plan.output_bytes = value_bytes * (frames(plan.cadence.trajectory) * frame_values + frames(plan.cadence.tips) * tip_values);

@@ -96,6 +96,15 @@ private:
         for (const auto& [key, interval] : intervals)
             if (interval > duration)
                 add(fmt::format("output.{}", key), fmt::format("'{}' every {} s never comes due within 'duration' of {} s", key, interval, duration));
+        for (std::size_t i = 0; i < out.observables.size(); ++i) {
+            const std::string& set = out.observables[i];
+            const std::string path = fmt::format("output.observables.{}", i);
+            const std::vector<std::string_view> known(std::begin(observable_set_names), std::end(observable_set_names));
+            if (std::find(known.begin(), known.end(), set) == known.end())
+                add(path, fmt::format("there are no observables '{}'{}", set, suggestion(set, known, "the choices are")));
+            else if (std::find(out.observables.begin(), out.observables.begin() + static_cast<long>(i), set) != out.observables.begin() + static_cast<long>(i))
+                add(path, fmt::format("'{}' is named twice", set));
+        }
     }
 
     void section(const RodSpec& rods, const std::string& path) {
