@@ -1,6 +1,7 @@
 #include "scene/plan.hpp"
 
 #include "core/error.hpp"
+#include "loads/laplacian_filter.hpp"
 #include "rod/law.hpp"
 #include "rod/rods.hpp"
 #include "rod/tile.hpp"
@@ -39,6 +40,8 @@ GroupPlan plan_group(const SceneSpec& scene, const RodGroup& group, int lanes) {
                 std::string(IncompressibleLaw::name)};
     for (const Load& load : p.loads) p.passes.emplace_back(kind_of(load));
     p.passes.emplace_back(kick_names[static_cast<std::size_t>(p.kick)]);
+    for (const Damping& d : p.damping)
+        if (d.kind == DampingKind::laplacian) p.passes.emplace_back(LaplacianFilterPass<1>::pass_name);
 
     p.ns_per_element_step = (p.circular ? drift_ns : elliptic_drift_ns) + elastic_ns + (p.kick == KickKind::stretched_rates ? stretched_kick_ns : kick_ns) +
                             load_ns * static_cast<double>(p.loads.size());
@@ -94,7 +97,7 @@ void list_absent(Plan& plan, const SceneSpec& scene) {
             return std::any_of(g.loads.begin(), g.loads.end(), [&](const Load& l) { return l.index() == kind; });
         });
     };
-    constexpr const char* names[] = {"gravity", "uniform force", "uniform couple", "end forces", "magnetics", "muscles"};
+    constexpr const char* names[] = {"gravity", "uniform force", "uniform couple", "end forces", "magnetics", "muscles", "sinusoidal end forces", "slender-body drag", "muscle torques"};
     static_assert(std::size(names) == std::variant_size_v<Load>);
     for (std::size_t kind = 0; kind < std::size(names); ++kind) need(has(kind), names[kind]);
     need(plan.cadence.trajectory > 0, "trajectory");

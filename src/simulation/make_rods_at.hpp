@@ -1,6 +1,7 @@
 // make_rods at one SIMD width; instantiated once per width, each in a file of its own to keep builds parallel.
 #pragma once
 
+#include "loads/laplacian_filter.hpp"
 #include "loads/load_pass.hpp"
 #include "rod/elastic.hpp"
 #include "rod/kick.hpp"
@@ -29,6 +30,8 @@ template <int W> TileProgram<W> make_program(const GroupPlan& plan, const RodGro
     program.push_back(std::make_unique<ElasticPass<IncompressibleLaw, W>>(walls));
     for (const Load& load : plan.loads) program.push_back(make_pass<W>(load, group));
     program.push_back(make_kick<W>(plan, group, dt));
+    for (const Damping& d : plan.damping)
+        if (d.kind == DampingKind::laplacian) program.push_back(std::make_unique<LaplacianFilterPass<W>>(d.order));
     return program;
 }
 
