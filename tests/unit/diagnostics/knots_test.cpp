@@ -91,7 +91,7 @@ TEST(Writhe, OfACurveOnASphereVanishesAtSecondOrder) {
     double before = 0;
     for (const int n : {50, 100, 200, 400}) {
         const double error = writhe(closed(n, at), Curve::closed);
-        if (n > 50) EXPECT_GT(order(before, error), 1.9) << n << ": " << error;
+        if (n > 50) { EXPECT_GT(order(before, error), 1.9) << n << ": " << error; }
         before = error;
     }
     EXPECT_LT(std::abs(before), 1e-5);
@@ -115,7 +115,7 @@ TEST(Writhe, OfTorusKnotsFollowsFromTheirTorsion) {
         double before = 0;
         for (const int n : {100, 200, 400, 800}) {
             const double error = writhe(closed(n, at), Curve::closed) - exact;
-            if (n > 100) EXPECT_NEAR(order(before, error), 2, 0.1) << p << " " << q << ", n " << n << ": " << error;
+            if (n > 100) { EXPECT_NEAR(order(before, error), 2, 0.1) << p << " " << q << ", n " << n << ": " << error; }
             before = error;
         }
         EXPECT_LT(std::abs(before), 8e-4) << exact;
@@ -168,7 +168,7 @@ TEST(Link, IsInvariantWhileTheRibbonBends) {
             const Line d1 = ribbon(node, {0, 0, 1}, k);
             const double tw = twist(node, d1, Curve::closed), wr = writhe(node, Curve::closed);
             EXPECT_NEAR(tw + wr, k, 1e-10) << bend;
-            if (bend > 0) EXPECT_GT(std::abs(wr), 1e-3);
+            if (bend > 0) { EXPECT_GT(std::abs(wr), 1e-3); }
             // the same number from the two edges of the ribbon, without any twist
             Line edge = node;
             for (std::size_t i = 0; i < node.size(); ++i) edge[i] += 0.01 * unit(d1[i] + d1[(i + node.size() - 1) % node.size()]);
@@ -319,7 +319,7 @@ TEST(Published, AuxiliaryLinkTendsToTwistPlusWrithe) {
         const double length = 4 * pi * std::sqrt(1 + 0.09);
         const double sum = twist(node, d1, Curve::open) + writhe(with_end_segments(node, length, EndSegments::next_tangent), Curve::open);
         const double error = auxiliary_link(node, d1, radius, length, EndSegments::next_tangent) - sum;
-        if (n > 50) EXPECT_GT(order(before, error), 0.9) << n << ": " << error << " of " << sum;
+        if (n > 50) { EXPECT_GT(order(before, error), 0.9) << n << ": " << error << " of " << sum; }
         before = error;
     }
 }
