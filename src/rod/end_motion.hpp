@@ -1,4 +1,4 @@
-// Prescribed motion of a held end: a table in time, a sinusoid, or both.                      theory.md (38)
+// Prescribed motion of a held end: a table in time, a sinusoid, or both.                      theory.md (46)
 //   u(t) = U(t) + A sin(2 pi t/T + phase)   displacement of the end node, lab, m
 //   r(t) = R(t) + B sin(2 pi t/T + phase)   rotation vector of the wall about the node, lab, rad; the wall's frame is Q_w R(r)
 // U and R go from entry to entry of their tables linearly, or smoothly (3 s^2 - 2 s^3), and stay at the last entry after it.

@@ -1,4 +1,4 @@
-// Nodes and elements held inside a rod, in any lab directions.                                  theory.md (39)
+// Nodes and elements held inside a rod, in any lab directions.                                  theory.md (47)
 #pragma once
 
 #include "rod/tile.hpp"

@@ -1,4 +1,4 @@
-// Ends that move as prescribed: node and wall stand where they should at every force evaluation.   theory.md (38)
+// Ends that move as prescribed: node and wall stand where they should at every force evaluation.   theory.md (46)
 #pragma once
 
 #include "core/aligned.hpp"

@@ -1,6 +1,7 @@
 #include "scene/plan.hpp"
 
 #include "core/error.hpp"
+#include "loads/laplacian_filter.hpp"
 #include "rod/hold.hpp"
 #include "rod/law.hpp"
 #include "rod/moving_ends.hpp"
@@ -65,6 +66,8 @@ GroupPlan plan_group(const SceneSpec& scene, const RodGroup& group, int lanes) {
     for (const Load& load : p.loads) pass(kind_of(load));
     if (group.closed()) pass(FoldRingPass<1>::pass_name);
     pass(kick_names[static_cast<std::size_t>(p.kick)]);
+    for (const Damping& d : p.damping)
+        if (d.kind == DampingKind::laplacian) pass(LaplacianFilterPass<1>::pass_name);
     if (group.spec().hold.any()) pass(HoldPass<1>::pass_name);
 
     p.ns_per_element_step = (p.circular ? drift_ns : elliptic_drift_ns) + elastic_ns + (p.kick == KickKind::undamped || p.kick == KickKind::constant_rates ? kick_ns : stretched_kick_ns) +
@@ -122,7 +125,7 @@ void list_absent(Plan& plan, const SceneSpec& scene) {
             return std::any_of(g.loads.begin(), g.loads.end(), [&](const Load& l) { return l.index() == kind; });
         });
     };
-    constexpr const char* names[] = {"gravity", "uniform force", "uniform couple", "end forces", "magnetics", "muscles"};
+    constexpr const char* names[] = {"gravity", "uniform force", "uniform couple", "end forces", "magnetics", "muscles", "sinusoidal end forces", "slender-body drag", "muscle torques"};
     static_assert(std::size(names) == std::variant_size_v<Load>);
     for (std::size_t kind = 0; kind < std::size(names); ++kind) need(has(kind), names[kind]);
     need(plan.cadence.trajectory > 0, "trajectory");
@@ -163,6 +166,7 @@ Plan make_plan(const SceneSpec& scene, std::span<const RodGroup> groups, const M
     plan.state_bytes += static_cast<double>(machine.ranks) * machine.threads * most_slots * sizeof(SlotLoad<1>) * machine.lanes;
     choose_step(plan, scene);
     plan.cadence = cadence_of(scene.output, plan.dt);
+    plan.observables = scene.output.observables;
     const auto frames = [&](std::int64_t every) { return every > 0 ? static_cast<double>(plan.steps / every + 1) : 0.0; };
     const double value_bytes = scene.output.precision == Precision::single ? 4 : 8;
     plan.output_bytes = value_bytes * (frames(plan.cadence.trajectory) * frame_values + frames(plan.cadence.tips) * tip_values);

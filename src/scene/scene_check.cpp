@@ -100,6 +100,15 @@ private:
         for (const auto& [key, interval] : intervals)
             if (interval > duration)
                 add(fmt::format("output.{}", key), fmt::format("'{}' every {} s never comes due within 'duration' of {} s", key, interval, duration));
+        for (std::size_t i = 0; i < out.observables.size(); ++i) {
+            const std::string& set = out.observables[i];
+            const std::string path = fmt::format("output.observables.{}", i);
+            const std::vector<std::string_view> known(std::begin(observable_set_names), std::end(observable_set_names));
+            if (std::find(known.begin(), known.end(), set) == known.end())
+                add(path, fmt::format("there are no observables '{}'{}", set, suggestion(set, known, "the choices are")));
+            else if (std::find(out.observables.begin(), out.observables.begin() + static_cast<long>(i), set) != out.observables.begin() + static_cast<long>(i))
+                add(path, fmt::format("'{}' is named twice", set));
+        }
     }
 
     void section(const RodSpec& rods, const std::string& path) {
@@ -241,7 +250,33 @@ private:
         if (zero(load.start) && zero(load.end)) add(path, "an end_force needs 'start' or 'end' [N]: both are 0");
     }
 
+    void check(const SinusoidalEndForce& load, const Groups&, const std::string& path) {
+        if (load.start == 0 && load.end == 0) add(path, "a sinusoidal_end_force needs 'start' or 'end' [N]: both are 0");
+        if (load.hold == 0) unused(path, {"steady"}, "without 'hold' [s]");
+        if (parallel(load.normal, load.tangent)) add(path + ".normal", "'normal' and 'tangent' are parallel: the force would have no plane to turn in");
+    }
+
+    void check(const SlenderBodyDrag&, const Groups& groups, const std::string& path) {
+        for (const RodSpec* rods : groups)
+            if (rods->shape.length <= std::max(rods->section.radius, rods->section.radius_2))
+                add(path, fmt::format("slender_body_drag is for slender rods: those of group '{}' are not longer than their radius", rods->name));
+    }
+
+    void check(const MuscleTorques& muscle, const Groups& groups, const std::string& path) {
+        if (zero(muscle.direction)) add(path + ".direction", "'direction' has no direction");
+        if (muscle.table.empty()) {
+            if (muscle.coefficients.size() < 4) add(path, fmt::format("muscle_torques need 'coefficients' [N m], at least 4 of them, or a 'table'; there are {}", muscle.coefficients.size()));
+            return;
+        }
+        unused(path, {"coefficients"}, "beside 'table', which gives the amplitude of every element");
+        for (const RodSpec* rods : groups) {
+            const std::string why = fmt::format("one for each element of group '{}'", rods->name);
+            length(path + ".table", muscle.table.size(), rods->shape.elements, why.c_str());
+        }
+    }
+
     void check(const MagneticField& field, const Groups& groups, const std::string& path) {
+        if (field.until > 0 && field.until <= field.onset) add(path + ".until", fmt::format("'until' {} s is not after 'onset' {} s", field.until, field.onset));
         const bool magnetised = std::any_of(groups.begin(), groups.end(), [](const RodSpec* rods) {
             return rods->magnetisation.pattern != MagnetisationPattern::none;
         });
@@ -268,6 +303,12 @@ private:
 
     void damping(const Damping& d, const std::string& path) {
         const std::string where = fmt::format("for a damping of kind \"{}\"", damping_names[static_cast<std::size_t>(d.kind)]);
+        if (d.kind == DampingKind::laplacian) {
+            unused(path, {"rate", "translational", "rotational"}, where);
+            if (d.order == 0) add(path, fmt::format("'order', at least 1, is needed {}", where));
+            return;
+        }
+        unused(path, {"order"}, where);
         if (d.kind == DampingKind::physical) {
             unused(path, {"rate"}, where);
             if (!given(path + ".translational") && !given(path + ".rotational"))

@@ -1,6 +1,7 @@
 // make_rods at one SIMD width; instantiated once per width, each in a file of its own to keep builds parallel.
 #pragma once
 
+#include "loads/laplacian_filter.hpp"
 #include "loads/load_pass.hpp"
 #include "rod/elastic.hpp"
 #include "rod/hold.hpp"
@@ -43,6 +44,8 @@ template <int W> TileProgram<W> make_program(const GroupPlan& plan, const RodGro
     for (const Load& load : plan.loads) program.push_back(make_pass<W>(load, group));
     if (group.closed()) program.push_back(std::make_unique<FoldRingPass<W>>());
     program.push_back(make_kick<W>(plan, group, scheme, dt));
+    for (const Damping& d : plan.damping)
+        if (d.kind == DampingKind::laplacian) program.push_back(std::make_unique<LaplacianFilterPass<W>>(d.order));
     if (group.spec().hold.any()) program.push_back(std::make_unique<HoldPass<W>>(group.spec().hold));
     return program;
 }

@@ -1,4 +1,4 @@
-// Splitting schemes: how drifts and kicks alternate within a step. Shares are of dt.             theory.md (20)-(21), (37)
+// Splitting schemes: how drifts and kicks alternate within a step. Shares are of dt.             theory.md (20)-(21), (45)
 //   verlet   position Verlet, second order, one force evaluation
 //   pefrl    Omelyan, Mryglod and Folk 2002, Comput. Phys. Commun. 146, 188, eq. (27): fourth order, four force evaluations
 // The last drift of a step and the first of the next are one, so the state between steps lags: positions stand at t_N - lag dt.
