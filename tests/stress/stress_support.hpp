@@ -170,7 +170,7 @@ private:
     Stage kicked_;
 };
 
-/// Runs all rods of the stage's first group to step `steps` and measures each `samples` times.
+/// Runs to step `steps` and measures `samples` times; `measure` gives one value per rod of the first group, or several in turn.
 template <class Measure> std::vector<EnergyRecord> watch(Stage& stage, std::int64_t steps, int samples, Measure&& measure) {
     const RodGroup& group = stage.groups[0];
     const std::vector<double> start = measure(stage);
@@ -185,7 +185,7 @@ template <class Measure> std::vector<EnergyRecord> watch(Stage& stage, std::int6
             record[i].drift = std::max(record[i].drift, std::abs(change));
             if (4 * s <= samples) first[i] += change;
             if (4 * s > 3 * samples) last[i] += change;
-            const auto state = stage.state(i);
+            const auto state = stage.state(i % static_cast<std::size_t>(group.count()));
             for (std::size_t k = 0; k + 1 < state.size(); ++k) record[i].strain = std::max(record[i].strain, std::abs(dilatation(group, state, k) - 1));
         }
     }
@@ -194,6 +194,22 @@ template <class Measure> std::vector<EnergyRecord> watch(Stage& stage, std::int6
 }
 
 inline std::vector<EnergyRecord> watch_energy(Stage& stage, std::int64_t steps, int samples = 2000) { return watch(stage, steps, samples, energies); }
+
+/// Energy and shadow energy of the same run.
+struct EnergyRecords {
+    std::vector<EnergyRecord> energy, shadow;
+};
+inline EnergyRecords watch_both(Stage& stage, std::int64_t steps, int samples = 2000) {
+    ShadowEnergy shadow(stage.scene);
+    const auto all = watch(stage, steps, samples, [&](Stage& s) {
+        std::vector<double> values = energies(s);
+        const std::vector<double> more = shadow(s);
+        values.insert(values.end(), more.begin(), more.end());
+        return values;
+    });
+    const auto half = all.begin() + static_cast<std::ptrdiff_t>(all.size() / 2);
+    return {{all.begin(), half}, {half, all.end()}};
+}
 
 inline EnergyRecord worst(const std::vector<EnergyRecord>& records) {
     EnergyRecord w;
