@@ -36,7 +36,7 @@ Jacobi jacobi(double u, double m) {
 }
 
 /// Euler's free top at time t, begun with the rate (w1, 0, w3), by Jacobi's functions. J3 > J2 > J1, or J3 > J1 > J2 with the
-/// names of the first two exchanged: `middle` is the intermediate axis. Energy above that of the middle axis: w3 keeps its sign.
+/// names of the first two exchanged: `middle` is the intermediate axis. The start must satisfy L^2 > 2 E J_middle: then w3 keeps its sign.
 Vec3d free_top(const Vec3d& j, double small_rate, double w3, double t) {
     const bool first_small = j.x < j.y;
     const double small = first_small ? j.x : j.y, middle = first_small ? j.y : j.x, large = j.z;
@@ -57,7 +57,7 @@ TEST(Elliptic, FreeTopAgainstJacobi) {
     for (const double ratio : {2.0, 4.0, 0.5, 0.25}) {
         const RodGroup group(elliptic_rod(ratio, 2), 0, 0, "");
         const Vec3d j = group.element[0].inertia;
-        const double small_rate = 0.9, w3 = 0.8, time = 20;
+        const double small_rate = 0.7, w3 = 0.9, time = 20;
         const Vec3d start = j.x < j.y ? Vec3d{small_rate, 0, w3} : Vec3d{0, small_rate, w3};
         double error[3], momentum = 0, back = 0;
         for (int i = 0; i < 3; ++i) {
@@ -71,7 +71,7 @@ TEST(Elliptic, FreeTopAgainstJacobi) {
             error[i] = 0;
             for (int s = 1; s <= steps; ++s) {
                 synchronise(group, state, time / steps);
-                error[i] = std::max(error[i], norm(lane(state[0].spin, 0) - free_top(j, small_rate, w3, time * s / steps)) / norm(start));
+                error[i] = std::fmax(error[i], norm(lane(state[0].spin, 0) - free_top(j, small_rate, w3, time * s / steps)) / norm(start));
                 momentum = std::max(momentum, norm(lab() - before) / norm(before));
             }
             for (int s = 0; s < steps; ++s) synchronise(group, state, -time / steps);
@@ -79,6 +79,7 @@ TEST(Elliptic, FreeTopAgainstJacobi) {
         }
         std::printf("free top, a/b %.2f: error of the rate %.2e %.2e %.2e, ratios %.2f %.2f; angular momentum %.1e, return %.1e\n", ratio, error[0],
                     error[1], error[2], error[0] / error[1], error[1] / error[2], momentum, back);
+        EXPECT_LT(error[0], 1e-2);
         EXPECT_NEAR(std::log2(error[0] / error[1]), 2, 0.1);
         EXPECT_NEAR(std::log2(error[1] / error[2]), 2, 0.1);
         EXPECT_LE(momentum, 1e-12);
@@ -134,9 +135,9 @@ Flight fly(double ratio, double dt, double time) {
 
 TEST(Elliptic, FreeRod) {
     for (const double ratio : {2.0, 4.0}) {
-        const double dt[] = {1e-4, 5e-5, 2.5e-5, 1.25e-5};
+        const double dt[] = {5e-5, 2.5e-5, 1.25e-5, 6.25e-6};
         Flight flight[4];
-        for (int i = 0; i < 4; ++i) flight[i] = fly(ratio, dt[i], 0.4);
+        for (int i = 0; i < 4; ++i) flight[i] = fly(ratio, dt[i], 0.2);
         const auto apart = [&](int a, int b) {
             double most = 0;
             for (std::size_t k = 0; k < flight[a].end.size(); ++k)

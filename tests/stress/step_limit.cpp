@@ -56,7 +56,7 @@ double growth(const Case& c, EndKind ends, double share_of_limit, std::int64_t s
 }
 
 TEST(StepLimit, IsSharp) {
-    const std::int64_t steps = test::long_runs() ? 1000000 : 100000;
+    const std::int64_t steps = test::long_runs() ? 1000000 : 30000;
     double most = 0;
     int cases = 0;
     for (const double aspect : {5.0, 31.0, 100.0})
