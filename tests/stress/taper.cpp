@@ -44,23 +44,23 @@ double deflection(const RodSpec& rod, double g) {
 
 TEST(Taper, WeightBendsASpikeAsTheBeamSays) {
     constexpr double g = 1e-3;
-    double error[3];
+    double error[4];
     const double exact = deflection(spike(10), g);
-    for (int i = 0; i < 3; ++i) {
+    for (int i = 0; i < 4; ++i) {
         SceneSpec scene;
         scene.rods = {spike(10L << i)};
         scene.loads = {{.load = Gravity{.acceleration = {0, 0, -g}}}};
-        scene.damping = {{.damping = {.kind = DampingKind::uniform, .rate = 20}}};
-        scene.time = {.duration = 4};
+        scene.damping = {{.damping = {.kind = DampingKind::uniform, .rate = 10}}}; // first mode: 7 rad/s
+        scene.time = {.duration = 3};
         test::Stage stage(scene, 1);
         test::advance_checked(stage, stage.plan.steps);
         const auto state = stage.state(0);
         error[i] = std::abs(-lane(state.back().position, 0).z / exact - 1);
     }
-    std::printf("spike under its weight: tip %.3e L, error at n = 10, 20, 40: %.2e %.2e %.2e, orders %.2f %.2f\n", exact / length, error[0], error[1],
-                error[2], std::log2(error[0] / error[1]), std::log2(error[1] / error[2]));
-    EXPECT_LE(error[2], 1e-2);
-    EXPECT_GE(std::log2(error[1] / error[2]), 1.5);
+    std::printf("spike under its weight: tip %.3e L, error at n = 10, 20, 40, 80: %.2e %.2e %.2e %.2e, orders %.2f %.2f %.2f\n", exact / length, error[0],
+                error[1], error[2], error[3], std::log2(error[0] / error[1]), std::log2(error[1] / error[2]), std::log2(error[2] / error[3]));
+    EXPECT_LE(error[2], 5e-3);
+    EXPECT_GE(std::log2(error[2] / error[3]), 1.6); // 2 but for a logarithm: the radius of the last cells changes by their own size
 }
 
 /// The last element itself as thin as L/1e4.
@@ -74,12 +74,11 @@ TEST(Taper, NeedleIsStableAtTheAutomaticStep) {
     scene.time = {.duration = 1};
     test::Stage stage(scene, 1);
     EXPECT_NEAR(stage.groups[0].element.back().radius, tip, 1e-12);
-    test::Stage* running = &stage;
     auto state = test::shaken_state(stage.groups[0], 0, 0, 0);
     const Vec3d axis{0.2, 0.4, 0.1};
     for (std::size_t k = 0; k < state.size(); ++k) // set swinging as a whole
         set_lane(state[k].velocity, 0, cross(axis, lane(state[k].position, 0)));
-    running->rods->import_rod(0, state);
+    stage.rods->import_rod(0, state);
     const std::int64_t steps = test::long_runs() ? 10000000 : 1000000;
     const test::EnergyRecord w = test::worst(test::watch_energy(stage, steps));
     std::printf("needle, %.0e steps of %.2e s: energy drift %.1e, last quarter minus first %.1e, strain %.1f %%\n", static_cast<double>(steps), stage.plan.dt, w.drift,
