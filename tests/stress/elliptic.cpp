@@ -36,7 +36,8 @@ Jacobi jacobi(double u, double m) {
 }
 
 /// Euler's free top at time t, begun with the rate (w1, 0, w3), by Jacobi's functions. J3 > J2 > J1, or J3 > J1 > J2 with the
-/// names of the first two exchanged: `middle` is the intermediate axis. The start must satisfy L^2 > 2 E J_middle: then w3 keeps its sign.
+/// names of the first two exchanged: `middle` is the intermediate axis. The start must satisfy L^2 > 2 E J_middle: then w3 keeps
+/// its sign.
 Vec3d free_top(const Vec3d& j, double small_rate, double w3, double t) {
     const bool first_small = j.x < j.y;
     const double small = first_small ? j.x : j.y, middle = first_small ? j.y : j.x, large = j.z;
@@ -44,7 +45,8 @@ Vec3d free_top(const Vec3d& j, double small_rate, double w3, double t) {
     const double momentum_squared = small * small * small_rate * small_rate + large * large * w3 * w3;
     // Landau, Lifshitz, Mechanics (37.8)-(37.12) with L^2 > 2 E J_middle.
     const double scale = std::sqrt((large - middle) * (momentum_squared - twice_energy * small) / (small * middle * large));
-    const double m = (middle - small) * (twice_energy * large - momentum_squared) / ((large - middle) * (momentum_squared - twice_energy * small));
+    const double m = (middle - small) * (twice_energy * large - momentum_squared) /
+                     ((large - middle) * (momentum_squared - twice_energy * small));
     const Jacobi f = jacobi(scale * t, m);
     const double amplitude = std::sqrt((twice_energy * large - momentum_squared) / (middle * (large - middle)));
     const double s = small_rate * f.cn, z = w3 * f.dn;
@@ -71,14 +73,16 @@ TEST(Elliptic, FreeTopAgainstJacobi) {
             error[i] = 0;
             for (int s = 1; s <= steps; ++s) {
                 synchronise(group, state, time / steps);
-                error[i] = std::fmax(error[i], norm(lane(state[0].spin, 0) - free_top(j, small_rate, w3, time * s / steps)) / norm(start));
+                error[i] =
+                    std::fmax(error[i], norm(lane(state[0].spin, 0) - free_top(j, small_rate, w3, time * s / steps)) / norm(start));
                 momentum = std::max(momentum, norm(lab() - before) / norm(before));
             }
             for (int s = 0; s < steps; ++s) synchronise(group, state, -time / steps);
-            back = std::max(back, norm(lane(state[0].director.d1, 0) - lane(begin[0].director.d1, 0)) + norm(lane(state[0].spin, 0) - start));
+            back = std::max(back, norm(lane(state[0].director.d1, 0) - lane(begin[0].director.d1, 0)) +
+                                      norm(lane(state[0].spin, 0) - start));
         }
-        std::printf("free top, a/b %.2f: error of the rate %.2e %.2e %.2e, ratios %.2f %.2f; angular momentum %.1e, return %.1e\n", ratio, error[0],
-                    error[1], error[2], error[0] / error[1], error[1] / error[2], momentum, back);
+        std::printf("free top, a/b %.2f: error of the rate %.2e %.2e %.2e, ratios %.2f %.2f; angular momentum %.1e, return %.1e\n",
+                    ratio, error[0], error[1], error[2], error[0] / error[1], error[1] / error[2], momentum, back);
         EXPECT_LT(error[0], 1e-2);
         EXPECT_NEAR(std::log2(error[0] / error[1]), 2, 0.1);
         EXPECT_NEAR(std::log2(error[1] / error[2]), 2, 0.1);
@@ -111,7 +115,8 @@ Flight fly(double ratio, double dt, double time) {
         test::advance_checked(stage, steps * s / 100);
         const auto state = stage.state(0);
         flight.energy = std::max(flight.energy, std::abs(test::energy(group, state) / e0 - 1));
-        flight.angular = std::max(flight.angular, norm(test::momenta(group, state).angular - before.angular) / norm(before.angular));
+        flight.angular =
+            std::max(flight.angular, norm(test::momenta(group, state).angular - before.angular) / norm(before.angular));
     }
     flight.end = stage.state(0);
     // Rates turned round, the same number of steps leads back to the start.
@@ -145,9 +150,10 @@ TEST(Elliptic, FreeRod) {
             return most;
         };
         const double first = std::log2(apart(0, 1) / apart(1, 2)), second = std::log2(apart(1, 2) / apart(2, 3));
-        std::printf("elliptic rod, a/b %.0f: halving %.1e moves it by %.2e, orders %.2f %.2f; energy %.1e %.1e %.1e %.1e; angular momentum %.1e, return %.1e\n",
-                    ratio, dt[0], apart(0, 1), first, second, flight[0].energy, flight[1].energy, flight[2].energy, flight[3].energy, flight[0].angular,
-                    flight[0].back);
+        std::printf("elliptic rod, a/b %.0f: halving %.1e moves it by %.2e, orders %.2f %.2f; energy %.1e %.1e %.1e %.1e; angular "
+                    "momentum %.1e, return %.1e\n",
+                    ratio, dt[0], apart(0, 1), first, second, flight[0].energy, flight[1].energy, flight[2].energy,
+                    flight[3].energy, flight[0].angular, flight[0].back);
         EXPECT_NEAR(second, 2, 0.1);
         for (const Flight& f : flight) {
             EXPECT_LE(f.angular, 1e-12);

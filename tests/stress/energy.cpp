@@ -60,8 +60,9 @@ TEST(Energy, HelicalFreeRodHasNoTrendOverAMillionSteps) {
         plain[i] = test::mean_trend(energy);
         trend[i] = test::mean_trend(shadow);
         largest[i] = test::worst(shadow).drift;
-        std::printf("helical free rods, %.0e steps of %.0e: energy drift %.2e, last quarter minus first %.1e; shadow energy %.1e, %.1e\n",
-                    static_cast<double>(steps), dt[i], test::worst(energy).drift, plain[i], largest[i], trend[i]);
+        std::printf(
+            "helical free rods, %.0e steps of %.0e: energy drift %.2e, last quarter minus first %.1e; shadow energy %.1e, %.1e\n",
+            static_cast<double>(steps), dt[i], test::worst(energy).drift, plain[i], largest[i], trend[i]);
     }
     EXPECT_LE(largest[0], 5e-5);
     EXPECT_NEAR(std::log2(plain[0] / plain[1]), 2, 0.4) << "what the energy itself wanders is of second order";
@@ -124,8 +125,8 @@ TEST(Energy, ViolentFreeRodsAMillionSteps) {
     const auto stage = violent_rods(2e-5, 1000000);
     const auto records = test::watch_energy(*stage, 1000000, 10000);
     for (std::size_t i = 0; i < records.size(); ++i)
-        std::printf("violent rod %zu: energy drift %.2e, last quarter minus first %.1e, strain up to %.1f %%\n", i, records[i].drift, records[i].trend,
-                    100 * records[i].strain);
+        std::printf("violent rod %zu: energy drift %.2e, last quarter minus first %.1e, strain up to %.1f %%\n", i,
+                    records[i].drift, records[i].trend, 100 * records[i].strain);
     const test::EnergyRecord w = test::worst(records);
     EXPECT_LE(w.drift, 5e-5);
     EXPECT_LE(std::abs(w.trend), 5e-6);

@@ -38,7 +38,9 @@ std::pair<double, double> end_couples(const RodSpec& spec, std::vector<Slot<1>> 
     twin.advance(1);
     twin.rods->export_rod(0, state);
     const ElementConstants& e = twin.groups[0].element[0];
-    const auto couple = [&](std::size_t k) { return lane(state[k].spin, 0).z * e.inertia.z / dt * spec.shape.length / e.bending.z; };
+    const auto couple = [&](std::size_t k) {
+        return lane(state[k].spin, 0).z * e.inertia.z / dt * spec.shape.length / e.bending.z;
+    };
     return {couple(0), -couple(state.size() - 2)};
 }
 
@@ -53,7 +55,8 @@ TEST(Twist, CoupleIsLinearUpToThreeRadiansPerCell) {
         test::Stage stage(scene, 1);
         // Uneven at first: torsional waves run until the twist has spread evenly.
         auto state = stage.state(0);
-        for (long k = 0; k < n; ++k) set_lane(state[static_cast<std::size_t>(k)].spin, 0, Vec3d{0, 0, 0.3 * std::cos(5.0 * static_cast<double>(k))});
+        for (long k = 0; k < n; ++k)
+            set_lane(state[static_cast<std::size_t>(k)].spin, 0, Vec3d{0, 0, 0.3 * std::cos(5.0 * static_cast<double>(k))});
         stage.rods->import_rod(0, state);
         test::advance_checked(stage, stage.plan.steps);
         const auto [first, last] = end_couples(scene.rods[0], stage.state(0), stage.plan.dt);
@@ -62,8 +65,9 @@ TEST(Twist, CoupleIsLinearUpToThreeRadiansPerCell) {
         worst = std::max(worst, error);
         EXPECT_LE(error, 1e-6) << turn << " rad per cell";
     }
-    std::printf("twist, n = %ld: couple linear to %.1e up to 2.99 rad per cell, %.2f turns of the (n - 1)/2 = %.1f that frames can tell\n", n, worst,
-                2.99 * n / (2 * pi), 0.5 * (n - 1));
+    std::printf(
+        "twist, n = %ld: couple linear to %.1e up to 2.99 rad per cell, %.2f turns of the (n - 1)/2 = %.1f that frames can tell\n",
+        n, worst, 2.99 * n / (2 * pi), 0.5 * (n - 1));
 }
 
 TEST(Twist, BeyondIsAReportedError) {
@@ -92,7 +96,8 @@ TEST(Stretch, FollowsTheLawFromThreeTenthsToThree) {
         rod.start = EndKind::clamped;
         scene.rods.push_back(rod);
         const double axial = rod.material.youngs_modulus * pi * rod.section.radius * rod.section.radius;
-        scene.loads.push_back({.load = EndForce{.end = {0, 0, axial * (1 - 1 / e)}, .ramp = 1}, .rods = {rod.name}}); // EA (e - 1)/e
+        scene.loads.push_back(
+            {.load = EndForce{.end = {0, 0, axial * (1 - 1 / e)}, .ramp = 1}, .rods = {rod.name}}); // EA (e - 1)/e
     }
     scene.time = {.duration = 12, .e_min = 0.25};
     scene.damping = {{.damping = {.kind = DampingKind::uniform, .rate = 40}}};
@@ -101,7 +106,8 @@ TEST(Stretch, FollowsTheLawFromThreeTenthsToThree) {
     double worst = 0;
     for (std::size_t i = 0; i < std::size(target); ++i) {
         const auto state = stage.state(i);
-        for (std::size_t k = 0; k < 20; ++k) worst = std::max(worst, std::abs(test::dilatation(stage.groups[i], state, k) / target[i] - 1));
+        for (std::size_t k = 0; k < 20; ++k)
+            worst = std::max(worst, std::abs(test::dilatation(stage.groups[i], state, k) / target[i] - 1));
     }
     std::printf("axial force, e from 0.3 to 3: dilatation within %.1e of 1/(1 - F/EA)\n", worst);
     EXPECT_LE(worst, 1e-9);
@@ -155,8 +161,9 @@ TEST(Stretch, TensionLimitIsWhereDirectorsFlip) {
     const double limit = tension_limit(RodGroup(rod, 0, 0, "")), shear = rod.material.shear_factor / 5;
     const double upper = (1 + std::sqrt(1 - 4 * shear)) / (2 * shear);
     const auto tilt = tilts({0.99 * limit, 1.02 * limit, 2.0, 0.98 * upper, 1.03 * upper}, 0.2, 2);
-    std::printf("G = E/5: e_c = %.3f, tilt at 0.99 and 1.02 of it %.1e %.1e; at e = 2 %.1e; upper root %.3f, at 0.98 and 1.03 of it %.1e %.1e\n", limit,
-                tilt[0], tilt[1], tilt[2], upper, tilt[3], tilt[4]);
+    std::printf("G = E/5: e_c = %.3f, tilt at 0.99 and 1.02 of it %.1e %.1e; at e = 2 %.1e; upper root %.3f, at 0.98 and 1.03 of "
+                "it %.1e %.1e\n",
+                limit, tilt[0], tilt[1], tilt[2], upper, tilt[3], tilt[4]);
     EXPECT_LT(tilt[0], 1e-4);
     EXPECT_GT(tilt[1], 0.05);
     EXPECT_GT(tilt[2], 0.5);
@@ -164,8 +171,8 @@ TEST(Stretch, TensionLimitIsWhereDirectorsFlip) {
     EXPECT_LT(tilt[4], 1e-4);
 }
 
-/// Rods squeezed to 0.3 of their length between two clamps and shaken; the step planned for that. Elastic energy stored at the start
-/// is some 0.5 EAL, far more than the cells take in bending.
+/// Rods squeezed to 0.3 of their length between two clamps and shaken; the step planned for that. Elastic energy stored at the
+/// start is some 0.5 EAL, far more than the cells take in bending.
 std::unique_ptr<test::Stage> squeezed_rods(double rate) {
     constexpr double e = 0.3;
     SceneSpec scene;
@@ -199,7 +206,8 @@ TEST(Compression, DampedRodsBuckleAndComeToRest) {
         before = now;
     }
     for (std::size_t i = 0; i < start.size(); ++i) largest = std::fmax(largest, before[i] / start[i]);
-    std::printf("squeezed to 0.3 and damped: energy falls to %.3f of the start, never rising by more than %.1e of it\n", largest, rise);
+    std::printf("squeezed to 0.3 and damped: energy falls to %.3f of the start, never rising by more than %.1e of it\n", largest,
+                rise);
     EXPECT_LE(rise, 1e-6);
     EXPECT_LE(largest, 0.1);
 }

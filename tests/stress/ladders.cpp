@@ -30,10 +30,12 @@ Curve motion(double length, double youngs) {
     rod.magnetisation = {.pattern = MagnetisationPattern::uniform, .strength = youngs};
     scene.rods = {rod};
     scene.time = {.duration = duration * time};
-    scene.loads = {{.load = Gravity{.acceleration = (length / (time * time)) * Vec3d{1e-3, 0, -1e-3}}},
-                   {.load = EndForce{.end = (youngs * length * length) * Vec3d{0, 2e-7, 0}, .ramp = 20 * time}},
-                   {.load = MagneticField{.rotating = 1e-4, .period = 30 * time, .ramp = 5 * time}},
-                   {.load = MuscleWave{.amplitude = 1e-7 * youngs * length * length * length, .period = 17 * time, .wavelength = length, .ramp = 5 * time}}};
+    scene.loads = {
+        {.load = Gravity{.acceleration = (length / (time * time)) * Vec3d{1e-3, 0, -1e-3}}},
+        {.load = EndForce{.end = (youngs * length * length) * Vec3d{0, 2e-7, 0}, .ramp = 20 * time}},
+        {.load = MagneticField{.rotating = 1e-4, .period = 30 * time, .ramp = 5 * time}},
+        {.load = MuscleWave{
+             .amplitude = 1e-7 * youngs * length * length * length, .period = 17 * time, .wavelength = length, .ramp = 5 * time}}};
     scene.damping = {{.damping = {.kind = DampingKind::uniform, .rate = 0.02 / time}}};
     test::Stage stage(scene, 1);
     Curve curve{.steps = stage.plan.steps};
@@ -59,8 +61,8 @@ TEST(Ladders, SizeFromAMicrometreToAKilometre) {
         largest = std::max(largest, apart(other, one));
     }
     const Vec3d moved = one.position.back() - one.position[one.position.size() / 10 - 1];
-    std::printf("size ladder, 1e-6 m to 1e3 m: %lld steps, tip moved by %.2f L between frames, curves apart by %.1e\n", static_cast<long long>(one.steps),
-                norm(moved), largest);
+    std::printf("size ladder, 1e-6 m to 1e3 m: %lld steps, tip moved by %.2f L between frames, curves apart by %.1e\n",
+                static_cast<long long>(one.steps), norm(moved), largest);
     EXPECT_LE(largest, 1e-9);
     EXPECT_GT(norm(moved), 0.05) << "a rod at rest would prove nothing";
 }

@@ -8,7 +8,7 @@
 namespace skein {
 namespace {
 
-constexpr std::int64_t million = 1000000;
+const std::int64_t steps = test::long_runs() ? 10000000 : 1000000;
 constexpr long rods = 8, n = 20;
 
 /// Rods of one group, bent and twisted each in its own way at t = 0, straight at rest.
@@ -34,10 +34,11 @@ std::unique_ptr<test::Stage> bent_rods(EndKind start, double bend, double share_
 
 TEST(LongRuns, ClampedRodsKeepTheirEnergy) {
     const auto stage = bent_rods(EndKind::clamped, 2, 0.2);
-    const auto [energy, shadow] = test::watch_both(*stage, million);
+    const auto [energy, shadow] = test::watch_both(*stage, steps);
     const test::EnergyRecord w = test::worst(energy), s = test::worst(shadow);
-    std::printf("clamped rods, 1e6 steps of %.3g: energy drift %.2e, last quarter minus first %.1e; shadow energy %.1e, %.1e; strain %.1f %%\n",
-                stage->plan.dt, w.drift, w.trend, s.drift, s.trend, 100 * w.strain);
+    std::printf("clamped rods, %.0e steps of %.3g: energy drift %.2e, last quarter minus first %.1e; shadow energy %.1e, %.1e; "
+                "strain %.1f %%\n",
+                static_cast<double>(steps), stage->plan.dt, w.drift, w.trend, s.drift, s.trend, 100 * w.strain);
     EXPECT_LE(w.drift, 1e-3);
     EXPECT_LE(std::abs(w.trend), 1e-4);
     EXPECT_LE(std::abs(s.trend), 1e-5);
@@ -61,7 +62,7 @@ TEST(LongRuns, SpinningRodsKeepMomentaAndFrames) {
     for (std::size_t i = 0; i < rods; ++i) start.push_back(test::momenta(group, stage->state(i)));
     double linear = 0, angular = 0, defect = 0, strain = 0;
     for (int sample = 1; sample <= 1000; ++sample) {
-        test::advance_checked(*stage, million * sample / 1000);
+        test::advance_checked(*stage, steps * sample / 1000);
         for (std::size_t i = 0; i < rods; ++i) {
             const auto state = stage->state(i);
             const test::Momenta now = test::momenta(group, state);
@@ -71,8 +72,8 @@ TEST(LongRuns, SpinningRodsKeepMomentaAndFrames) {
             for (std::size_t k = 0; k < n; ++k) strain = std::max(strain, std::abs(test::dilatation(group, state, k) - 1));
         }
     }
-    std::printf("spinning rods, 1e6 steps of %.3g: momentum %.1e, angular momentum %.1e, |QQ^T - 1| %.1e; strain %.1f %%\n", stage->plan.dt, linear, angular,
-                defect, 100 * strain);
+    std::printf("spinning rods, %.0e steps of %.3g: momentum %.1e, angular momentum %.1e, |QQ^T - 1| %.1e; strain %.1f %%\n",
+                static_cast<double>(steps), stage->plan.dt, linear, angular, defect, 100 * strain);
     EXPECT_LE(linear, 1e-10);
     EXPECT_LE(angular, 1e-10);
     EXPECT_LE(defect, 1e-12);

@@ -13,7 +13,7 @@ namespace {
 struct Case {
     double aspect; ///< length over diameter
     long elements;
-    double scale;  ///< of the transverse rotary inertia
+    double scale; ///< of the transverse rotary inertia
 };
 
 /// Largest energy over that at the start, of a straight rod shaken by 1e-6 of an element; infinity where the rod was lost.
@@ -51,7 +51,9 @@ double growth(const Case& c, EndKind ends, double share_of_limit, std::int64_t s
             const double now = test::energy(group, stage.state(0)) / start;
             largest = now >= 0 ? std::max(largest, now) : INFINITY;
         }
-    } catch (const NumericalError&) { largest = INFINITY; }
+    } catch (const NumericalError&) {
+        largest = INFINITY;
+    }
     return largest;
 }
 
@@ -64,8 +66,8 @@ TEST(StepLimit, IsSharp) {
             for (const double scale : {1.0, 25.0})
                 for (const EndKind ends : {EndKind::free, EndKind::clamped}) {
                     const Case c{aspect, elements, scale};
-                    const std::string name = "L/d " + std::to_string(aspect) + ", n " + std::to_string(elements) + ", j " + std::to_string(scale) +
-                                             (ends == EndKind::free ? ", free" : ", clamped");
+                    const std::string name = "L/d " + std::to_string(aspect) + ", n " + std::to_string(elements) + ", j " +
+                                             std::to_string(scale) + (ends == EndKind::free ? ", free" : ", clamped");
                     const double below = growth(c, ends, 0.98, steps), above = growth(c, ends, 1.05, 20000);
                     most = std::max(most, below);
                     ++cases;
@@ -73,8 +75,8 @@ TEST(StepLimit, IsSharp) {
                     EXPECT_LT(below, 30) << "0.98 of the limit: " << name;
                     EXPECT_GE(above, 1e6) << "1.05 of the limit: " << name;
                 }
-    std::printf("step limit: %d cases; at 0.98 energy never above %.1f times the start in %lld steps, at 1.05 all lost\n", cases, most,
-                static_cast<long long>(steps));
+    std::printf("step limit: %d cases; at 0.98 energy never above %.1f times the start in %lld steps, at 1.05 all lost\n", cases,
+                most, static_cast<long long>(steps));
 }
 
 TEST(StepLimit, StepBeyondItIsRefusedByName) {

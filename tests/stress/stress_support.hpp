@@ -103,14 +103,16 @@ inline double director_defect(const std::vector<Slot<1>>& state) {
     double worst = 0;
     for (std::size_t k = 0; k + 1 < state.size(); ++k) {
         const Mat3d q = lane(state[k].director, 0);
-        for (const double d : {dot(q.d1, q.d1) - 1, dot(q.d2, q.d2) - 1, dot(q.d3, q.d3) - 1, dot(q.d1, q.d2), dot(q.d1, q.d3), dot(q.d2, q.d3)})
+        for (const double d :
+             {dot(q.d1, q.d1) - 1, dot(q.d2, q.d2) - 1, dot(q.d3, q.d3) - 1, dot(q.d1, q.d2), dot(q.d1, q.d3), dot(q.d2, q.d3)})
             worst = std::max(worst, std::abs(d));
     }
     return worst;
 }
 
 inline double dilatation(const RodGroup& group, const std::vector<Slot<1>>& state, std::size_t k) {
-    return group.element[k].inv_rest_length * dot(lane(state[k].director.d3, 0), lane(state[k + 1].position, 0) - lane(state[k].position, 0));
+    return group.element[k].inv_rest_length *
+           dot(lane(state[k].director.d3, 0), lane(state[k + 1].position, 0) - lane(state[k].position, 0));
 }
 
 /// How the energy of a rod went, relative to its start.
@@ -123,15 +125,16 @@ struct EnergyRecord {
 /// Energy of every rod of the first group.
 inline std::vector<double> energies(Stage& stage) {
     std::vector<double> all;
-    for (std::size_t i = 0; i < static_cast<std::size_t>(stage.groups[0].count()); ++i) all.push_back(energy(stage.groups[0], stage.state(i)));
+    for (std::size_t i = 0; i < static_cast<std::size_t>(stage.groups[0].count()); ++i)
+        all.push_back(energy(stage.groups[0], stage.state(i)));
     return all;
 }
 
 /// The energy that an undamped, unloaded step keeps to fourth order, of every rod of the first group. With H = T + U, F the
 /// forces and couples at the synchronised state and U' the change of U along the drift,
 ///   H~ = H - (h^2/24) U'' + (h^2/12) F.M^-1 F          (Baker-Campbell-Hausdorff for drift, kick, drift; Hairer et al., ch. IX)
-/// The energy itself differs from H~ by h^2 times what the modes in play make of it: as motion spreads from slow modes to fast ones,
-/// H wanders at this order although nothing is lost. A trend of H~ would be a real one.
+/// The energy itself differs from H~ by h^2 times what the modes in play make of it: as motion spreads from slow modes to fast
+/// ones, H wanders at this order although nothing is lost. A trend of H~ would be a real one.
 class ShadowEnergy {
 public:
     explicit ShadowEnergy(const SceneSpec& scene) : kicked_(scene) {}
@@ -147,7 +150,8 @@ public:
                 return rod_energy(group, copy).elastic();
             };
             const double half = 0.5 * stage.plan.dt, u = rod_energy(group, state).elastic();
-            shadow.push_back(energy(group, state) - (elastic_at(half) + elastic_at(-half) - 2 * u) / 6); // U'' by differences over h/2
+            shadow.push_back(energy(group, state) -
+                             (elastic_at(half) + elastic_at(-half) - 2 * u) / 6); // U'' by differences over h/2
             for (Slot<1>& s : state) {
                 set_lane(s.velocity, 0, Vec3d{0, 0, 0});
                 set_lane(s.spin, 0, Vec3d{0, 0, 0});
@@ -186,14 +190,17 @@ template <class Measure> std::vector<EnergyRecord> watch(Stage& stage, std::int6
             if (4 * s <= samples) first[i] += change;
             if (4 * s > 3 * samples) last[i] += change;
             const auto state = stage.state(i % static_cast<std::size_t>(group.count()));
-            for (std::size_t k = 0; k + 1 < state.size(); ++k) record[i].strain = std::max(record[i].strain, std::abs(dilatation(group, state, k) - 1));
+            for (std::size_t k = 0; k + 1 < state.size(); ++k)
+                record[i].strain = std::max(record[i].strain, std::abs(dilatation(group, state, k) - 1));
         }
     }
     for (std::size_t i = 0; i < rods; ++i) record[i].trend = (last[i] - first[i]) / (samples / 4);
     return record;
 }
 
-inline std::vector<EnergyRecord> watch_energy(Stage& stage, std::int64_t steps, int samples = 2000) { return watch(stage, steps, samples, energies); }
+inline std::vector<EnergyRecord> watch_energy(Stage& stage, std::int64_t steps, int samples = 2000) {
+    return watch(stage, steps, samples, energies);
+}
 
 /// Energy and shadow energy of the same run.
 struct EnergyRecords {

@@ -31,7 +31,8 @@ double deflection(const RodSpec& rod, double g) {
     const auto force = [&](double s) { return weight * (std::pow(tip, 3) - std::pow(radius(s), 3)) / (3 * slope); };
     const auto moment = [&](double s) { // integral of r(u)^2 (u - s) du, u = s + (r - r_s)/slope
         const double rs = radius(s);
-        return weight / (slope * slope) * ((std::pow(tip, 4) - std::pow(rs, 4)) / 4 - rs * (std::pow(tip, 3) - std::pow(rs, 3)) / 3);
+        return weight / (slope * slope) *
+               ((std::pow(tip, 4) - std::pow(rs, 4)) / 4 - rs * (std::pow(tip, 3) - std::pow(rs, 3)) / 3);
     };
     const auto density = [&](double s) {
         const double r = radius(s), area = std::numbers::pi * r * r;
@@ -57,8 +58,9 @@ TEST(Taper, WeightBendsASpikeAsTheBeamSays) {
         const auto state = stage.state(0);
         error[i] = std::abs(-lane(state.back().position, 0).z / exact - 1);
     }
-    std::printf("spike under its weight: tip %.3e L, error at n = 10, 20, 40, 80: %.2e %.2e %.2e %.2e, orders %.2f %.2f %.2f\n", exact / length, error[0],
-                error[1], error[2], error[3], std::log2(error[0] / error[1]), std::log2(error[1] / error[2]), std::log2(error[2] / error[3]));
+    std::printf("spike under its weight: tip %.3e L, error at n = 10, 20, 40, 80: %.2e %.2e %.2e %.2e, orders %.2f %.2f %.2f\n",
+                exact / length, error[0], error[1], error[2], error[3], std::log2(error[0] / error[1]),
+                std::log2(error[1] / error[2]), std::log2(error[2] / error[3]));
     EXPECT_LE(error[2], 5e-3);
     EXPECT_GE(std::log2(error[2] / error[3]), 1.6); // 2 but for a logarithm: the radius of the last cells changes by their own size
 }
@@ -81,8 +83,8 @@ TEST(Taper, NeedleIsStableAtTheAutomaticStep) {
     stage.rods->import_rod(0, state);
     const std::int64_t steps = test::long_runs() ? 10000000 : 1000000;
     const test::EnergyRecord w = test::worst(test::watch_energy(stage, steps));
-    std::printf("needle, %.0e steps of %.2e s: energy drift %.1e, last quarter minus first %.1e, strain %.1f %%\n", static_cast<double>(steps), stage.plan.dt, w.drift,
-                w.trend, 100 * w.strain);
+    std::printf("needle, %.0e steps of %.2e s: energy drift %.1e, last quarter minus first %.1e, strain %.1f %%\n",
+                static_cast<double>(steps), stage.plan.dt, w.drift, w.trend, 100 * w.strain);
     EXPECT_LE(w.drift, 1e-3);
     EXPECT_LE(std::abs(w.trend), 1e-4);
 }
