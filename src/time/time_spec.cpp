@@ -7,7 +7,7 @@ void TimeSpec::fields(FieldVisitor& f) {
     f.visit({.name = "dt", .unit = "s", .text = "time step; 0: automatic, `safety` times the limit", .at_least = 0}, dt);
     f.visit({.name = "divide", .unit = "s", .text = "interval that an automatic step divides; 0: the most frequent output, or the duration",
              .at_least = 0}, divide);
-    f.visit({.name = "safety", .unit = "-", .text = "automatic step over the limit", .above = 0, .at_most = 1}, safety);
+    f.visit({.name = "safety", .unit = "-", .text = "automatic step over the limit; rods without damping get 0.6 at most", .above = 0, .at_most = 1}, safety);
     f.visit({.name = "e_min", .unit = "-", .text = "smallest dilatation expected; the automatic step shrinks with it", .above = 0,
              .at_most = 1}, e_min);
     f.choice({.name = "integrator", .unit = "", .text = "verlet: second order; pefrl: fourth, at four times the work of a step 1.5 times as long"}, integrator,
