@@ -15,7 +15,7 @@ namespace {
 constexpr double pi = std::numbers::pi;
 using State = std::vector<Slot<1>>;
 
-Step step_at(double time) { return {.index = 1, .dt = 1, .drift = 1, .time_mid = time, .slot = 0}; }
+Step step_at(double time) { return {.index = 1, .dt = 1, .drift = 1, .time = time, .slot = 0}; }
 
 /// What a pass does to W rods side by side, given as W states.
 template <int W> struct Tile {
@@ -116,7 +116,7 @@ TEST(SlenderBodyDrag, SlowsAStraightRodExponentiallyAtFirstOrder) {
             }
             for (const auto& s : state) expect_near(lane(s.velocity, 0), dot(lane(state[0].velocity, 0), direction) * direction, 1e-13);
             const double error = dot(lane(state[5].velocity, 0), direction) - std::exp(-1.0);
-            if (steps > 20) EXPECT_NEAR(std::log2(before / error), 1, 0.05) << error;
+            if (steps > 20) { EXPECT_NEAR(std::log2(before / error), 1, 0.05) << error; }
             before = error;
         }
         EXPECT_NEAR(before, -std::exp(-1.0) / 2 / 160, 2e-5); // (1 - 1/N)^N = exp(-1) (1 - 1/(2N) ..)
