@@ -1,0 +1,145 @@
+#include "loads.hpp"
+
+#include <cmath>
+#include <numbers>
+
+namespace skein::replay {
+
+namespace {
+
+using std::numbers::pi;
+
+Vec3d at(const Vec3<Pack<1>>& a) { return lane(a, 0); }
+Mat3d at(const Mat3<Pack<1>>& q) { return lane(q, 0); }
+void add_force(SlotLoad<1>& load, const Vec3d& f) { load.force += broadcast<1>(f); }
+void add_couple(SlotLoad<1>& load, const Vec3d& c) { load.couple += broadcast<1>(c); }
+
+/// f_i = F/n at nodes, half of it at the ends.
+struct UniformForces {
+    static constexpr std::string_view kind = "uniform_forces";
+    Vec3d force;
+    void add(const RodTile<1>& rod, SlotLoad<1>* load, const Step&) const {
+        const Vec3d half = (0.5 / rod.n) * force;
+        for (int k = 0; k < rod.n; ++k) add_force(load[k], half), add_force(load[k + 1], half);
+    }
+};
+
+/// c_k = Q_k T/n.
+struct UniformTorques {
+    static constexpr std::string_view kind = "uniform_torques";
+    Vec3d torque;
+    void add(const RodTile<1>& rod, SlotLoad<1>* load, const Step&) const {
+        for (int k = 0; k < rod.n; ++k) add_couple(load[k], at(rod.slot[k].director) * ((1.0 / rod.n) * torque));
+    }
+};
+
+/// t < ramp: -2 mag normal; later mag (cos(ph) roll + sin(ph) normal), ph = pi/2 (t - ramp).
+struct EndForcesSinusoidal {
+    static constexpr std::string_view kind = "endpoint_forces_sinusoidal";
+    double start, end, ramp;
+    Vec3d normal, roll;
+    void add(const RodTile<1>& rod, SlotLoad<1>* load, const Step& step) const {
+        const double phase = 0.5 * pi * (step.time - ramp);
+        const Vec3d direction = step.time < ramp ? -2.0 * normal : std::cos(phase) * roll + std::sin(phase) * normal;
+        add_force(load[0], start * direction);
+        add_force(load[rod.n], end * direction);
+    }
+};
+
+/// a_k = r(t) spline_k sin(2 pi t/period - wave_number s_k + phase); T_k = a_{n-1-k} direction (lab), between elements k-1 and k.
+struct MuscleTorques {
+    static constexpr std::string_view kind = "muscle_torques";
+    double ramp, period, wave_number, phase;
+    std::vector<double> s, spline;
+    Vec3d direction;
+    void add(const RodTile<1>& rod, SlotLoad<1>* load, const Step& step) const {
+        for (int k = 1; k < rod.n; ++k) {
+            const auto j = static_cast<std::size_t>(rod.n - 1 - k);
+            const double a = ramp_at(step.time, ramp) * spline[j] * std::sin(2 * pi / period * step.time - wave_number * s[j] + phase);
+            add_couple(load[k], at(rod.slot[k].director) * (a * direction));
+            add_couple(load[k - 1], at(rod.slot[k - 1].director) * (-a * direction));
+        }
+    }
+};
+
+/// c_k = m_k x Q_k b(t); b rises after `start` and falls after `end`; the oscillating one is times sin(w t + phase) by component.
+struct Magnetic {
+    static constexpr std::string_view kind = "magnetic";
+    static constexpr double tolerance = 2.220446049250313e-12; ///< on the ramp, s, as published
+    std::vector<Vec3d> moment; ///< A m^2, body
+    Vec3d amplitude, frequency, phase;
+    bool oscillating;
+    double ramp, start, end;
+    Vec3d field(double t) const {
+        const double width = ramp + tolerance;
+        const double r = t <= start ? 0.0 : t <= end ? std::min(1.0, (t - start) / width) : std::max(0.0, 1 - (t - end) / width);
+        if (!oscillating) return r * amplitude;
+        return scale(r * amplitude, Vec3d{std::sin(frequency.x * t + phase.x), std::sin(frequency.y * t + phase.y), std::sin(frequency.z * t + phase.z)});
+    }
+    void add(const RodTile<1>& rod, SlotLoad<1>* load, const Step& step) const {
+        const Vec3d b = field(step.time);
+        for (int k = 0; k < rod.n; ++k) add_couple(load[k], cross(moment[static_cast<std::size_t>(k)], at(rod.slot[k].director) * b));
+    }
+};
+
+/// f = -4 pi mu/ln(L/r_k) l_k (1 - t t^T/2) v_k, half to each node; L and l current lengths, v_k weighted by the nodes' masses.
+struct SlenderBody {
+    static constexpr std::string_view kind = "slender_body";
+    double viscosity;
+    void add(const RodTile<1>& rod, SlotLoad<1>* load, const Step&) const {
+        const auto edge = [&](int k) { return at(rod.slot[k + 1].position) - at(rod.slot[k].position); };
+        double total = 0;
+        for (int k = 0; k < rod.n; ++k) total += norm(edge(k));
+        for (int k = 0; k < rod.n; ++k) {
+            const double length = norm(edge(k)), radius = std::sqrt(rod.element[k].volume / (pi * length));
+            const double* m = rod.group->node_mass.data() + k;
+            const Vec3d t = (1 / length) * edge(k);
+            const Vec3d v = (1 / (m[0] + m[1])) * (m[0] * at(rod.slot[k].velocity) + m[1] * at(rod.slot[k + 1].velocity));
+            const Vec3d half = (-2 * pi * viscosity / std::log(total / radius) * length) * (v - (0.5 * dot(t, v)) * t);
+            add_force(load[k], half);
+            add_force(load[k + 1], half);
+        }
+    }
+};
+
+/// One for all components, or one each.
+Vec3d one_or_three(const Entry& e) {
+    if (!e.json().is_number()) return e.vector();
+    const double a = e.number();
+    return {a, a, a};
+}
+
+Magnetic magnetic(const Entry& e, std::size_t n) {
+    const std::string field = e["field"].text();
+    if (field != "constant" && field != "oscillating") throw NotBuilt("magnetic field '" + field + "' (" + e.path() + ")");
+    const bool oscillating = field == "oscillating";
+    const Vec3d none{0, 0, 0};
+    return {e["moment_material_frame"].vectors(n), e["amplitude"].vector(), oscillating ? one_or_three(e["angular_frequency"]) : none,
+            oscillating ? one_or_three(e["phase"]) : none, oscillating, e["ramp_interval"].number(), e["start_time"].number(), e["end_time"].number()};
+}
+
+} // namespace
+
+std::unique_ptr<TilePass<1>> make_load(const Entry& e, const RodGroup& group) {
+    const std::string kind = e["kind"].text();
+    const auto n = static_cast<std::size_t>(group.elements());
+    const auto pass = [&]<class L>(L load) -> std::unique_ptr<TilePass<1>> { return std::make_unique<LoadPass<L, 1>>(std::move(load), group); };
+    if (kind == "gravity") return pass(Gravity{e["acc"].vector()});
+    if (kind == "uniform_torques") return pass(UniformTorques{e["torque"].vector()});
+    if (kind == "magnetic") return pass(magnetic(e, n));
+    if (group.closed()) throw NotBuilt("load '" + kind + "' on a ring (" + e.path() + ")");
+    if (kind == "endpoint_forces") return pass(EndForce{e["start_force"].vector(), e["end_force"].vector(), e["ramp_up_time"].number()});
+    if (kind == "uniform_forces") return pass(UniformForces{e["force"].vector()});
+    if (kind == "endpoint_forces_sinusoidal") {
+        const Vec3d normal = e["normal_direction"].vector();
+        return pass(EndForcesSinusoidal{e["start_force_mag"].number(), e["end_force_mag"].number(), e["ramp_up_time"].number(), normal,
+                                        cross(normal, e["tangent_direction"].vector())});
+    }
+    if (kind == "muscle_torques")
+        return pass(MuscleTorques{e["ramp_up_time"].number(), e["period"].positive(), e["wave_number"].number(), e["phase_shift"].number(),
+                                  e["s"].numbers(n), e["spline_at_s"].numbers(n), e["direction"].vector()});
+    if (kind == "slender_body") return pass(SlenderBody{e["dynamic_viscosity"].number()});
+    throw NotBuilt("load '" + kind + "' (" + e.path() + ")");
+}
+
+} // namespace skein::replay
