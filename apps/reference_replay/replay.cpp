@@ -150,7 +150,9 @@ std::vector<Deviation> replay_rods(const Entry& file) {
     Clock clock(stepping.dt, 0, integrator);
     double time = file.has("start_time") ? file["start_time"].number() : 0.0;
     std::vector<Step> steps;
-    for (const Entry& output : file["outputs"].list()) {
+    const auto outputs = file["outputs"].list();
+    if (outputs.empty()) file["outputs"].fail("is empty");
+    for (const Entry& output : outputs) {
         const long step = output["step"].integer();
         if (step <= clock.done()) output["step"].fail("does not follow the step before");
         while (clock.done() < step) {
