@@ -115,14 +115,15 @@ std::vector<int> places(const Entry& e, const std::string& key, int size) {
 
 } // namespace
 
-std::shared_ptr<const Constraint> make_constraint(const Entry& e, std::span<const Slot<1>> start) {
+std::shared_ptr<const Constraint> make_constraint(const Entry& e, std::span<const Slot<1>> start, bool closed) {
     const std::string kind = e["kind"].text();
-    const int n = static_cast<int>(start.size()) - 1;
+    const int n = static_cast<int>(start.size()) - 1, nodes_in_file = closed ? n : n + 1;
     if (kind == "one_end_fixed") return std::make_shared<Fixed>(held_nodes({0}, start), held_elements({0}, start));
+    if (kind == "helical_buckling" && closed) throw NotBuilt("constraint 'helical_buckling' on a ring (" + e.path() + ")");
     if (kind == "helical_buckling")
         return std::make_shared<HelicalBuckling>(start, e["twisting_time"].positive(), e["slack"].number(), e["number_of_rotations"].number());
     if (kind != "fixed" && kind != "general") throw NotBuilt("constraint '" + kind + "' (" + e.path() + ")");
-    auto nodes = held_nodes(places(e, "position_index", n + 1), start);
+    auto nodes = held_nodes(places(e, "position_index", nodes_in_file), start);
     auto elements = held_elements(places(e, "director_index", n), start);
     if (kind == "fixed") return std::make_shared<Fixed>(std::move(nodes), std::move(elements));
     return std::make_shared<General>(std::move(nodes), std::move(elements), e["translation_fixed"].flags(), e["rotation_fixed_lab"].flags());

@@ -18,8 +18,8 @@ public:
     virtual void rates(Slot<1>* slot, double time) const = 0;
 };
 
-/// `start`: the rod's state at the start, [n + 1]. Throws NotBuilt.
-std::shared_ptr<const Constraint> make_constraint(const Entry& entry, std::span<const Slot<1>> start);
+/// `start`: the rod's state at the start, [n + 1]; the last slot of a closed one is no node of its own. Throws NotBuilt.
+std::shared_ptr<const Constraint> make_constraint(const Entry& entry, std::span<const Slot<1>> start, bool closed);
 
 class ValuesPass final : public TilePass<1> {
 public:

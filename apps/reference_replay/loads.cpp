@@ -14,13 +14,27 @@ Mat3d at(const Mat3<Pack<1>>& q) { return lane(q, 0); }
 void add_force(SlotLoad<1>& load, const Vec3d& f) { load.force += broadcast<1>(f); }
 void add_couple(SlotLoad<1>& load, const Vec3d& c) { load.couple += broadcast<1>(c); }
 
-/// f_i = F/n at nodes, half of it at the ends.
+/// The node that the file's lists end with; a ring's slot n is a copy of node 0.
+int last_node(const RodTile<1>& rod) { return rod.group->closed() ? rod.n - 1 : rod.n; }
+
+/// Ramped forces on the first and last node.
+struct EndForces {
+    static constexpr std::string_view kind = "endpoint_forces";
+    Vec3d start, end;
+    double ramp;
+    void add(const RodTile<1>& rod, SlotLoad<1>* load, const Step& step) const {
+        add_force(load[0], ramp_at(step.time, ramp) * start);
+        add_force(load[last_node(rod)], ramp_at(step.time, ramp) * end);
+    }
+};
+
+/// f_i = F/n at nodes, half of it at the first and last (a ring's too).
 struct UniformForces {
     static constexpr std::string_view kind = "uniform_forces";
     Vec3d force;
     void add(const RodTile<1>& rod, SlotLoad<1>* load, const Step&) const {
-        const Vec3d half = (0.5 / rod.n) * force;
-        for (int k = 0; k < rod.n; ++k) add_force(load[k], half), add_force(load[k + 1], half);
+        const int last = last_node(rod);
+        for (int i = 0; i <= last; ++i) add_force(load[i], ((i == 0 || i == last ? 0.5 : 1.0) / rod.n) * force);
     }
 };
 
@@ -42,7 +56,7 @@ struct EndForcesSinusoidal {
         const double phase = 0.5 * pi * (step.time - ramp);
         const Vec3d direction = step.time < ramp ? -2.0 * normal : std::cos(phase) * roll + std::sin(phase) * normal;
         add_force(load[0], start * direction);
-        add_force(load[rod.n], end * direction);
+        add_force(load[last_node(rod)], end * direction);
     }
 };
 
@@ -127,8 +141,7 @@ std::unique_ptr<TilePass<1>> make_load(const Entry& e, const RodGroup& group) {
     if (kind == "gravity") return pass(Gravity{e["acc"].vector()});
     if (kind == "uniform_torques") return pass(UniformTorques{e["torque"].vector()});
     if (kind == "magnetic") return pass(magnetic(e, n));
-    if (group.closed()) throw NotBuilt("load '" + kind + "' on a ring (" + e.path() + ")");
-    if (kind == "endpoint_forces") return pass(EndForce{e["start_force"].vector(), e["end_force"].vector(), e["ramp_up_time"].number()});
+    if (kind == "endpoint_forces") return pass(EndForces{e["start_force"].vector(), e["end_force"].vector(), e["ramp_up_time"].number()});
     if (kind == "uniform_forces") return pass(UniformForces{e["force"].vector()});
     if (kind == "endpoint_forces_sinusoidal") {
         const Vec3d normal = e["normal_direction"].vector();
@@ -138,6 +151,7 @@ std::unique_ptr<TilePass<1>> make_load(const Entry& e, const RodGroup& group) {
     if (kind == "muscle_torques")
         return pass(MuscleTorques{e["ramp_up_time"].number(), e["period"].positive(), e["wave_number"].number(), e["phase_shift"].number(),
                                   e["s"].numbers(n), e["spline_at_s"].numbers(n), e["direction"].vector()});
+    if (kind == "slender_body" && group.closed()) throw NotBuilt("load 'slender_body' on a ring (" + e.path() + ")");
     if (kind == "slender_body") return pass(SlenderBody{e["dynamic_viscosity"].number()});
     throw NotBuilt("load '" + kind + "' (" + e.path() + ")");
 }

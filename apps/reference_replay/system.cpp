@@ -82,7 +82,7 @@ Program make_program(const Entry& file, const System& system, int number, const 
     for (const double share : stepping.scheme.kicks) kicks.emplace_back(group, DampingRates{}, share * stepping.dt);
 
     Program program{.loads = external.get()};
-    for (const Entry& e : entries_of(file["constraints_in_order"], number, systems)) program.constraints.push_back(make_constraint(e, system.start));
+    for (const Entry& e : entries_of(file["constraints_in_order"], number, systems)) program.constraints.push_back(make_constraint(e, system.start, group.closed()));
     auto& passes = program.passes;
     passes.push_back(std::make_unique<PublishedDrift>(stepping.scheme.stages.size()));
     for (const auto& c : program.constraints) passes.push_back(std::make_unique<ValuesPass>(c));
