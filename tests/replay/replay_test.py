@@ -295,6 +295,28 @@ class Replay(unittest.TestCase):
         self.agrees([ring(), loose], motion, [{"system": i, "kind": "gravity", "acc": g} for i in range(2)],
                     [{"system": 1, "kind": "fixed", "position_index": [-1], "director_index": []}])
 
+    def test_stretched_ring_pulls_itself_together(self):
+        """One step: every node is drawn inwards by 2 T sin(pi/n), T = S3 (e - 1)/e."""
+        n, e, stretched = 6, 1.05, ring()
+        stretched.update(rest_lengths=[L / e] * n, rest_voronoi_lengths=[L / e] * n)
+        speed = -DT * 2 * 900 * (e - 1) / e * math.sin(math.pi / n) / (2 * M)
+        outwards = [times(1 / L, x) for x in stretched["position"]]  # the radius of a hexagon is its side
+        self.agrees([stretched], lambda _, k: {"velocity": [times(speed, r) for r in outwards],
+                                               "position": [times(L + 0.5 * DT * speed, r) for r in outwards]}, steps=(1,))
+
+    def test_values_are_held_when_forces_are_taken(self):
+        """A held node that starts with a velocity is back in place after the first half step, so the rod feels no strain."""
+        moving = rod(1)
+        moving["velocity"] = [[0, 0, 3.0], [0, 0, 0]]
+        self.agrees([moving], lambda _, k: {"velocity": [[0, 0, 0]] * 2}, constraints=[{"system": 0, "kind": "one_end_fixed"}])
+
+    def test_values_switch_between_kick_and_end_of_step(self):
+        slack, time = 0.02, 9.75 * DT
+        x, v = shifted(N, [0, 0, 0]), [[0, 0, 0]] * (N + 1)
+        x[0], x[N], v[0], v[N] = [0, 0, slack / 2], [0, 0, N * L - slack / 2], [0, 0, slack / (2 * time)], [0, 0, -slack / (2 * time)]
+        self.agrees([rod(stiff=False)], lambda _, k: {"position": x, "velocity": v},
+                    constraints=[{"system": 0, "kind": "helical_buckling", "twisting_time": time, "slack": slack, "number_of_rotations": 0.0}], steps=(10,))
+
     def test_loads_pile_up_over_the_stages_of_a_step(self):
         """Published codes clear external loads once a step: with PEFRL gravity acts 1, 2, 3 and 4 times."""
         xi, lam, chi, g = 0.1786178958448091, -0.2123418310626054, -0.06626458266981849, -9.0
