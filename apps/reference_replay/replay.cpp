@@ -15,6 +15,7 @@ namespace {
 
 using Fields = std::map<std::string, std::vector<double>>; ///< of one rod at one step, flat, in the order of the file
 constexpr const char* state_fields[] = {"position", "velocity", "directors", "omega"};
+bool of_state(const std::string& field) { return std::find(std::begin(state_fields), std::end(state_fields), field) != std::end(state_fields); }
 
 void append(std::vector<double>& list, const Vec3d& a) { list.insert(list.end(), {a.x, a.y, a.z}); }
 
@@ -65,8 +66,7 @@ Fields fields_of(const System& system, const std::vector<Slot<1>>& state, const 
 Fields reference_fields(const Entry& e, const Fields& computed) {
     Fields f;
     for (const auto& [name, values] : computed) {
-        const bool needed = std::find(std::begin(state_fields), std::end(state_fields), name) != std::end(state_fields);
-        if (!needed && !e.has(name)) continue;
+        if (!of_state(name) && !e.has(name)) continue;
         const Entry field = e[name];
         if (name == "energy")
             f[name] = {field["translational"].number(), field["rotational"].number(), field["bending"].number(), field["shear"].number()};
@@ -109,7 +109,7 @@ Integrator integrator_of(const Entry& stepper) {
 /// What a field's deviation is relative to. State: the file's `scale`. Strains are differences of the state over a length: what the
 /// scale of the state makes of them. The rest: the largest value of the file.
 double scale_of(const std::string& field, const Entry& file, const std::vector<System>& systems, double largest_value) {
-    if (std::find(std::begin(state_fields), std::end(state_fields), field) != std::end(state_fields)) return file["scale"][field].number();
+    if (of_state(field)) return file["scale"][field].number();
     double inv_length = 0;
     for (const System& s : systems)
         for (const ElementConstants& c : s.group.element) inv_length = std::max(inv_length, c.inv_rest_length);
@@ -118,87 +118,105 @@ double scale_of(const std::string& field, const Entry& file, const std::vector<S
     return largest_value;
 }
 
-} // namespace
+/// A recorded step, computed and as the file has it, rod by rod.
+struct Recorded {
+    long step;
+    std::vector<Fields> computed, reference;
+};
 
-std::vector<Deviation> replay_rods(const Entry& file) {
+/// The steps of a batch with their times summed as published, half step by half step, so that switches fall on the same step.
+/// `time` goes from the beginning of the batch to its end.
+std::vector<Step> timed(std::span<const Step> batch, const Scheme& scheme, double& time) {
+    std::vector<Step> steps(batch.begin(), batch.end());
+    for (std::size_t i = 0; i < steps.size(); ++i) {
+        const std::size_t stage = i % scheme.stages.size();
+        time += (scheme.stages[stage].drift - (stage == 0 ? scheme.lag : 0.0)) * steps[i].dt;
+        steps[i].time = time;
+        if (steps[i].completes) time += scheme.lag * steps[i].dt;
+    }
+    return steps;
+}
+
+std::vector<Recorded> run(const Entry& file, const std::vector<System>& systems) {
     const Integrator integrator = integrator_of(file["stepper"]);
     const Stepping stepping{scheme_of(integrator), file["dt"].positive()};
-    std::vector<System> systems;
-    for (const Entry& e : file["systems"].list()) systems.push_back(read_system(e, static_cast<int>(systems.size())));
     std::vector<RodGroup> groups;
     std::vector<LocalRod> owned;
-    std::vector<TileProgram<1>> programs;
-    std::vector<std::vector<std::shared_ptr<const Constraint>>> constraints;
-    std::vector<const External*> loads;
-    for (std::size_t i = 0; i < systems.size(); ++i) {
-        Program program = make_program(file, systems[i], static_cast<int>(i), stepping);
-        groups.push_back(systems[i].group);
-        owned.push_back({static_cast<std::int64_t>(i), static_cast<int>(i), 0});
-        programs.push_back(std::move(program.passes));
-        constraints.push_back(std::move(program.constraints));
-        loads.push_back(program.loads);
+    std::vector<TileProgram<1>> passes;
+    std::vector<Program> programs; // what is left of them: constraints, loads
+    for (const System& system : systems) {
+        const int number = static_cast<int>(groups.size());
+        programs.push_back(make_program(file, system, number, stepping));
+        passes.push_back(std::move(programs.back().passes));
+        groups.push_back(system.group);
+        owned.push_back({number, number, 0});
     }
     const Threads one(1);
-    RodTiles<1> rods(groups, std::move(owned), std::move(programs), one);
+    RodTiles<1> rods(groups, std::move(owned), std::move(passes), one);
     for (std::size_t i = 0; i < systems.size(); ++i) rods.import_rod(i, systems[i].start);
 
-    struct Compared {
-        long step;
-        std::vector<Fields> computed, reference; ///< one per system
-    };
-    std::vector<Compared> compared;
+    std::vector<Recorded> recorded;
     Clock clock(stepping.dt, 0, integrator);
     double time = file.has("start_time") ? file["start_time"].number() : 0.0;
-    std::vector<Step> steps;
-    const auto outputs = file["outputs"].list();
-    if (outputs.empty()) file["outputs"].fail("is empty");
-    for (const Entry& output : outputs) {
+    for (const Entry& output : file["outputs"].list()) {
         const long step = output["step"].integer();
         if (step <= clock.done()) output["step"].fail("does not follow the step before");
         while (clock.done() < step) {
             const auto batch = clock.next(step);
             clock.advance(batch);
-            steps.assign(batch.begin(), batch.end());
-            for (std::size_t i = 0; i < steps.size(); ++i) { // time is summed as published, so that switches fall on the same step
-                const std::size_t stage = i % stepping.scheme.stages.size();
-                time += (stepping.scheme.stages[stage].drift - (stage == 0 ? stepping.scheme.lag : 0.0)) * stepping.dt;
-                steps[i].time = time;
-                if (steps[i].completes) time += stepping.scheme.lag * stepping.dt;
-            }
+            const auto steps = timed(batch, stepping.scheme, time);
             rods.visit(steps, false);
         }
         const auto references = output["systems"].list();
         if (references.size() != systems.size()) output["systems"].fail("does not match the systems of the start");
-        Compared& c = compared.emplace_back(Compared{step, {}, {}});
+        Recorded& r = recorded.emplace_back(Recorded{step, {}, {}});
         for (std::size_t i = 0; i < systems.size(); ++i) {
             std::vector<Slot<1>> state(systems[i].start.size());
             rods.export_rod(i, state);
             close_step(systems[i].group, state, clock.lag());
-            for (const auto& constraint : constraints[i]) constraint->values(state.data(), time);
-            c.computed.push_back(fields_of(systems[i], state, *loads[i]));
-            c.reference.push_back(reference_fields(references[i], c.computed.back()));
+            for (const auto& constraint : programs[i].constraints) constraint->values(state.data(), time);
+            r.computed.push_back(fields_of(systems[i], state, *programs[i].loads));
+            r.reference.push_back(reference_fields(references[i], r.computed.back()));
         }
     }
+    if (recorded.empty()) file["outputs"].fail("is empty");
+    return recorded;
+}
+
+/// Largest |difference| of a field over all rods of a step; infinite where a number is not.
+double largest_difference(const Recorded& r, const std::string& field) {
+    double worst = 0;
+    for (std::size_t i = 0; i < r.reference.size(); ++i) {
+        const auto reference = r.reference[i].find(field);
+        if (reference == r.reference[i].end()) continue;
+        const auto& computed = r.computed[i].at(field);
+        for (std::size_t j = 0; j < computed.size(); ++j) {
+            const double d = std::abs(computed[j] - reference->second[j]);
+            if (!(d <= worst)) worst = std::isnan(d) ? INFINITY : d;
+        }
+    }
+    return worst;
+}
+
+} // namespace
+
+std::vector<Deviation> replay_rods(const Entry& file) {
+    std::vector<System> systems;
+    for (const Entry& e : file["systems"].list()) systems.push_back(read_system(e, static_cast<int>(systems.size())));
+    const auto recorded = run(file, systems);
 
     std::map<std::string, double> largest_value;
-    for (const Compared& c : compared)
-        for (const Fields& rod : c.reference)
-            for (const auto& [name, values] : rod) largest_value[name] = std::max(largest_value[name], largest(values));
+    for (const Recorded& r : recorded)
+        for (const Fields& rod : r.reference)
+            for (const auto& [field, values] : rod) largest_value[field] = std::max(largest_value[field], largest(values));
     std::vector<Deviation> deviations;
-    for (const Compared& c : compared) {
+    for (const Recorded& r : recorded) {
         double loosest = 0; // tolerance of what follows from the state
-        for (const char* name : state_fields) loosest = std::max(loosest, tolerance_of(file, c.step, name));
-        for (const auto& [name, most] : largest_value) {
-            const bool state = std::find(std::begin(state_fields), std::end(state_fields), name) != std::end(state_fields);
-            const double scale = scale_of(name, file, systems, most);
-            double worst = 0;
-            for (std::size_t i = 0; i < systems.size(); ++i)
-                if (const auto reference = c.reference[i].find(name); reference != c.reference[i].end())
-                    for (std::size_t j = 0; j < reference->second.size(); ++j) {
-                        const double d = std::abs(c.computed[i].at(name)[j] - reference->second[j]) / (scale > 0 ? scale : 1.0);
-                        if (!(d <= worst)) worst = std::isnan(d) ? INFINITY : d;
-                    }
-            deviations.push_back({c.step, name, worst, state ? tolerance_of(file, c.step, name) : loosest});
+        for (const char* field : state_fields) loosest = std::max(loosest, tolerance_of(file, r.step, field));
+        for (const auto& [field, most] : largest_value) {
+            const double scale = scale_of(field, file, systems, most);
+            deviations.push_back({r.step, field, largest_difference(r, field) / (scale > 0 ? scale : 1.0),
+                                  of_state(field) ? tolerance_of(file, r.step, field) : loosest});
         }
     }
     return deviations;
