@@ -13,7 +13,7 @@ class Decay final : public TilePass<1> {
 public:
     /// One z for every kick of a step, whatever its length.
     Decay(const RodGroup& group, const Damping& damping, double time_step)
-        : kick_(std::vector(largest_stages, KickConstants(group, damping_rates(group, {&damping, 1}), time_step, DampingOrder::after))) {}
+        : kick_(std::vector(largest_stages, KickConstants(group, damping_rates(group, {&damping, 1}), time_step, DampingScheme::after))) {}
     std::string_view name() const override { return "damper"; }
     void run(const RodTile<1>& rod, SlotLoad<1>* load, const Step& step) const override {
         std::fill_n(load, rod.n + 1, SlotLoad<1>{});

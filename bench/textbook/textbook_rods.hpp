@@ -1,5 +1,5 @@
 // The yardstick: Skein's discrete model of clamped, magnetised, damped rods, written the way a textbook code writes it. One
-// object per rod; one array per component along the rod; one loop per term, intermediates stored; sines and exponentials from
+// object per rod; one array per component along the rod; one loop per term, intermediates stored; sines from
 // the C++ library; every step begins and ends with half a drift. No step allocates, and no loop is slower than it need be.
 //   theory.md (5)-(24), (34)-(35), without merged drifts, packs, tiles, shared constants and polynomials
 //

@@ -62,4 +62,11 @@ template <int W> SKEIN_INLINE Decay<W> decay(Pack<W> z) {
     return d;
 }
 
+/// The implicit midpoint's a = (2 - z)/(2 + z), 0 above z = 2, and b = (1 - a)/z; z >= 0.
+template <int W> SKEIN_INLINE Decay<W> midpoint_decay(Pack<W> z) {
+    using P = Pack<W>;
+    const P two(2.0), sum = max(two + z, z + z), inverse = P(1.0) / sum; // 1/(2 + z), 1/(2 z) above 2
+    return {max(P(0.0), two - z) * inverse, two * inverse};
+}
+
 } // namespace skein

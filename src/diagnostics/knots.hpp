@@ -3,8 +3,8 @@
 // returns to node 0, which is not repeated). Its frame is one vector per segment, d1, which need not be quite normal to it.
 // Angles are counted in turns; right-handed twist and right-handed crossings are positive.
 // Sources: Klenin & Langowski 2000 (Biopolymers 54, 307), methods 1a and 2a; end segments as in Charles et al. 2019 (PRL 123,
-// 208003, section S2) and PyElastica. Where these take arcsin and arccos, which lose half the digits near coplanar segments, we
-// take the same angles by atan2.
+// 208003, section S2) and PyElastica. Where these take arcsin and arccos we take the same angles by atan2. Near coplanar segments
+// arcsin loses half of the digits: with end segments published writhe and link carry noise of some 1e-9.
 #pragma once
 
 #include "core/vec3.hpp"

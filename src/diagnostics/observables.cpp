@@ -103,15 +103,19 @@ RodEnergy rod_energy(const RodGroup& group, std::span<const Slot<1>> state) {
     return u;
 }
 
-std::vector<std::string> observable_names() {
-    return {"kinetic_translation[J]", "kinetic_rotation[J]", "elastic_stretch[J]", "elastic_shear[J]", "elastic_bend[J]", "elastic_twist[J]",
+std::vector<std::string> observable_names(const ObservableSets& sets) {
+    std::vector<std::string> names = {"kinetic_translation[J]", "kinetic_rotation[J]", "elastic_stretch[J]", "elastic_shear[J]", "elastic_bend[J]", "elastic_twist[J]",
             "momentum_x[kg m/s]", "momentum_y[kg m/s]", "momentum_z[kg m/s]", "centre_x[m]", "centre_y[m]", "centre_z[m]",
             "max_speed[m/s]", "max_axial_strain[-]", "max_turn_per_cell[rad]", "max_director_defect[-]"};
+    for (std::string& name : extra_names(sets)) names.push_back(std::move(name));
+    return names;
 }
 
-std::vector<double> observe(const Communicator& comm, const Threads& threads, std::span<const RodGroup> groups, const Rods& rods, double lag) {
+std::vector<double> observe(const Communicator& comm, const Threads& threads, std::span<const RodGroup> groups, const Rods& rods, double lag,
+                            const ObservableSets& sets) {
     const auto local = rods.local();
     std::vector<RodFigures> all(local.size());
+    std::vector<ExtraFigures> extra(sets.any() ? local.size() : 0);
     std::vector<std::vector<Slot<1>>> copies(static_cast<std::size_t>(threads.count()));
     threads.for_each(local.size(), [&](std::size_t i, int thread) {
         const RodGroup& group = groups[static_cast<std::size_t>(local[i].group)];
@@ -120,6 +124,7 @@ std::vector<double> observe(const Communicator& comm, const Threads& threads, st
         rods.export_rod(i, copy);
         synchronise(group, copy, lag);
         all[i] = figures(group, copy);
+        if (sets.any()) extra[i] = extra_figures(group, copy, sets);
     });
 
     std::vector<std::vector<double>> columns(sums, std::vector<double>(all.size()));
@@ -133,6 +138,8 @@ std::vector<double> observe(const Communicator& comm, const Threads& threads, st
     for (int axis = 0; axis < 3; ++axis) values[mass_x + axis] /= values[mass];
     values.resize(mass);
     values.insert(values.end(), extreme.begin(), extreme.end());
+    if (sets.any())
+        for (const double value : extra_values(comm, extra, sets)) values.push_back(value);
     return values;
 }
 

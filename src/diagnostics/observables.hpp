@@ -2,6 +2,7 @@
 // so a figure has the same bits for any number of ranks and threads.
 #pragma once
 
+#include "diagnostics/extra_observables.hpp"
 #include "parallel/communicator.hpp"
 #include "parallel/threads.hpp"
 #include "rod/rods.hpp"
@@ -22,9 +23,10 @@ struct RodEnergy {
 RodEnergy rod_energy(const RodGroup& group, std::span<const Slot<1>> state);
 
 /// Names with units, in the order that `observe` returns values.
-std::vector<std::string> observable_names();
+std::vector<std::string> observable_names(const ObservableSets& sets = {});
 
-/// Collective. `lag` moves copies on to the time of the rates.
-std::vector<double> observe(const Communicator& comm, const Threads& threads, std::span<const RodGroup> groups, const Rods& rods, double lag);
+/// Collective. `lag` moves copies on to the time of the rates; `sets` come after what every run observes.
+std::vector<double> observe(const Communicator& comm, const Threads& threads, std::span<const RodGroup> groups, const Rods& rods, double lag,
+                            const ObservableSets& sets = {});
 
 } // namespace skein

@@ -27,6 +27,10 @@ void Descriptor::write(std::string_view text) {
     }
 }
 
+void Descriptor::flush() {
+    if (::fsync(value_) != 0) throw_system_error(path_, "cannot be flushed to disk", errno);
+}
+
 void Descriptor::close() {
     if (::close(std::exchange(value_, -1)) != 0) throw_system_error(path_, "cannot be closed", errno);
 }

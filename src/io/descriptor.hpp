@@ -16,6 +16,8 @@ public:
 
     operator int() const { return value_; }
     void write(std::string_view text);
+    /// Waits until the content is on the disk.
+    void flush();
     /// For writers: closing may be where a network file system reports a failed write.
     void close();
 

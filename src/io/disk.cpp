@@ -23,11 +23,8 @@ namespace {
 
 std::string megabytes(std::uint64_t bytes) { return fmt::format("{:.1f} MB", static_cast<double>(bytes) * 1e-6); }
 
-/// Waits until a file's (or a directory's) content is on the disk.
-void flush_to_disk(const std::string& path) {
-    const Descriptor file(path, O_RDONLY);
-    if (::fsync(file) != 0) throw_system_error(path, "cannot be flushed to disk", errno);
-}
+/// A file or a directory.
+void flush_to_disk(const std::string& path) { Descriptor(path, O_RDONLY).flush(); }
 
 } // namespace
 

@@ -75,23 +75,28 @@ std::string rows_up_to(std::int64_t last_step, std::string_view content, std::st
     return kept;
 }
 
+/// Makes the file hold whole rows up to a step; returns the last one's, -1 where there is none.
+std::int64_t cut_back(const std::string& path, const std::string& head, std::int64_t resume_step) {
+    std::string content = head;
+    if (resume_step >= 0 && std::filesystem::exists(path)) {
+        const std::string old = read_file(path);
+        if (!old.starts_with(head)) throw IoError(path + ": its columns are not those of this run; move it away");
+        content = rows_up_to(resume_step, old, head);
+    }
+    write_file(path, content);
+    std::int64_t last_step = -1;
+    if (content.size() > head.size()) {
+        const auto row = content.rfind('\n', content.size() - 2) + 1;
+        std::from_chars(content.data() + row, content.data() + content.size(), last_step);
+    }
+    return last_step;
+}
+
 } // namespace
 
 SeriesFile::SeriesFile(std::string path, std::vector<std::string> columns, std::int64_t resume_step)
-    : path_(std::move(path)), columns_(columns.size()) {
-    const std::string head = header(columns);
-    std::string content = head;
-    if (resume_step >= 0 && std::filesystem::exists(path_)) {
-        const std::string old = read_file(path_);
-        if (!old.starts_with(head)) throw IoError(path_ + ": its columns are not those of this run; move it away");
-        content = rows_up_to(resume_step, old, head);
-    }
-    write_file(path_, content);
-    if (content.size() > head.size()) {
-        const auto row = content.rfind('\n', content.size() - 2) + 1;
-        std::from_chars(content.data() + row, content.data() + content.size(), last_step_);
-    }
-}
+    : path_(std::move(path)), columns_(columns.size()), last_step_(cut_back(path_, header(columns), resume_step)),
+      file_(path_, O_WRONLY | O_APPEND) {}
 
 void SeriesFile::append(std::int64_t step, double time, std::span<const double> values) {
     if (values.size() != columns_) throw Error(Exit::internal, path_ + ": a row does not match the header");
@@ -99,9 +104,7 @@ void SeriesFile::append(std::int64_t step, double time, std::span<const double> 
     std::string row = fmt::format("{},{:.17g}", step, time);
     for (const double value : values) fmt::format_to(std::back_inserter(row), ",{:.17g}", value);
     row += '\n';
-    Descriptor file(path_, O_WRONLY | O_APPEND);
-    file.write(row);
-    file.close();
+    file_.write(row);
     last_step_ = step;
 }
 

@@ -3,6 +3,7 @@
 #include "core/error.hpp"
 #include "io/disk.hpp"
 
+#include <fmt/format.h>
 #include <hdf5.h>
 #include <mpi.h>
 #include <unistd.h>
@@ -48,6 +49,14 @@ herr_t take_down_reason(hid_t stack, void*) {
         nullptr);
 }
 
+std::string failure_of(const std::string& path, const std::string& deed) {
+    const std::string reason = std::exchange(last_reason, {});
+    return path + ": " + deed + (reason.empty() ? "" : " (" + reason + ")");
+}
+
+/// HDF5 insists on writing its metadata before it lets go of a file. Emptying the file, which is of no use any more, makes room.
+void make_room(const std::string& path) { [[maybe_unused]] const int ignored = ::truncate(path.c_str(), 0); }
+
 hid_t type_id(H5Type type) {
     switch (type) {
     case H5Type::float32:
@@ -65,14 +74,22 @@ hid_t type_id(H5Type type) {
 // Pieces of this size suit both ParaView, which reads single frames, and file systems with stripes of 1 to 4 MB.
 constexpr std::uint64_t largest_chunk = 4 << 20;
 
-Handle file_access(const Communicator& comm) {
+Handle file_access() {
     Handle access(H5Pcreate(H5P_FILE_ACCESS), H5Pclose);
-    H5Pset_fapl_mpio(access, MPI_Comm_f2c(comm.handle()), MPI_INFO_NULL);
     // The newer format has checksums on all metadata, so that damage there is an error and not a wrong number.
     H5Pset_libver_bounds(access, H5F_LIBVER_V110, H5F_LIBVER_LATEST);
+    H5Pset_fclose_degree(access, H5F_CLOSE_STRONG);
+#if H5_VERSION_GE(1, 10, 7) && !(H5_VERSION_GE(1, 12, 0) && !H5_VERSION_GE(1, 12, 1))
+    H5Pset_file_locking(access, false, true); // parallel file systems may have none, and the directory has a lock of its own
+#endif
+    return access;
+}
+
+Handle file_access(const Communicator& comm) {
+    Handle access = file_access();
+    H5Pset_fapl_mpio(access, MPI_Comm_f2c(comm.handle()), MPI_INFO_NULL);
     H5Pset_coll_metadata_write(access, true);
     H5Pset_all_coll_metadata_ops(access, true);
-    H5Pset_fclose_degree(access, H5F_CLOSE_STRONG);
     return access;
 }
 
@@ -85,6 +102,12 @@ hid_t open_file(const Communicator& comm, const std::string& path, H5File::Mode 
     return H5Fcreate(path.c_str(), H5F_ACC_TRUNC, creation, access);
 }
 
+Handle new_group(hid_t parent, const std::string& path) {
+    const Handle creation(H5Pcreate(H5P_GROUP_CREATE), H5Pclose);
+    H5Pset_obj_track_times(creation, false);
+    return Handle(H5Gcreate2(parent, path.c_str(), H5P_DEFAULT, creation, H5P_DEFAULT), H5Gclose);
+}
+
 /// Space for all elements at once and no fill values: every element is written.
 Handle dataset_creation() {
     Handle creation(H5Pcreate(H5P_DATASET_CREATE), H5Pclose);
@@ -94,18 +117,41 @@ Handle dataset_creation() {
     return creation;
 }
 
-/// One frame, or an equal share of its rods where that is more than a chunk's size.
+/// One frame; several where they are small, an equal share of its rods where it is more than a chunk's size.
 std::vector<hsize_t> chunk_shape(H5Type type, const std::vector<std::uint64_t>& frame_shape) {
-    if (frame_shape.empty()) return {1024};
-    std::vector<hsize_t> chunk{1};
-    chunk.insert(chunk.end(), frame_shape.begin(), frame_shape.end());
     std::uint64_t row = H5Tget_size(type_id(type));
     for (std::size_t i = 1; i < frame_shape.size(); ++i) row *= frame_shape[i];
+    const std::uint64_t frame = frame_shape.empty() ? row : row * frame_shape[0];
+    std::vector<hsize_t> chunk{std::max<std::uint64_t>(H5File::frames_slack / frame, 1)};
+    chunk.insert(chunk.end(), frame_shape.begin(), frame_shape.end());
+    if (frame <= largest_chunk) return chunk;
     const std::uint64_t rows_that_fit = std::max<std::uint64_t>(largest_chunk / row, 1);
     const std::uint64_t chunks = (frame_shape[0] + rows_that_fit - 1) / rows_that_fit;
     chunk[1] = (frame_shape[0] + chunks - 1) / chunks;
     return chunk;
 }
+
+/// A dataset of frames, open.
+struct Frames {
+    Handle dataset;
+    std::vector<hsize_t> size, chunk;
+    bool valid = false;
+
+    Frames(hid_t file, const std::string& path) : dataset(H5Dopen2(file, path.c_str(), H5P_DEFAULT), H5Dclose) {
+        if (!dataset.valid()) return;
+        const Handle space(H5Dget_space(dataset), H5Sclose), creation(H5Dget_create_plist(dataset), H5Pclose);
+        const int dimensions = H5Sget_simple_extent_ndims(space);
+        if (dimensions < 1) return;
+        size.resize(static_cast<std::size_t>(dimensions));
+        chunk.resize(size.size());
+        valid = H5Sget_simple_extent_dims(space, size.data(), nullptr) == dimensions &&
+                H5Pget_chunk(creation, dimensions, chunk.data()) == dimensions;
+    }
+    bool set(std::uint64_t frames) {
+        size[0] = frames;
+        return H5Dset_extent(dataset, size.data()) >= 0;
+    }
+};
 
 struct Selection {
     Handle memory, file;
@@ -167,9 +213,8 @@ H5File::H5File(const Communicator& comm, std::string path, Mode mode) : comm_(co
 H5File::~H5File() {
     if (id_ < 0) return;
     if (mode_ != Mode::read) {
-        // HDF5 insists on writing its metadata before it lets go of the file. Emptying the file makes room for that.
         comm_.barrier();
-        [[maybe_unused]] const int ignored = comm_.root() ? ::truncate(path_.c_str(), 0) : 0;
+        if (comm_.root()) make_room(path_);
         comm_.barrier();
     }
     H5Fclose(id_);
@@ -187,18 +232,12 @@ void H5File::reserve(std::uint64_t bytes) {
 }
 
 void H5File::agree(bool well, const std::string& deed) const {
-    const std::string failure =
-        comm_.first_text(well ? "" : path_ + ": " + deed + (last_reason.empty() ? "" : " (" + last_reason + ")"));
+    const std::string text = comm_.first_text(well ? "" : failure_of(path_, deed));
     last_reason.clear();
-    if (!failure.empty()) throw IoError(failure);
+    if (!text.empty()) throw IoError(text);
 }
 
-void H5File::make_group(const std::string& path) {
-    const Handle creation(H5Pcreate(H5P_GROUP_CREATE), H5Pclose);
-    H5Pset_obj_track_times(creation, false);
-    const Handle group(H5Gcreate2(id_, path.c_str(), H5P_DEFAULT, creation, H5P_DEFAULT), H5Gclose);
-    agree(group.valid(), path + " cannot be made");
-}
+void H5File::make_group(const std::string& path) { agree(new_group(id_, path).valid(), path + " cannot be made"); }
 
 void H5File::make_dataset(const std::string& path, H5Type type, const std::vector<std::uint64_t>& shape) {
     const std::vector<hsize_t> size(shape.begin(), shape.end());
@@ -220,31 +259,17 @@ void H5File::make_frames(const std::string& path, H5Type type, const std::vector
     agree(dataset.valid(), path + " cannot be made");
 }
 
-void H5File::set_frames(const std::string& path, std::uint64_t frames) {
-    const auto old = shape(path);
-    std::vector<hsize_t> size(old.begin(), old.end());
-    size.at(0) = frames;
-    const Handle dataset(H5Dopen2(id_, path.c_str(), H5P_DEFAULT), H5Dclose);
-    agree(dataset.valid() && H5Dset_extent(dataset, size.data()) >= 0, path + " cannot be resized");
-}
-
-void H5File::make_view(const std::string& path, const std::string& frames, std::uint64_t frame) {
-    const Handle dataset(H5Dopen2(id_, frames.c_str(), H5P_DEFAULT), H5Dclose);
-    const Handle type(H5Dget_type(dataset), H5Tclose);
-    const auto all = shape(frames);
-    H5Box box{all, all};
-    std::fill(box.start.begin(), box.start.end(), 0);
-    box.start.at(0) = frame;
-    box.count.at(0) = 1;
-    const Selection part(dataset, box);
-    std::vector<hsize_t> size(all.begin(), all.end());
-    size.erase(size.begin());
-    const Handle space(H5Screate_simple(static_cast<int>(size.size()), size.data(), nullptr), H5Sclose);
-    const Handle creation(H5Pcreate(H5P_DATASET_CREATE), H5Pclose);
-    H5Pset_obj_track_times(creation, false);
-    const bool mapped = part.valid && H5Pset_virtual(creation, space, ".", frames.c_str(), part.file) >= 0;
-    const Handle view(H5Dcreate2(id_, path.c_str(), type, space, H5P_DEFAULT, creation, H5P_DEFAULT), H5Dclose);
-    agree(mapped && view.valid(), path + " cannot be made");
+void H5File::set_frames(const std::vector<std::string>& paths, std::uint64_t frames) {
+    std::vector<Frames> grown;
+    bool well = true;
+    for (const std::string& path : paths) well &= grown.emplace_back(id_, path).valid;
+    agree(well, "frames cannot be opened");
+    // A rank that fails goes on: the others may wait for it in the calls that follow.
+    for (std::uint64_t frame = grown.at(0).size[0]; frame < frames; ++frame)
+        for (Frames& dataset : grown)
+            if (frame % dataset.chunk[0] == 0) well &= dataset.set(frame + 1);
+    for (Frames& dataset : grown) well &= dataset.set(frames);
+    agree(well, fmt::format("frames cannot be made {}", frames));
 }
 
 std::vector<std::uint64_t> H5File::shape(const std::string& path) const {
@@ -321,6 +346,46 @@ void H5File::get(const std::string& object, const std::string& name, std::string
     }
     agree(well, attribute_name(object, name) + " cannot be read");
     value.erase(value.find_last_not_of('\0') + 1);
+}
+
+namespace {
+
+bool make_view(hid_t file, const std::string& path, const Frames& frames, const std::string& frames_path, std::uint64_t frame) {
+    H5Box box{std::vector<std::uint64_t>(frames.size.size(), 0), {frames.size.begin(), frames.size.end()}};
+    box.start[0] = frame;
+    box.count[0] = 1;
+    const Selection part(frames.dataset, box);
+    const Handle space(H5Screate_simple(static_cast<int>(frames.size.size()) - 1, frames.size.data() + 1, nullptr), H5Sclose);
+    const Handle type(H5Dget_type(frames.dataset), H5Tclose), creation(H5Pcreate(H5P_DATASET_CREATE), H5Pclose);
+    H5Pset_obj_track_times(creation, false);
+    if (!part.valid || H5Pset_virtual(creation, space, ".", frames_path.c_str(), part.file) < 0) return false;
+    return Handle(H5Dcreate2(file, path.c_str(), type, space, H5P_DEFAULT, creation, H5P_DEFAULT), H5Dclose).valid();
+}
+
+bool make_views(hid_t file, const std::string& group, const std::vector<std::string>& names, std::uint64_t count) {
+    std::vector<Frames> frames;
+    for (const std::string& name : names) frames.emplace_back(file, group + "/" + name);
+    if (!new_group(file, group + "/frames").valid()) return false;
+    for (std::uint64_t k = 0; k < count; ++k) {
+        const std::string path = fmt::format("{}/frames/{}", group, k);
+        if (!new_group(file, path).valid()) return false;
+        for (std::size_t i = 0; i < names.size(); ++i)
+            if (!frames[i].valid || !make_view(file, path + "/" + names[i], frames[i], group + "/" + names[i], k)) return false;
+    }
+    return true;
+}
+
+} // namespace
+
+void make_frame_views(const std::string& path, const std::string& group, const std::vector<std::string>& names,
+                      std::uint64_t frames) {
+    const hid_t file = H5Fopen(path.c_str(), H5F_ACC_RDWR, file_access());
+    bool well = file >= 0 && make_views(file, group, names, frames) && H5Fflush(file, H5F_SCOPE_LOCAL) >= 0;
+    if (file >= 0) {
+        if (!well) make_room(path);
+        well &= H5Fclose(file) >= 0;
+    }
+    if (!well) throw IoError(failure_of(path, "single frames cannot be shown"));
 }
 
 } // namespace skein

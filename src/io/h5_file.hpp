@@ -38,11 +38,13 @@ public:
 
     void make_group(const std::string& path);
     void make_dataset(const std::string& path, H5Type type, const std::vector<std::uint64_t>& shape);
-    /// A dataset that grows along its first dimension, from no frames, each `frame_shape`.
+    /// A dataset that grows along its first dimension, from no frames, each `frame_shape`. It may take up to `frames_slack` bytes
+    /// more than its frames.
     void make_frames(const std::string& path, H5Type type, const std::vector<std::uint64_t>& frame_shape);
-    void set_frames(const std::string& path, std::uint64_t frames);
-    /// A dataset of one frame that shows frame `frame` of dataset `frames`, without a copy (HDF5 calls it virtual).
-    void make_view(const std::string& path, const std::string& frames, std::uint64_t frame);
+    static constexpr std::uint64_t frames_slack = 8 << 10;
+    /// Lets datasets of equally many frames have `frames`. Space is taken as if they grew frame by frame, all of them in turn: the
+    /// file's bytes do not depend on how many frames are added at a time.
+    void set_frames(const std::vector<std::string>& paths, std::uint64_t frames);
     std::vector<std::uint64_t> shape(const std::string& path) const;
 
     /// Every rank's box, as numbers of `type`, which is also the type on file: conversion would make transfers independent.
@@ -70,5 +72,11 @@ private:
     std::int64_t id_ = -1;
     std::uint64_t reserved_ = 0;
 };
+
+/// Shows each frame k of datasets <group>/<name>, `frames` of them, as a dataset <group>/frames/<k>/<name> of its own, without a
+/// copy (HDF5 calls it virtual). For one rank alone, in a file that is closed: in one that is open on all ranks HDF5 would
+/// duplicate the communicator for each.
+void make_frame_views(const std::string& file, const std::string& group, const std::vector<std::string>& names,
+                      std::uint64_t frames);
 
 } // namespace skein

@@ -1,5 +1,7 @@
 #include "io/output_spec.hpp"
 
+#include <algorithm>
+
 namespace skein {
 
 void OutputSpec::fields(FieldVisitor& f) {
@@ -8,7 +10,10 @@ void OutputSpec::fields(FieldVisitor& f) {
     f.choice({.name = "precision", .unit = "", .text = "of trajectory and tip frames"}, precision, precision_names);
     f.visit({.name = "tips", .unit = "s", .text = "interval of frames of every rod's last node; 0: none", .at_least = 0}, tips);
     f.visit({.name = "series", .unit = "s", .text = "interval of the time series of observables; 0: none", .at_least = 0}, series);
+    f.visit({.name = "observables", .unit = "", .text = "added to the series: any of \"angular_momentum\", \"curvature\", \"knots\""}, observables);
     f.visit({.name = "checkpoint", .unit = "s", .text = "interval of checkpoints; 0: only one at the end", .at_least = 0}, checkpoint);
 }
+
+bool OutputSpec::observes(std::string_view set) const { return std::find(observables.begin(), observables.end(), set) != observables.end(); }
 
 } // namespace skein

@@ -8,6 +8,9 @@ namespace skein {
 enum class Precision { single, double_ };
 inline constexpr std::string_view precision_names[] = {"single", "double"};
 
+/// What a scene may add to its observables.
+inline constexpr std::string_view observable_set_names[] = {"angular_momentum", "curvature", "knots"};
+
 /// Intervals in seconds, rounded to whole steps; 0 switches an output off: it is then not opened, called or allocated.
 struct OutputSpec {
     double trajectory = 0; ///< every node, into HDF5 + XDMF
@@ -15,7 +18,10 @@ struct OutputSpec {
     Precision precision = Precision::single;
     double tips = 0;       ///< last node of every rod, into HDF5
     double series = 0;     ///< observables.csv
+    std::vector<std::string> observables; ///< sets beyond energies, momentum and extremes
     double checkpoint = 0; ///< 0: only at the end
+
+    bool observes(std::string_view set) const;
 
     void fields(FieldVisitor& f);
 };

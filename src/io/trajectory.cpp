@@ -13,6 +13,7 @@
 #include <cstring>
 #include <filesystem>
 #include <unistd.h>
+#include <utility>
 #include <vector>
 
 namespace skein {
@@ -21,6 +22,8 @@ namespace {
 
 const std::string format_name = "skein-trajectory";
 constexpr std::int64_t format_version = 1;
+constexpr std::uint64_t stamp_bytes = sizeof(std::int64_t) + sizeof(double); ///< of a frame's step and time
+constexpr std::uint64_t view_bytes = 4 << 10; ///< in the file, of a frame's names of its own, or more
 
 using Shape = std::vector<std::uint64_t>;
 
@@ -67,6 +70,11 @@ void fill_normals(std::span<const Slot<1>> state, double* out) {
     }
 }
 
+/// What synchronise() does, for positions alone: most of its time goes into directors.                 theory.md (16)
+void synchronise_positions(std::span<Slot<1>> state, double h) {
+    for (auto& slot : state) slot.position = fma(Pack<1>(h), slot.velocity, slot.position);
+}
+
 std::vector<Field> fields_of(FrameKind kind, const OutputSpec& spec, const RodGroup& group) {
     if (kind == FrameKind::tips) return {{"position", {3}, fill_tip}};
     const auto nodes = static_cast<std::uint64_t>(group.slots());
@@ -82,6 +90,16 @@ Shape prepend(std::uint64_t first, const Shape& rest) {
     Shape shape{first};
     shape.insert(shape.end(), rest.begin(), rest.end());
     return shape;
+}
+
+/// Records [rows, columns] as [columns, rows].
+std::vector<std::byte> transposed(std::vector<std::byte> records, std::size_t rows, std::size_t columns, std::size_t bytes) {
+    if (rows <= 1 || columns <= 1) return records;
+    std::vector<std::byte> turned(records.size());
+    for (std::size_t row = 0; row < rows; ++row)
+        for (std::size_t column = 0; column < columns; ++column)
+            std::memcpy(&turned[(column * rows + row) * bytes], &records[(row * columns + column) * bytes], bytes);
+    return turned;
 }
 
 void store(const std::vector<double>& numbers, Precision precision, std::byte* out) {
@@ -100,23 +118,22 @@ template <class T> H5Type h5_type();
 template <> H5Type h5_type<double>() { return H5Type::float64; }
 template <> H5Type h5_type<std::int64_t>() { return H5Type::int64; }
 
-/// One group's part of the files.
+/// One group's part of the files. Frames are pending until they are written, many at a time.
 class GroupFrames {
 public:
     GroupFrames(const Communicator& comm, const RodGroup& group, const Rods& rods, FrameKind kind, const OutputSpec& spec)
         : group_(group), rods_(rods), kind_(kind), precision_(spec.precision), fields_(fields_of(kind, spec, group)),
-          local_(places(rods, group)), blocks_(comm, indices(rods, local_), group.count()) {}
+          local_(places(rods, group)), blocks_(comm, indices(rods, local_), group.count()), pending_(fields_.size()) {}
 
-    std::uint64_t frame_bytes() const {
-        std::uint64_t numbers = 0;
-        for (const Field& field : fields_) numbers += field.numbers();
-        return numbers * static_cast<std::uint64_t>(group_.count()) * number_bytes();
-    }
+    /// Of a frame in the file, or more.
+    std::uint64_t frame_bytes() const { return count() * rod_bytes() + (kind_ == FrameKind::trajectory ? view_bytes : 0); }
+    /// Of a pending frame on this rank.
+    std::size_t pending_bytes() const { return local_.size() * rod_bytes(); }
 
     /// Of what holds for all frames, or more.
     std::uint64_t constant_bytes() const {
         const std::uint64_t per_node = kind_ == FrameKind::trajectory ? 16 * static_cast<std::uint64_t>(group_.slots()) : 0;
-        return count() * (per_node + 56) + 8 * static_cast<std::uint64_t>(group_.slots());
+        return count() * (per_node + 56) + 8 * static_cast<std::uint64_t>(group_.slots()) + fields_.size() * H5File::frames_slack;
     }
 
     void make(H5File& file, const Communicator& comm) const {
@@ -125,37 +142,72 @@ public:
         write_constants(file, comm);
     }
 
-    void write(H5File& file, std::uint64_t frame, const Threads& threads, double half_dt) const {
-        const auto owned = fill(threads, half_dt);
+    std::vector<std::string> frame_datasets() const {
+        std::vector<std::string> paths;
+        for (const Field& field : fields_) paths.push_back(path(field.name));
+        return paths;
+    }
+
+    /// Takes a frame of the rods as they are, one of at most `most` that will be pending.
+    void take(const Threads& threads, double half_dt, std::size_t most) {
+        constexpr std::size_t batch = 64; // rods of one task
+        std::vector<std::size_t> begin;
+        for (std::size_t f = 0; f < fields_.size(); ++f) {
+            const std::size_t bytes = local_.size() * record_bytes(fields_[f]);
+            begin.push_back(pending_[f].size());
+            if (pending_[f].empty()) pending_[f].reserve(most * bytes);
+            pending_[f].resize(begin[f] + bytes);
+        }
+        threads.for_each((local_.size() + batch - 1) / batch, [&](std::size_t task, int) {
+            std::vector<Slot<1>> state(static_cast<std::size_t>(group_.slots()));
+            std::vector<double> numbers;
+            for (std::size_t i = task * batch; i < std::min((task + 1) * batch, local_.size()); ++i) {
+                rods_.export_rod(local_[i], state);
+                if (directors())
+                    synchronise(group_, state, half_dt);
+                else
+                    synchronise_positions(state, half_dt);
+                for (std::size_t f = 0; f < fields_.size(); ++f) {
+                    numbers.resize(fields_[f].numbers());
+                    fields_[f].fill(state, numbers.data());
+                    store(numbers, precision_, &pending_[f][begin[f] + i * record_bytes(fields_[f])]);
+                }
+            }
+        });
+    }
+
+    /// Writes the pending frames, `frames` of them, from frame `first` on.
+    void write(H5File& file, std::uint64_t first, std::size_t frames) {
+        const auto rods = static_cast<std::size_t>(blocks_.size());
         for (std::size_t f = 0; f < fields_.size(); ++f) {
             const Field& field = fields_[f];
-            const auto block = blocks_.to_blocks(owned[f], field.numbers() * number_bytes());
-            H5Box box{{frame, static_cast<std::uint64_t>(blocks_.begin())}, {1, static_cast<std::uint64_t>(blocks_.size())}};
+            const std::size_t record = record_bytes(field);
+            // A rod's numbers of all frames travel together.
+            auto numbers = transposed(std::exchange(pending_[f], {}), frames, local_.size(), record);
+            numbers = blocks_.to_blocks(numbers, frames * record);
+            numbers = transposed(std::move(numbers), rods, frames, record);
+            H5Box box{{first, static_cast<std::uint64_t>(blocks_.begin())}, {frames, rods}};
             box.start.resize(2 + field.shape.size(), 0);
             box.count.insert(box.count.end(), field.shape.begin(), field.shape.end());
-            file.set_frames(path(field.name), frame + 1);
-            file.write(path(field.name), number_type(), box, block.data());
+            file.write(path(field.name), number_type(), box, numbers.data());
         }
+    }
+
+    void drop_pending() {
+        for (auto& records : pending_) records = {};
     }
 
     /// Single frames under names of their own, for the side-car: of the XDMF readers in use one knows hyperslabs only in a
-    /// spelling that the other does not.
-    void make_views(H5File& file, std::uint64_t frames) const {
+    /// spelling that the other does not. Root only, of a closed file.
+    void make_views(const std::string& file, std::uint64_t frames) const {
         if (kind_ == FrameKind::tips) return;
-        file.make_group(path("frames"));
-        for (std::uint64_t frame = 0; frame < frames; ++frame) {
-            file.make_group(path(fmt::format("frames/{}", frame)));
-            for (const Field& field : fields_)
-                if (field.name != "directors")
-                    file.make_view(path(fmt::format("frames/{}/{}", frame, field.name)), path(field.name), frame);
-        }
+        std::vector<std::string> names;
+        for (const Field& field : fields_)
+            if (field.name != "directors") names.push_back(field.name);
+        make_frame_views(file, path(), names, frames);
     }
 
-    void set_frames(H5File& file, std::uint64_t frames) const {
-        for (const Field& field : fields_) file.set_frames(path(field.name), frames);
-    }
-
-    XdmfGroup xdmf() const { return {group_.name(), group_.count(), group_.slots(), fields_.size() > 1, magnetised()}; }
+    XdmfGroup xdmf() const { return {group_.name(), group_.count(), group_.slots(), directors(), magnetised()}; }
 
 private:
     static std::vector<std::size_t> places(const Rods& rods, const RodGroup& group) {
@@ -175,28 +227,14 @@ private:
     std::uint64_t count() const { return static_cast<std::uint64_t>(group_.count()); }
     std::size_t number_bytes() const { return precision_ == Precision::single ? 4 : 8; }
     H5Type number_type() const { return precision_ == Precision::single ? H5Type::float32 : H5Type::float64; }
-    bool magnetised() const { return group_.spec().magnetisation.pattern != MagnetisationPattern::none; }
-
-    /// The numbers of every field, of the owned rods in their order.
-    std::vector<std::vector<std::byte>> fill(const Threads& threads, double half_dt) const {
-        constexpr std::size_t batch = 64; // rods of one task
-        std::vector<std::vector<std::byte>> owned;
-        for (const Field& field : fields_) owned.emplace_back(local_.size() * field.numbers() * number_bytes());
-        threads.for_each((local_.size() + batch - 1) / batch, [&](std::size_t task, int) {
-            std::vector<Slot<1>> state(static_cast<std::size_t>(group_.slots()));
-            std::vector<double> numbers;
-            for (std::size_t i = task * batch; i < std::min((task + 1) * batch, local_.size()); ++i) {
-                rods_.export_rod(local_[i], state);
-                synchronise(group_, state, half_dt);
-                for (std::size_t f = 0; f < fields_.size(); ++f) {
-                    numbers.resize(fields_[f].numbers());
-                    fields_[f].fill(state, numbers.data());
-                    store(numbers, precision_, &owned[f][i * numbers.size() * number_bytes()]);
-                }
-            }
-        });
-        return owned;
+    std::size_t record_bytes(const Field& field) const { return field.numbers() * number_bytes(); }
+    std::size_t rod_bytes() const {
+        std::size_t bytes = 0;
+        for (const Field& field : fields_) bytes += record_bytes(field);
+        return bytes;
     }
+    bool directors() const { return fields_.size() > 1; }
+    bool magnetised() const { return group_.spec().magnetisation.pattern != MagnetisationPattern::none; }
 
     /// A dataset [rods, width] that holds for all frames: this rank's rows from row(index, out).
     template <class T, class Row> void write_rows(H5File& file, const std::string& name, std::uint64_t width, Row row) const {
@@ -244,6 +282,7 @@ private:
     std::vector<Field> fields_;
     std::vector<std::size_t> local_; ///< places of the group's rods in Rods::local()
     IndexBlocks blocks_;
+    std::vector<std::vector<std::byte>> pending_; ///< of each field: [frames, owned rods]
 };
 
 /// Frames of one file, by its name in the directory.
@@ -260,9 +299,10 @@ template <class T> std::vector<T> read_all(const H5File& file, const std::string
     return values;
 }
 
-template <class T> void append(H5File& file, const Communicator& comm, const std::string& path, std::uint64_t frame, T value) {
-    file.set_frames(path, frame + 1);
-    file.write(path, h5_type<T>(), {{frame}, {comm.root() ? 1u : 0u}}, &value);
+/// The numbers of frame `first` and later ones, written by root.
+template <class T>
+void write_from(H5File& file, const Communicator& comm, const std::string& path, std::uint64_t first, const std::vector<T>& all) {
+    file.write(path, h5_type<T>(), {{first}, {comm.root() ? all.size() - first : 0}}, all.data() + first);
 }
 
 } // namespace
@@ -276,13 +316,21 @@ struct FrameWriter::Impl {
     std::string title;
     std::vector<GroupFrames> groups;
     std::vector<Segment> segments; ///< finished ones
-    std::unique_ptr<H5File> file;  ///< the open segment
-    Segment open;
+    std::size_t most_pending = 1;  ///< frames
+    std::unique_ptr<H5File> file;  ///< of the open segment, once there are frames in it
+    Segment open;                  ///< with its pending frames
+    std::size_t written = 0;       ///< frames of the open segment
     std::int64_t last_step = -1;
 
     std::string kind_name() const { return std::string(frame_kind_names[static_cast<std::size_t>(kind)]); }
     std::string path_of(const std::string& name) const { return directory + "/" + name; }
     std::string temporary() const { return path_of(open.file) + ".tmp"; }
+    std::vector<std::string> frame_datasets() const {
+        std::vector<std::string> paths{"/step", "/time"};
+        for (const GroupFrames& group : groups)
+            for (auto& path : group.frame_datasets()) paths.push_back(std::move(path));
+        return paths;
+    }
 
     /// Removes segments that begin after the step, and unfinished ones; returns the names of the others.
     std::vector<std::string> clear_after(std::int64_t step) const {
@@ -316,9 +364,7 @@ struct FrameWriter::Impl {
         const std::string path = path_of(segment.file), copy = path + ".tmp";
         on_root(comm, [&] { std::filesystem::copy_file(path, copy, std::filesystem::copy_options::overwrite_existing); });
         H5File shorter(comm, copy, H5File::Mode::modify);
-        shorter.set_frames("/step", frames);
-        shorter.set_frames("/time", frames);
-        for (const GroupFrames& group : groups) group.set_frames(shorter, frames);
+        shorter.set_frames(frame_datasets(), frames);
         shorter.close();
         on_root(comm, [&] { publish(copy, path); });
         segment.steps.resize(frames);
@@ -336,8 +382,14 @@ struct FrameWriter::Impl {
         if (!segments.empty()) write_side_car();
     }
 
-    void open_segment(std::int64_t step, std::uint64_t bytes) {
-        open = {fmt::format("{}_{:012d}.h5", kind_name(), step), {}, {}};
+    /// Frames that `bytes` of memory hold on every rank, so that all ranks write at the same steps.
+    void limit_pending(std::uint64_t bytes) {
+        std::uint64_t frame = stamp_bytes;
+        for (const GroupFrames& group : groups) frame += group.pending_bytes();
+        most_pending = std::max<std::size_t>(bytes / static_cast<std::uint64_t>(comm.max(static_cast<std::int64_t>(frame))), 1);
+    }
+
+    void open_file(std::uint64_t bytes) {
         file = std::make_unique<H5File>(comm, temporary(), H5File::Mode::create);
         file->reserve(bytes);
         file->set("/", "format", format_name);
@@ -351,36 +403,52 @@ struct FrameWriter::Impl {
     }
 
     void write(std::int64_t step, double time, double half_dt) {
-        std::uint64_t bytes = 0;
-        for (const GroupFrames& group : groups) bytes += group.frame_bytes() + (file ? 0 : group.constant_bytes());
-        on_root(comm, [&] { require_space(directory, bytes); });
-        if (!file)
-            open_segment(step, bytes);
-        else
-            file->reserve(bytes);
-        const std::uint64_t frame = open.steps.size();
-        append(*file, comm, "/step", frame, step);
-        append(*file, comm, "/time", frame, time);
-        for (const GroupFrames& group : groups) group.write(*file, frame, threads, half_dt);
+        if (open.steps.empty()) open.file = fmt::format("{}_{:012d}.h5", kind_name(), step);
+        for (GroupFrames& group : groups) group.take(threads, half_dt, most_pending);
         open.steps.push_back(step);
         open.times.push_back(time);
         last_step = step;
+        if (open.steps.size() - written == most_pending) write_pending();
+    }
+
+    void write_pending() {
+        const std::size_t frames = open.steps.size() - written;
+        if (frames == 0) return;
+        std::uint64_t bytes = frames * stamp_bytes;
+        for (const GroupFrames& group : groups) bytes += frames * group.frame_bytes() + (file ? 0 : group.constant_bytes());
+        on_root(comm, [&] { require_space(directory, bytes); });
+        if (file)
+            file->reserve(bytes);
+        else
+            open_file(bytes);
+        file->set_frames(frame_datasets(), open.steps.size());
+        write_from(*file, comm, "/step", written, open.steps);
+        write_from(*file, comm, "/time", written, open.times);
+        for (GroupFrames& group : groups) group.write(*file, written, frames);
+        written = open.steps.size();
     }
 
     void close() {
-        if (!file) return;
-        for (const GroupFrames& group : groups) group.make_views(*file, open.steps.size());
+        if (open.steps.empty()) return;
+        write_pending();
         file->close();
         file.reset();
-        on_root(comm, [&] { publish(temporary(), path_of(open.file)); });
-        segments.push_back(std::move(open));
+        on_root(comm, [&] {
+            for (const GroupFrames& group : groups) group.make_views(temporary(), open.steps.size());
+            publish(temporary(), path_of(open.file));
+        });
+        segments.push_back(std::exchange(open, {}));
+        written = 0;
         write_side_car();
     }
 
     /// Gives up the open segment: after an error it cannot be trusted, and on a full disk it stands in the way.
     void drop() {
         file.reset();
-        if (comm.root()) ::unlink(temporary().c_str());
+        if (comm.root() && !open.file.empty()) ::unlink(temporary().c_str());
+        for (GroupFrames& group : groups) group.drop_pending();
+        open = {};
+        written = 0;
     }
 
     void write_side_car() const {
@@ -398,9 +466,10 @@ struct FrameWriter::Impl {
 
 FrameWriter::FrameWriter(const Communicator& comm, std::string directory, FrameKind kind, const OutputSpec& spec,
                          std::span<const RodGroup> groups, const Rods& rods, const Threads& threads, std::int64_t resume_step,
-                         std::string title)
-    : impl_(new Impl{comm, std::move(directory), kind, spec, threads, std::move(title), {}, {}, nullptr, {}, -1}) {
+                         std::string title, std::uint64_t buffer_bytes)
+    : impl_(new Impl{comm, std::move(directory), kind, spec, threads, std::move(title)}) {
     for (const RodGroup& group : groups) impl_->groups.emplace_back(comm, group, rods, kind, spec);
+    impl_->limit_pending(buffer_bytes);
     impl_->keep_up_to(resume_step);
 }
 

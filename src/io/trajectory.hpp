@@ -1,7 +1,8 @@
 // Trajectories: HDF5 frames in our own schema (docs/files.md) with an XDMF side-car that ParaView opens.
 // Frames between two checkpoints make one segment file, trajectory_<first step, 12 digits>.h5, written as *.tmp and
 // renamed when it is closed just before the checkpoint: a killed run never leaves a broken file, and what came after the last
-// checkpoint is computed again, bit for bit.
+// checkpoint is computed again, bit for bit. Frames wait in memory and are written many at a time: what a parallel write costs
+// beside its bytes, some milliseconds, is far more than a small frame.
 #pragma once
 
 #include "io/output_spec.hpp"
@@ -27,11 +28,13 @@ public:
     /// Collective.
     FrameWriter(const Communicator& comm, std::string directory, FrameKind kind, const OutputSpec& spec,
                 std::span<const RodGroup> groups, const Rods& rods, const Threads& threads, std::int64_t resume_step,
-                std::string title);
+                std::string title, std::uint64_t buffer_bytes = default_buffer_bytes);
+    /// Of frames that wait in memory, per rank. A field is there three times while it is written.
+    static constexpr std::uint64_t default_buffer_bytes = 32 << 20;
     ~FrameWriter();
 
     /// Appends the state at time t (synchronised copies: positions drifted on by dt/2). A step that is already there is left
-    /// alone. Collective.
+    /// alone. An error may be that of an earlier frame. Collective.
     void write(std::int64_t step, double time, double half_dt);
     /// Closes and renames the open segment, and rewrites the XDMF side-car. Called before each checkpoint and at the end: what
     /// is still open when the object ends is lost. Collective.

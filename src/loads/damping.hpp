@@ -1,7 +1,8 @@
-// Damping rates, as scenes state them. They enter the exponential kick (rod/kick.hpp), not the loads.   theory.md (22)-(24)
+// Damping as scenes state it. Rates enter the kick (rod/kick.hpp), not the loads.   theory.md (22)-(24)
 //   uniform(c):      nu = c for velocity and spin                                         [1/s]
 //   legacy(c):       nu = c for velocity; spin decays at c m_k e_k/J_i about axis i       [1/s]   (published codes)
 //   physical(ct,cr): nu = ct/m_i for velocity; cr e_k/J_i for spin                        [kg/s], [kg m^2/s]
+//   laplacian(p):    no rate: a filter of the rates after the kick (loads/laplacian_filter.hpp)
 #pragma once
 
 #include "core/fields.hpp"
@@ -11,24 +12,27 @@
 
 namespace skein {
 
-enum class DampingKind { uniform, legacy, physical };
-inline constexpr std::string_view damping_names[] = {"uniform", "legacy", "physical"};
+enum class DampingKind { uniform, legacy, physical, laplacian };
+inline constexpr std::string_view damping_names[] = {"uniform", "legacy", "physical", "laplacian"};
 
 struct Damping {
     DampingKind kind = DampingKind::uniform;
     double rate = 0;           ///< c, 1/s
     double translational = 0;  ///< ct, kg/s
     double rotational = 0;     ///< cr, kg m^2/s
+    long order = 0;            ///< p
 
     void fields(FieldVisitor& f) {
         f.choice({.name = "kind", .unit = "", .text = "law of the rates", .required = true}, kind, damping_names);
         f.visit({.name = "rate", .unit = "1/s", .text = "uniform, legacy: c", .at_least = 0}, rate);
         f.visit({.name = "translational", .unit = "kg/s", .text = "physical: ct", .at_least = 0}, translational);
         f.visit({.name = "rotational", .unit = "kg m^2/s", .text = "physical: cr", .at_least = 0}, rotational);
+        f.visit({.name = "order", .unit = "-", .text = "laplacian: p of a filter of velocities and spins after each kick; the higher, the more it spares long waves",
+                 .at_least = 0, .at_most = 1000}, order);
     }
 };
 
-/// Rates of all damping tables that act on a group, summed.
+/// Rates of all damping tables that act on a group, summed; a laplacian filter has none.
 DampingRates damping_rates(const RodGroup& group, std::span<const Damping> damping);
 
 } // namespace skein

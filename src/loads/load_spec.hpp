@@ -6,7 +6,10 @@
 #include "loads/end_force.hpp"
 #include "loads/gravity.hpp"
 #include "loads/magnetic_field.hpp"
+#include "loads/muscle_torques.hpp"
 #include "loads/muscle_wave.hpp"
+#include "loads/sinusoidal_end_force.hpp"
+#include "loads/slender_body_drag.hpp"
 #include "loads/uniform_couple.hpp"
 #include "loads/uniform_force.hpp"
 
@@ -16,7 +19,8 @@
 
 namespace skein {
 
-using Load = std::variant<Gravity, UniformForce, UniformCouple, EndForce, MagneticField, MuscleWave>;
+using Load = std::variant<Gravity, UniformForce, UniformCouple, EndForce, MagneticField, MuscleWave, SinusoidalEndForce, SlenderBodyDrag,
+                          MuscleTorques>;
 
 /// A load and the groups of rods it acts on (all where the list is empty).
 struct LoadSpec {

@@ -1,5 +1,5 @@
 // Couple of a uniform, rotating magnetic field on rods magnetised in their material.   theory.md (34)-(35)
-//   b(t) = r(t) ( B0 + B (u sin wt + v cos wt) )        [T] lab, r(t) a linear ramp, w = 2 pi/T
+//   b(t) = r(t) ( B0 + B (u sin wt + v cos wt) )        [T] lab, w = 2 pi/T; r(t) rises from `onset` and falls from `until`
 //   c_k += V_k m_k x Q_k b(t)                           [N m] body; m_k = M Q_k(0) m_hat, fixed in the body [A/m]
 // Source: Gu et al. 2020 (Nat. Commun. 11, 2637); the paper's Methods. Cost: 24 flop per element.
 #pragma once
@@ -9,6 +9,7 @@
 #include "loads/ramp.hpp"
 #include "rod/tile.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <span>
@@ -24,6 +25,8 @@ struct MagneticField {
     Vec3d cosine_axis{0, 0, 1}; ///< v, lab
     double period = 0;          ///< T, s; negative turns the other way
     double ramp = 0;            ///< s
+    double onset = 0;           ///< s
+    double until = 0;           ///< s; 0: the field stays
 
     void fields(FieldVisitor& f) {
         f.visit({.name = "constant", .unit = "T", .text = "B0, constant part, lab frame"}, constant);
@@ -31,9 +34,17 @@ struct MagneticField {
         f.visit({.name = "sine_axis", .unit = "-", .text = "u: the rotating part is B (u sin wt + v cos wt)"}, sine_axis);
         f.visit({.name = "cosine_axis", .unit = "-", .text = "v"}, cosine_axis);
         f.visit({.name = "period", .unit = "s", .text = "2 pi/w; a negative one turns the other way"}, period);
-        f.visit({.name = "ramp", .unit = "s", .text = "linear rise of the whole field from 0", .at_least = 0}, ramp);
+        f.visit({.name = "ramp", .unit = "s", .text = "linear rise of the whole field from 0, and fall to it", .at_least = 0}, ramp);
+        f.visit({.name = "onset", .unit = "s", .text = "no field before", .at_least = 0}, onset);
+        f.visit({.name = "until", .unit = "s", .text = "the field falls from then on; 0: it stays", .at_least = 0}, until);
     }
 
+    /// r(t).
+    double share(double time) const {
+        if (time < onset) return 0;
+        if (until > 0 && time > until) return ramp > 0 ? std::max(0.0, 1 - (time - until) / ramp) : 0.0;
+        return ramp_at(time - onset, ramp);
+    }
     /// b(t), T, lab.
     Vec3d at(double time) const {
         Vec3d b = constant;
@@ -41,7 +52,7 @@ struct MagneticField {
             const double angle = 2 * std::numbers::pi / period * time;
             b += rotating * (std::sin(angle) * sine_axis + std::cos(angle) * cosine_axis);
         }
-        return ramp_at(time, ramp) * b;
+        return share(time) * b;
     }
 
     /// b of the steps of a batch, so that sine and cosine are called once a step and not once a tile.

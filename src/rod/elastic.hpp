@@ -15,6 +15,7 @@
 
 #include "core/rotation.hpp"
 #include "rod/law.hpp"
+#include "rod/moving_ends.hpp"
 #include "rod/tile.hpp"
 
 namespace skein {
@@ -51,16 +52,17 @@ inline Ends ends_of(const RodGroup& group) {
 
 template <class Law, int W> class ElasticPass final : public TilePass<W> {
 public:
-    explicit ElasticPass(Ends ends) : ends_(ends) {}
+    /// `moving`: where the walls are, if they move.
+    explicit ElasticPass(Ends ends, std::shared_ptr<const MovingEnds> moving = nullptr) : ends_(ends), moving_(std::move(moving)) {}
     std::string_view name() const override { return Law::name; }
 
-    void run(const RodTile<W>& rod, SlotLoad<W>* load, const Step&) const override {
+    void run(const RodTile<W>& rod, SlotLoad<W>* load, const Step& step) const override {
         using P = Pack<W>;
         const Slot<W>* slot = rod.slot;
         const int n = rod.n;
 
         Vec3<P> nu = strain(rod, 0);
-        const CellLoads<P> first = ends_.closed ? cell(rod, n - 1, 0, strain(rod, n - 1).z, nu.z) : ends_.start_wall ? start_wall(rod, nu.z) : CellLoads<P>{};
+        const CellLoads<P> first = ends_.closed ? cell(rod, n - 1, 0, strain(rod, n - 1).z, nu.z) : ends_.start_wall ? start_wall(rod, step, nu.z) : CellLoads<P>{};
         CellLoads<P> before = first;
         Vec3<P> force_before{};
         for (int k = 0; k < n; ++k) {
@@ -68,7 +70,7 @@ public:
             const Vec3<P> nu_next = last ? nu : strain(rod, k + 1);
             const CellLoads<P> after = !last          ? cell(rod, k, k + 1, nu.z, nu_next.z)
                                        : ends_.closed ? first
-                                       : ends_.end_wall ? end_wall(rod, nu.z)
+                                       : ends_.end_wall ? end_wall(rod, step, nu.z)
                                                         : CellLoads<P>{};
 
             Vec3<P> n_body = Law::stress(rod.element[k], nu);
@@ -95,18 +97,21 @@ private:
         return cell_loads<Law, W>(relative_rotation(rod.slot[next].director, rod.slot[k].director), dilatation, v.inv_length, v.stiffness,
                                   v.rest_curvature);
     }
-    static CellLoads<Pack<W>> start_wall(const RodTile<W>& rod, Pack<W> e) {
+    CellLoads<Pack<W>> start_wall(const RodTile<W>& rod, const Step& step, Pack<W> e) const {
         const ElementConstants& c = rod.element[0];
-        return cell_loads<Law, W>(relative_rotation(rod.slot[0].director, broadcast_frame<W>(rod.group->frame())), e, 2 * c.inv_rest_length,
+        const Mat3d& wall = moving_ ? moving_->start(step).frame : rod.group->frame();
+        return cell_loads<Law, W>(relative_rotation(rod.slot[0].director, broadcast_frame<W>(wall)), e, 2 * c.inv_rest_length,
                                   c.bending, rod.group->start_wall_rest_curvature);
     }
-    static CellLoads<Pack<W>> end_wall(const RodTile<W>& rod, Pack<W> e) {
+    CellLoads<Pack<W>> end_wall(const RodTile<W>& rod, const Step& step, Pack<W> e) const {
         const ElementConstants& c = rod.element[rod.n - 1];
-        return cell_loads<Law, W>(relative_rotation(broadcast_frame<W>(rod.group->end_frame()), rod.slot[rod.n - 1].director), e,
+        const Mat3d& wall = moving_ ? moving_->end(step).frame : rod.group->end_frame();
+        return cell_loads<Law, W>(relative_rotation(broadcast_frame<W>(wall), rod.slot[rod.n - 1].director), e,
                                   2 * c.inv_rest_length, c.bending, rod.group->end_wall_rest_curvature);
     }
 
     Ends ends_;
+    std::shared_ptr<const MovingEnds> moving_;
 };
 
 } // namespace skein

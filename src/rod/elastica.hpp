@@ -1,5 +1,5 @@
 // The published rod (Gazzola et al. 2018, R. Soc. Open Sci. 5, 171628, as its authors discretise it): for comparison and replays. It
-// has no energy: powers of the dilatation, a dilatation-rate term and the explicit gyroscopic term.      theory.md section 12
+// has no energy: powers of the dilatation, a dilatation-rate term and the explicit gyroscopic term.      theory.md (48)-(50)
 //
 //   element k      e = |dx|/l0,  sigma = Q dx/l0 - e3,  n = S (sigma - sigma0),  f = Q^T n/e
 //   cell k|k+1     kappa = log(Q[k+1] Q[k]^T)/D,  tau = B (kappa - kappa0)/E^3,  E = mean length over D

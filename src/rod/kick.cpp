@@ -1,5 +1,6 @@
 #include "rod/kick.hpp"
 
+#include <algorithm>
 #include <cmath>
 
 namespace skein {
@@ -7,7 +8,9 @@ namespace skein {
 namespace {
 
 double phi1(double z) { return z != 0 ? -std::expm1(-z) / z : 1.0; }
-double decay_of(double z) { return std::exp(-z); }
+double exponential(double z) { return std::exp(-z); }
+double midpoint(double z) { return std::max(0.0, (2 - z) / (2 + z)); }
+double midpoint_mean(double z) { return z < 2 ? 2 / (2 + z) : 1 / z; }
 
 Vec3d each(const Vec3d& a, double (*f)(double)) { return {f(a.x), f(a.y), f(a.z)}; }
 
@@ -21,13 +24,14 @@ bool element_held(const RodGroup& g, int k) {
 
 } // namespace
 
-KickConstants::KickConstants(const RodGroup& group, const DampingRates& rates, double h, DampingOrder order) {
-    double (*const mean)(double) = order == DampingOrder::after ? decay_of : phi1;
+KickConstants::KickConstants(const RodGroup& group, const DampingRates& rates, double h, DampingScheme scheme) {
+    double (*const factor)(double) = scheme == DampingScheme::midpoint ? midpoint : exponential;
+    double (*const mean)(double) = scheme == DampingScheme::midpoint ? midpoint_mean : scheme == DampingScheme::exponential ? phi1 : exponential;
     const int n = group.elements();
     for (int i = 0; i <= n; ++i) {
         const auto at = static_cast<std::size_t>(i);
         const double z = rates.none() ? 0.0 : h * rates.node[at];
-        node.push_back({std::exp(-z), node_held(group, i) ? 0.0 : h / group.node_mass[at] * mean(z)});
+        node.push_back({factor(z), node_held(group, i) ? 0.0 : h / group.node_mass[at] * mean(z)});
     }
     for (int k = 0; k < n; ++k) {
         const auto at = static_cast<std::size_t>(k);
@@ -35,7 +39,7 @@ KickConstants::KickConstants(const RodGroup& group, const DampingRates& rates, d
         const Vec3d stretched = rates.follow_stretch() ? h * rates.element_stretched[at] : Vec3d{0, 0, 0};
         const Vec3d& j = group.element[at].inertia;
         const Vec3d impulse = element_held(group, k) ? Vec3d{0, 0, 0} : Vec3d{h / j.x, h / j.y, h / j.z};
-        element.push_back({each(z, decay_of), scale(impulse, each(z, mean)), z, stretched, impulse});
+        element.push_back({each(z, factor), scale(impulse, each(z, mean)), z, stretched, impulse});
     }
 }
 

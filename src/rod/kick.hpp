@@ -1,9 +1,11 @@
-// Kick with damping: the exact flow of force and damping over one step at frozen geometry.   theory.md (22)-(24)
-//   v <- exp(-z) v + (h/m) phi1(z) f,     w_i <- exp(-z_i) w_i + (h/J_i) phi1(z_i) c_i,     phi1(z) = (1 - exp(-z))/z
-// Second order with any damping, never less stable than the undamped kick. Held nodes and elements have infinite mass: their
-// gain is 0 and their rates stay as they are. Published codes kick first and multiply by exp(-z) then (DampingOrder::after): first
-// order, here for comparison.
-// Cost: 12 flop per element undamped or at constant rates, 95 with rates that follow the stretch.
+// Kick with damping over one step at frozen geometry, z = nu h.                         theory.md (22)-(24)
+//   v <- a v + (h/m) b f,     w_i <- a_i w_i + (h/J_i) b_i c_i
+//   midpoint      a = max(0, (2 - z)/(2 + z)),  b = (1 - a)/z: slow motion feels the right drag and the right inertia
+//   exponential   a = exp(-z),  b = phi1(z) = (1 - exp(-z))/z: the exact flow, so that fourth order is kept
+//   after         a = b = exp(-z): as published codes do it, first order
+// The first two are second order with any damping, and never less stable than the undamped kick. Held nodes and elements have
+// infinite mass: their gain is 0 and their rates stay as they are.
+// Cost: 12 flop per element undamped or at constant rates, 45 with rates that follow the stretch (exponential 95).
 #pragma once
 
 #include "core/exponential.hpp"
@@ -26,10 +28,10 @@ struct DampingRates {
 /// What the kick multiplies with, worked out once per group and kick length.
 struct KickConstants {
     struct Node {
-        double decay, gain; ///< exp(-z), (h/m) phi1(z); damping after the kick has (h/m) exp(-z)
+        double decay, gain; ///< a, (h/m) b
     };
     struct Element {
-        Vec3d decay, gain;   ///< exp(-z_i), (h/J_i) phi1(z_i): constant rates
+        Vec3d decay, gain;   ///< a_i, (h/J_i) b_i: constant rates
         Vec3d z, z_stretch;  ///< z_i = z + z_stretch e: rates that follow the stretch
         Vec3d impulse;       ///< h/J_i
     };
@@ -37,12 +39,16 @@ struct KickConstants {
     std::vector<Element> element;
 
     /// h: length of the kick, s; a fourth-order scheme has negative ones.
-    KickConstants(const RodGroup& group, const DampingRates& rates, double h, DampingOrder order = DampingOrder::exponential);
+    KickConstants(const RodGroup& group, const DampingRates& rates, double h, DampingScheme scheme = DampingScheme::midpoint);
 };
 
-enum class KickKind { undamped, constant_rates, stretched_rates, stretched_rates_after, elastica };
-inline constexpr std::string_view kick_names[] = {"kick", "kick (damped)", "kick (damped, rates follow stretch)",
-                                                  "kick, then damping (rates follow stretch)", "kick (elastica: J/e, damping after)"};
+enum class KickKind { undamped, constant_rates, stretched_rates, stretched_exponential, stretched_after, elastica };
+inline constexpr std::string_view kick_names[] = {"kick",
+                                                  "kick (damped)",
+                                                  "kick (damped, rates follow stretch)",
+                                                  "kick (damped exponentially, rates follow stretch)",
+                                                  "kick, then damping (rates follow stretch)",
+                                                  "kick (elastica: J/e, damping after)"};
 
 template <KickKind Kind, int W> class KickPass final : public TilePass<W> {
 public:
@@ -76,12 +82,16 @@ private:
                     fma(P(c.gain.z), couple.z, P(c.decay.z) * spin.z)};
         } else {
             const P e = P(rod.element[k].inv_rest_length) * norm(rod.slot[k + 1].position - rod.slot[k].position);
-            const Decay<W> x = decay(fma(P(c.z_stretch.x), e, P(c.z.x)));
-            const Decay<W> y = c.z.x == c.z.y && c.z_stretch.x == c.z_stretch.y ? x : decay(fma(P(c.z_stretch.y), e, P(c.z.y)));
-            const Decay<W> z = decay(fma(P(c.z_stretch.z), e, P(c.z.z)));
+            const auto rate_of = [](P exponent) {
+                if constexpr (Kind == KickKind::stretched_rates) return midpoint_decay(exponent);
+                else return decay(exponent);
+            };
+            const Decay<W> x = rate_of(fma(P(c.z_stretch.x), e, P(c.z.x)));
+            const Decay<W> y = c.z.x == c.z.y && c.z_stretch.x == c.z_stretch.y ? x : rate_of(fma(P(c.z_stretch.y), e, P(c.z.y)));
+            const Decay<W> z = rate_of(fma(P(c.z_stretch.z), e, P(c.z.z)));
             const auto kicked = [&](double impulse, const Decay<W>& d, P torque, P w) {
-                if constexpr (Kind == KickKind::stretched_rates) return fma(P(impulse) * d.mean, torque, d.factor * w);
-                else if constexpr (Kind == KickKind::stretched_rates_after) return d.factor * fma(P(impulse), torque, w);
+                if constexpr (Kind == KickKind::stretched_rates || Kind == KickKind::stretched_exponential) return fma(P(impulse) * d.mean, torque, d.factor * w);
+                else if constexpr (Kind == KickKind::stretched_after) return d.factor * fma(P(impulse), torque, w);
                 else return d.factor * fma(P(impulse) * e, torque, w);
             };
             spin = {kicked(c.impulse.x, x, couple.x, spin.x), kicked(c.impulse.y, y, couple.y, spin.y), kicked(c.impulse.z, z, couple.z, spin.z)};

@@ -2,6 +2,7 @@
 
 #include "core/error.hpp"
 #include "core/rotation.hpp"
+#include "rod/hold.hpp"
 
 #include <fmt/format.h>
 
@@ -192,6 +193,7 @@ void RodGroup::start_state(std::int64_t i, std::span<Slot<1>> out) const {
             set_lane(s.spin, 0, Vec3d{0, 0, 0});
         }
     }
+    apply_hold(spec_.hold, out.data(), n);
 }
 
 Vec3d RodGroup::magnetisation(std::int64_t i) const {

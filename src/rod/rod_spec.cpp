@@ -73,6 +73,9 @@ void RodSpec::fields(FieldVisitor& f) {
     f.table({.name = "placement", .unit = "", .text = ""}, placement);
     f.choice({.name = "start", .unit = "", .text = "how the first end is held"}, start, end_names);
     f.choice({.name = "end", .unit = "", .text = "how the last end is held"}, end, end_names);
+    f.table({.name = "start_motion", .unit = "", .text = ""}, start_motion);
+    f.table({.name = "end_motion", .unit = "", .text = ""}, end_motion);
+    f.table({.name = "hold", .unit = "", .text = ""}, hold);
     f.table({.name = "magnetisation", .unit = "", .text = ""}, magnetisation);
 }
 

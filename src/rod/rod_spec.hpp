@@ -2,6 +2,8 @@
 #pragma once
 
 #include "core/fields.hpp"
+#include "rod/end_motion.hpp"
+#include "rod/hold_spec.hpp"
 
 #include <optional>
 #include <string>
@@ -100,9 +102,12 @@ struct RodSpec {
     Placement placement;
     EndKind start = EndKind::free;
     EndKind end = EndKind::free;
+    EndMotion start_motion, end_motion; ///< of held ends
+    Hold hold;
     Magnetisation magnetisation;
     std::string source; ///< file:line of the table, for messages
 
+    bool ends_move() const { return start_motion.moves() || start_motion.turns() || end_motion.moves() || end_motion.turns(); }
     void fields(FieldVisitor& f);
 };
 

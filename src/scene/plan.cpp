@@ -1,7 +1,10 @@
 #include "scene/plan.hpp"
 
 #include "core/error.hpp"
+#include "loads/laplacian_filter.hpp"
+#include "rod/hold.hpp"
 #include "rod/law.hpp"
+#include "rod/moving_ends.hpp"
 #include "rod/rods.hpp"
 #include "rod/tile.hpp"
 #include "rod/top.hpp"
@@ -17,17 +20,28 @@ namespace skein {
 namespace {
 
 // Prediction only: ns per element-step and core at 8 lanes, medians of bench/micro on a 2.5 GHz Cascade Lake core.
-constexpr double drift_ns = 6, elliptic_drift_ns = 13, elastic_ns = 10, kick_ns = 1, stretched_kick_ns = 6, load_ns = 1;
+constexpr double drift_ns = 6, elliptic_drift_ns = 13, elastic_ns = 10, kick_ns = 1, stretched_kick_ns = 3, load_ns = 1;
 
 bool acts_on(const std::vector<std::string>& names, const std::string& group) {
     return names.empty() || std::find(names.begin(), names.end(), group) != names.end();
 }
 
-KickKind kick_of(const RodGroup& group, const DampingRates& rates, DampingOrder order) {
+KickKind kick_of(const RodGroup& group, const DampingRates& rates, DampingScheme scheme) {
     if (group.law() == Law::elastica) return KickKind::elastica;
     if (rates.none()) return KickKind::undamped;
     if (!rates.follow_stretch()) return KickKind::constant_rates;
-    return order == DampingOrder::after ? KickKind::stretched_rates_after : KickKind::stretched_rates;
+    switch (scheme) {
+    case DampingScheme::midpoint: return KickKind::stretched_rates;
+    case DampingScheme::exponential: return KickKind::stretched_exponential;
+    case DampingScheme::after: break;
+    }
+    return KickKind::stretched_after;
+}
+
+/// The published law has the published order; kicks backwards need the exact flow.
+DampingScheme damping_scheme_of(const RodGroup& group, const TimeSpec& time) {
+    if (group.law() == Law::elastica) return DampingScheme::after;
+    return time.integrator == Integrator::pefrl && time.damping == DampingScheme::midpoint ? DampingScheme::exponential : time.damping;
 }
 
 GroupPlan plan_group(const SceneSpec& scene, const RodGroup& group, int lanes) {
@@ -39,18 +53,22 @@ GroupPlan plan_group(const SceneSpec& scene, const RodGroup& group, int lanes) {
     for (const DampingSpec& d : scene.damping)
         if (acts_on(d.rods, group.name())) p.damping.push_back(d.damping);
     const DampingRates rates = damping_rates(group, p.damping);
-    p.damping_order = group.law() == Law::elastica ? DampingOrder::after : scene.time.damping;
-    p.kick = kick_of(group, rates, p.damping_order);
+    p.damping_scheme = damping_scheme_of(group, scene.time);
+    p.kick = kick_of(group, rates, p.damping_scheme);
     p.circular = with_top(group, []<class Top>(Top) { return std::is_same_v<Top, CircularTop>; });
 
     const auto pass = [&](std::string_view name) { p.passes.emplace_back(name); };
     pass(with_top(group, []<class Top>(Top) { return Top::name; }));
     if (group.closed()) pass(CloseRingPass<1>::pass_name);
+    if (group.spec().ends_move()) pass(MoveEndsPass<1>::pass_name);
     pass(OrthonormalisePass<1>::pass_name);
     pass(group.law() == Law::elastica ? ElasticaPass<1>::pass_name : with_energy_law(group.law(), []<class L>(L) { return L::name; }));
     for (const Load& load : p.loads) pass(kind_of(load));
     if (group.closed()) pass(FoldRingPass<1>::pass_name);
     pass(kick_names[static_cast<std::size_t>(p.kick)]);
+    for (const Damping& d : p.damping)
+        if (d.kind == DampingKind::laplacian) pass(LaplacianFilterPass<1>::pass_name);
+    if (group.spec().hold.any()) pass(HoldPass<1>::pass_name);
 
     p.ns_per_element_step = (p.circular ? drift_ns : elliptic_drift_ns) + elastic_ns + (p.kick == KickKind::undamped || p.kick == KickKind::constant_rates ? kick_ns : stretched_kick_ns) +
                             load_ns * static_cast<double>(p.loads.size());
@@ -107,7 +125,7 @@ void list_absent(Plan& plan, const SceneSpec& scene) {
             return std::any_of(g.loads.begin(), g.loads.end(), [&](const Load& l) { return l.index() == kind; });
         });
     };
-    constexpr const char* names[] = {"gravity", "uniform force", "uniform couple", "end forces", "magnetics", "muscles"};
+    constexpr const char* names[] = {"gravity", "uniform force", "uniform couple", "end forces", "magnetics", "muscles", "sinusoidal end forces", "slender-body drag", "muscle torques"};
     static_assert(std::size(names) == std::variant_size_v<Load>);
     for (std::size_t kind = 0; kind < std::size(names); ++kind) need(has(kind), names[kind]);
     need(plan.cadence.trajectory > 0, "trajectory");
@@ -148,6 +166,7 @@ Plan make_plan(const SceneSpec& scene, std::span<const RodGroup> groups, const M
     plan.state_bytes += static_cast<double>(machine.ranks) * machine.threads * most_slots * sizeof(SlotLoad<1>) * machine.lanes;
     choose_step(plan, scene);
     plan.cadence = cadence_of(scene.output, plan.dt);
+    plan.observables = scene.output.observables;
     const auto frames = [&](std::int64_t every) { return every > 0 ? static_cast<double>(plan.steps / every + 1) : 0.0; };
     const double value_bytes = scene.output.precision == Precision::single ? 4 : 8;
     plan.output_bytes = value_bytes * (frames(plan.cadence.trajectory) * frame_values + frames(plan.cadence.tips) * tip_values);

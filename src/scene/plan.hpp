@@ -29,7 +29,7 @@ struct GroupPlan {
     std::int64_t tiles = 0;             ///< at least; ranks may each leave one tile part full
     bool circular = true;
     KickKind kick = KickKind::undamped;
-    DampingOrder damping_order = DampingOrder::exponential;
+    DampingScheme damping_scheme = DampingScheme::exponential;
     std::vector<Damping> damping;       ///< that act on this group
     std::vector<Load> loads;            ///< that act on this group, in scene order
     std::vector<std::string> passes;    ///< names, in the order they run over a tile
@@ -55,6 +55,7 @@ struct Plan {
     std::size_t governing = 0; ///< group whose limit is smallest
     std::int64_t steps = 0;
     Cadence cadence;
+    std::vector<std::string> observables; ///< sets that the scene adds to the series
     double state_bytes = 0;    ///< all ranks, state and scratch
     double output_bytes = 0;   ///< all frames of the run
     double predicted_s = 0;    ///< wall time of the steps

@@ -57,7 +57,7 @@ std::string to_text(const Plan& p) {
                               static_cast<double>(p.steps) * static_cast<double>(p.elements)));
     line("trajectory", every(p.cadence.trajectory, p.dt));
     line("tips", every(p.cadence.tips, p.dt));
-    line("series", every(p.cadence.series, p.dt));
+    line("series", every(p.cadence.series, p.dt) + (p.observables.empty() ? "" : ", with " + joined(p.observables, ", ")));
     line("checkpoint", p.cadence.checkpoint > 0 ? every(p.cadence.checkpoint, p.dt) + " and at the end" : "at the end");
     line("memory", fmt::format("{} for rods ({:.0f} B per element), {} to disk", bytes_text(p.state_bytes),
                                p.state_bytes / static_cast<double>(p.elements), bytes_text(p.output_bytes)));
@@ -88,6 +88,7 @@ std::string to_json(const Plan& p) {
         {"governing_group", p.groups[p.governing].name},
         {"steps", p.steps},
         {"cadence", {{"trajectory", p.cadence.trajectory}, {"tips", p.cadence.tips}, {"series", p.cadence.series}, {"checkpoint", p.cadence.checkpoint}}},
+        {"observables", p.observables},
         {"state_bytes", p.state_bytes},
         {"output_bytes", p.output_bytes},
         {"predicted_s", p.predicted_s},

@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <cctype>
 #include <cmath>
+#include <functional>
 
 #include <fmt/format.h>
 
@@ -35,6 +36,9 @@ public:
             shape(scene_.rods[i], fmt::format("rods.{}.shape", i));
             placement(scene_.rods[i], fmt::format("rods.{}.placement", i));
             magnetisation(scene_.rods[i], fmt::format("rods.{}.magnetisation", i));
+            motion(scene_.rods[i].start_motion, scene_.rods[i].start, scene_.rods[i], fmt::format("rods.{}.start_motion", i));
+            motion(scene_.rods[i].end_motion, scene_.rods[i].end, scene_.rods[i], fmt::format("rods.{}.end_motion", i));
+            hold(scene_.rods[i], fmt::format("rods.{}.hold", i));
         }
         for (std::size_t i = 0; i < scene_.loads.size(); ++i) {
             const std::string path = fmt::format("load.{}", i);
@@ -96,6 +100,15 @@ private:
         for (const auto& [key, interval] : intervals)
             if (interval > duration)
                 add(fmt::format("output.{}", key), fmt::format("'{}' every {} s never comes due within 'duration' of {} s", key, interval, duration));
+        for (std::size_t i = 0; i < out.observables.size(); ++i) {
+            const std::string& set = out.observables[i];
+            const std::string path = fmt::format("output.observables.{}", i);
+            const std::vector<std::string_view> known(std::begin(observable_set_names), std::end(observable_set_names));
+            if (std::find(known.begin(), known.end(), set) == known.end())
+                add(path, fmt::format("there are no observables '{}'{}", set, suggestion(set, known, "the choices are")));
+            else if (std::find(out.observables.begin(), out.observables.begin() + static_cast<long>(i), set) != out.observables.begin() + static_cast<long>(i))
+                add(path, fmt::format("'{}' is named twice", set));
+        }
     }
 
     void section(const RodSpec& rods, const std::string& path) {
@@ -117,6 +130,36 @@ private:
         unused(path, {"rest_curvature"}, "beside 'rest_curvature_profile'");
         length(path + ".rest_curvature_profile", s.rest_curvature_profile.size(), s.closed ? s.elements : s.elements - 1,
                s.closed ? "one for each vertex of the ring" : "one for each inner vertex (elements - 1)");
+    }
+
+    void motion(const EndMotion& m, EndKind end, const RodSpec& rods, const std::string& path) {
+        if (!m.moves() && !m.turns()) {
+            unused(path, {"times", "amplitude", "rotation_amplitude", "period", "phase", "smooth"}, "in a motion that neither moves nor turns its end");
+            return;
+        }
+        if (end == EndKind::free) add(path, "a free end cannot be moved: hold it (\"pinned\" or \"clamped\")");
+        if (end == EndKind::pinned && m.turns()) add(path, "a pinned end turns freely: to prescribe its rotation it must be clamped");
+        if (rods.material.law == Law::elastica && end == EndKind::clamped) add(path, "the walls of the law \"elastica\" stand still: use \"clamped_frozen\"");
+        if (std::adjacent_find(m.times.begin(), m.times.end(), std::greater_equal<>()) != m.times.end()) add(path + ".times", "'times' must rise from entry to entry");
+        if (!m.translation.empty()) length(path + ".translation", m.translation.size(), static_cast<long>(m.times.size()), "one for each of 'times'");
+        if (!m.rotation.empty()) length(path + ".rotation", m.rotation.size(), static_cast<long>(m.times.size()), "one for each of 'times'");
+    }
+
+    void hold(const RodSpec& rods, const std::string& path) {
+        const auto within = [&](const std::vector<long>& numbers, const char* key, long count) {
+            for (const long i : numbers)
+                if (i >= count || i < -count) {
+                    add(path + "." + key, fmt::format("'{}' names {}, but there are {}: give 0 to {}, or -1 to {} from the end", key, i, count, count - 1, -count));
+                    return;
+                }
+        };
+        within(rods.hold.nodes, "nodes", rods.shape.elements + 1);
+        within(rods.hold.elements, "elements", rods.shape.elements);
+        for (const auto& [key, letters] : {std::pair{"directions", &rods.hold.directions}, std::pair{"axes", &rods.hold.axes}})
+            if (letters->empty() || letters->find_first_not_of("xyz") != std::string::npos)
+                add(path + "." + key, fmt::format("'{}' is \"{}\"; it names lab axes, such as \"x\" or \"xy\"", key, *letters));
+        if (rods.hold.nodes.empty()) unused(path, {"directions"}, "without 'nodes'");
+        if (rods.hold.elements.empty()) unused(path, {"axes"}, "without 'elements'");
     }
 
     void length(const std::string& path, std::size_t has, long needs, const char* why) {
@@ -207,7 +250,33 @@ private:
         if (zero(load.start) && zero(load.end)) add(path, "an end_force needs 'start' or 'end' [N]: both are 0");
     }
 
+    void check(const SinusoidalEndForce& load, const Groups&, const std::string& path) {
+        if (load.start == 0 && load.end == 0) add(path, "a sinusoidal_end_force needs 'start' or 'end' [N]: both are 0");
+        if (load.hold == 0) unused(path, {"steady"}, "without 'hold' [s]");
+        if (parallel(load.normal, load.tangent)) add(path + ".normal", "'normal' and 'tangent' are parallel: the force would have no plane to turn in");
+    }
+
+    void check(const SlenderBodyDrag&, const Groups& groups, const std::string& path) {
+        for (const RodSpec* rods : groups)
+            if (rods->shape.length <= std::max(rods->section.radius, rods->section.radius_2))
+                add(path, fmt::format("slender_body_drag is for slender rods: those of group '{}' are not longer than their radius", rods->name));
+    }
+
+    void check(const MuscleTorques& muscle, const Groups& groups, const std::string& path) {
+        if (zero(muscle.direction)) add(path + ".direction", "'direction' has no direction");
+        if (muscle.table.empty()) {
+            if (muscle.coefficients.size() < 4) add(path, fmt::format("muscle_torques need 'coefficients' [N m], at least 4 of them, or a 'table'; there are {}", muscle.coefficients.size()));
+            return;
+        }
+        unused(path, {"coefficients"}, "beside 'table', which gives the amplitude of every element");
+        for (const RodSpec* rods : groups) {
+            const std::string why = fmt::format("one for each element of group '{}'", rods->name);
+            length(path + ".table", muscle.table.size(), rods->shape.elements, why.c_str());
+        }
+    }
+
     void check(const MagneticField& field, const Groups& groups, const std::string& path) {
+        if (field.until > 0 && field.until <= field.onset) add(path + ".until", fmt::format("'until' {} s is not after 'onset' {} s", field.until, field.onset));
         const bool magnetised = std::any_of(groups.begin(), groups.end(), [](const RodSpec* rods) {
             return rods->magnetisation.pattern != MagnetisationPattern::none;
         });
@@ -234,6 +303,12 @@ private:
 
     void damping(const Damping& d, const std::string& path) {
         const std::string where = fmt::format("for a damping of kind \"{}\"", damping_names[static_cast<std::size_t>(d.kind)]);
+        if (d.kind == DampingKind::laplacian) {
+            unused(path, {"rate", "translational", "rotational"}, where);
+            if (d.order == 0) add(path, fmt::format("'order', at least 1, is needed {}", where));
+            return;
+        }
+        unused(path, {"order"}, where);
         if (d.kind == DampingKind::physical) {
             unused(path, {"rate"}, where);
             if (!given(path + ".translational") && !given(path + ".rotational"))

@@ -1,8 +1,10 @@
 // make_rods at one SIMD width; instantiated once per width, each in a file of its own to keep builds parallel.
 #pragma once
 
+#include "loads/laplacian_filter.hpp"
 #include "loads/load_pass.hpp"
 #include "rod/elastic.hpp"
+#include "rod/hold.hpp"
 #include "rod/kick.hpp"
 #include "rod/rod_tiles.hpp"
 #include "rod/top.hpp"
@@ -10,20 +12,21 @@
 
 namespace skein {
 
-template <int W> std::unique_ptr<TilePass<W>> make_elastic(const RodGroup& group) {
+template <int W> std::unique_ptr<TilePass<W>> make_elastic(const RodGroup& group, const std::shared_ptr<MovingEnds>& moving) {
     if (group.law() == Law::elastica) return std::make_unique<ElasticaPass<W>>(ends_of(group));
-    return with_energy_law(group.law(), [&]<class L>(L) -> std::unique_ptr<TilePass<W>> { return std::make_unique<ElasticPass<L, W>>(ends_of(group)); });
+    return with_energy_law(group.law(), [&]<class L>(L) -> std::unique_ptr<TilePass<W>> { return std::make_unique<ElasticPass<L, W>>(ends_of(group), moving); });
 }
 
 template <int W> std::unique_ptr<TilePass<W>> make_kick(const GroupPlan& plan, const RodGroup& group, Scheme scheme, double dt) {
     std::vector<KickConstants> constants;
-    for (const double share : scheme.kicks) constants.emplace_back(group, damping_rates(group, plan.damping), share * dt, plan.damping_order);
+    for (const double share : scheme.kicks) constants.emplace_back(group, damping_rates(group, plan.damping), share * dt, plan.damping_scheme);
     const auto make = [&]<KickKind Kind> { return std::make_unique<KickPass<Kind, W>>(std::move(constants)); };
     switch (plan.kick) {
     case KickKind::undamped: return make.template operator()<KickKind::undamped>();
     case KickKind::constant_rates: return make.template operator()<KickKind::constant_rates>();
     case KickKind::stretched_rates: return make.template operator()<KickKind::stretched_rates>();
-    case KickKind::stretched_rates_after: return make.template operator()<KickKind::stretched_rates_after>();
+    case KickKind::stretched_exponential: return make.template operator()<KickKind::stretched_exponential>();
+    case KickKind::stretched_after: return make.template operator()<KickKind::stretched_after>();
     case KickKind::elastica: break;
     }
     return make.template operator()<KickKind::elastica>();
@@ -34,11 +37,16 @@ template <int W> TileProgram<W> make_program(const GroupPlan& plan, const RodGro
     TileProgram<W> program;
     with_top(group, [&]<class Top>(Top) { program.push_back(std::make_unique<DriftPass<Top, W>>()); });
     if (group.closed()) program.push_back(std::make_unique<CloseRingPass<W>>());
+    const auto moving = group.spec().ends_move() ? std::make_shared<MovingEnds>(group) : nullptr;
+    if (moving) program.push_back(std::make_unique<MoveEndsPass<W>>(moving));
     program.push_back(std::make_unique<OrthonormalisePass<W>>());
-    program.push_back(make_elastic<W>(group));
+    program.push_back(make_elastic<W>(group, moving));
     for (const Load& load : plan.loads) program.push_back(make_pass<W>(load, group));
     if (group.closed()) program.push_back(std::make_unique<FoldRingPass<W>>());
     program.push_back(make_kick<W>(plan, group, scheme, dt));
+    for (const Damping& d : plan.damping)
+        if (d.kind == DampingKind::laplacian) program.push_back(std::make_unique<LaplacianFilterPass<W>>(d.order));
+    if (group.spec().hold.any()) program.push_back(std::make_unique<HoldPass<W>>(group.spec().hold));
     return program;
 }
 

@@ -59,6 +59,7 @@ void request_stop() { stop_requested = 1; }
 
 Simulation::Simulation(const Communicator& comm, const Threads& threads, const SceneSpec& scene, std::vector<RodGroup> groups, Plan plan, RunOptions options)
     : comm_(comm), threads_(threads), groups_(std::move(groups)), plan_(std::move(plan)), options_(std::move(options)),
+      sets_{scene.output.observes("angular_momentum"), scene.output.observes("curvature"), scene.output.observes("knots")},
       physics_(physics_json(scene, plan_.dt)), started_(wall_seconds()), clock_(plan_.dt, 0, plan_.integrator) {
     const auto setup = timers_.time(Phase::setup);
     on_root(comm_, [&] {
@@ -121,8 +122,6 @@ RunResult Simulation::run() {
         progress_->show(clock_.done());
     }
     progress_->finish();
-    for (FrameWriter* frames : {trajectory_.get(), tips_.get()})
-        if (frames) frames->close_segment();
     checkpoint();
 
     const RunResult result{clock_.done() < last_step_ ? Exit::limit : Exit::done, clock_.done(), digest()};
@@ -168,7 +167,7 @@ void Simulation::open_outputs(const SceneSpec& scene) {
     if (plan_.cadence.trajectory > 0) trajectory_ = frames(FrameKind::trajectory);
     if (plan_.cadence.tips > 0) tips_ = frames(FrameKind::tips);
     if (plan_.cadence.series > 0)
-        on_root(comm_, [&] { series_ = std::make_unique<SeriesFile>(options_.out + "/observables.csv", observable_names(), clock_.done()); });
+        on_root(comm_, [&] { series_ = std::make_unique<SeriesFile>(options_.out + "/observables.csv", observable_names(sets_), clock_.done()); });
 }
 
 void Simulation::write_due() {
@@ -184,7 +183,7 @@ void Simulation::write_due() {
 
 void Simulation::sample() {
     const auto timing = timers_.time(Phase::observe);
-    last_sample_ = observe(comm_, threads_, groups_, *rods_, clock_.lag());
+    last_sample_ = observe(comm_, threads_, groups_, *rods_, clock_.lag(), sets_);
     on_root(comm_, [&] { series_->append(clock_.done(), clock_.time(), last_sample_); });
 }
 
@@ -194,6 +193,7 @@ void Simulation::checkpoint() {
         const auto timing = timers_.time(Phase::output);
         for (FrameWriter* frames : {trajectory_.get(), tips_.get()})
             if (frames) frames->close_segment();
+        if (plan_.cadence.series > 0) on_root(comm_, [&] { series_->flush(); });
     }
     const auto timing = timers_.time(Phase::checkpoint);
     write_checkpoint(comm_, options_.out, groups_, *rods_, {clock_.done(), plan_.dt, digest(), physics_, {}});
@@ -201,8 +201,8 @@ void Simulation::checkpoint() {
 }
 
 void Simulation::write_summary(const RunResult& result) {
-    const std::vector<double> observables = observe(comm_, threads_, groups_, *rods_, clock_.lag());
-    RunFigures figures{.plan = plan_, .result = result, .first_step = first_step_, .wall_s = wall_seconds() - started_, .observables = observables};
+    const std::vector<double> observables = observe(comm_, threads_, groups_, *rods_, clock_.lag(), sets_);
+    RunFigures figures{.plan = plan_, .result = result, .first_step = first_step_, .wall_s = wall_seconds() - started_, .names = observable_names(sets_), .observables = observables};
     for (std::size_t p = 0; p < phase_count; ++p) {
         const double mine = timers_.seconds(static_cast<Phase>(p));
         figures.phases.push_back({comm_.min(mine), static_cast<double>(comm_.sum(std::llround(mine * 1e6))) * 1e-6 / comm_.size(), comm_.max(mine)});

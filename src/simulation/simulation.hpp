@@ -3,6 +3,7 @@
 
 #include "core/error.hpp"
 #include "core/timer.hpp"
+#include "diagnostics/extra_observables.hpp"
 #include "io/checkpoint.hpp"
 #include "io/files.hpp"
 #include "io/trajectory.hpp"
@@ -73,6 +74,7 @@ private:
     std::vector<RodGroup> groups_;
     Plan plan_;
     RunOptions options_;
+    ObservableSets sets_;
     std::string physics_; ///< canonical scene, kept in checkpoints
     Timers timers_;
     double started_, setup_s_ = 0;

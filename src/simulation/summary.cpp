@@ -1,7 +1,5 @@
 #include "simulation/summary.hpp"
 
-#include "diagnostics/observables.hpp"
-
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
@@ -41,8 +39,7 @@ std::string summary_json(const RunFigures& f) {
     nlohmann::ordered_json phases, observables;
     for (std::size_t p = 0; p < phase_count; ++p)
         phases[std::string(phase_names[p])] = {{"min_s", f.phases[p].min}, {"mean_s", f.phases[p].mean}, {"max_s", f.phases[p].max}};
-    const auto names = observable_names();
-    for (std::size_t i = 0; i < names.size(); ++i) observables[names[i]] = f.observables[i];
+    for (std::size_t i = 0; i < f.names.size(); ++i) observables[f.names[i]] = f.observables[i];
     const nlohmann::ordered_json json = {
         {"title", f.plan.title},
         {"finished", f.result.step == f.plan.steps},

@@ -20,7 +20,8 @@ struct RunFigures {
     RunResult result;
     std::int64_t first_step;  ///< of this run; > 0 after a restart
     double wall_s;
-    std::span<const double> observables; ///< at the end, in the order of observable_names()
+    std::vector<std::string> names;      ///< of observables
+    std::span<const double> observables; ///< at the end
     std::vector<PhaseTime> phases;       ///< by Phase
     std::int64_t rod_bytes = 0;          ///< state and scratch, all ranks
     std::int64_t resident_bytes = 0;     ///< resident set, all ranks

@@ -1,4 +1,4 @@
-// Splitting schemes: how drifts and kicks alternate within a step. Shares are of dt.             theory.md (20)-(21), (36)
+// Splitting schemes: how drifts and kicks alternate within a step. Shares are of dt.             theory.md (20)-(21), (45)
 //   verlet   position Verlet, second order, one force evaluation
 //   pefrl    Omelyan, Mryglod and Folk 2002, Comput. Phys. Commun. 146, 188, eq. (27): fourth order, four force evaluations
 // The last drift of a step and the first of the next are one, so the state between steps lags: positions stand at t_N - lag dt.
@@ -13,9 +13,10 @@ namespace skein {
 enum class Integrator { verlet, pefrl };
 inline constexpr std::string_view integrator_names[] = {"verlet", "pefrl"};
 
-/// How damping joins the kick: as the exact flow of both, or multiplied on afterwards (published codes; first order).
-enum class DampingOrder { exponential, after };
-inline constexpr std::string_view damping_order_names[] = {"exponential", "after"};
+/// How damping joins the kick: in an implicit midpoint, which leaves slow motion its inertia; as the exact flow of both; or multiplied
+/// on afterwards (published codes; first order).
+enum class DampingScheme { midpoint, exponential, after };
+inline constexpr std::string_view damping_scheme_names[] = {"midpoint", "exponential", "after"};
 
 /// Drift, then kick.
 struct Substep {

@@ -12,8 +12,8 @@ void TimeSpec::fields(FieldVisitor& f) {
              .at_most = 1}, e_min);
     f.choice({.name = "integrator", .unit = "", .text = "verlet: second order; pefrl: fourth, at four times the work of a step 1.5 times as long"}, integrator,
              integrator_names);
-    f.choice({.name = "damping", .unit = "", .text = "exponential: keeps the order; after: kick, then multiply, as published codes do (first order)"}, damping,
-             damping_order_names);
+    f.choice({.name = "damping", .unit = "", .text = "how damping joins the kick (docs/theory.md 7): midpoint; exponential, which pefrl always takes; after: as published, first order"}, damping,
+             damping_scheme_names);
     f.visit({.name = "force_dt", .unit = "", .text = "accept a dt beyond the limit"}, force_dt);
 }
 

@@ -14,7 +14,7 @@ struct TimeSpec {
     double e_min = 0.95;   ///< smallest dilatation expected; the automatic step shrinks with it
     bool force_dt = false; ///< accept a dt beyond the limit
     Integrator integrator = Integrator::verlet;
-    DampingOrder damping = DampingOrder::exponential;
+    DampingScheme damping = DampingScheme::midpoint;
 
     void fields(FieldVisitor& f);
 };

@@ -76,6 +76,7 @@ trajectory = 1.8
 tips = 0.36
 series = 0.72
 checkpoint = 3.6
+observables = ["knots", "curvature", "angular_momentum"]
 """
 
 

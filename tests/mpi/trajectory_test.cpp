@@ -25,8 +25,10 @@ struct TrajectoryTest : testing::Test {
     test::FakeRods rods{groups, partition(comm, groups)};
     OutputSpec spec{.precision = Precision::double_};
 
-    std::unique_ptr<FrameWriter> writer(std::int64_t resume_step, FrameKind kind = FrameKind::trajectory) const {
-        return std::make_unique<FrameWriter>(comm, directory.path(), kind, spec, groups, rods, threads, resume_step, "a <test>");
+    std::unique_ptr<FrameWriter> writer(std::int64_t resume_step, FrameKind kind = FrameKind::trajectory,
+                                        std::uint64_t buffer_bytes = FrameWriter::default_buffer_bytes) const {
+        return std::make_unique<FrameWriter>(comm, directory.path(), kind, spec, groups, rods, threads, resume_step, "a <test>",
+                                             buffer_bytes);
     }
     void write(FrameWriter& frames, std::vector<std::int64_t> steps) {
         for (const auto step : steps) {
@@ -96,6 +98,8 @@ TEST_F(TrajectoryTest, shows_single_frames_under_names_of_their_own) {
     frames->close_segment();
     EXPECT_EQ(H5File(comm, path_of(first), H5File::Mode::read).shape("/groups/mat/frames/1/position"),
               (std::vector<std::uint64_t>{9, 9, 3}));
+    for (const std::string& file : {path_of(first), path_of("absent.h5")})
+        EXPECT_THROW(on_root(comm, [&] { make_frame_views(file, "/groups/mat", {"absent"}, 2); }), IoError);
 }
 
 TEST_F(TrajectoryTest, of_single_precision_holds_the_same_rounded) {
@@ -116,9 +120,45 @@ TEST_F(TrajectoryTest, of_tips_holds_last_nodes) {
     EXPECT_EQ(read<double>("tips_000000000005.h5", H5Type::float64, "/groups/cilia/position"), expected(groups[0], {5, 6}, tips));
 }
 
+TEST_F(TrajectoryTest, has_the_same_bytes_however_many_frames_wait_in_memory) {
+    std::vector<std::int64_t> steps(12);
+    std::iota(steps.begin(), steps.end(), 0);
+    for (const FrameKind kind : {FrameKind::trajectory, FrameKind::tips}) {
+        const std::string name = kind == FrameKind::tips ? "tips_000000000000.h5" : first;
+        std::string expected_bytes;
+        // A frame has 33 kB, of tips 1.1 kB: one at a time, a few, all.
+        for (const std::uint64_t buffer_bytes : {0, 1500, 4000, 30 << 10, 100 << 10, 1 << 20}) {
+            const auto frames = writer(-1, kind, buffer_bytes);
+            write(*frames, steps);
+            frames->close_segment();
+            EXPECT_EQ(steps_in(name), steps);
+            const auto numbers = kind == FrameKind::tips ? tips : positions;
+            for (const RodGroup& group : groups)
+                EXPECT_EQ(read<double>(name, H5Type::float64, "/groups/" + group.name() + "/position"),
+                          expected(group, steps, numbers));
+            const std::string bytes = read_file(path_of(name));
+            if (expected_bytes.empty()) expected_bytes = bytes;
+            EXPECT_TRUE(bytes == expected_bytes) << name << " differs where " << buffer_bytes << " bytes of frames may wait";
+        }
+    }
+}
+
+TEST_F(TrajectoryTest, waits_in_memory_until_it_is_full_or_closed) {
+    const auto frames = writer(-1, FrameKind::trajectory, 70000 / static_cast<std::uint64_t>(comm.size()) + 2000); // two frames
+    write(*frames, {0});
+    EXPECT_TRUE(directory.names().empty());
+    write(*frames, {10});
+    EXPECT_EQ(directory.names(), std::vector<std::string>{first + ".tmp"});
+    write(*frames, {20});
+    frames->close_segment();
+    EXPECT_EQ(steps_in(first), (std::vector<std::int64_t>{0, 10, 20}));
+    frames->close_segment();
+    EXPECT_EQ(directory.names(), (std::vector<std::string>{"trajectory.xdmf", first}));
+}
+
 TEST_F(TrajectoryTest, has_a_frame_of_every_step_once_across_segments_and_restarts) {
     {
-        const auto frames = writer(-1);
+        const auto frames = writer(-1, FrameKind::trajectory, 0);
         write(*frames, {0, 10, 20});
         frames->close_segment();
         write(*frames, {20, 30, 40});
@@ -180,22 +220,28 @@ TEST_F(TrajectoryTest, side_car_names_all_frames_of_all_segments) {
 }
 
 TEST_F(TrajectoryTest, on_a_full_disk_is_an_error_and_leaves_whole_segments_only) {
-    const test::SmallDisk disk(comm, "3m");
-    if (!disk.mounted()) GTEST_SKIP() << "mounting a small tmpfs is not permitted here";
-    const std::vector<RodGroup> many = test::two_groups(1000, 1); // 0.6 MB per frame
+    const std::vector<RodGroup> many = test::two_groups(1000, 1); // 0.65 MB per frame
     test::FakeRods rods_of_many(many, partition(comm, many));
-    FrameWriter frames(comm, disk.path(), FrameKind::trajectory, spec, many, rods_of_many, threads, -1, "");
-    frames.write(0, 0, 0);
-    frames.close_segment();
-    std::string text;
-    try {
-        for (std::int64_t step = 1; step < 20; ++step) frames.write(step, 0, 0);
-    } catch (const IoError& error) {
-        text = error.what();
+    // Found full by a frame, and by the end of the segment.
+    for (const std::uint64_t buffer_bytes : {std::uint64_t{0}, std::uint64_t{FrameWriter::default_buffer_bytes}}) {
+        const test::SmallDisk disk(comm, "3m");
+        if (!disk.mounted()) GTEST_SKIP() << "mounting a small tmpfs is not permitted here";
+        FrameWriter frames(comm, disk.path(), FrameKind::trajectory, spec, many, rods_of_many, threads, -1, "", buffer_bytes);
+        frames.write(0, 0, 0);
+        frames.close_segment();
+        std::string text;
+        std::int64_t step = 1;
+        try {
+            for (; step < 20; ++step) frames.write(step, 0, 0);
+            frames.close_segment();
+        } catch (const IoError& error) {
+            text = error.what();
+        }
+        EXPECT_EQ(step < 20, buffer_bytes == 0) << step;
+        EXPECT_NE(text.find(buffer_bytes == 0 ? "disk full: 0." : "disk full: 13."), text.npos) << text;
+        EXPECT_EQ(text, comm.broadcast(text));
+        EXPECT_EQ(disk.names(), (std::vector<std::string>{"trajectory.xdmf", first}));
     }
-    EXPECT_NE(text.find("disk full: 0."), text.npos) << text;
-    EXPECT_EQ(text, comm.broadcast(text));
-    EXPECT_EQ(disk.names(), (std::vector<std::string>{"trajectory.xdmf", first}));
 }
 
 } // namespace

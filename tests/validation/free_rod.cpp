@@ -1,10 +1,6 @@
 // A free, undamped rod in motion: energy bounded and of second order in the step, momenta kept, step reversible in time.
 #include "diagnostics/observables.hpp"
-#include "support/scenes_for_tests.hpp"
-
-#include <gtest/gtest.h>
-
-#include <cmath>
+#include "validation/study.hpp"
 
 namespace skein {
 namespace {
@@ -68,8 +64,13 @@ Motion run(double dt, bool elliptic, double time) {
 }
 
 TEST(FreeRod, EnergyErrorIsSecondOrderAndMomentaAreKept) {
+    test::ErrorTable table("free_rod");
     for (const bool elliptic : {false, true}) {
         const Motion coarse = run(2e-5, elliptic, 0.1), middle = run(1e-5, elliptic, 0.1), fine = run(5e-6, elliptic, 0.1);
+        const std::string name = elliptic ? "energy, elliptic" : "energy, circular";
+        table.add(name, 20, 2e-5, coarse.drift);
+        table.add(name, 20, 1e-5, middle.drift);
+        table.add(name, 20, 5e-6, fine.drift);
         EXPECT_LT(middle.drift, 1e-4);
         EXPECT_NEAR(std::log2(norm(coarse.tip - middle.tip) / norm(middle.tip - fine.tip)), 2.0, 0.15) << (elliptic ? "elliptic" : "circular");
         EXPECT_NEAR(std::log2(middle.drift / fine.drift), 2.0, 0.4);

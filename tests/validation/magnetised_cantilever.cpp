@@ -2,12 +2,8 @@
 //   inextensible elastica   EI theta'' + M A B sin(pi/2 - theta) = 0,  theta(0) = 0, theta'(L) = 0       (Wang et al. 2020)
 //   incompressible law      m' = -M A B cos(theta),  theta' = kappa = m e^3/EI,  EA (1 - 1/e) = (3/2) EI kappa^2/e^4,  x' = e sin(theta)
 // The second is the continuum of the discrete rod, so the error against it falls with dl^2; the first is the published yardstick.
-#include "support/scenes_for_tests.hpp"
+#include "validation/study.hpp"
 
-#include <gtest/gtest.h>
-
-#include <cmath>
-#include <cstdio>
 #include <numbers>
 
 namespace skein {
@@ -76,6 +72,7 @@ SceneSpec scene() {
 TEST(MagnetisedCantilever, MeetsItsBoundaryValueProblemAtSecondOrder) {
     test::Stage stage(scene(), 1, 2);
     stage.advance(stage.plan.steps);
+    test::ErrorTable table("magnetised_cantilever");
     std::size_t i = 0;
     for (const double bond : bonds) {
         const Tip own = boundary_value_problem(bond, true), published = boundary_value_problem(bond, false);
@@ -86,6 +83,7 @@ TEST(MagnetisedCantilever, MeetsItsBoundaryValueProblemAtSecondOrder) {
             error[r] = std::hypot(tip.x - own.x, tip.z - own.z) / deflection;
             published_error = std::hypot(tip.x - published.x, tip.z - published.z) / deflection;
             EXPECT_LT(std::abs(tip.y), 1e-12);
+            table.add("bond " + std::to_string(bond).substr(0, 4), resolutions[r], stage.plan.dt, error[r]);
         }
         const double order = std::log2(error[1] / error[2]);
         std::printf("bond %4.1f: tip (%.6f, %.6f), error at n = 10, 20, 40, 50: %.2e %.2e %.2e %.2e, order %.3f; n = 50 against the inextensible elastica %.2e\n",

@@ -91,10 +91,10 @@ TEST(Writhe, OfACurveOnASphereVanishesAtSecondOrder) {
     double before = 0;
     for (const int n : {50, 100, 200, 400}) {
         const double error = writhe(closed(n, at), Curve::closed);
-        if (n > 50) EXPECT_GT(order(before, error), 1.9) << n << ": " << error;
+        if (n > 50) { EXPECT_GT(order(before, error), 1.9) << n << ": " << error; }
         before = error;
     }
-    EXPECT_LT(std::abs(before), 2e-4);
+    EXPECT_LT(std::abs(before), 1e-5);
 }
 
 // Calugareanu: writhe = self-linking of the Frenet frame - total torsion/(2 pi). The first is an integer that topology gives (the
@@ -115,10 +115,10 @@ TEST(Writhe, OfTorusKnotsFollowsFromTheirTorsion) {
         double before = 0;
         for (const int n : {100, 200, 400, 800}) {
             const double error = writhe(closed(n, at), Curve::closed) - exact;
-            if (n > 100) EXPECT_NEAR(order(before, error), 2, 0.1) << p << " " << q << ", n " << n << ": " << error;
+            if (n > 100) { EXPECT_NEAR(order(before, error), 2, 0.1) << p << " " << q << ", n " << n << ": " << error; }
             before = error;
         }
-        EXPECT_LT(std::abs(before), 2e-3) << exact;
+        EXPECT_LT(std::abs(before), 8e-4) << exact;
         const Line line = closed(200, at);
         EXPECT_NEAR(writhe(mirrored(line), Curve::closed), -writhe(line, Curve::closed), 1e-12);
         EXPECT_GT(writhe(line, Curve::closed), 1);
@@ -168,7 +168,7 @@ TEST(Link, IsInvariantWhileTheRibbonBends) {
             const Line d1 = ribbon(node, {0, 0, 1}, k);
             const double tw = twist(node, d1, Curve::closed), wr = writhe(node, Curve::closed);
             EXPECT_NEAR(tw + wr, k, 1e-10) << bend;
-            if (bend > 0) EXPECT_GT(std::abs(wr), 1e-3);
+            if (bend > 0) { EXPECT_GT(std::abs(wr), 1e-3); }
             // the same number from the two edges of the ribbon, without any twist
             Line edge = node;
             for (std::size_t i = 0; i < node.size(); ++i) edge[i] += 0.01 * unit(d1[i] + d1[(i + node.size() - 1) % node.size()]);
@@ -213,6 +213,7 @@ double published_pair(const Vec3d& x1, const Vec3d& x2, const Vec3d& x3, const V
     const Vec3d n1 = unit(cross(r13, r14)), n2 = unit(cross(r14, r24)), n3 = unit(cross(r24, r23)), n4 = unit(cross(r23, r13));
     const double angle = std::asin(dot(n1, n2)) + std::asin(dot(n2, n3)) + std::asin(dot(n3, n4)) + std::asin(dot(n4, n1));
     const double side = dot(cross(x4 - x3, x2 - x1), r13);
+    if (std::isnan(angle)) return 0; // coplanar segments, as PyElastica reads it
     return angle * (side > 0 ? 1 : -1) / (4 * pi);
 }
 
@@ -277,6 +278,29 @@ TEST(Published, EndSegments) {
     expect(tail, {4.0 / 3 - 0.5, 7.0 / 3, 1.0 / 3});
 }
 
+// PyElastica's compute_link: the auxiliary line takes the frame of the element before each node, and the centre line's end segments.
+// Some of its pairs are coplanar by construction; there each arcsin of 1 - 1e-16 is 1.5e-8 off, hence the tolerance.
+TEST(Published, AuxiliaryLinkGivesTheSame) {
+    Random random;
+    const Line node = random.line(12), d1 = random.line(11);
+    const std::vector<double> radius{.1, .2, .3, .1, .2, .3, .1, .2, .3, .1, .2};
+    for (const EndSegments kind : {EndSegments::next_tangent, EndSegments::end_to_end, EndSegments::net_tangent}) {
+        const Line centre = with_end_segments(node, 7, kind);
+        Line auxiliary;
+        for (std::size_t i = 0; i < 12; ++i) {
+            const std::size_t k = std::max<std::size_t>(i, 1) - 1;
+            const Vec3d t = unit(node[k + 1] - node[k]);
+            auxiliary.push_back(node[i] + radius[k] * unit(d1[k] - dot(d1[k], t) * t));
+        }
+        auxiliary.insert(auxiliary.begin(), auxiliary.front() + (centre.front() - node.front()));
+        auxiliary.push_back(auxiliary.back() + (centre.back() - node.back()));
+        double sum = 0;
+        for (std::size_t i = 0; i < 13; ++i)
+            for (std::size_t j = 0; j < 13; ++j) sum += published_pair(centre[i], centre[i + 1], auxiliary[j], auxiliary[j + 1]);
+        EXPECT_NEAR(auxiliary_link(node, d1, radius, 7, kind), sum, 1e-8);
+    }
+}
+
 // An open helical ribbon: link by the auxiliary line tends to twist + writhe as the ribbon gets finer and thinner.
 TEST(Published, AuxiliaryLinkTendsToTwistPlusWrithe) {
     double before = 0;
@@ -295,7 +319,7 @@ TEST(Published, AuxiliaryLinkTendsToTwistPlusWrithe) {
         const double length = 4 * pi * std::sqrt(1 + 0.09);
         const double sum = twist(node, d1, Curve::open) + writhe(with_end_segments(node, length, EndSegments::next_tangent), Curve::open);
         const double error = auxiliary_link(node, d1, radius, length, EndSegments::next_tangent) - sum;
-        if (n > 50) EXPECT_GT(order(before, error), 0.9) << n << ": " << error << " of " << sum;
+        if (n > 50) { EXPECT_GT(order(before, error), 0.9) << n << ": " << error << " of " << sum; }
         before = error;
     }
 }

@@ -92,6 +92,23 @@ TEST_F(FilesTest, series_drops_a_row_that_a_killed_run_left_unfinished) {
     }
 }
 
+TEST_F(FilesTest, series_keeps_rows_of_a_killed_run) {
+    if (const auto child = ::fork(); child == 0) {
+        auto* series = new SeriesFile(path("s.csv"), {"a"}, -1);
+        series->append(10, 5, std::vector<double>{1});
+        series->flush();
+        series->append(20, 10, std::vector<double>{2});
+        ::_exit(0);
+    } else {
+        ::waitpid(child, nullptr, 0);
+    }
+    EXPECT_EQ(read_file(path("s.csv")), "step,time[s],a\n10,5,1\n20,10,2\n");
+    SeriesFile series(path("s.csv"), {"a"}, 10);
+    series.append(10, 5, std::vector<double>{3});
+    series.append(20, 10, std::vector<double>{3});
+    EXPECT_EQ(read_file(path("s.csv")), "step,time[s],a\n10,5,1\n20,10,3\n");
+}
+
 TEST_F(FilesTest, series_of_other_columns_is_not_overwritten) {
     write_file(path("s.csv"), "step,time[s],a\n10,5,1\n");
     const auto text = error_of([&] { SeriesFile(path("s.csv"), {"b"}, 20); });

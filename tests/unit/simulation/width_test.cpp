@@ -28,7 +28,11 @@ SceneSpec everything() {
     scene.loads.push_back({.load = UniformCouple{.couple = {0, 1e-4, 0}}, .rods = {"crooked"}});
     scene.loads.push_back({.load = EndForce{.end = {0, 0.02, 0}, .ramp = 0.1}, .rods = {"flat"}});
     scene.loads.push_back({.load = MuscleWave{.amplitude = 1e-3, .period = 0.5, .wavelength = 1}, .rods = {"crooked", "flat"}});
+    scene.loads.push_back({.load = SinusoidalEndForce{.start = 0.01, .end = -0.02, .hold = 0.05, .period = 0.3}, .rods = {"flat"}});
+    scene.loads.push_back({.load = SlenderBodyDrag{.viscosity = 0.02}, .rods = {"crooked", "flat"}});
+    scene.loads.push_back({.load = MuscleTorques{.coefficients = {0, 1e-3, 2e-3, 1e-3, 0}, .period = 0.4, .wave_number = 6, .ramp = 0.1}, .rods = {"crooked"}});
     scene.damping = {{.damping = {.kind = DampingKind::legacy, .rate = 0.5}, .rods = {"cilia"}},
+                     {.damping = {.kind = DampingKind::laplacian, .order = 2}, .rods = {"cilia", "flat"}},
                      {.damping = {.kind = DampingKind::uniform, .rate = 2}, .rods = {"crooked"}}};
     return scene;
 }

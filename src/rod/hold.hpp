@@ -1,0 +1,39 @@
+// Nodes and elements held inside a rod, in any lab directions.                                  theory.md (47)
+#pragma once
+
+#include "rod/tile.hpp"
+
+namespace skein {
+
+/// Takes the held components out of velocities and lab angular velocities of a rod of n elements.
+template <int W> void apply_hold(const Hold& hold, Slot<W>* slot, int n) {
+    using P = Pack<W>;
+    const auto free_of = [](const std::string& held) {
+        const auto is_free = [&](char axis) { return held.find(axis) == std::string::npos ? 1.0 : 0.0; };
+        return Vec3d{is_free('x'), is_free('y'), is_free('z')};
+    };
+    const Vec3d direction = free_of(hold.directions), axis = free_of(hold.axes);
+    for (const long i : hold.nodes) {
+        Vec3<P>& v = slot[i < 0 ? n + 1 + i : i].velocity;
+        v = scale(broadcast<W>(direction), v);
+    }
+    const bool all = axis.x + axis.y + axis.z == 0;
+    for (const long k : hold.elements) {
+        Slot<W>& s = slot[k < 0 ? n + k : k];
+        s.spin = all ? Vec3<P>{P(0.0), P(0.0), P(0.0)} : s.director * scale(broadcast<W>(axis), transpose_times(s.director, s.spin));
+    }
+}
+
+/// After the kick.
+template <int W> class HoldPass final : public TilePass<W> {
+public:
+    static constexpr std::string_view pass_name = "hold";
+    explicit HoldPass(const Hold& hold) : hold_(hold) {}
+    std::string_view name() const override { return pass_name; }
+    void run(const RodTile<W>& rod, SlotLoad<W>*, const Step&) const override { apply_hold<W>(hold_, rod.slot, rod.n); }
+
+private:
+    Hold hold_;
+};
+
+} // namespace skein

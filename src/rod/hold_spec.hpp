@@ -1,0 +1,27 @@
+// Nodes and elements held inside a rod, as a scene says it.
+#pragma once
+
+#include "core/fields.hpp"
+
+#include <string>
+#include <vector>
+
+namespace skein {
+
+/// Which rates stay zero. Negative numbers count from the end, -1 is the last.
+struct Hold {
+    std::vector<long> nodes;
+    std::vector<long> elements;
+    std::string directions = "xyz"; ///< lab directions in which the nodes do not move
+    std::string axes = "xyz";       ///< lab axes about which the elements do not turn
+
+    bool any() const { return !nodes.empty() || !elements.empty(); }
+    void fields(FieldVisitor& f) {
+        f.visit({.name = "nodes", .unit = "-", .text = "nodes that do not move; -1 is the last"}, nodes);
+        f.visit({.name = "elements", .unit = "-", .text = "elements that do not turn; -1 is the last"}, elements);
+        f.visit({.name = "directions", .unit = "", .text = "lab directions in which the nodes are held"}, directions);
+        f.visit({.name = "axes", .unit = "", .text = "lab axes about which the elements are held"}, axes);
+    }
+};
+
+} // namespace skein

@@ -1,0 +1,59 @@
+// Second order in the step with every kind of damping, driven and swinging through large angles.      theory.md (22)-(24)
+#include "stress/stress_support.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cstdio>
+
+namespace skein {
+namespace {
+
+/// A clamped rod, bent at the start, driven by muscles and by a force on its tip that rises within a whole number of steps.
+std::vector<Slot<1>> end_state(const Damping& damping, std::int64_t steps, double& limit) {
+    constexpr double duration = 0.4;
+    SceneSpec scene;
+    RodSpec rod = test::simple_rod(12);
+    rod.material.density = 1000;
+    rod.section = {.radius = 0.03};
+    rod.start = EndKind::clamped;
+    rod.shape.start_curvature = Vec3d{0.8, -0.5, 0.6};
+    scene.rods = {rod};
+    scene.time = {.duration = duration, .dt = duration / static_cast<double>(steps)};
+    scene.loads.push_back(
+        {.load = MuscleWave{.amplitude = 0.5, .period = 0.13, .wavelength = 1.2, .direction = {0.3, 1, 0.2}, .ramp = 0.1}});
+    scene.loads.push_back({.load = EndForce{.end = {0.4, 1.0, -0.3}, .ramp = 0.2}});
+    if (damping.rate > 0 || damping.rotational > 0) scene.damping.push_back({.damping = damping});
+    test::Stage stage(scene, 1);
+    limit = stage.plan.limit;
+    test::advance_checked(stage, steps);
+    return stage.state(0);
+}
+
+double distance(const std::vector<Slot<1>>& a, const std::vector<Slot<1>>& b) {
+    double worst = 0;
+    for (std::size_t k = 0; k < a.size(); ++k) worst = std::max(worst, norm(lane(a[k].position, 0) - lane(b[k].position, 0)));
+    return worst;
+}
+
+TEST(DampingOrder, IsTwo) {
+    const std::pair<const char*, Damping> kinds[] = {
+        {"uniform", {.kind = DampingKind::uniform, .rate = 60}},
+        {"legacy", {.kind = DampingKind::legacy, .rate = 0.05}},
+        {"physical", {.kind = DampingKind::physical, .translational = 2, .rotational = 2e-3}}};
+    for (const auto& [name, damping] : kinds) {
+        double limit = 0, error[3];
+        const std::int64_t coarse = 2000;
+        const auto exact = end_state(damping, 32 * coarse, limit);
+        for (int i = 0; i < 3; ++i) error[i] = distance(end_state(damping, coarse << i, limit), exact);
+        std::printf("%-8s damping: error at %.2f, %.2f, %.2f of the limit: %.2e %.2e %.2e, ratios %.2f %.2f\n", name,
+                    0.4 / coarse / limit, 0.2 / coarse / limit, 0.1 / coarse / limit, error[0], error[1], error[2],
+                    error[0] / error[1], error[1] / error[2]);
+        for (int i = 0; i < 2; ++i) {
+            EXPECT_GE(error[i] / error[i + 1], 3.6) << name;
+            EXPECT_LE(error[i] / error[i + 1], 4.4) << name;
+        }
+    }
+}
+
+} // namespace
+} // namespace skein

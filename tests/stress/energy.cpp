@@ -1,0 +1,136 @@
+// Energy of free undamped rods: bounded, of second order in the step, without trend.         theory.md (8), (20)
+// Bars of three sets of rods that the published law, having no potential, makes gain energy at any step.
+#include "stress/stress_support.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cstdio>
+#include <numbers>
+
+namespace skein {
+namespace {
+
+constexpr double pi = std::numbers::pi;
+
+/// Half a turn of a helix, straight at rest: the geometry of the reference trajectory 01 (radius 0.3 m, rise 0.25 m).
+std::unique_ptr<test::Stage> helical_rods(double dt, double duration, long rods) {
+    constexpr long n = 20;
+    std::vector<Vec3d> node;
+    for (long k = 0; k <= n; ++k) {
+        const double angle = pi * static_cast<double>(k) / n;
+        node.push_back({0.3 * std::cos(angle), 0.3 * std::sin(angle), 0.25 * angle / pi});
+    }
+    SceneSpec scene;
+    RodSpec rod = test::simple_rod(n);
+    rod.section = {.radius = 0.05};
+    rod.shape.length = n * norm(node[1] - node[0]);
+    rod.placement = test::in_a_row(rods);
+    scene.rods = {rod};
+    scene.time = {.duration = duration, .dt = dt};
+    auto stage = std::make_unique<test::Stage>(scene);
+    for (unsigned i = 0; i < rods; ++i) {
+        auto state = test::along_curve(node, {1, 0, 0});
+        if (i > 0) test::shake(state, 0.1, 1, i); // the first rod starts at rest
+        stage->rods->import_rod(i, state);
+    }
+    return stage;
+}
+
+TEST(Energy, HelicalFreeRodFourSeconds) {
+    double drift[3];
+    const double dt[] = {4e-4, 2e-4, 1e-4};
+    for (int i = 0; i < 3; ++i) {
+        const auto stage = helical_rods(dt[i], 4, 8);
+        const test::EnergyRecord w = test::worst(test::watch_energy(*stage, stage->plan.steps));
+        drift[i] = w.drift;
+        std::printf("helical free rods, 4 s, dt %.0e: energy drift %.2e, strain up to %.1f %%\n", dt[i], w.drift, 100 * w.strain);
+    }
+    EXPECT_LE(drift[1], 5e-4);
+    EXPECT_GT(drift[1] / drift[2], 3.5);
+    EXPECT_LT(drift[1] / drift[2], 4.5);
+}
+
+TEST(Energy, HelicalFreeRodHasNoTrendOverAMillionSteps) {
+    double plain[2], trend[2], largest[2];
+    const double dt[] = {2e-4, 1e-4};
+    for (int i = 0; i < 2; ++i) {
+        const std::int64_t steps = std::llround(200 / dt[i]);
+        const auto stage = helical_rods(dt[i], 200, 8);
+        const auto [energy, shadow] = test::watch_both(*stage, steps);
+        plain[i] = test::mean_trend(energy);
+        trend[i] = test::mean_trend(shadow);
+        largest[i] = test::worst(shadow).drift;
+        std::printf(
+            "helical free rods, %.0e steps of %.0e: energy drift %.2e, last quarter minus first %.1e; shadow energy %.1e, %.1e\n",
+            static_cast<double>(steps), dt[i], test::worst(energy).drift, plain[i], largest[i], trend[i]);
+    }
+    EXPECT_LE(largest[0], 5e-5);
+    EXPECT_NEAR(std::log2(plain[0] / plain[1]), 2, 0.4) << "what the energy itself wanders is of second order";
+    EXPECT_GT(std::log2(trend[0] / trend[1]), 3.2) << "what the shadow energy wanders is of fourth order";
+}
+
+/// PyElastica's butterfly: a straight rod folded to a right angle at its middle and let go. L 3 m, r 0.25 m, 5000 kg/m^3,
+/// E 1e4 Pa, G = E/1.5. Its step is 0.01 s/m times the element's length.
+double butterfly_drift(long n, double dt_over_dl) {
+    SceneSpec scene;
+    RodSpec rod = test::simple_rod(n);
+    rod.material = {.density = 5000, .youngs_modulus = 1e4, .shear_modulus = 1e4 / 1.5};
+    rod.section = {.radius = 0.25};
+    rod.shape.length = 3;
+    scene.rods = {rod};
+    const double dl = 3.0 / static_cast<double>(n);
+    scene.time = {.duration = 40, .dt = dt_over_dl * dl};
+    test::Stage stage(scene, 1);
+    std::vector<Vec3d> node{{0, 0, 0}};
+    for (long k = 0; k < n; ++k) node.push_back(node.back() + (dl * std::sqrt(0.5)) * Vec3d{k < n / 2 ? 1.0 : -1.0, 0, 1});
+    stage.rods->import_rod(0, test::along_curve(node, {0, 1, 0}));
+    const test::EnergyRecord w = test::worst(test::watch_energy(stage, stage.plan.steps, 4000));
+    std::printf("butterfly n = %2ld, dt %.3f dl: energy drift %.2e, strain up to %.2f\n", n, dt_over_dl, w.drift, w.strain);
+    return w.drift;
+}
+
+TEST(Energy, Butterfly) {
+    for (const long n : {4, 10, 20, 40}) {
+        const double drift = butterfly_drift(n, 0.01), half = butterfly_drift(n, 0.005);
+        EXPECT_LE(drift, 1e-3) << "n = " << n;
+        EXPECT_GT(drift / half, 3.5) << "n = " << n;
+        EXPECT_LT(drift / half, 4.5) << "n = " << n;
+    }
+}
+
+/// Eight thin rods bent by 5 to 7 rad about random axes across them, thrown about at 0.6 m/s and 19 rad/s.
+std::unique_ptr<test::Stage> violent_rods(double dt, std::int64_t steps) {
+    constexpr long n = 20, rods = 8;
+    SceneSpec scene;
+    RodSpec rod = test::simple_rod(n);
+    rod.section = {.radius = 0.01};
+    rod.placement = test::in_a_row(rods);
+    scene.rods = {rod};
+    scene.time = {.duration = dt * static_cast<double>(steps), .dt = dt};
+    auto stage = std::make_unique<test::Stage>(scene);
+    for (unsigned i = 0; i < rods; ++i) {
+        const double bend = 5 + 2.0 * i / (rods - 1), axis = 2.4 * i;
+        RodSpec bent = rod;
+        bent.placement = {};
+        bent.shape.start_curvature = Vec3d{bend * std::cos(axis), bend * std::sin(axis), 0.5};
+        std::vector<Slot<1>> state(n + 1);
+        RodGroup(bent, 0, 0, "").start_state(0, state);
+        test::shake(state, 0.6, 19, 100 + i);
+        stage->rods->import_rod(i, state);
+    }
+    return stage;
+}
+
+TEST(Energy, ViolentFreeRodsAMillionSteps) {
+    const auto stage = violent_rods(2e-5, 1000000);
+    const auto records = test::watch_energy(*stage, 1000000, 10000);
+    for (std::size_t i = 0; i < records.size(); ++i)
+        std::printf("violent rod %zu: energy drift %.2e, last quarter minus first %.1e, strain up to %.1f %%\n", i,
+                    records[i].drift, records[i].trend, 100 * records[i].strain);
+    const test::EnergyRecord w = test::worst(records);
+    EXPECT_LE(w.drift, 5e-5);
+    EXPECT_LE(std::abs(w.trend), 5e-6);
+}
+
+} // namespace
+} // namespace skein

@@ -1,0 +1,91 @@
+// Angular momentum, curvature and knots of rods whose values are known in closed form.
+#include "diagnostics/extra_observables.hpp"
+#include "rod/rods.hpp"
+#include "support/rods_for_tests.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <numbers>
+
+namespace skein {
+namespace {
+
+using F = ExtraFigures;
+constexpr double pi = std::numbers::pi;
+
+Vec3d angular_momentum(const ExtraFigures& f) { return {f.sum[F::angular_x], f.sum[F::angular_y], f.sum[F::angular_z]}; }
+
+/// A rod of rest length 1 bent and twisted at constant rates.
+std::vector<Slot<1>> bent(const RodGroup& group, const Vec3d& curvature) {
+    std::vector<Slot<1>> state(static_cast<std::size_t>(group.slots()));
+    const double l = group.element[0].rest_length;
+    Mat3d q = rotation((0.5 * l) * curvature);
+    Vec3d x{0, 0, 0};
+    for (std::size_t k = 0; k < state.size(); ++k) {
+        set_lane(state[k].position, 0, x);
+        if (k + 1 == state.size()) break;
+        set_lane(state[k].director, 0, q);
+        x += l * q.d3;
+        q = rotation(l * curvature) * q;
+    }
+    return state;
+}
+
+TEST(ExtraObservables, AngularMomentumOfARigidlySpinningRod) {
+    const RodGroup group(test::crooked_rod(12), 0, 0, "");
+    auto state = test::shaken_state(group, 0, 0, 0);
+    const Vec3d omega{0.3, -2, 1.1}, drift{1, 2, -3};
+    Vec3d expected{0, 0, 0}, momentum{0, 0, 0}, moment{0, 0, 0};
+    for (std::size_t i = 0; i < state.size(); ++i) {
+        const Vec3d x = lane(state[i].position, 0), v = cross(omega, x);
+        set_lane(state[i].velocity, 0, v + drift);
+        expected += group.node_mass[i] * (dot(x, x) * omega - dot(x, omega) * x); // I omega of points
+        moment += group.node_mass[i] * x;
+        if (i + 1 == state.size()) break;
+        const Mat3d q = lane(state[i].director, 0);
+        set_lane(state[i].spin, 0, q * omega);
+        const Vec3d& j = group.element[i].inertia;
+        expected += j.x * dot(q.d1, omega) * q.d1 + j.y * dot(q.d2, omega) * q.d2 + j.z * dot(q.d3, omega) * q.d3;
+    }
+    expected += cross(moment, drift);
+    const Vec3d found = angular_momentum(extra_figures(group, state, {.angular_momentum = true}));
+    EXPECT_LT(norm(found - expected), 1e-14 * norm(expected));
+}
+
+TEST(ExtraObservables, CurvatureOfAHelicalRod) {
+    const RodGroup group(test::simple_rod(20), 0, 0, "");
+    const Vec3d curvature{1.2, -0.9, 2};
+    const ExtraFigures f = extra_figures(group, bent(group, curvature), {.curvature = true});
+    EXPECT_NEAR(f.sum[F::cell_length], 19.0 / 20, 1e-14);
+    EXPECT_NEAR(f.sum[F::bend_length] / f.sum[F::cell_length], 1.5, 1e-12);
+    EXPECT_NEAR(f.sum[F::twist_length] / f.sum[F::cell_length], 2, 1e-12);
+    EXPECT_NEAR(f.extreme[F::bend], 1.5, 1e-12);
+    EXPECT_NEAR(f.extreme[F::twist_rate], 2, 1e-12);
+    EXPECT_EQ(f.sum[F::angular_x], 0);
+    EXPECT_EQ(f.sum[F::writhe], 0);
+}
+
+// A straight twisted rod: all of the link is twist. A rod bent in a plane: no twist, no writhe.
+TEST(ExtraObservables, TwistOfStraightAndOfPlaneRods) {
+    const RodGroup group(test::simple_rod(20), 0, 0, "");
+    const ExtraFigures straight = extra_figures(group, bent(group, {0, 0, 8 * pi}), {.knots = true});
+    EXPECT_NEAR(straight.sum[F::twist], 4 * 19.0 / 20, 1e-12);
+    EXPECT_NEAR(straight.sum[F::writhe], 0, 1e-12);
+    const ExtraFigures plane = extra_figures(group, bent(group, {3, 0, 0}), {.knots = true});
+    EXPECT_NEAR(plane.sum[F::twist], 0, 1e-12);
+    EXPECT_NEAR(plane.sum[F::writhe], 0, 1e-12);
+}
+
+TEST(ExtraObservables, WhatIsNotAskedForIsNotThere) {
+    const RodGroup group(test::simple_rod(6), 0, 0, "");
+    const auto state = test::shaken_state(group, 0.01, 0.2, 1);
+    const ExtraFigures nothing = extra_figures(group, state, {});
+    for (const double value : nothing.sum) EXPECT_EQ(value, 0);
+    EXPECT_TRUE(extra_names({}).empty());
+    EXPECT_EQ(extra_names({.knots = true}).size(), 3u);
+    EXPECT_EQ(extra_names({true, true, true}).size(), 10u);
+}
+
+} // namespace
+} // namespace skein

@@ -1,0 +1,128 @@
+// Order of the integrators, rings that keep their momenta, ends that move.
+#include "diagnostics/observables.hpp"
+#include "support/scenes_for_tests.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+namespace skein {
+namespace {
+
+SceneSpec bent_rod(Integrator integrator, double dt, Law law = Law::incompressible) {
+    SceneSpec scene;
+    RodSpec rod = test::simple_rod(12);
+    rod.material.law = law;
+    rod.section = {.radius = 0.03};
+    rod.shape.start_curvature = Vec3d{1.5, 0.5, 1.0};
+    rod.shape.angular_velocity = {0.3, -0.2, 2.0};
+    scene.rods = {rod};
+    scene.time = {.duration = 1, .dt = dt, .integrator = integrator};
+    return scene;
+}
+
+double distance(const std::vector<Slot<1>>& a, const std::vector<Slot<1>>& b) {
+    double most = 0;
+    for (std::size_t i = 0; i < a.size(); ++i) most = std::max(most, norm(lane(a[i].position, 0) - lane(b[i].position, 0)));
+    return most;
+}
+
+/// State after time T in so many steps.
+std::vector<Slot<1>> after(SceneSpec scene, double time, std::int64_t steps) {
+    scene.time.dt = time / static_cast<double>(steps);
+    test::Stage stage(std::move(scene));
+    stage.advance(steps);
+    return stage.state(0);
+}
+
+/// Error ratio on halving the step, against a much finer run.
+double ratio(const SceneSpec& scene, double time, std::int64_t steps, std::int64_t finest) {
+    const auto exact = after(scene, time, finest);
+    return distance(after(scene, time, steps), exact) / distance(after(scene, time, 2 * steps), exact);
+}
+
+TEST(Integrators, HaveTheirOrder) {
+    for (const Law law : {Law::incompressible, Law::linear}) {
+        EXPECT_NEAR(ratio(bent_rod(Integrator::verlet, 1, law), 0.2, 1500, 48000), 4, 0.2);
+        EXPECT_NEAR(ratio(bent_rod(Integrator::pefrl, 1, law), 0.2, 400, 4000), 16, 1.5);
+    }
+}
+
+TEST(Integrators, KeepTheirOrderUnderDamping) {
+    for (const DampingKind kind : {DampingKind::uniform, DampingKind::legacy}) {
+        SceneSpec scene = bent_rod(Integrator::pefrl, 1);
+        scene.damping.push_back({.damping = {.kind = kind, .rate = kind == DampingKind::legacy ? 0.02 : 2}}); // 36 1/s about d1
+        EXPECT_NEAR(ratio(scene, 0.2, 400, 4000), 16, 1.5);
+        scene.time.integrator = Integrator::verlet;
+        EXPECT_NEAR(ratio(scene, 0.2, 1500, 48000), 4, 0.2);
+        scene.time.damping = DampingScheme::after;
+        EXPECT_NEAR(ratio(scene, 0.2, 3000, 96000), 2, 0.2);
+    }
+}
+
+TEST(Ring, SpinsWithoutLosingMomentum) {
+    SceneSpec scene = bent_rod(Integrator::verlet, 0);
+    RodSpec& ring = scene.rods[0];
+    ring.shape = {.length = 1, .elements = 24, .closed = true, .velocity = {0.1, -0.2, 0.3}, .angular_velocity = {0.5, 1, 3}};
+    test::Stage stage(scene);
+    const RodGroup& group = stage.groups[0];
+    const auto momenta = [&] {
+        Vec3d p{0, 0, 0}, l{0, 0, 0};
+        const auto state = stage.state(0);
+        for (std::size_t i = 0; i + 1 < state.size(); ++i) {
+            const Vec3d mv = group.node_mass[i] * lane(state[i].velocity, 0);
+            p += mv;
+            l += cross(lane(state[i].position, 0), mv) + transpose_times(lane(state[i].director, 0), scale(group.element[i].inertia, lane(state[i].spin, 0)));
+        }
+        return std::pair(p, l);
+    };
+    const auto [p0, l0] = momenta();
+    stage.advance(20000);
+    const auto [p1, l1] = momenta();
+    EXPECT_LT(norm(p1 - p0), 1e-12 * norm(p0));
+    EXPECT_LT(norm(l1 - l0), 1e-11 * norm(l0));
+    const auto state = stage.state(0);
+    EXPECT_EQ(norm(lane(state.front().position, 0) - lane(state.back().position, 0)), 0.0);
+}
+
+TEST(Ring, CircleAtRestStays) {
+    SceneSpec scene = bent_rod(Integrator::verlet, 0);
+    scene.rods[0].shape = {.length = 1, .elements = 24, .closed = true};
+    test::Stage stage(scene);
+    const auto before = stage.state(0);
+    stage.advance(2000);
+    EXPECT_LT(distance(before, stage.state(0)), 1e-13);
+}
+
+/// Both ends moved and turned smoothly: energy less the walls' work is conserved to second order, here seen in the end state.
+TEST(MovingEnds, AreSecondOrder) {
+    SceneSpec scene = bent_rod(Integrator::verlet, 1);
+    RodSpec& rod = scene.rods[0];
+    rod.shape = {.length = 1, .elements = 12};
+    rod.start = rod.end = EndKind::clamped;
+    rod.start_motion = {.times = {0, 0.2}, .translation = {{0, 0, 0}, {0.05, 0.02, 0.1}}, .rotation = {{0, 0, 0}, {0.5, 0.3, -0.8}}, .smooth = true};
+    rod.end_motion = {.times = {0, 0.2}, .translation = {{0, 0, 0}, {-0.1, 0, -0.05}}, .rotation = {{0, 0, 0}, {-0.4, 0.9, 0.6}}, .smooth = true};
+    EXPECT_NEAR(ratio(scene, 0.2, 1500, 48000), 4, 0.2);
+    const auto state = after(scene, 0.2, 3000);
+    EXPECT_LT(norm(lane(state[0].position, 0) - Vec3d{0.05, 0.02, 0.1}), 1e-6);
+    EXPECT_LT(norm(lane(state[12].position, 0) - Vec3d{-0.1, 0, 0.95}), 1e-6);
+}
+
+TEST(Hold, KeepsItsNodesAndElements) {
+    SceneSpec scene = bent_rod(Integrator::verlet, 0);
+    scene.rods[0].hold = {.nodes = {3, -1}, .elements = {5}, .directions = "xz", .axes = "xyz"};
+    test::Stage stage(scene);
+    const auto before = stage.state(0);
+    stage.advance(2000);
+    const auto now = stage.state(0);
+    for (const std::size_t i : {std::size_t{3}, std::size_t{12}}) {
+        const Vec3d moved = lane(now[i].position, 0) - lane(before[i].position, 0);
+        EXPECT_EQ(moved.x, 0);
+        EXPECT_EQ(moved.z, 0);
+        EXPECT_GT(std::abs(moved.y), 1e-6);
+    }
+    EXPECT_EQ(norm(lane(now[5].director, 0).d1 - lane(before[5].director, 0).d1), 0);
+}
+
+} // namespace
+} // namespace skein
