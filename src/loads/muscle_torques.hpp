@@ -54,7 +54,7 @@ struct MuscleTorques {
     }
     void prepare(std::span<const Step> steps) {
         for (const Step& step : steps) {
-            const double angle = 2 * std::numbers::pi / period * step.time_mid, r = ramp_at(step.time_mid, ramp);
+            const double angle = 2 * std::numbers::pi / period * step.time, r = ramp_at(step.time, ramp);
             sine[step.slot] = r * std::sin(angle);
             cosine[step.slot] = r * std::cos(angle);
         }

@@ -40,7 +40,7 @@ struct SinusoidalEndForce {
         return std::cos(angle) * cross(normal, tangent) + std::sin(angle) * normal;
     }
     void prepare(std::span<const Step> steps) {
-        for (const Step& s : steps) direction[s.slot] = at(s.time_mid);
+        for (const Step& s : steps) direction[s.slot] = at(s.time);
     }
     Vec3d direction[Clock::largest_batch];
 
