@@ -1,6 +1,7 @@
 #include "dampers.hpp"
 
 #include "loads/damping.hpp"
+#include "loads/laplacian_filter.hpp"
 
 #include <algorithm>
 
@@ -25,37 +26,12 @@ private:
     KickPass<KickKind::elastica, 1> kick_;
 };
 
-/// p times f_k <- (2 f_k - f_{k-1} - f_{k+1})/4 inside, 0 at both ends, from f = v; then v -= f. The same for w.
-class LaplaceFilter final : public TilePass<1> {
-public:
-    explicit LaplaceFilter(int order) : order_(order) {}
-    std::string_view name() const override { return "laplace filter"; }
-    void run(const RodTile<1>& rod, SlotLoad<1>*, const Step&) const override {
-        filter(rod.slot, rod.n + 1, &Slot<1>::velocity);
-        filter(rod.slot, rod.n, &Slot<1>::spin);
-    }
-
-private:
-    using V = Vec3<Pack<1>>;
-    void filter(Slot<1>* slot, int count, V Slot<1>::* rate) const {
-        std::vector<V> f, g;
-        for (int k = 0; k < count; ++k) f.push_back(slot[k].*rate);
-        for (int pass = 0; pass < order_; ++pass) {
-            g.assign(f.size(), V{});
-            for (std::size_t k = 1; k + 1 < f.size(); ++k) g[k] = Pack<1>(0.25) * (Pack<1>(2.0) * f[k] - f[k - 1] - f[k + 1]);
-            f.swap(g);
-        }
-        for (int k = 0; k < count; ++k) slot[k].*rate -= f[static_cast<std::size_t>(k)];
-    }
-    int order_;
-};
-
 } // namespace
 
 std::unique_ptr<TilePass<1>> make_damper(const Entry& e, const RodGroup& group) {
     const std::string kind = e["kind"].text();
     if (group.closed()) throw NotBuilt("damper '" + kind + "' on a ring (" + e.path() + ")");
-    if (kind == "laplace_filter") return std::make_unique<LaplaceFilter>(static_cast<int>(e["filter_order"].integer()));
+    if (kind == "laplace_filter") return std::make_unique<LaplacianFilterPass<1>>(e["filter_order"].integer());
     if (kind != "analytical_linear") throw NotBuilt("damper '" + kind + "' (" + e.path() + ")");
     const double h = e["time_step"].positive();
     if (e.has("uniform_damping_constant"))

@@ -9,7 +9,6 @@ namespace {
 
 using std::numbers::pi;
 
-Vec3d at(const Vec3<Pack<1>>& a) { return lane(a, 0); }
 Mat3d at(const Mat3<Pack<1>>& q) { return lane(q, 0); }
 void add_force(SlotLoad<1>& load, const Vec3d& f) { load.force += broadcast<1>(f); }
 void add_couple(SlotLoad<1>& load, const Vec3d& c) { load.couple += broadcast<1>(c); }
@@ -44,19 +43,6 @@ struct UniformTorques {
     Vec3d torque;
     void add(const RodTile<1>& rod, SlotLoad<1>* load, const Step&) const {
         for (int k = 0; k < rod.n; ++k) add_couple(load[k], at(rod.slot[k].director) * ((1.0 / rod.n) * torque));
-    }
-};
-
-/// t < ramp: -2 mag normal; later mag (cos(ph) roll + sin(ph) normal), ph = pi/2 (t - ramp).
-struct EndForcesSinusoidal {
-    static constexpr std::string_view kind = "endpoint_forces_sinusoidal";
-    double start, end, ramp;
-    Vec3d normal, roll;
-    void add(const RodTile<1>& rod, SlotLoad<1>* load, const Step& step) const {
-        const double phase = 0.5 * pi * (step.time - ramp);
-        const Vec3d direction = step.time < ramp ? -2.0 * normal : std::cos(phase) * roll + std::sin(phase) * normal;
-        add_force(load[0], start * direction);
-        add_force(load[last_node(rod)], end * direction);
     }
 };
 
@@ -96,26 +82,6 @@ struct Magnetic {
     }
 };
 
-/// f = -4 pi mu/ln(L/r_k) l_k (1 - t t^T/2) v_k, half to each node; L and l current lengths, v_k weighted by the nodes' masses.
-struct SlenderBody {
-    static constexpr std::string_view kind = "slender_body";
-    double viscosity;
-    void add(const RodTile<1>& rod, SlotLoad<1>* load, const Step&) const {
-        const auto edge = [&](int k) { return at(rod.slot[k + 1].position) - at(rod.slot[k].position); };
-        double total = 0;
-        for (int k = 0; k < rod.n; ++k) total += norm(edge(k));
-        for (int k = 0; k < rod.n; ++k) {
-            const double length = norm(edge(k)), radius = std::sqrt(rod.element[k].volume / (pi * length));
-            const double* m = rod.group->node_mass.data() + k;
-            const Vec3d t = (1 / length) * edge(k);
-            const Vec3d v = (1 / (m[0] + m[1])) * (m[0] * at(rod.slot[k].velocity) + m[1] * at(rod.slot[k + 1].velocity));
-            const Vec3d half = (-2 * pi * viscosity / std::log(total / radius) * length) * (v - (0.5 * dot(t, v)) * t);
-            add_force(load[k], half);
-            add_force(load[k + 1], half);
-        }
-    }
-};
-
 /// One for all components, or one each.
 Vec3d one_or_three(const Entry& e) {
     if (!e.json().is_number()) return e.vector();
@@ -143,16 +109,15 @@ std::unique_ptr<TilePass<1>> make_load(const Entry& e, const RodGroup& group) {
     if (kind == "magnetic") return pass(magnetic(e, n));
     if (kind == "endpoint_forces") return pass(EndForces{e["start_force"].vector(), e["end_force"].vector(), e["ramp_up_time"].number()});
     if (kind == "uniform_forces") return pass(UniformForces{e["force"].vector()});
-    if (kind == "endpoint_forces_sinusoidal") {
-        const Vec3d normal = e["normal_direction"].vector();
-        return pass(EndForcesSinusoidal{e["start_force_mag"].number(), e["end_force_mag"].number(), e["ramp_up_time"].number(), normal,
-                                        cross(normal, e["tangent_direction"].vector())});
-    }
     if (kind == "muscle_torques")
         return pass(MuscleTorques{e["ramp_up_time"].number(), e["period"].positive(), e["wave_number"].number(), e["phase_shift"].number(),
                                   e["s"].numbers(n), e["spline_at_s"].numbers(n), e["direction"].vector()});
-    if (kind == "slender_body" && group.closed()) throw NotBuilt("load 'slender_body' on a ring (" + e.path() + ")");
-    if (kind == "slender_body") return pass(SlenderBody{e["dynamic_viscosity"].number()});
+    if (group.closed() && (kind == "endpoint_forces_sinusoidal" || kind == "slender_body"))
+        throw NotBuilt("load '" + kind + "' on a ring (" + e.path() + ")");
+    if (kind == "endpoint_forces_sinusoidal")
+        return pass(SinusoidalEndForce{.start = e["start_force_mag"].number(), .end = e["end_force_mag"].number(), .normal = e["normal_direction"].vector(),
+                                       .tangent = e["tangent_direction"].vector(), .hold = e["ramp_up_time"].number()});
+    if (kind == "slender_body") return pass(SlenderBodyDrag{e["dynamic_viscosity"].number()});
     throw NotBuilt("load '" + kind + "' (" + e.path() + ")");
 }
 

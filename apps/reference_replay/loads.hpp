@@ -20,6 +20,9 @@ class External final : public TilePass<1> {
 public:
     External(std::vector<std::unique_ptr<TilePass<1>>> loads, std::size_t slots) : loads_(std::move(loads)), sum_(slots) {}
     std::string_view name() const override { return "external loads"; }
+    void prepare(std::span<const Step> steps) override {
+        for (const auto& pass : loads_) pass->prepare(steps);
+    }
     void run(const RodTile<1>& rod, SlotLoad<1>* load, const Step& step) const override {
         if (step.index != index_) sum_.assign(sum_.size(), SlotLoad<1>{});
         index_ = step.index;
