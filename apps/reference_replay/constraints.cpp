@@ -1,0 +1,132 @@
+#include "constraints.hpp"
+
+#include "core/rotation.hpp"
+
+#include <numbers>
+
+namespace skein::replay {
+
+namespace {
+
+struct HeldNode {
+    std::size_t at;
+    Vec3d position;
+};
+struct HeldElement {
+    std::size_t at;
+    Mat3d director;
+};
+
+std::vector<HeldNode> held_nodes(const std::vector<int>& at, std::span<const Slot<1>> start) {
+    std::vector<HeldNode> held;
+    for (const int i : at) held.push_back({static_cast<std::size_t>(i), lane(start[static_cast<std::size_t>(i)].position, 0)});
+    return held;
+}
+std::vector<HeldElement> held_elements(const std::vector<int>& at, std::span<const Slot<1>> start) {
+    std::vector<HeldElement> held;
+    for (const int k : at) held.push_back({static_cast<std::size_t>(k), lane(start[static_cast<std::size_t>(k)].director, 0)});
+    return held;
+}
+
+/// Nodes and elements back where they started, at rest.
+class Fixed final : public Constraint {
+public:
+    Fixed(std::vector<HeldNode> nodes, std::vector<HeldElement> elements) : nodes_(std::move(nodes)), elements_(std::move(elements)) {}
+    void values(Slot<1>* slot, double) const override {
+        for (const auto& [i, x] : nodes_) slot[i].position = broadcast<1>(x);
+        for (const auto& [k, q] : elements_) slot[k].director = broadcast_frame<1>(q);
+    }
+    void rates(Slot<1>* slot, double) const override {
+        for (const auto& held : nodes_) slot[held.at].velocity = {};
+        for (const auto& held : elements_) slot[held.at].spin = {};
+    }
+
+private:
+    std::vector<HeldNode> nodes_;
+    std::vector<HeldElement> elements_;
+};
+
+/// Chosen lab components: of positions (held at their start) and of angular velocities (frames drift).
+class General final : public Constraint {
+public:
+    General(std::vector<HeldNode> nodes, std::vector<HeldElement> elements, const Vec3d& translation, const Vec3d& rotation)
+        : nodes_(std::move(nodes)), elements_(std::move(elements)), held_(translation), free_(free_of(translation)), free_turns_(free_of(rotation)) {}
+    void values(Slot<1>* slot, double) const override {
+        for (const auto& [i, x] : nodes_) slot[i].position = broadcast<1>(scale(free_, lane(slot[i].position, 0)) + scale(held_, x));
+    }
+    void rates(Slot<1>* slot, double) const override {
+        for (const auto& held : nodes_) slot[held.at].velocity = scale(broadcast<1>(free_), slot[held.at].velocity);
+        for (const auto& held : elements_) {
+            Slot<1>& s = slot[held.at];
+            s.spin = s.director * scale(broadcast<1>(free_turns_), transpose_times(s.director, s.spin));
+        }
+    }
+
+private:
+    static Vec3d free_of(const Vec3d& held) { return {1 - held.x, 1 - held.y, 1 - held.z}; }
+    std::vector<HeldNode> nodes_;
+    std::vector<HeldElement> elements_;
+    Vec3d held_, free_, free_turns_;
+};
+
+/// Ends that approach by `slack` and turn against each other until `twisting_time`, then stand. The angular velocity has the lab
+/// components of the line between the ends, taken as body components without transformation: as published.
+class HelicalBuckling final : public Constraint {
+public:
+    HelicalBuckling(std::span<const Slot<1>> start, double time, double slack, double rotations) : time_(time), last_(start.size() - 1) {
+        const Vec3d first = lane(start.front().position, 0), end = lane(start.back().position, 0);
+        const Vec3d d = (1 / norm(end - first)) * (end - first);
+        const double angle = rotations * std::numbers::pi;
+        velocity_ = slack / (2 * time) * d;
+        spin_ = angle / time * d;
+        first_ = first + 0.5 * slack * d;
+        end_ = end - 0.5 * slack * d;
+        first_director_ = rotation(angle * d) * lane(start.front().director, 0);
+        end_director_ = rotation(-angle * d) * lane(start[last_ - 1].director, 0);
+    }
+    void values(Slot<1>* slot, double t) const override {
+        if (t <= time_) return;
+        slot[0].position = broadcast<1>(first_);
+        slot[last_].position = broadcast<1>(end_);
+        slot[0].director = broadcast_frame<1>(first_director_);
+        slot[last_ - 1].director = broadcast_frame<1>(end_director_);
+    }
+    void rates(Slot<1>* slot, double t) const override {
+        const double moving = t <= time_;
+        slot[0].velocity = broadcast<1>(moving * velocity_);
+        slot[last_].velocity = broadcast<1>(-moving * velocity_);
+        slot[0].spin = broadcast<1>(moving * spin_);
+        slot[last_ - 1].spin = broadcast<1>(-moving * spin_);
+    }
+
+private:
+    double time_;
+    std::size_t last_;
+    Vec3d velocity_, spin_, first_, end_;
+    Mat3d first_director_, end_director_;
+};
+
+std::vector<int> places(const Entry& e, const std::string& key, int size) {
+    std::vector<int> at;
+    if (e.has(key))
+        for (const Entry& i : e[key].list()) at.push_back(i.index(size));
+    return at;
+}
+
+} // namespace
+
+std::shared_ptr<const Constraint> make_constraint(const Entry& e, std::span<const Slot<1>> start, bool closed) {
+    const std::string kind = e["kind"].text();
+    const int n = static_cast<int>(start.size()) - 1, nodes_in_file = closed ? n : n + 1;
+    if (kind == "one_end_fixed") return std::make_shared<Fixed>(held_nodes({0}, start), held_elements({0}, start));
+    if (kind == "helical_buckling" && closed) throw NotBuilt("constraint 'helical_buckling' on a ring (" + e.path() + ")");
+    if (kind == "helical_buckling")
+        return std::make_shared<HelicalBuckling>(start, e["twisting_time"].positive(), e["slack"].number(), e["number_of_rotations"].number());
+    if (kind != "fixed" && kind != "general") throw NotBuilt("constraint '" + kind + "' (" + e.path() + ")");
+    auto nodes = held_nodes(places(e, "position_index", nodes_in_file), start);
+    auto elements = held_elements(places(e, "director_index", n), start);
+    if (kind == "fixed") return std::make_shared<Fixed>(std::move(nodes), std::move(elements));
+    return std::make_shared<General>(std::move(nodes), std::move(elements), e["translation_fixed"].flags(), e["rotation_fixed_lab"].flags());
+}
+
+} // namespace skein::replay

@@ -1,0 +1,438 @@
+#!/usr/bin/env python3
+"""reference_replay on tiny files whose motion is known in closed form, on spoilt ones and on malformed ones.
+
+    replay_test.py REFERENCE_REPLAY
+
+A rod of n elements lies along z with its directors along x, y, z. Stiff rods move as one where loads are shared by mass; rods
+without stiffness are loose beads and spinning tops. Node masses are M at the ends and 2 M inside.
+"""
+import copy
+import json
+import math
+import pathlib
+import subprocess
+import sys
+import tempfile
+import unittest
+
+PROGRAM = sys.argv.pop(1)
+DT, L, M, J1, J3, N = 1e-3, 0.1, 0.2, 2e-5, 4e-5, 4
+STEPS = (1, 10, 100)
+FIELDS = ("position", "velocity", "directors", "omega")
+
+
+def times(a, v):
+    return [a * c for c in v]
+
+
+def plus(*vectors):
+    return [sum(c) for c in zip(*vectors)]
+
+
+def turned(angle, axis=2):
+    """Directors along the axes, turned about one of them."""
+    j, k = (axis + 1) % 3, (axis + 2) % 3
+    q = [[float(r == c) for c in range(3)] for r in range(3)]
+    q[j][j] = q[k][k] = math.cos(angle)
+    q[j][k], q[k][j] = math.sin(angle), -math.sin(angle)
+    return q
+
+
+def rod(n=N, velocity=(0, 0, 0), spin=(0, 0, 0), stiff=True):
+    s = 1.0 if stiff else 0.0
+    return {"kind": "rod", "ring": False, "n_elems": n,
+            "position": [[0, 0, L * i] for i in range(n + 1)], "velocity": [list(velocity)] * (n + 1),
+            "directors": [turned(0)] * n, "omega": [list(spin)] * n,
+            "mass": [M] + [2 * M] * (n - 1) + [M], "mass_second_moment_of_inertia": [[J1, J1, J3]] * n,
+            "rest_lengths": [L] * n, "rest_voronoi_lengths": [L] * (n - 1), "volume": [math.pi * 1e-4 * L] * n,
+            "shear_matrix": [[300 * s, 300 * s, 900 * s]] * n, "bend_matrix": [[0.08 * s, 0.08 * s, 0.05 * s]] * (n - 1),
+            "rest_sigma": [[0, 0, 0]] * n, "rest_kappa": [[0, 0, 0]] * (n - 1)}
+
+
+def ring(n=6):
+    """A straight rod bent to a regular polygon in the x-y plane, d1 along z: the same moment in every cell, so at rest."""
+    r, ring = L / (2 * math.sin(math.pi / n)), rod(n)
+    corner = lambda k: [r * math.cos(2 * math.pi * k / n), r * math.sin(2 * math.pi * k / n), 0]
+    tangent = [times(1 / L, plus(corner(k + 1), times(-1, corner(k)))) for k in range(n)]
+    ring.update(ring=True, position=[corner(k) for k in range(n)], velocity=[[0, 0, 0]] * n, mass=[2 * M] * n,
+                directors=[[[0, 0, 1], [t[1], -t[0], 0], t] for t in tangent],
+                rest_voronoi_lengths=[L] * n, bend_matrix=[[0.08, 0.08, 0.05]] * n, rest_kappa=[[0, 0, 0]] * n)
+    return ring
+
+
+def case(systems, motion, forces=(), constraints=(), dampers=(), stepper="PositionVerlet", steps=STEPS):
+    """`motion(system, k)`: fields after k steps that differ from the start; more than the state may be given."""
+    outputs = []
+    for k in steps:
+        states = []
+        for i, system in enumerate(systems):
+            states.append({**{f: system[f] for f in FIELDS}, **motion(i, k)})
+        outputs.append({"step": k, "time": k * DT, "systems": states})
+    flat = lambda a: max(map(flat, a)) if isinstance(a, list) else abs(a)
+    scale = {f: max(flat(s[f]) for o in outputs for s in o["systems"]) for f in FIELDS}
+    return {"format": "rod-reference 1", "case": "closed form", "stepper": stepper, "dt": DT, "start_time": 0.0, "systems": systems,
+            "forces_in_order": list(forces), "constraints_in_order": list(constraints), "dampers_in_order": list(dampers),
+            "outputs": outputs, "scale": scale, "roundoff_sensitivity": [{"step": k, **{f: 0.0 for f in FIELDS}} for k in steps]}
+
+
+def shifted(n, by):
+    """All nodes of a rod moved by a vector."""
+    return [plus([0, 0, L * i], by) for i in range(n + 1)]
+
+
+def travelled(velocity):
+    """Of a rate whose value after step k is velocity(k): half steps at both ends."""
+    return lambda k: DT * (0.5 * velocity(0) + sum(velocity(j) for j in range(1, k)) + 0.5 * velocity(k))
+
+
+def rising(rate):
+    """Rate after k steps under rate(t) at mid-steps."""
+    return lambda k: DT * sum(rate((j + 0.5) * DT) for j in range(k))
+
+
+def free_case():
+    v, w = [0.3, -0.2, 0.1], 7.0
+    energy = {"translational": 0.5 * 2 * N * M * (0.09 + 0.04 + 0.01), "rotational": 0.5 * N * J3 * w * w, "bending": 0.0, "shear": 0.0}
+    return case([rod(velocity=v, spin=[0, 0, w])], lambda _, k: {
+        "position": shifted(N, times(k * DT, v)), "directors": [turned(w * k * DT)] * N, "sigma": [[0, 0, 0]] * N, "dilatation": [1.0] * N,
+        "kappa": [[0, 0, 0]] * (N - 1), "energy": energy})
+
+
+class Replay(unittest.TestCase):
+    def setUp(self):
+        self.folder = tempfile.TemporaryDirectory()
+        self.file = pathlib.Path(self.folder.name) / "case.json"
+
+    def tearDown(self):
+        self.folder.cleanup()
+
+    def replay(self, content, expect):
+        self.file.write_text(content if isinstance(content, str) else json.dumps(content))
+        done = subprocess.run([PROGRAM, str(self.file)], capture_output=True, text=True, timeout=60)
+        self.assertEqual(done.returncode, expect, done.stdout + done.stderr)
+        return done
+
+    def agrees(self, *arguments, **named):
+        return self.replay(case(*arguments, **named), 0)
+
+    # Motions
+
+    def test_free_flight_and_spin(self):
+        for stepper in ("PositionVerlet", "PEFRL"):
+            done = self.replay({**free_case(), "stepper": stepper}, 0)
+            self.assertEqual(done.stdout.count("energy"), len(STEPS))
+
+    def test_loads_shared_by_mass(self):
+        g, f, torque = [1.0, 2.0, -9.0], [0.5, 0.0, -1.0], 0.003
+        fall = lambda a: lambda k: {"position": shifted(N, times(0.5 * (k * DT) ** 2, a)), "velocity": [times(k * DT, a)] * (N + 1)}
+        total = 2 * N * M
+        spin = torque / (N * J3)
+        motions = [fall(g), fall(times(1 / total, f)),
+                   lambda k: {"omega": [[0, 0, spin * k * DT]] * N, "directors": [turned(0.5 * spin * (k * DT) ** 2)] * N}]
+        self.agrees([rod(), rod(), rod()], lambda i, k: motions[i](k),
+                    [{"system": 0, "kind": "gravity", "acc": g}, {"system": 1, "kind": "uniform_forces", "force": f},
+                     {"system": 2, "kind": "uniform_torques", "torque": [0, 0, torque]}])
+
+    def test_loads_at_the_ends(self):
+        f, ramp, start, end = [0.4, -0.2, 0.0], 0.5, 0.03, 0.05
+        normal, roll = [0.0, 1.0, 0.0], [1.0, 0.0, 0.0]  # roll = normal x tangent
+        speeds = [rising(lambda t: min(1, t / ramp)), rising(lambda t: math.cos(0.5 * math.pi * t)), rising(lambda t: math.sin(0.5 * math.pi * t))]
+
+        def motion(i, k):
+            def ends(first, last):
+                x, v = shifted(N, [0, 0, 0]), [[0, 0, 0]] * (N + 1)
+                v[0], v[N] = first(lambda s: s(k)), last(lambda s: s(k))
+                x[0], x[N] = plus(x[0], first(lambda s: travelled(s)(k))), plus(x[N], last(lambda s: travelled(s)(k)))
+                return {"position": x, "velocity": v}
+            if i == 0:
+                return ends(lambda s: [0, 0, 0], lambda s: times(s(speeds[0]) / M, f))
+            if i == 1:  # before the ramp
+                return ends(lambda s: times(-2 * start / M * s(lambda j: j * DT), normal), lambda s: times(-2 * end / M * s(lambda j: j * DT), normal))
+            along = lambda mag: lambda s: times(mag / M, plus(times(s(speeds[1]), roll), times(s(speeds[2]), normal)))
+            return ends(along(start), along(end))
+
+        sinusoidal = {"kind": "endpoint_forces_sinusoidal", "start_force_mag": start, "end_force_mag": end, "normal_direction": normal,
+                      "tangent_direction": [0, 0, 1]}
+        self.agrees([rod(stiff=False) for _ in range(3)], motion,
+                    [{"system": 0, "kind": "endpoint_forces", "start_force": [0, 0, 0], "end_force": f, "ramp_up_time": ramp},
+                     {**sinusoidal, "system": 1, "ramp_up_time": 10.0}, {**sinusoidal, "system": 2, "ramp_up_time": 0.0}])
+
+    def test_muscles(self):
+        s, spline = [0.25, 0.5, 0.75, 1.0], [0.001, 0.004, 0.002, 0.007]
+        table = {"ramp_up_time": 0.02, "period": 0.3, "wave_number": 5.0, "phase_shift": 0.4, "s": s, "spline_at_s": spline, "direction": [0, 0, 1]}
+        muscle = lambda j, t: min(1, t / 0.02) * spline[j] * math.sin(2 * math.pi * t / 0.3 - 5 * s[j] + 0.4)
+        torque = lambda k, t: muscle(N - 1 - k, t) if 1 <= k < N else 0.0  # between elements k-1 and k
+        speed = [rising(lambda t, k=k: (torque(k, t) - torque(k + 1, t)) / J3) for k in range(N)]
+        self.agrees([rod(stiff=False)], lambda _, n: {"omega": [[0, 0, w(n)] for w in speed], "directors": [turned(travelled(w)(n)) for w in speed]},
+                    [{"system": 0, "kind": "muscle_torques", **table}])
+
+    def test_one_step_in_a_magnetic_field(self):
+        m, b = 0.02, 0.3  # moment along d1, field along y: the couple is along d3
+        field = {"kind": "magnetic", "amplitude": [0, b, 0], "moment_material_frame": [[m, 0, 0]] * N, "ramp_interval": 0.01, "start_time": 0.0, "end_time": 9.0}
+        t = 0.5 * DT
+        factors = [t / 0.01, t / 0.01 * math.sin(3 * t + 1), 0.0, max(0.0, 1 - (t - 1e-4) / 0.01)]
+        speeds = [m * b * f / J3 * DT for f in factors]
+        self.agrees([rod(stiff=False) for _ in factors], lambda i, k: {"omega": [[0, 0, speeds[i]]] * N, "directors": [turned(0.5 * DT * speeds[i])] * N},
+                    [{**field, "system": 0, "field": "constant"},
+                     {**field, "system": 1, "field": "oscillating", "angular_frequency": [0, 3, 0], "phase": [0, 1, 0]},
+                     {**field, "system": 2, "field": "constant", "start_time": 0.1},
+                     {**field, "system": 3, "field": "constant", "start_time": -1.0, "end_time": 1e-4}], steps=(1,))
+
+    def test_slender_body(self):
+        mu, v = 0.7, 0.4
+        rate = 4 * math.pi * mu / math.log(N * L / 0.01) * L / (2 * M)
+        motions = [[1 - rate * DT, [v, 0, 0]], [1 - 0.5 * rate * DT, [0, 0, v]]]  # across and along
+
+        def motion(i, k):
+            q, start = motions[i]
+            speed = lambda j: q ** j
+            return {"velocity": [times(speed(k), start)] * (N + 1), "position": shifted(N, times(travelled(speed)(k), start))}
+        self.agrees([rod(velocity=start) for _, start in motions], motion,
+                    [{"system": i, "kind": "slender_body", "dynamic_viscosity": mu} for i in range(2)])
+
+    def test_dampers(self):
+        c, v, w = 3.0, [0.3, 0.0, -0.1], 4.0
+        uniform, legacy = math.exp(-c * DT), math.exp(-c * DT * 2 * M / J3 * 1e-4)  # its m_e is 2 M in every element
+        ct, cr = 0.4, 5e-5
+        translational, rotational = [math.exp(-ct * DT / m) for m in [M] + [2 * M] * (N - 1) + [M]], math.exp(-cr * DT / J3)
+
+        def motion(i, k):
+            spinning = lambda q: {"omega": [[0, 0, w * q ** k]] * N, "directors": [turned(w * travelled(lambda j: q ** j)(k))] * N}
+            moving = lambda qs: {"velocity": [times(q ** k, v) for q in qs],
+                                 "position": [plus([0, 0, L * n], times(travelled(lambda j: q ** j)(k), v)) for n, q in enumerate(qs)]}
+            if i == 0:
+                return {**spinning(uniform), **moving([uniform] * (N + 1))}
+            if i == 1:
+                return {**spinning(legacy), **moving([math.exp(-c * DT * 1e-4)] * (N + 1))}
+            if i == 2:
+                return spinning(rotational)
+            if i == 3:
+                return moving(translational)
+            # A filter of order 1 halves the middle node's deviation from the mean of its neighbours.
+            return {"velocity": [[0, 0, 0], [0.2 * 0.5 ** k, 0, 0], [0, 0, 0]],
+                    "position": plus_middle(shifted(2, [0, 0, 0]), 0.2 * travelled(lambda j: 0.5 ** j)(k))}
+
+        def plus_middle(x, by):
+            return [x[0], plus(x[1], [by, 0, 0]), x[2]]
+        linear = {"kind": "analytical_linear", "time_step": DT}
+        filtered = rod(2, stiff=False)
+        filtered["velocity"] = [[0, 0, 0], [0.2, 0, 0], [0, 0, 0]]
+        self.agrees([rod(velocity=v, spin=[0, 0, w]), rod(velocity=v, spin=[0, 0, w]), rod(spin=[0, 0, w]), rod(velocity=v, stiff=False), filtered], motion,
+                    dampers=[{**linear, "system": 0, "uniform_damping_constant": c}, {**linear, "system": 1, "damping_constant": c * 1e-4},
+                             {**linear, "system": 2, "translational_damping_constant": 0.0, "rotational_damping_constant": cr},
+                             {**linear, "system": 3, "translational_damping_constant": ct, "rotational_damping_constant": 0.0},
+                             {"system": 4, "kind": "laplace_filter", "filter_order": 1}])
+
+    def test_dampers_act_in_order(self):
+        """Drag on unlike masses and a filter do not commute. Ends e and middle m: drag scales them, the filter takes m to (e + m)/2."""
+        ct, start = 40.0, [0.1, 0.5]
+        of_end, of_middle = math.exp(-ct * DT / M), math.exp(-ct * DT / (2 * M))
+        drag = {"kind": "analytical_linear", "time_step": DT, "translational_damping_constant": ct, "rotational_damping_constant": 0.0}
+        laplace = {"kind": "laplace_filter", "filter_order": 1}
+
+        def speeds(i, k):
+            e, m = start
+            for _ in range(k):
+                e, m = (of_end * e, 0.5 * (of_end * e + of_middle * m)) if i == 0 else (of_end * e, of_middle * 0.5 * (e + m))
+            return e, m
+
+        def motion(i, k):
+            e, m = speeds(i, k)
+            gone = [travelled(lambda j: speeds(i, j)[which])(k) for which in (0, 1)]
+            return {"velocity": [[e, 0, 0], [m, 0, 0], [e, 0, 0]], "position": [[gone[0], 0, 0], [gone[1], 0, L], [gone[0], 0, 2 * L]]}
+        systems = [rod(2, stiff=False) for _ in range(2)]
+        for system in systems:
+            system["velocity"] = [[start[0], 0, 0], [start[1], 0, 0], [start[0], 0, 0]]
+        self.agrees(systems, motion, dampers=[{**drag, "system": 0}, {**laplace, "system": 1}, {**laplace, "system": 0}, {**drag, "system": 1}])
+
+    def test_constraints(self):
+        g, w, slack, time, turns = [1.0, -2.0, 0.5], 5.0, 0.02, 0.05, 0.3
+        damped = math.exp(-2.0 * DT)  # dampers act on what constraints leave
+        load = [{"system": i, "kind": "gravity", "acc": g} for i in range(3)]
+        systems = [rod(stiff=False, spin=[0, 0, w]) for _ in range(2)] + [rod(stiff=False), rod(stiff=False)]
+        systems[2]["omega"] = [[0, 0, 0], [0, 0, 0], [0, 0, w], [0, 0, 0]]  # the others change length, and with it their rate
+
+        def motion(i, k):
+            t = k * DT
+            x, v = shifted(N, times(0.5 * t * t, g)), [times(t, g)] * (N + 1)
+            q, omega = [turned(w * t)] * N, [[0, 0, w]] * N
+            if i < 2:
+                held, element = ((0, 0), (N, N - 1))[i]
+                x[held], v[held], q[element], omega[element] = [0, 0, L * held], [0, 0, 0], turned(0), [0, 0, 0]
+            if i == 2:  # y is free at node 1; element 2 turned for half a step before its rate was taken
+                x[1], v[1] = [0, 0.5 * t * t * g[1], L], [0, t * g[1], 0]
+                q, omega = [turned(0), turned(0), turned(0.5 * w * DT), turned(0)], [[0, 0, 0]] * N
+            if i == 3:
+                moving = t < time
+                v, omega, q = [[0, 0, 0]] * (N + 1), [[0, 0, 0]] * N, [turned(0)] * N
+                x = shifted(N, [0, 0, 0])
+                speed, rate = damped * slack / (2 * time), damped * turns * math.pi / time
+                closer = speed * (t - 0.5 * DT) if moving else 0.5 * slack
+                angle = rate * (t - 0.5 * DT) if moving else turns * math.pi
+                x[0], x[N] = [0, 0, closer], [0, 0, N * L - closer]
+                q[0], q[N - 1] = turned(angle), turned(-angle)
+                if moving:
+                    v[0], v[N] = [0, 0, speed], [0, 0, -speed]
+                    omega[0], omega[N - 1] = [0, 0, rate], [0, 0, -rate]
+            return {"position": x, "velocity": v, "directors": q, "omega": omega}
+        self.agrees(systems, motion, load,
+                    [{"system": 0, "kind": "one_end_fixed"}, {"system": 1, "kind": "fixed", "position_index": [-1], "director_index": [-1]},
+                     {"system": 2, "kind": "general", "position_index": [1], "director_index": [2], "translation_fixed": [1, 0, 1], "rotation_fixed_lab": [0, 0, 1]},
+                     {"system": 3, "kind": "helical_buckling", "twisting_time": time, "slack": slack, "number_of_rotations": turns}],
+                    [{"system": 3, "kind": "analytical_linear", "time_step": DT, "uniform_damping_constant": 2.0}])
+
+    def test_ring(self):
+        g = [1.0, 0.0, -3.0]
+        start = ring()["position"]
+        angle = 2 * math.pi / 6
+        loose = {**ring(), "shear_matrix": [[0, 0, 0]] * 6, "bend_matrix": [[0, 0, 0]] * 6}
+
+        def motion(i, k):
+            x, v = [plus(x, times(0.5 * (k * DT) ** 2, g)) for x in start], [times(k * DT, g)] * 6
+            if i == 1:  # its last node is held
+                x[5], v[5] = start[5], [0, 0, 0]
+            return {"position": x, "velocity": v, "kappa": [[angle / L, 0, 0]] * 6}
+        self.agrees([ring(), loose], motion, [{"system": i, "kind": "gravity", "acc": g} for i in range(2)],
+                    [{"system": 1, "kind": "fixed", "position_index": [-1], "director_index": []}])
+
+    def test_stretched_ring_pulls_itself_together(self):
+        """One step: every node is drawn inwards by 2 T sin(pi/n), T = S3 (e - 1)/e."""
+        n, e, stretched = 6, 1.05, ring()
+        stretched.update(rest_lengths=[L / e] * n, rest_voronoi_lengths=[L / e] * n)
+        speed = -DT * 2 * 900 * (e - 1) / e * math.sin(math.pi / n) / (2 * M)
+        outwards = [times(1 / L, x) for x in stretched["position"]]  # the radius of a hexagon is its side
+        self.agrees([stretched], lambda _, k: {"velocity": [times(speed, r) for r in outwards],
+                                               "position": [times(L + 0.5 * DT * speed, r) for r in outwards]}, steps=(1,))
+
+    def test_values_are_held_when_forces_are_taken(self):
+        """A held node that starts with a velocity is back in place after the first half step, so the rod feels no strain."""
+        moving = rod(1)
+        moving["velocity"] = [[0, 0, 3.0], [0, 0, 0]]
+        self.agrees([moving], lambda _, k: {"velocity": [[0, 0, 0]] * 2}, constraints=[{"system": 0, "kind": "one_end_fixed"}])
+
+    def test_values_switch_between_kick_and_end_of_step(self):
+        slack, time = 0.02, 9.75 * DT
+        x, v = shifted(N, [0, 0, 0]), [[0, 0, 0]] * (N + 1)
+        x[0], x[N], v[0], v[N] = [0, 0, slack / 2], [0, 0, N * L - slack / 2], [0, 0, slack / (2 * time)], [0, 0, -slack / (2 * time)]
+        self.agrees([rod(stiff=False)], lambda _, k: {"position": x, "velocity": v},
+                    constraints=[{"system": 0, "kind": "helical_buckling", "twisting_time": time, "slack": slack, "number_of_rotations": 0.0}], steps=(10,))
+
+    def test_loads_pile_up_over_the_stages_of_a_step(self):
+        """Published codes clear external loads once a step: with PEFRL gravity acts 1, 2, 3 and 4 times."""
+        xi, lam, chi, g = 0.1786178958448091, -0.2123418310626054, -0.06626458266981849, -9.0
+        kicks, drifts = [0.5 - lam, lam, lam, 0.5 - lam], [xi, chi, 1 - 2 * (xi + chi), chi, xi]
+        total = sum(kick * (j + 1) for j, kick in enumerate(kicks))
+        carried = sum(kick * (j + 1) * sum(drifts[j + 1:]) for j, kick in enumerate(kicks))
+        self.agrees([rod()], lambda _, k: {"velocity": [[0, 0, total * g * k * DT]] * (N + 1),
+                                           "position": shifted(N, [0, 0, g * DT * DT * (total * k * (k - 1) / 2 + carried * k)])},
+                    [{"system": 0, "kind": "gravity", "acc": [0, 0, g]}], stepper="PEFRL")
+
+    def test_curves(self):
+        """A straight curve whose frame turns evenly; its auxiliary line is a helix far thinner than a segment is long."""
+        n, turn = 12, 0.05
+        curve = {"position": [[0, 0, 0.1 * i] for i in range(n + 1)], "radius": [1e-6] * n,
+                 "normal": [turned(2 * math.pi * turn * i)[0] for i in range(n)],
+                 "twist": turn * (n - 1), "local_twist": [turn] * (n - 1), "writhe": {"next_tangent": 0.0, "end_to_end": 0.0}}
+        done = self.replay({"case": "curves", "curves": [curve, curve]}, 0)
+        self.assertIn("8 of 8", done.stdout)
+        spoilt = {**curve, "twist": turn * (n - 1) + 1e-9}
+        self.assertIn("curve 1 twist", self.replay({"curves": [curve, spoilt]}, 1).stdout)
+        values = {"twist": turn * (n - 1)}
+        bare = {k: curve[k] for k in ("position", "normal")}
+        self.replay({"inputs": [bare, bare], "outputs": [values, values]}, 0)
+        self.replay({"inputs": [bare, bare], "outputs": [values, {"twist": 0.0}]}, 1)
+        self.replay({"curves": [bare]}, 2)
+        self.replay({"curves": [{k: curve[k] for k in ("position", "twist")}]}, 2)
+
+    # Files that do not agree
+
+    def test_spoilt_values_differ(self):
+        for step, field, spoil in ((1, "position", lambda s: s["position"][2]), (10, "velocity", lambda s: s["velocity"][0]),
+                                   (100, "directors", lambda s: s["directors"][1][0]), (100, "omega", lambda s: s["omega"][3]),
+                                   (10, "sigma", lambda s: s["sigma"][0]), (1, "kappa", lambda s: s["kappa"][1]),
+                                   (100, "dilatation", lambda s: s["dilatation"])):
+            content = free_case()
+            content["outputs"] = json.loads(json.dumps(content["outputs"]))
+            output = content["outputs"][STEPS.index(step)]["systems"][0]
+            spoil(output)[1] += 1e-6
+            differing = [line.split()[:2] for line in self.replay(content, 1).stdout.splitlines() if "DIFFERS" in line]
+            self.assertEqual(differing, [[str(step), field]])
+        content = free_case()
+        content["outputs"][2]["systems"][0]["energy"] = {**content["outputs"][2]["systems"][0]["energy"], "rotational": 0.1}
+        self.replay(content, 1)
+
+    def test_tolerance_follows_the_sensitivity(self):
+        content = json.loads(json.dumps(free_case()))
+        content["outputs"][2]["systems"][0]["velocity"][2][1] += 0.3 * 5e-9
+        self.replay(content, 1)
+        content["roundoff_sensitivity"][2]["velocity"] = 6e-11
+        self.replay(content, 0)
+        content["roundoff_sensitivity"][2]["velocity"] = 4e-11
+        self.replay(content, 1)
+        del content["roundoff_sensitivity"]
+        self.replay(content, 1)
+
+    # Files that cannot be replayed
+
+    def test_what_is_not_built_is_named(self):
+        def system(kind):
+            def change(content):
+                content["systems"].append({"kind": kind})
+            return change
+
+        def entry(key, **values):
+            def change(content):
+                content[key].append({"system": 0, **values})
+            return change
+        for name, change in (("plane", system("plane")), ("cylinder", system("cylinder")), ("sphere", system("sphere")),
+                             ("rod_self_contact", entry("forces_in_order", kind="rod_self_contact", k=1.0, nu=0.0)),
+                             ("hinge_joint", entry("forces_in_order", kind="hinge_joint", other=0, index=0, other_index=0)),
+                             ("spring", entry("constraints_in_order", kind="spring")), ("rayleigh", entry("dampers_in_order", kind="rayleigh")),
+                             ("Euler", lambda content: content.update(stepper="Euler"))):
+            content = copy.deepcopy(free_case())
+            change(content)
+            done = self.replay(content, 7)
+            self.assertIn(f"'{name}'", done.stderr)
+        content = case([ring()], lambda _, k: {}, dampers=[{"system": 0, "kind": "laplace_filter", "filter_order": 1}])
+        self.assertIn("on a ring", self.replay(content, 7).stderr)
+
+    def test_malformed_files(self):
+        whole = json.dumps(free_case())
+        self.assertIn("parse error", self.replay(whole[:len(whole) // 2], 2).stderr)
+        self.replay("", 2)
+        self.replay("[1, 2]", 2)
+        self.replay("{}", 2)
+
+        def spoilt(*path, value=None):
+            content = json.loads(whole)
+            at = content
+            for key in path[:-1]:
+                at = at[key]
+            if value is None:
+                del at[path[-1]]
+            else:
+                at[path[-1]] = value
+            return content
+        load = {"kind": "gravity", "acc": [0, 0, -1]}
+        for content, named in (
+                (spoilt("dt"), "dt"), (spoilt("dt", value=-1.0), "dt"), (spoilt("dt", value="soon"), "dt"), (spoilt("stepper"), "stepper"),
+                (spoilt("systems", value=3), "systems"), (spoilt("systems", 0, "kind"), "kind"), (spoilt("systems", 0, "mass"), "mass"),
+                (spoilt("systems", 0, "mass", 1, value=0.0), "mass[1]"), (spoilt("systems", 0, "mass", 1), "mass"),
+                (spoilt("systems", 0, "rest_lengths", value=[]), "too few"), (spoilt("systems", 0, "position", 2, value=[0, 0]), "position[2]"),
+                (spoilt("systems", 0, "directors", 0, value=[[1, 0, 0]]), "directors[0]"), (spoilt("systems", 0, "omega", 0, 1, value="x"), "omega[0]"),
+                (spoilt("forces_in_order"), "forces_in_order"), (spoilt("forces_in_order", value=[{"kind": "gravity"}]), "system"),
+                (spoilt("forces_in_order", value=[{**load, "system": 1}]), "system"), (spoilt("forces_in_order", value=[{"system": 0, "kind": "gravity"}]), "acc"),
+                (spoilt("constraints_in_order", value=[{"system": 0, "kind": "fixed", "position_index": [N + 1]}]), "position_index[0]"),
+                (spoilt("dampers_in_order", value=[{"system": 0, "kind": "analytical_linear", "time_step": DT}]), "damping_constant"),
+                (spoilt("outputs"), "outputs"), (spoilt("outputs", 1, "step", value=1), "outputs[1].step"), (spoilt("outputs", 0, "step", value=0), "outputs[0].step"),
+                (spoilt("outputs", 0, "systems", value=[]), "outputs[0].systems"), (spoilt("outputs", 0, "systems", 0, "omega"), "omega"),
+                (spoilt("outputs", 0, "systems", 0, "velocity", 1), "velocity"), (spoilt("outputs", value=[]), "outputs"), (spoilt("scale"), "scale")):
+            self.assertIn(named, self.replay(content, 2).stderr)
+
+    def test_command_line(self):
+        for arguments, code in (([], 2), (["a.json", "b.json"], 2), ([str(self.file)], 2), (["--help"], 0)):
+            self.assertEqual(subprocess.run([PROGRAM, *arguments], capture_output=True).returncode, code, arguments)
+
+
+if __name__ == "__main__":
+    unittest.main()
