@@ -2,6 +2,7 @@
 
 #include "core/error.hpp"
 #include "core/rotation.hpp"
+#include "rod/time_limits.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -45,6 +46,21 @@ std::string complaint(const RodGroup& group, std::span<const Slot<1>> state) {
         }
     }
     return {};
+}
+
+/// The most stretched element, where it is beyond the group's tension limit: directors flip there, and all else follows from it.
+std::string tension_hint(const RodGroup& group, std::span<const Slot<1>> state) {
+    const double limit = tension_limit(group);
+    double most = 0;
+    int element = 0;
+    for (int k = 0; k < group.elements(); ++k) {
+        const auto at = static_cast<std::size_t>(k);
+        const double e = group.element[at].inv_rest_length * norm(lane(state[at + 1].position, 0) - lane(state[at].position, 0));
+        if (e > most) most = e, element = k;
+    }
+    char text[160] = "";
+    if (most > limit) std::snprintf(text, sizeof text, "; tension instability of element %d: e = %.4g, limit e_c = %.4g", element, most, limit);
+    return text;
 }
 
 /// True in lanes whose state is fit: finite, dilatations and turns within bounds. The cheap test of all rods.
@@ -191,7 +207,7 @@ template <int W> void RodTiles<W>::inspect(std::int64_t step, double dt) const {
             if (what.empty()) continue;
             char where[160];
             std::snprintf(where, sizeof where, " at step %lld (t = %.6g s, dt = %.6g s)", static_cast<long long>(step), static_cast<double>(step) * dt, dt);
-            throw NumericalError("rod " + std::to_string(local_[rod].index) + " of '" + tile.group->name() + "', " + what + where);
+            throw NumericalError("rod " + std::to_string(local_[rod].index) + " of '" + tile.group->name() + "', " + what + where + tension_hint(*tile.group, state));
         }
     }
 }

@@ -184,7 +184,26 @@ void Simulation::write_due() {
 void Simulation::sample() {
     const auto timing = timers_.time(Phase::observe);
     last_sample_ = observe(comm_, threads_, groups_, *rods_, clock_.lag(), sets_);
+    warn_of_strain();
     on_root(comm_, [&] { series_->append(clock_.done(), clock_.time(), last_sample_); });
+}
+
+void Simulation::warn_of_strain() {
+    if (!comm_.root() || options_.quiet) return;
+    const auto names = observable_names(sets_);
+    const auto value = [&](std::string_view name) { return last_sample_[static_cast<std::size_t>(std::find(names.begin(), names.end(), name) - names.begin())]; };
+    const auto warn = [&](bool& told, bool bad, const std::string& text) {
+        if (told || !bad) return;
+        told = true;
+        progress_->finish();
+        std::fprintf(stderr, "warning: step %lld: %s\n", static_cast<long long>(clock_.done()), text.c_str());
+    };
+    const double turn = value("max_turn_per_cell[rad]"), strain = value("max_axial_strain[-]");
+    double room = HUGE_VAL; // to the lowest tension limit
+    for (std::size_t g = 0; g < groups_.size(); ++g) room = std::min(room, plan_.groups[g].tension_limit - groups_[g].element[0].rest_stretch);
+    warn(told_turn_, turn > 2, fmt::format("neighbouring elements turn by {:.3g} rad against each other, and 3 rad stops the run: use more elements", turn));
+    warn(told_strain_, strain > 0.7, fmt::format("an axial strain of {:.3g}: elements are shorter than 0.3 or well on the way to 3 times their length", strain));
+    warn(told_tension_, strain > room, fmt::format("an axial strain of {:.3g} may be beyond the tension limit (plan): directors flip there", strain));
 }
 
 void Simulation::checkpoint() {

@@ -63,6 +63,8 @@ private:
     void write_due();
     void checkpoint();
     void sample();
+    /// Tells once of strains and turns that the last sample shows to be near what the rod law or the discretisation bears.
+    void warn_of_strain();
     std::int64_t next_event() const;
     /// All ranks learn of failures, signals and limits; sets the next tick. Throws NumericalError where a rank failed.
     Verdict agree();
@@ -88,6 +90,7 @@ private:
     std::unique_ptr<FrameWriter> trajectory_, tips_;
     std::unique_ptr<SeriesFile> series_;          ///< root only
     std::vector<double> last_sample_;
+    bool told_turn_ = false, told_strain_ = false, told_tension_ = false;
     std::unique_ptr<Progress> progress_;
 };
 

@@ -3,9 +3,8 @@
 //   beat    second half of the field's first turn: the cilia follow the field
 //   swing   the first 7.2 s after a sudden start: they swing in their first mode, of 6 s
 //
-// `legacy` damps rotation at 89/s here, z = 0.53 in a step. The exponential kick meets slow motion as the drag nu and an inertia
-// larger by (z/2) coth(z/2) = 1 + z^2/12: the rotary inertia of these thick rods is felt 2.3 % too large. That, not the rod's own
-// motion, is the error below: seventy times that of `uniform` damping at the same rate for translation.
+// `legacy` damps rotation at 89/s here, z = 0.53 in a step. The midpoint kick leaves slow motion its inertia; the exact flow of the
+// kick lends it 2.3 % more rotary inertia and is asserted to be the worse (theory.md (23)).
 #include "validation/study.hpp"
 
 namespace skein {
@@ -20,14 +19,15 @@ struct Window {
 constexpr Window beat{36, 72, 9}, swing{0, 7.2, 0};
 
 /// Tips of all rods at the instants, at 0.9 of the limit times `share`.
-std::vector<Vec3d> tips(DampingKind damping, const Window& window, double share, double& dt, test::Cost& cost) {
+std::vector<Vec3d> tips(DampingKind damping, const Window& window, double share, double& dt, test::Cost& cost,
+                        DampingScheme scheme = DampingScheme::midpoint) {
     SceneSpec scene = test::cilia_scene(8);
     scene.rods[0].magnetisation.strength = 5781.25;
     scene.damping[0].damping.kind = damping;
     const double limit = time_limits(make_groups(scene)[0]).front().dt, interval = (window.end - window.begin) / 8;
     const double coarse = interval / std::ceil(interval / (0.9 * limit));
     std::get<MagneticField>(scene.loads[0].load).ramp = window.ramp;
-    scene.time = {.duration = window.end, .dt = share * coarse};
+    scene.time = {.duration = window.end, .dt = share * coarse, .damping = scheme};
     test::Stage stage(scene);
     dt = stage.plan.dt;
     std::vector<Vec3d> all;
@@ -38,31 +38,38 @@ std::vector<Vec3d> tips(DampingKind damping, const Window& window, double share,
     return all;
 }
 
-/// Largest errors over rods and instants, in lengths, at the whole step, half and quarter.
+double largest_difference(const std::vector<Vec3d>& a, const std::vector<Vec3d>& b) {
+    double most = 0;
+    for (std::size_t i = 0; i < a.size(); ++i) most = std::max(most, norm(a[i] - b[i]) / length);
+    return most;
+}
+
+/// Largest errors over rods and instants, in lengths, at the whole step, half and quarter. The ratio on halving is the mean of the
+/// two: a sudden start leaves fast modes whose phases make single ratios swing.
 void study(test::ErrorTable& table, const std::string& name, DampingKind damping, const Window& window, double bar) {
     double dt = 0;
     test::Cost cost;
     const auto reference = tips(damping, window, 1.0 / 16, dt, cost);
+    std::vector<double> errors;
     for (const double share : {1.0, 0.5, 0.25}) {
         cost = {};
-        const auto found = tips(damping, window, share, dt, cost);
-        double error = 0;
-        for (std::size_t i = 0; i < found.size(); ++i) error = std::max(error, norm(found[i] - reference[i]) / length);
-        const double order = table.add(name, 25, dt, error, cost);
-        if (share == 1.0) {
-            EXPECT_LE(error, bar) << name;
-        } else {
-            EXPECT_GE(std::exp2(order), 3.6) << name;
-            EXPECT_LE(std::exp2(order), 4.4) << name;
-        }
+        errors.push_back(largest_difference(tips(damping, window, share, dt, cost), reference));
+        table.add(name, 25, dt, errors.back(), cost);
+    }
+    EXPECT_LE(errors[0], bar) << name;
+    const double ratio = std::sqrt(errors[0] / errors[2]);
+    EXPECT_GE(ratio, 3.6) << name;
+    EXPECT_LE(ratio, 4.4) << name;
+    if (damping == DampingKind::legacy) {
+        EXPECT_GT(largest_difference(tips(damping, window, 1.0, dt, cost, DampingScheme::exponential), reference), 5 * errors[0]) << name;
     }
 }
 
 TEST(DrivenCilium, ErrorOfTheStepIsTinyAndSecondOrder) {
     test::ErrorTable table("driven_cilium");
     study(table, "beat, uniform damping", DampingKind::uniform, beat, 1e-6);
-    study(table, "beat, legacy damping", DampingKind::legacy, beat, 2e-6);
-    study(table, "swing, legacy damping", DampingKind::legacy, swing, 2e-5);
+    study(table, "beat, legacy damping", DampingKind::legacy, beat, 1e-6);
+    study(table, "swing, legacy damping", DampingKind::legacy, swing, 2e-6);
 }
 
 } // namespace
