@@ -27,21 +27,40 @@ Mat3d frame_of(const Placement& p) {
     return {d1, cross(d3, d1), d3};
 }
 
-double radius_factor(const Section& section, long k, long n) {
-    if (!section.profile.empty()) return section.profile[static_cast<std::size_t>(k)];
-    const double s = (static_cast<double>(k) + 0.5) / static_cast<double>(n);
-    return 1 + (section.taper - 1) * s;
+/// Where an element lies: its rest length and the arc length of its middle, both over the rod's length.
+struct Share {
+    double length, middle;
+};
+
+std::vector<Share> shares(const Shape& shape) {
+    const auto n = static_cast<std::size_t>(shape.elements);
+    std::vector<Share> all;
+    if (shape.length_profile.empty()) {
+        for (std::size_t k = 0; k < n; ++k) all.push_back({1 / static_cast<double>(n), (static_cast<double>(k) + 0.5) / static_cast<double>(n)});
+        return all;
+    }
+    double sum = 0, before = 0;
+    for (const double part : shape.length_profile) sum += part;
+    for (const double part : shape.length_profile) {
+        all.push_back({part / sum, (before + 0.5 * part) / sum});
+        before += part;
+    }
+    return all;
+}
+
+double radius_factor(const Section& section, std::size_t k, const Share& share) {
+    return section.profile.empty() ? 1 + (section.taper - 1) * share.middle : section.profile[k];
 }
 
 /// Constants of one element from its section: A, I1 = integral of y^2, I2, I3 = I1 + I2.      theory.md (3)
-ElementConstants element_constants(const RodSpec& spec, long k) {
+ElementConstants element_constants(const RodSpec& spec, std::size_t k, const Share& share) {
     const Material& m = spec.material;
     const double shear = m.shear_modulus > 0 ? m.shear_modulus : m.youngs_modulus / 3;
-    const double f = radius_factor(spec.section, k, spec.shape.elements);
+    const double f = radius_factor(spec.section, k, share);
     const double a = f * spec.section.radius;
     const double b = spec.section.kind == SectionKind::elliptic ? f * spec.section.radius_2 : a;
     const double area = pi * a * b, i1 = 0.25 * pi * a * b * b * b, i2 = 0.25 * pi * a * a * a * b, i3 = i1 + i2;
-    const double l = spec.shape.length / static_cast<double>(spec.shape.elements);
+    const double l = spec.shape.length * share.length;
     const double mass = m.density * l;
     return {.rest_length = l,
             .inv_rest_length = 1 / l,
@@ -129,7 +148,8 @@ RodGroup::RodGroup(const RodSpec& spec, int id, std::int64_t first_gid, const st
       origins_(placement_origins(spec, directory)) {
     const Shape& shape = spec_.shape;
     const long n = shape.elements, cells = closed() ? n : n - 1;
-    for (long k = 0; k < n; ++k) element.push_back(element_constants(spec, k));
+    const auto share = shares(shape);
+    for (std::size_t k = 0; k < share.size(); ++k) element.push_back(element_constants(spec_, k, share[k]));
     const auto kappa0 = [&](long k) { return shape.rest_curvature_profile.empty() ? shape.rest_curvature : shape.rest_curvature_profile[static_cast<std::size_t>(k)]; };
     for (long k = 0; k < cells; ++k)
         voronoi.push_back(voronoi_constants(element[static_cast<std::size_t>(k)], element[static_cast<std::size_t>((k + 1) % n)], kappa0(k)));

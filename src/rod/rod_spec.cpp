@@ -34,6 +34,8 @@ void Section::fields(FieldVisitor& f) {
 void Shape::fields(FieldVisitor& f) {
     f.visit({.name = "length", .unit = "m", .text = "rest length", .required = true, .above = 0}, length);
     f.visit({.name = "elements", .unit = "-", .text = "number of elements", .required = true, .at_least = 2, .at_most = 100000}, elements);
+    f.visit({.name = "length_profile", .unit = "-", .text = "lengths of the elements relative to each other; all equal where absent", .above = 0},
+            length_profile);
     f.visit({.name = "rest_curvature", .unit = "1/m", .text = "kappa0 about d1, d2, d3, all along the rod"}, rest_curvature);
     f.visit({.name = "rest_curvature_profile", .unit = "1/m", .text = "kappa0 of every inner vertex (elements - 1; a ring: elements); replaces `rest_curvature`"},
             rest_curvature_profile);

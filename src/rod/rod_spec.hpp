@@ -43,6 +43,7 @@ struct Section {
 struct Shape {
     double length = 0; ///< m
     long elements = 0;
+    std::vector<double> length_profile;  ///< empty, or the elements' lengths in any unit, scaled to `length`
     bool closed = false;                 ///< the end joins the start; the rest curvature defaults to a circle's
     Vec3d rest_curvature{0, 0, 0};       ///< kappa0, 1/m
     std::vector<Vec3d> rest_curvature_profile; ///< empty, or one per Voronoi cell (elements - 1)

@@ -126,6 +126,7 @@ private:
         if (s.closed && (rods.start != EndKind::free || rods.end != EndKind::free)) add(path + ".closed", "a ring has no ends: 'start' and 'end' must be free");
         if (s.rest_strain.z <= -1)
             add(path + ".rest_strain", fmt::format("'rest_strain' of {} along d3 leaves no length: it must be above -1", s.rest_strain.z));
+        if (!s.length_profile.empty()) length(path + ".length_profile", s.length_profile.size(), s.elements, "one for each of the elements");
         if (s.rest_curvature_profile.empty()) return;
         unused(path, {"rest_curvature"}, "beside 'rest_curvature_profile'");
         length(path + ".rest_curvature_profile", s.rest_curvature_profile.size(), s.closed ? s.elements : s.elements - 1,

@@ -19,12 +19,13 @@ inline RodSpec simple_rod(long elements = 8) {
     return spec;
 }
 
-/// Everything at once: elliptic, tapered, curved and strained at rest.
+/// Everything at once: elliptic, tapered, curved and strained at rest, with elements of unequal lengths.
 inline RodSpec crooked_rod(long elements = 8) {
     RodSpec spec = simple_rod(elements);
     spec.section = {.kind = SectionKind::elliptic, .radius = 0.03, .radius_2 = 0.02, .taper = 0.5};
     spec.shape.rest_curvature = {0.7, -1.1, 0.4};
     spec.shape.rest_strain = {0.02, -0.01, 0.03};
+    for (long k = 0; k < elements; ++k) spec.shape.length_profile.push_back(1 + 0.3 * static_cast<double>((7 * k) % 5) / 4);
     return spec;
 }
 

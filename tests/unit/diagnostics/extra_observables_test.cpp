@@ -36,7 +36,7 @@ TEST(ExtraObservables, AngularMomentumOfARigidlySpinningRod) {
     const RodGroup group(test::crooked_rod(12), 0, 0, "");
     auto state = test::shaken_state(group, 0, 0, 0);
     const Vec3d omega{0.3, -2, 1.1}, drift{1, 2, -3};
-    Vec3d expected{0, 0, 0}, momentum{0, 0, 0}, moment{0, 0, 0};
+    Vec3d expected{0, 0, 0}, moment{0, 0, 0};
     for (std::size_t i = 0; i < state.size(); ++i) {
         const Vec3d x = lane(state[i].position, 0), v = cross(omega, x);
         set_lane(state[i].velocity, 0, v + drift);
