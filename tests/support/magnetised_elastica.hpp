@@ -1,6 +1,7 @@
 // A clamped rod magnetised along its axis, bond number M A B L^2/(EI), at rest in a transverse field: its boundary-value problem.
 //   inextensible elastica   EI theta'' + M A B sin(pi/2 - theta) = 0,  theta(0) = 0, theta'(L) = 0       (Wang et al. 2020)
-//   incompressible law      m' = -M A B cos(theta),  theta' = kappa = m e^3/EI,  EA (1 - 1/e) = (3/2) EI kappa^2/e^4,  x' = e sin(theta)
+//   incompressible law      m' = -M A B cos(theta),  theta' = kappa = m e^3/EI,  EA (1 - 1/e) = (3/2) EI kappa^2/e^4,  x' = e
+//   sin(theta)
 // The laws linear and elastica do not stretch here: the first is their continuum too.
 #pragma once
 
@@ -29,7 +30,9 @@ inline MagnetisedTip magnetised_tip(double bond, double slenderness) {
     const auto end = [&](double base_moment) {
         State s{0, base_moment, 0, 0};
         const double h = 1.0 / steps;
-        const auto ahead = [](const State& a, double d, const State& r) { return State{a.theta + d * r.theta, a.m + d * r.m, a.x + d * r.x, a.z + d * r.z}; };
+        const auto ahead = [](const State& a, double d, const State& r) {
+            return State{a.theta + d * r.theta, a.m + d * r.m, a.x + d * r.x, a.z + d * r.z};
+        };
         for (int i = 0; i < steps; ++i) {
             const State k1 = rate(s), k2 = rate(ahead(s, h / 2, k1)), k3 = rate(ahead(s, h / 2, k2)), k4 = rate(ahead(s, h, k3));
             s = ahead(ahead(ahead(ahead(s, h / 6, k1), h / 3, k2), h / 3, k3), h / 6, k4);
