@@ -125,7 +125,7 @@ def main():
         draw_case(axes, name, curves, everything=True)
         axes.legend(fontsize=8, loc="center left", bbox_to_anchor=(1.01, 0.5))
         fig.tight_layout()
-        fig.savefig(out / f"work_precision_{name}.png", dpi=110)
+        fig.savefig(out / f"work_precision_{name}.png", dpi=90)
         plt.close(fig)
     fig, axes = plt.subplots(2, 3, figsize=(13, 7.4))
     for ax, (name, curves) in zip(axes.flat, cases.items()):
