@@ -1,4 +1,4 @@
-// What validation cases share: running with the cost measured, coming to rest, and the table of errors with observed orders.
+// What validation cases share: coming to rest as an expectation, and the table of errors with observed orders.
 #pragma once
 
 #include "support/relaxation.hpp"
