@@ -1,7 +1,8 @@
 #!/bin/bash
 # Runs all benchmarks and keeps their tables in bench/results/<processor>/.
 #   bash bench/run.sh [build folder, default build] [folder for results]
-# Takes about ten minutes on one idle machine; needs 3 GB of memory.
+# Takes about twelve minutes on one idle machine; needs 3 GB of memory, and PYTHON (default /usr/bin/python3) with numpy and
+# matplotlib for the figures of error against work.
 set -euo pipefail
 here=$(cd "$(dirname "$0")" && pwd)
 build=${1:-$here/../build}
@@ -19,5 +20,7 @@ mkdir -p "$results"
 } > "$results/machine.txt"
 
 "$build/bin/bench_farm" --csv "$results/farm.csv" | tee "$results/farm.txt"
+"$build/bin/bench_work_precision" --csv "$results/work_precision.csv" | tee "$results/work_precision.txt"
+"${PYTHON:-/usr/bin/python3}" "$here/plots/work_precision.py" "$results/work_precision.csv"
 "$build/bin/bench_passes" --benchmark_out="$results/passes.csv" --benchmark_out_format=csv
 "$build/bin/bench_step" --benchmark_out="$results/step.csv" --benchmark_out_format=csv | tee "$results/step.txt"

@@ -4,6 +4,7 @@
 // Each repeat times every row once, in turn, so that a busy machine slows all rows alike; the table holds medians of wall time
 // and of core time (processor time of all threads, which other programs disturb least).
 #include "core/timer.hpp"
+#include "measure.hpp"
 #include "support/scenes_for_tests.hpp"
 #include "textbook/textbook_rods.hpp"
 
@@ -12,20 +13,14 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <ctime>
-#include <fstream>
 #include <functional>
 
 namespace {
 
 using namespace skein;
+using bench::core_seconds;
+using bench::processor;
 using test::Stage;
-
-double core_seconds() {
-    timespec t;
-    clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &t);
-    return static_cast<double>(t.tv_sec) + 1e-9 * static_cast<double>(t.tv_nsec);
-}
 
 double median(std::vector<double> values) {
     const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
@@ -44,13 +39,6 @@ struct Row {
     double wall_ns() const { return 1e9 * median(wall_s) / static_cast<double>(element_steps); }
     double core_ns() const { return 1e9 * median(core_s) / static_cast<double>(element_steps); }
 };
-
-std::string processor() {
-    std::ifstream file("/proc/cpuinfo");
-    for (std::string line; std::getline(file, line);)
-        if (line.starts_with("model name")) return line.substr(line.find(':') + 2);
-    return "unknown";
-}
 
 /// Largest distance between nodes of the two codes' rods at synchronised time, over the rods' length.
 double difference(const Stage& stage, const bench::TextbookRods& textbook) {

@@ -1,12 +1,10 @@
-// Frequencies of a clamped rod against the roots of Timoshenko's frequency determinant.
-//   w' = theta + V/s,  theta' = M/(EI),  M' = -V - rho I W^2 theta,  V' = -rho A W^2 w,     s = alpha_c G A
-//   w = theta = 0 at the clamp, M = V = 0 at the free end: the block of exp(A L) from (M, V) to (M, V) is singular.
+// Frequencies of a clamped rod against the roots of Timoshenko's frequency determinant (support/timoshenko_beam.hpp).
 // Each rod starts at rest in one exact mode shape. Its projection on that shape is a cosine up to the square of the shape's own
 // error, so three samples (lag T) give the frequency: a(t+T) + a(t-T) = 2 cos(W T) a(t). The share of the step is known in
 // closed form for linear motion, sin(W dt/2) = (dt/2) W_n, and taken out: what is left is the error in space.
+#include "support/timoshenko_beam.hpp"
 #include "validation/study.hpp"
 
-#include <array>
 #include <numbers>
 
 namespace skein {
@@ -16,64 +14,7 @@ constexpr double length = 1, radius = 0.05, density = 1, youngs = 1;
 constexpr int modes = 3;
 constexpr double amplitude = 1e-4; ///< of the tip over the length: squared, the share of nonlinear terms
 
-using Vec4 = std::array<double, 4>; ///< w, theta, M, V
-using Mat4 = std::array<Vec4, 4>;
-
-struct Beam {
-    double area = std::numbers::pi * radius * radius, second_moment = 0.25 * area * radius * radius;
-    double shearing = 27.0 / 28 * youngs / 3 * area;
-
-    /// exp(A s) by its series, squared four times.
-    Mat4 transfer(double frequency, double s) const {
-        const double w2 = frequency * frequency;
-        const Mat4 rate{{{0, 1, 0, 1 / shearing},
-                         {0, 0, 1 / (youngs * second_moment), 0},
-                         {0, -density * second_moment * w2, 0, -1},
-                         {-density * area * w2, 0, 0, 0}}};
-        const auto times = [](const Mat4& a, const Mat4& b) {
-            Mat4 c{};
-            for (int i = 0; i < 4; ++i)
-                for (int j = 0; j < 4; ++j)
-                    for (int k = 0; k < 4; ++k) c[i][j] += a[i][k] * b[k][j];
-            return c;
-        };
-        Mat4 sum{}, term{};
-        for (int i = 0; i < 4; ++i) sum[i][i] = term[i][i] = 1;
-        for (int order = 1; order < 40; ++order) {
-            term = times(term, rate);
-            for (int i = 0; i < 4; ++i)
-                for (int j = 0; j < 4; ++j) sum[i][j] += term[i][j] *= s / 16 / order;
-        }
-        for (int i = 0; i < 4; ++i) sum = times(sum, sum);
-        return sum;
-    }
-    double determinant(double frequency) const {
-        const Mat4 t = transfer(frequency, length);
-        return t[2][2] * t[3][3] - t[2][3] * t[3][2];
-    }
-    /// Lowest roots, rad/s: a scan in steps of a tenth of the first slender-rod frequency, then bisection.
-    std::array<double, modes> frequencies() const {
-        std::array<double, modes> root{};
-        const double step = 0.35 * std::sqrt(youngs * second_moment / (density * area)) / (length * length);
-        double low = 0.01 * step;
-        for (int found = 0; found < modes; low += step) {
-            if (determinant(low) * determinant(low + step) > 0) continue;
-            double a = low, b = low + step;
-            for (int i = 0; i < 100; ++i) {
-                const double middle = 0.5 * (a + b);
-                (determinant(a) * determinant(middle) <= 0 ? b : a) = middle;
-            }
-            root[static_cast<std::size_t>(found++)] = 0.5 * (a + b);
-        }
-        return root;
-    }
-    /// w and theta at s of the mode at a root; w(L) = 1.
-    std::array<double, 2> shape(double frequency, double s) const {
-        const auto at = [&](const Mat4& t, const Mat4& end, int row) { return t[row][2] * end[2][3] - t[row][3] * end[2][2]; };
-        const Mat4 end = transfer(frequency, length), t = transfer(frequency, s);
-        return {at(t, end, 0) / at(end, end, 0), at(t, end, 1) / at(end, end, 0)};
-    }
-};
+constexpr test::TimoshenkoBeam cantilever{length, radius, density, youngs, youngs / 3};
 
 struct Shape {
     std::vector<double> w, theta; ///< at nodes; at middles of elements
@@ -81,7 +22,6 @@ struct Shape {
 
 /// Frequencies in space of a rod of n elements, rad/s.
 std::array<double, modes> measured(const std::array<double, modes>& exact, long n, double& dt, test::Cost& cost) {
-    const Beam beam;
     SceneSpec scene;
     RodSpec rod;
     rod.name = "rods";
@@ -100,9 +40,9 @@ std::array<double, modes> measured(const std::array<double, modes>& exact, long 
     std::array<Shape, modes> shape;
     for (std::size_t m = 0; m < modes; ++m) {
         for (long k = 0; k <= n; ++k)
-            shape[m].w.push_back(beam.shape(exact[m], length * static_cast<double>(k) / static_cast<double>(n))[0]);
+            shape[m].w.push_back(cantilever.shape(exact[m], length * static_cast<double>(k) / static_cast<double>(n))[0]);
         for (long k = 0; k < n; ++k)
-            shape[m].theta.push_back(beam.shape(exact[m], length * (static_cast<double>(k) + 0.5) / static_cast<double>(n))[1]);
+            shape[m].theta.push_back(cantilever.shape(exact[m], length * (static_cast<double>(k) + 0.5) / static_cast<double>(n))[1]);
         std::vector<Slot<1>> state(static_cast<std::size_t>(group.slots()));
         stage.rods->export_rod(m, state);
         for (std::size_t k = 0; k < state.size(); ++k) {
@@ -149,7 +89,7 @@ std::array<double, modes> measured(const std::array<double, modes>& exact, long 
 }
 
 TEST(CantileverFrequencies, MeetTimoshenkosRootsAtSecondOrder) {
-    const auto exact = Beam{}.frequencies();
+    const auto exact = cantilever.frequencies<modes>();
     const double slender = std::sqrt(youngs * 0.25 * radius * radius / density) / (length * length);
     EXPECT_NEAR(exact[0] / slender, 3.516, 0.05) << "near the slender rod";
     constexpr double bar[] = {2.5e-3, 1.2e-2};

@@ -1,7 +1,7 @@
-// A clamped rod magnetised along its axis in a transverse field, relaxed to rest, against its boundary-value problem.
-//   inextensible elastica   EI theta'' + M A B sin(pi/2 - theta) = 0,  theta(0) = 0, theta'(L) = 0       (Wang et al. 2020)
-//   incompressible law      m' = -M A B cos(theta),  theta' = kappa = m e^3/EI,  EA (1 - 1/e) = (3/2) EI kappa^2/e^4,  x' = e sin(theta)
-// The second is the continuum of the discrete rod, so the error against it falls with dl^2; the first is the published yardstick.
+// A clamped rod magnetised along its axis in a transverse field, relaxed to rest, against its boundary-value problem
+// (support/magnetised_elastica.hpp): with the bending's share of the stretch the continuum of the discrete rod, so the error against
+// it falls with dl^2; without, the published yardstick.
+#include "support/magnetised_elastica.hpp"
 #include "validation/study.hpp"
 
 #include <numbers>
@@ -12,41 +12,6 @@ namespace {
 constexpr double length = 1, radius = 0.01, youngs = 1e6, density = 1e3, field = 0.08;
 constexpr double bonds[] = {0.1, 1, 3, 10};
 constexpr long resolutions[] = {10, 20, 40, 50};
-
-struct Tip {
-    double x, z;
-};
-
-/// Shooting for the base moment, m(L) = 0, with fourth-order Runge-Kutta. Lengths in L, moments in EI/L.
-Tip boundary_value_problem(double bond, bool extensible) {
-    constexpr int steps = 4000;
-    const double compliance = extensible ? 1.5 * 0.25 * radius * radius / (length * length) : 0; // (3/2) EI/(EA L^2)
-    struct State {
-        double theta, m, x, z;
-    };
-    const auto rate = [&](const State& s) {
-        double e = 1;
-        for (int i = 0; i < 30 && extensible; ++i) e = 1 / (1 - compliance * s.m * s.m * e * e);
-        return State{s.m * e * e * e, -bond * std::cos(s.theta), e * std::sin(s.theta), e * std::cos(s.theta)};
-    };
-    const auto end = [&](double base_moment) {
-        State s{0, base_moment, 0, 0};
-        const double h = 1.0 / steps;
-        const auto ahead = [](const State& a, double d, const State& r) { return State{a.theta + d * r.theta, a.m + d * r.m, a.x + d * r.x, a.z + d * r.z}; };
-        for (int i = 0; i < steps; ++i) {
-            const State k1 = rate(s), k2 = rate(ahead(s, h / 2, k1)), k3 = rate(ahead(s, h / 2, k2)), k4 = rate(ahead(s, h, k3));
-            s = ahead(ahead(ahead(ahead(s, h / 6, k1), h / 3, k2), h / 3, k3), h / 6, k4);
-        }
-        return s;
-    };
-    double low = 0, high = bond + 1; // m(0) <= bond, since cos <= 1
-    for (int i = 0; i < 100; ++i) {
-        const double middle = 0.5 * (low + high);
-        (end(middle).m > 0 ? high : low) = middle;
-    }
-    const State s = end(0.5 * (low + high));
-    return {s.x, s.z};
-}
 
 /// One group per bond and resolution, damped until it rests.
 SceneSpec scene() {
@@ -75,7 +40,7 @@ TEST(MagnetisedCantilever, MeetsItsBoundaryValueProblemAtSecondOrder) {
     test::ErrorTable table("magnetised_cantilever");
     std::size_t i = 0;
     for (const double bond : bonds) {
-        const Tip own = boundary_value_problem(bond, true), published = boundary_value_problem(bond, false);
+        const test::MagnetisedTip own = test::magnetised_tip(bond, radius / length), published = test::magnetised_tip(bond, 0);
         const double deflection = std::hypot(published.x, 1 - published.z);
         double error[std::size(resolutions)], published_error = 0;
         for (std::size_t r = 0; r < std::size(resolutions); ++r, ++i) {
@@ -101,7 +66,7 @@ TEST(MagnetisedCantilever, FrozenClampIsFirstOrder) {
     for (RodSpec& rod : frozen.rods) rod.start = EndKind::clamped_frozen;
     test::Stage stage(frozen, 1, 2);
     stage.advance(stage.plan.steps);
-    const Tip own = boundary_value_problem(1, true);
+    const test::MagnetisedTip own = test::magnetised_tip(1, radius / length);
     const auto error = [&](std::size_t r) {
         const Vec3d tip = lane(stage.state(r).back().position, 0);
         return std::hypot(tip.x - own.x, tip.z - own.z);

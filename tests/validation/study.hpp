@@ -1,11 +1,10 @@
-// What validation cases share: running with the cost measured, coming to rest, and the table of errors with observed orders.
+// What validation cases share: coming to rest as an expectation, and the table of errors with observed orders.
 #pragma once
 
-#include "support/scenes_for_tests.hpp"
+#include "support/relaxation.hpp"
 
 #include <gtest/gtest.h>
 
-#include <chrono>
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
@@ -15,38 +14,6 @@
 #include <string>
 
 namespace skein::test {
-
-struct Cost {
-    double element_steps = 0, seconds = 0;
-};
-
-/// Advances all rods of a stage to step `until`, adding to `cost`.
-inline void advance(Stage& stage, std::int64_t until, Cost& cost) {
-    double elements = 0;
-    for (const LocalRod& rod : stage.rods->local()) elements += stage.groups[static_cast<std::size_t>(rod.group)].elements();
-    const auto steps = static_cast<double>(until - stage.clock.done());
-    const auto begin = std::chrono::steady_clock::now();
-    stage.advance(until);
-    cost.seconds += std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
-    cost.element_steps += steps * elements;
-}
-
-/// One rod on its way to rest: damped at twice its lowest frequency `omega` (rad/s) for 40/omega, so that the slowest motion
-/// shrinks by 41 e^-40 = 2e-16. Statics do not depend on density or damping.
-inline SceneSpec coming_to_rest(const RodSpec& rod, double omega, std::vector<LoadSpec> loads) {
-    SceneSpec scene;
-    scene.time = {.duration = 40 / omega};
-    scene.rods = {rod};
-    scene.loads = std::move(loads);
-    scene.damping = {{.damping = {.kind = DampingKind::uniform, .rate = 2 * omega}}};
-    return scene;
-}
-
-/// First frequency of a clamped slender rod of circular section, rad/s: 3.516 sqrt(EI/(rho A))/L^2.
-inline double cantilever_frequency(const RodSpec& rod) {
-    return 3.516 * 0.5 * rod.section.radius * std::sqrt(rod.material.youngs_modulus / rod.material.density) /
-           (rod.shape.length * rod.shape.length);
-}
 
 /// Runs to the end of the scene and expects every node at rest: no faster than 1e-10 lengths in 1/omega.
 inline void come_to_rest(Stage& stage, double omega, Cost& cost) {

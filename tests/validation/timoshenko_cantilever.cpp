@@ -1,10 +1,8 @@
-// A thick clamped rod under a small transverse tip force, at rest, against Timoshenko's line; parameters of PyElastica's case.
-//   w(s) = F s/(alpha_c G A) + F (L s^2/2 - s^3/6)/(E I)
+// A thick clamped rod under a small transverse tip force, at rest, against Timoshenko's line (support/timoshenko_beam.hpp); parameters of PyElastica's case.
 // The deflection is 2.3e-4 lengths, so the linear line holds to (w/L)^2 = 5e-8, far below any error here. G = E/100 puts the
 // tension limit at e_c = 1.0097 (theory.md (15)); this rod does not stretch.
+#include "support/timoshenko_beam.hpp"
 #include "validation/study.hpp"
-
-#include <numbers>
 
 namespace skein {
 namespace {
@@ -28,13 +26,11 @@ Result largest_error(EndKind clamp, long n) {
     Result result{0, stage.plan.dt, {}};
     test::come_to_rest(stage, omega, result.cost);
 
-    const double area = std::numbers::pi * radius * radius, bending = youngs * 0.25 * area * radius * radius;
-    const double shearing = rod.material.shear_factor * shear * area;
-    const auto line = [&](double s) { return force * s / shearing + force * (0.5 * length * s * s - s * s * s / 6) / bending; };
+    const test::TimoshenkoBeam beam{length, radius, density, youngs, shear};
     const auto state = stage.state(0);
     for (std::size_t i = 0; i < state.size(); ++i) {
         const double s = length * static_cast<double>(i) / static_cast<double>(n);
-        result.error = std::max(result.error, std::abs(lane(state[i].position, 0).x - line(s)) / line(length));
+        result.error = std::max(result.error, std::abs(lane(state[i].position, 0).x - beam.deflection(force, s)) / beam.deflection(force, length));
     }
     return result;
 }
