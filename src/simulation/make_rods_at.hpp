@@ -40,7 +40,7 @@ std::unique_ptr<TilePass<W>> make_audit_inner(const RodGroup& group, const std::
 
 /// The step of one group: drift, forces, kick (theory.md (20)). `audit`: its book, or null.
 template <int W>
-TileProgram<W> make_program(const GroupPlan& plan, const RodGroup& group, Scheme scheme, double dt, const std::shared_ptr<AuditBook<W>>& audit) {
+TileProgram<W> make_program(const GroupPlan& plan, const RodGroup& group, Scheme scheme, double dt, const std::shared_ptr<AuditBook<W>>& audit = nullptr) {
     TileProgram<W> program;
     with_top(group, [&]<class Top>(Top) { program.push_back(std::make_unique<DriftPass<Top, W>>()); });
     if (group.closed()) program.push_back(std::make_unique<CloseRingPass<W>>());

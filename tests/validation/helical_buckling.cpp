@@ -116,8 +116,10 @@ TEST(HelicalBuckling, EnvelopeConvergesToTheLocalisedHelix) {
         EXPECT_LT(found.speed, 1e-4) << n;
         if (n == 100) {
             EXPECT_LE(found.error, 0.08);
+        } else if (n == 200) {
+            EXPECT_GE(order, 1.9);
         } else {
-            EXPECT_GE(order, 1.9) << n;
+            EXPECT_LE(found.error, 6e-3); // the closed form knows no shear and no stretch: T/GA = 2.6e-3 here, T/EA = 7e-4
         }
     }
 }
