@@ -3,6 +3,7 @@
 #include "core/rotation.hpp"
 #include "parallel/exact_sum.hpp"
 #include "rod/law.hpp"
+#include "rod/moving_ends.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -32,9 +33,9 @@ struct RodFigures {
     std::array<double, extremes> extreme{};
 };
 
-RodFigures figures(const RodGroup& group, std::span<const Slot<1>> state) {
+RodFigures figures(const RodGroup& group, std::span<const Slot<1>> state, double time) {
     RodFigures f;
-    const RodEnergy u = rod_energy(group, state);
+    const RodEnergy u = rod_energy(group, state, time);
     f.sum[translation] = u.translation;
     f.sum[rotation_] = u.rotation;
     f.sum[stretch] = u.stretch;
@@ -66,7 +67,7 @@ RodFigures figures(const RodGroup& group, std::span<const Slot<1>> state) {
 
 } // namespace
 
-RodEnergy rod_energy(const RodGroup& group, std::span<const Slot<1>> state) {
+RodEnergy rod_energy(const RodGroup& group, std::span<const Slot<1>> state, double time) {
     // The published law has no energy: what stands for it are the integrals of its axial force, shear force and moment, each alone.
     const bool published = group.law() == Law::elastica;
     const auto factor = [&](double dilatation) { return with_energy_law(group.law(), [&]<class L>(L) { return L::bending_factor(dilatation); }); };
@@ -95,10 +96,10 @@ RodEnergy rod_energy(const RodGroup& group, std::span<const Slot<1>> state) {
                  factor(v.share_before * e[k] + v.share_after * e[next]), v.stiffness, v.rest_curvature);
     }
     if (group.spec().start == EndKind::clamped)
-        add_cell(u, turn_between(lane(state[0].director, 0), group.frame()), 0.5 * group.element[0].rest_length, factor(e[0]), group.element[0].bending,
+        add_cell(u, turn_between(lane(state[0].director, 0), start_wall_frame(group, time)), 0.5 * group.element[0].rest_length, factor(e[0]), group.element[0].bending,
                  group.start_wall_rest_curvature);
     if (group.spec().end == EndKind::clamped)
-        add_cell(u, turn_between(group.end_frame(), lane(state[n - 1].director, 0)), 0.5 * group.element[n - 1].rest_length, factor(e[n - 1]),
+        add_cell(u, turn_between(end_wall_frame(group, time), lane(state[n - 1].director, 0)), 0.5 * group.element[n - 1].rest_length, factor(e[n - 1]),
                  group.element[n - 1].bending, group.end_wall_rest_curvature);
     return u;
 }
@@ -111,7 +112,7 @@ std::vector<std::string> observable_names(const ObservableSets& sets) {
     return names;
 }
 
-std::vector<double> observe(const Communicator& comm, const Threads& threads, std::span<const RodGroup> groups, const Rods& rods, double lag,
+std::vector<double> observe(const Communicator& comm, const Threads& threads, std::span<const RodGroup> groups, const Rods& rods, double time, double lag,
                             const ObservableSets& sets) {
     const auto local = rods.local();
     std::vector<RodFigures> all(local.size());
@@ -123,7 +124,7 @@ std::vector<double> observe(const Communicator& comm, const Threads& threads, st
         copy.resize(static_cast<std::size_t>(group.slots()));
         rods.export_rod(i, copy);
         synchronise(group, copy, lag);
-        all[i] = figures(group, copy);
+        all[i] = figures(group, copy, time);
         if (sets.any()) extra[i] = extra_figures(group, copy, sets);
     });
 

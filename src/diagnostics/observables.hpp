@@ -20,13 +20,14 @@ struct RodEnergy {
     double stretch = 0, shear = 0, bend = 0, twist = 0; ///< elastic, J; bending of half cells at walls included
     double elastic() const { return stretch + shear + bend + twist; }
 };
-RodEnergy rod_energy(const RodGroup& group, std::span<const Slot<1>> state);
+/// `time`: where walls that turn stand, s.
+RodEnergy rod_energy(const RodGroup& group, std::span<const Slot<1>> state, double time = 0);
 
 /// Names with units, in the order that `observe` returns values.
 std::vector<std::string> observable_names(const ObservableSets& sets = {});
 
-/// Collective. `lag` moves copies on to the time of the rates; `sets` come after what every run observes.
-std::vector<double> observe(const Communicator& comm, const Threads& threads, std::span<const RodGroup> groups, const Rods& rods, double lag,
+/// Collective. `time`: of the rates, s; `lag` moves copies on to it; `sets` come after what every run observes.
+std::vector<double> observe(const Communicator& comm, const Threads& threads, std::span<const RodGroup> groups, const Rods& rods, double time, double lag,
                             const ObservableSets& sets = {});
 
 } // namespace skein

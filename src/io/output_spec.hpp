@@ -19,6 +19,7 @@ struct OutputSpec {
     double tips = 0;       ///< last node of every rod, into HDF5
     double series = 0;     ///< observables.csv
     std::vector<std::string> observables; ///< sets beyond energies, momentum and extremes
+    bool audit = false;    ///< energy audit
     double checkpoint = 0; ///< 0: only at the end
 
     bool observes(std::string_view set) const;

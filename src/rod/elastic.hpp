@@ -86,6 +86,14 @@ public:
         load[n].force = -force_before;
     }
 
+    /// Couples that the half cells exert on the walls, body of the wall, N m; 0 without half cells.
+    Vec3<Pack<W>> couple_on_start_wall(const RodTile<W>& rod, const Step& step) const {
+        return ends_.start_wall ? start_wall(rod, step, strain(rod, 0).z).before : Vec3<Pack<W>>{};
+    }
+    Vec3<Pack<W>> couple_on_end_wall(const RodTile<W>& rod, const Step& step) const {
+        return ends_.end_wall ? end_wall(rod, step, strain(rod, rod.n - 1).z).after : Vec3<Pack<W>>{};
+    }
+
 private:
     SKEIN_INLINE static Vec3<Pack<W>> strain(const RodTile<W>& rod, int k) {
         const Vec3<Pack<W>> edge = rod.slot[k + 1].position - rod.slot[k].position;

@@ -30,15 +30,20 @@ KickConstants::KickConstants(const RodGroup& group, const DampingRates& rates, d
     const int n = group.elements();
     for (int i = 0; i <= n; ++i) {
         const auto at = static_cast<std::size_t>(i);
+        if (node_held(group, i)) {
+            node.push_back({1, 0});
+            continue;
+        }
         const double z = rates.none() ? 0.0 : h * rates.node[at];
-        node.push_back({factor(z), node_held(group, i) ? 0.0 : h / group.node_mass[at] * mean(z)});
+        node.push_back({factor(z), h / group.node_mass[at] * mean(z)});
     }
     for (int k = 0; k < n; ++k) {
         const auto at = static_cast<std::size_t>(k);
-        const Vec3d z = rates.none() ? Vec3d{0, 0, 0} : h * rates.element[at];
-        const Vec3d stretched = rates.follow_stretch() ? h * rates.element_stretched[at] : Vec3d{0, 0, 0};
+        const bool held = element_held(group, k);
+        const Vec3d z = rates.none() || held ? Vec3d{0, 0, 0} : h * rates.element[at];
+        const Vec3d stretched = rates.follow_stretch() && !held ? h * rates.element_stretched[at] : Vec3d{0, 0, 0};
         const Vec3d& j = group.element[at].inertia;
-        const Vec3d impulse = element_held(group, k) ? Vec3d{0, 0, 0} : Vec3d{h / j.x, h / j.y, h / j.z};
+        const Vec3d impulse = held ? Vec3d{0, 0, 0} : Vec3d{h / j.x, h / j.y, h / j.z};
         element.push_back({each(z, factor), scale(impulse, each(z, mean)), z, stretched, impulse});
     }
 }

@@ -5,23 +5,40 @@
 #include "core/rotation.hpp"
 #include "rod/tile.hpp"
 
+#include <cmath>
 #include <memory>
 
 namespace skein {
+
+/// Angular velocity, lab, rad/s, of a frame Q R(r) where the rotation vector r changes at `rate`.
+inline Vec3d spin_of(const Vec3d& r, const Vec3d& rate) {
+    const double x = dot(r, r), angle = std::sqrt(x);
+    const bool small = x < 1e-4; // where the differences lose digits; first omitted terms x^3/40320 and x^3/362880
+    const double b = small ? 0.5 - x / 24 + x * x / 720 : (1 - std::cos(angle)) / x;
+    const double c = small ? 1.0 / 6 - x / 120 + x * x / 5040 : (angle - std::sin(angle)) / (angle * x);
+    return rate + b * cross(r, rate) + c * cross(r, cross(r, rate));
+}
+
+/// Frames of the walls at any time.
+inline Mat3d start_wall_frame(const RodGroup& group, double time) { return group.frame() * rotation(group.spec().start_motion.turn(time).value); }
+inline Mat3d end_wall_frame(const RodGroup& group, double time) { return group.end_frame() * rotation(group.spec().end_motion.turn(time).value); }
 
 /// Where the two ends of a group's rods are at the force evaluations of a batch; shared by the passes of a program.
 class MovingEnds {
 public:
     struct Pose {
         Vec3d displacement{0, 0, 0}, velocity{0, 0, 0};
-        Mat3d frame; ///< of the wall
+        Mat3d frame;         ///< of the wall
+        Vec3d spin{0, 0, 0}; ///< of the wall, body, rad/s
     };
     explicit MovingEnds(const RodGroup& group) : group_(group) {}
 
     void prepare(std::span<const Step> steps) {
         const auto pose = [](const EndMotion& motion, const Mat3d& frame, double time) {
             const auto u = motion.displacement(time);
-            return Pose{u.value, u.rate, frame * rotation(motion.turn(time).value)};
+            const auto r = motion.turn(time);
+            const Mat3d turned = frame * rotation(r.value);
+            return Pose{u.value, u.rate, turned, turned * spin_of(r.value, r.rate)};
         };
         for (const Step& s : steps) {
             start_[s.slot] = pose(group_.spec().start_motion, group_.frame(), s.time);
@@ -37,7 +54,7 @@ private:
     Pose start_[Clock::largest_batch], end_[Clock::largest_batch];
 };
 
-/// After the drift: moved nodes go where the motion says, with its velocity; frozen elements take the wall's frame.
+/// After the drift: moved nodes go where the motion says, with its velocity; frozen elements take the wall's frame and spin.
 template <int W> class MoveEndsPass final : public TilePass<W> {
 public:
     static constexpr std::string_view pass_name = "move ends";
@@ -61,7 +78,10 @@ public:
         const auto move = [&](const MovingEnds::Pose& pose, const Vec3<Pack<W>>& from, EndKind kind, Slot<W>& node, Slot<W>& element) {
             node.position = from + broadcast<W>(pose.displacement);
             node.velocity = broadcast<W>(pose.velocity);
-            if (kind == EndKind::clamped_frozen) element.director = broadcast_frame<W>(pose.frame);
+            if (kind == EndKind::clamped_frozen) {
+                element.director = broadcast_frame<W>(pose.frame);
+                element.spin = broadcast<W>(pose.spin);
+            }
         };
         if (spec.start != EndKind::free) move(ends_->start(step), home.start, spec.start, rod.slot[0], rod.slot[0]);
         if (spec.end != EndKind::free) move(ends_->end(step), home.end, spec.end, rod.slot[rod.n], rod.slot[rod.n - 1]);

@@ -86,8 +86,9 @@ template <int W> bool fit(const RodTile<W>& tile) {
 } // namespace
 
 template <int W>
-RodTiles<W>::RodTiles(std::span<const RodGroup> groups, std::vector<LocalRod> rods, std::vector<TileProgram<W>> programs, const Threads& threads)
-    : groups_(groups), local_(std::move(rods)), programs_(std::move(programs)), threads_(threads) {
+RodTiles<W>::RodTiles(std::span<const RodGroup> groups, std::vector<LocalRod> rods, std::vector<TileProgram<W>> programs, const Threads& threads,
+                      std::vector<std::shared_ptr<const AuditBook<W>>> audits)
+    : groups_(groups), local_(std::move(rods)), programs_(std::move(programs)), audits_(std::move(audits)), threads_(threads) {
     lay_out();
 
     int most_slots = 0;
@@ -187,9 +188,16 @@ template <int W> std::uint64_t RodTiles<W>::digest() const {
     return sum;
 }
 
+template <int W> RodWorks RodTiles<W>::works(std::size_t i) const {
+    if (audits_.empty()) return {};
+    const auto [t, l] = place_[i];
+    return audits_[static_cast<std::size_t>(local_[i].group)]->works(tiles_[t].number, l);
+}
+
 template <int W> std::size_t RodTiles<W>::bytes() const {
     std::size_t bytes = slots_.size() * sizeof(Slot<W>) + tiles_.size() * sizeof(RodTile<W>) + local_.size() * (sizeof(LocalRod) + sizeof(Place));
     for (const auto& scratch : scratch_) bytes += scratch.size() * sizeof(SlotLoad<W>);
+    for (const auto& audit : audits_) bytes += audit->bytes();
     return bytes;
 }
 

@@ -19,6 +19,11 @@ struct LocalRod {
     std::int64_t index; ///< number of the rod in its group
 };
 
+/// What has been done to a rod since the rods were made, J. See rod/audit.hpp.
+struct RodWorks {
+    double loads = 0, walls = 0, dissipated = 0;
+};
+
 class Rods {
 public:
     virtual ~Rods() = default;
@@ -35,6 +40,8 @@ public:
     virtual std::uint64_t digest() const = 0;
     /// Throws NumericalError naming rod, element and quantity where a rod is unfit: not finite, or an element turned over.
     virtual void inspect(std::int64_t step, double dt) const = 0;
+    /// Of local()[i]; zeros without an audit.
+    virtual RodWorks works(std::size_t i) const = 0;
     /// Bytes held for state, parameters and scratch.
     virtual std::size_t bytes() const = 0;
 };

@@ -2,6 +2,7 @@
 
 #include "core/error.hpp"
 #include "loads/laplacian_filter.hpp"
+#include "rod/audit.hpp"
 #include "rod/hold.hpp"
 #include "rod/law.hpp"
 #include "rod/moving_ends.hpp"
@@ -64,15 +65,20 @@ GroupPlan plan_group(const SceneSpec& scene, const RodGroup& group, int lanes) {
     const auto pass = [&](std::string_view name) { p.passes.emplace_back(name); };
     pass(with_top(group, []<class Top>(Top) { return Top::name; }));
     if (group.closed()) pass(CloseRingPass<1>::pass_name);
+    const bool audit = scene.output.audit;
+    if (audit && group.spec().ends_move()) pass(AuditEndsPass<1>::pass_name);
     if (group.spec().ends_move()) pass(MoveEndsPass<1>::pass_name);
     pass(OrthonormalisePass<1>::pass_name);
     pass(group.law() == Law::elastica ? ElasticaPass<1>::pass_name : with_energy_law(group.law(), []<class L>(L) { return L::name; }));
+    if (audit) pass(AuditInnerPass<IncompressibleLaw, 1>::pass_name);
     for (const Load& load : p.loads) pass(kind_of(load));
     if (group.closed()) pass(FoldRingPass<1>::pass_name);
+    if (audit) pass(AuditLoadsPass<1>::pass_name);
     pass(kick_names[static_cast<std::size_t>(p.kick)]);
     for (const Damping& d : p.damping)
         if (d.kind == DampingKind::laplacian) pass(LaplacianFilterPass<1>::pass_name);
     if (group.spec().hold.any()) pass(HoldPass<1>::pass_name);
+    if (audit) pass(AuditBalancePass<1>::pass_name);
 
     p.ns_per_element_step = (p.circular ? drift_ns : elliptic_drift_ns) + elastic_ns + (p.kick == KickKind::undamped || p.kick == KickKind::constant_rates ? kick_ns : stretched_kick_ns) +
                             load_ns * static_cast<double>(p.loads.size());
@@ -168,6 +174,8 @@ Plan make_plan(const SceneSpec& scene, std::span<const RodGroup> groups, const M
         plan.elements += p.rods * p.elements;
         plan.state_bytes += static_cast<double>(p.tiles) * (p.elements + 1) * slot_doubles * 8.0 * machine.lanes +
                             static_cast<double>(p.rods) * sizeof(LocalRod);
+        if (scene.output.audit)
+            plan.state_bytes += static_cast<double>(p.tiles) * (p.elements + 1) * (2 * sizeof(SlotLoad<1>) + sizeof(AuditBook<1>::Rates)) * machine.lanes;
         ns += static_cast<double>(p.tiles) * 8.0 * p.elements * p.ns_per_element_step; // narrow tiles take as long as wide ones
         most_slots = std::max(most_slots, p.elements + 1);
         frame_values += static_cast<double>(p.rods) * (3.0 * (p.elements + 1) + (scene.output.directors ? 9.0 * p.elements + 3.0 * (p.elements + 1) : 0.0));
@@ -176,6 +184,7 @@ Plan make_plan(const SceneSpec& scene, std::span<const RodGroup> groups, const M
     plan.state_bytes += static_cast<double>(machine.ranks) * machine.threads * most_slots * sizeof(SlotLoad<1>) * machine.lanes;
     choose_step(plan, scene);
     plan.cadence = cadence_of(scene.output, plan.dt);
+    plan.audit = scene.output.audit;
     plan.observables = scene.output.observables;
     const auto frames = [&](std::int64_t every) { return every > 0 ? static_cast<double>(plan.steps / every + 1) : 0.0; };
     const double value_bytes = scene.output.precision == Precision::single ? 4 : 8;

@@ -55,6 +55,7 @@ struct Plan {
     std::size_t governing = 0; ///< group whose limit is smallest
     std::int64_t steps = 0;
     Cadence cadence;
+    bool audit = false;                   ///< energy audit
     std::vector<std::string> observables; ///< sets that the scene adds to the series
     double state_bytes = 0;    ///< all ranks, state and scratch
     double output_bytes = 0;   ///< all frames of the run

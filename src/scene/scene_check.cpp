@@ -100,6 +100,8 @@ private:
         for (const auto& [key, interval] : intervals)
             if (interval > duration)
                 add(fmt::format("output.{}", key), fmt::format("'{}' every {} s never comes due within 'duration' of {} s", key, interval, duration));
+        for (const RodSpec& rods : scene_.rods)
+            if (out.audit && rods.material.law == Law::elastica) add("output.audit", fmt::format("there is no audit of group '{}': its law \"elastica\" has no energy", rods.name));
         for (std::size_t i = 0; i < out.observables.size(); ++i) {
             const std::string& set = out.observables[i];
             const std::string path = fmt::format("output.observables.{}", i);

@@ -1,5 +1,6 @@
 #include "simulation/simulation.hpp"
 
+#include "diagnostics/energy_audit.hpp"
 #include "diagnostics/observables.hpp"
 #include "io/disk.hpp"
 #include "partition/partition.hpp"
@@ -82,6 +83,7 @@ Simulation::Simulation(const Communicator& comm, const Threads& threads, const S
         });
     }
     first_step_ = clock_.done();
+    if (plan_.audit) start_energy_ = audit_scene(comm_, threads_, groups_, *rods_, clock_.time(), clock_.lag()).energy;
     last_step_ = plan_.steps;
     if (options_.until > 0) last_step_ = std::min<std::int64_t>(last_step_, std::llround(options_.until / plan_.dt));
     if (options_.steps > 0) last_step_ = std::min(last_step_, options_.steps);
@@ -167,7 +169,7 @@ void Simulation::open_outputs(const SceneSpec& scene) {
     if (plan_.cadence.trajectory > 0) trajectory_ = frames(FrameKind::trajectory);
     if (plan_.cadence.tips > 0) tips_ = frames(FrameKind::tips);
     if (plan_.cadence.series > 0)
-        on_root(comm_, [&] { series_ = std::make_unique<SeriesFile>(options_.out + "/observables.csv", observable_names(sets_), clock_.done()); });
+        on_root(comm_, [&] { series_ = std::make_unique<SeriesFile>(options_.out + "/observables.csv", names(), clock_.done()); });
 }
 
 void Simulation::write_due() {
@@ -181,17 +183,32 @@ void Simulation::write_due() {
     if (clock_.done() > 0 && due(plan_.cadence.checkpoint)) checkpoint();
 }
 
+std::vector<std::string> Simulation::names() const {
+    auto all = observable_names(sets_);
+    if (plan_.audit) all.insert(all.end(), std::begin(audit_names), std::end(audit_names));
+    return all;
+}
+
+std::vector<double> Simulation::observables() const {
+    auto values = observe(comm_, threads_, groups_, *rods_, clock_.time(), clock_.lag(), sets_);
+    if (plan_.audit) {
+        const EnergyAudit a = audit_scene(comm_, threads_, groups_, *rods_, clock_.time(), clock_.lag());
+        values.insert(values.end(), {a.loads, a.walls, a.dissipated, a.defect(start_energy_)});
+    }
+    return values;
+}
+
 void Simulation::sample() {
     const auto timing = timers_.time(Phase::observe);
-    last_sample_ = observe(comm_, threads_, groups_, *rods_, clock_.lag(), sets_);
+    last_sample_ = observables();
     warn_of_strain();
     on_root(comm_, [&] { series_->append(clock_.done(), clock_.time(), last_sample_); });
 }
 
 void Simulation::warn_of_strain() {
     if (!comm_.root() || options_.quiet) return;
-    const auto names = observable_names(sets_);
-    const auto value = [&](std::string_view name) { return last_sample_[static_cast<std::size_t>(std::find(names.begin(), names.end(), name) - names.begin())]; };
+    const auto known = names();
+    const auto value = [&](std::string_view name) { return last_sample_[static_cast<std::size_t>(std::find(known.begin(), known.end(), name) - known.begin())]; };
     const auto warn = [&](bool& told, bool bad, const std::string& text) {
         if (told || !bad) return;
         told = true;
@@ -220,8 +237,8 @@ void Simulation::checkpoint() {
 }
 
 void Simulation::write_summary(const RunResult& result) {
-    const std::vector<double> observables = observe(comm_, threads_, groups_, *rods_, clock_.lag(), sets_);
-    RunFigures figures{.plan = plan_, .result = result, .first_step = first_step_, .wall_s = wall_seconds() - started_, .names = observable_names(sets_), .observables = observables};
+    const std::vector<double> values = observables();
+    RunFigures figures{.plan = plan_, .result = result, .first_step = first_step_, .wall_s = wall_seconds() - started_, .names = names(), .observables = values};
     for (std::size_t p = 0; p < phase_count; ++p) {
         const double mine = timers_.seconds(static_cast<Phase>(p));
         figures.phases.push_back({comm_.min(mine), static_cast<double>(comm_.sum(std::llround(mine * 1e6))) * 1e-6 / comm_.size(), comm_.max(mine)});

@@ -65,6 +65,9 @@ private:
     void sample();
     /// Tells once of strains and turns that the last sample shows to be near what the rod law or the discretisation bears.
     void warn_of_strain();
+    /// Names and values of the series, collective.
+    std::vector<std::string> names() const;
+    std::vector<double> observables() const;
     std::int64_t next_event() const;
     /// All ranks learn of failures, signals and limits; sets the next tick. Throws NumericalError where a rank failed.
     Verdict agree();
@@ -77,6 +80,7 @@ private:
     Plan plan_;
     RunOptions options_;
     ObservableSets sets_;
+    double start_energy_ = 0; ///< J, of the first step of this run; for the audit
     std::string physics_; ///< canonical scene, kept in checkpoints
     Timers timers_;
     double started_, setup_s_ = 0;

@@ -53,6 +53,18 @@ TEST(Plan, NamesThePassesThatRun) {
     for (std::size_t i = 0; i < program.size(); ++i) EXPECT_EQ(program[i]->name(), plan.groups[0].passes[i]);
 }
 
+TEST(Plan, NamesThePassesOfAnAudit) {
+    SceneSpec scene = test::cilia_scene(3);
+    scene.output.audit = true;
+    scene.rods[0].end = EndKind::clamped;
+    scene.rods[0].end_motion = {.amplitude = {0, 0, 0.01}, .period = 1};
+    const auto groups = make_groups(scene);
+    const Plan plan = make_plan(scene, groups, {});
+    const auto program = make_program<8>(plan.groups[0], groups[0], scheme_of(Integrator::verlet), plan.dt, std::make_shared<AuditBook<8>>(groups[0]));
+    ASSERT_EQ(program.size(), plan.groups[0].passes.size());
+    for (std::size_t i = 0; i < program.size(); ++i) EXPECT_EQ(program[i]->name(), plan.groups[0].passes[i]);
+}
+
 TEST(Plan, AbsentPhysicsHasNoPassAndNoArray) {
     SceneSpec bare = test::cilia_scene(8);
     bare.loads.clear();
