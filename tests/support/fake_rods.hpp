@@ -73,6 +73,7 @@ public:
         return sum;
     }
     void inspect(std::int64_t, double) const override {}
+    RodWorks works(std::size_t) const override { return {}; }
     std::size_t bytes() const override { return 0; }
 
 private:
