@@ -13,7 +13,10 @@ namespace skein {
 namespace {
 
 constexpr double largest_turn_trace = -0.98; // tr R of 3 rad between neighbouring elements: 1 + 2 cos 3
-constexpr double least_dilatation = 0.05, most_dilatation = 20;
+constexpr double least_dilatation = 0.05;
+
+/// Beyond the tension limit directors flip, so a run must not go on.
+double most_dilatation(const RodGroup& group) { return std::min(20.0, tension_limit(group)); }
 
 /// What is wrong with a rod, or an empty text.
 std::string complaint(const RodGroup& group, std::span<const Slot<1>> state) {
@@ -33,8 +36,8 @@ std::string complaint(const RodGroup& group, std::span<const Slot<1>> state) {
         const Slot<1>&s = state[static_cast<std::size_t>(k)], &next = state[static_cast<std::size_t>(k) + 1];
         const double e = group.element[static_cast<std::size_t>(k)].inv_rest_length *
                          dot(lane(s.director.d3, 0), lane(next.position, 0) - lane(s.position, 0));
-        if (!(e > least_dilatation && e < most_dilatation)) {
-            std::snprintf(text, sizeof text, "element %d: dilatation e = %.4g left [%g, %g]", k, e, least_dilatation, most_dilatation);
+        if (!(e > least_dilatation && e < most_dilatation(group))) {
+            std::snprintf(text, sizeof text, "element %d: dilatation e = %.4g left [%g, %g]", k, e, least_dilatation, most_dilatation(group));
             return text;
         }
         if (k + 1 == group.elements()) break;
@@ -79,7 +82,7 @@ template <int W> bool fit(const RodTile<W>& tile) {
     }
     const Vec3<P> end = tile.slot[tile.n].position + tile.slot[tile.n].velocity;
     zero = fma(end.x + end.y + end.z, P(0.0), zero);
-    const auto good = (zero >= P(0.0)) & (least > P(least_dilatation)) & (most < P(most_dilatation)) & (trace > P(largest_turn_trace));
+    const auto good = (zero >= P(0.0)) & (least > P(least_dilatation)) & (most < P(most_dilatation(*tile.group))) & (trace > P(largest_turn_trace));
     return !any(!good);
 }
 

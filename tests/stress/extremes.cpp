@@ -113,29 +113,36 @@ TEST(Stretch, FollowsTheLawFromThreeTenthsToThree) {
     EXPECT_LE(worst, 1e-9);
 }
 
-/// Largest angle between a director d3 and the axis z, over `time`, of pinned rods held at the dilatations `e`.
-std::vector<double> tilts(const std::vector<double>& e, double shear_over_youngs, double time) {
+/// Pinned rods held at the dilatations `e`, barely shaken.
+std::unique_ptr<test::Stage> pulled_rods(const std::vector<double>& e, double shear_over_youngs, double time, Law law = Law::incompressible) {
     SceneSpec scene;
     RodSpec rod = test::simple_rod(20);
     rod.section = {.radius = 0.01};
     rod.material.shear_modulus = shear_over_youngs * rod.material.youngs_modulus;
+    rod.material.law = law;
     rod.start = rod.end = EndKind::pinned;
     rod.placement = test::in_a_row(static_cast<long>(e.size()));
     scene.rods = {rod};
     scene.time = {.duration = time, .safety = 0.4}; // at e = 3 the limit is 0.64 of that at rest
-    test::Stage stage(scene);
+    auto stage = std::make_unique<test::Stage>(scene);
     for (std::size_t i = 0; i < e.size(); ++i) {
-        auto state = stage.state(i);
+        auto state = stage->state(i);
         const Vec3d origin = lane(state[0].position, 0);
         for (Slot<1>& s : state) set_lane(s.position, 0, origin + e[i] * (lane(s.position, 0) - origin));
         test::shake(state, 0, 1e-3, 7 + static_cast<unsigned>(i));
-        stage.rods->import_rod(i, state);
+        stage->rods->import_rod(i, state);
     }
+    return stage;
+}
+
+/// Largest angle between a director d3 and the axis z, over `time`.
+std::vector<double> tilts(const std::vector<double>& e, double shear_over_youngs, double time) {
+    const auto stage = pulled_rods(e, shear_over_youngs, time);
     std::vector<double> largest(e.size());
     for (int s = 1; s <= 200; ++s) {
-        stage.advance(stage.plan.steps * s / 200);
+        stage->advance(stage->plan.steps * s / 200);
         for (std::size_t i = 0; i < e.size(); ++i) {
-            const auto state = stage.state(i);
+            const auto state = stage->state(i);
             for (int k = 0; k < 20; ++k) {
                 const Vec3d d3 = lane(state[static_cast<std::size_t>(k)].director.d3, 0);
                 largest[i] = std::fmax(largest[i], std::atan2(std::hypot(d3.x, d3.y), d3.z));
@@ -169,6 +176,19 @@ TEST(Stretch, TensionLimitIsWhereDirectorsFlip) {
     EXPECT_GT(tilt[2], 0.5);
     EXPECT_GT(tilt[3], 0.05);
     EXPECT_LT(tilt[4], 1e-4);
+}
+
+TEST(Stretch, PastTheTensionLimitARunIsStoppedByName) {
+    for (const Law law : {Law::linear, Law::elastica}) {
+        EXPECT_NO_THROW(test::advance_checked(*pulled_rods({1.45}, 1.0 / 3, 0.5, law), 5000));
+        try {
+            test::advance_checked(*pulled_rods({1.5}, 1.0 / 3, 0.5, law), 5000);
+            FAIL() << "e = 1.5 went unnoticed";
+        } catch (const NumericalError& e) {
+            EXPECT_NE(std::string(e.what()).find("tension instability of element"), std::string::npos) << e.what();
+            EXPECT_NE(std::string(e.what()).find("limit e_c = 1.474"), std::string::npos) << e.what();
+        }
+    }
 }
 
 /// Rods squeezed to 0.3 of their length between two clamps and shaken; the step planned for that. Elastic energy stored at the
