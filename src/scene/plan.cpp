@@ -49,6 +49,20 @@ DampingScheme damping_scheme_of(const RodGroup& group, const TimeSpec& time) {
     return time.integrator == Integrator::pefrl && time.damping == DampingScheme::midpoint ? DampingScheme::exponential : time.damping;
 }
 
+std::vector<std::string> hints_for(const RodGroup& group) {
+    std::vector<std::string> hints;
+    const Shape& shape = group.spec().shape;
+    double length = group.element[0].rest_length, radius = group.element[0].radius;
+    for (const ElementConstants& c : group.element)
+        if (c.rest_length * radius < length * c.radius) length = c.rest_length, radius = c.radius;
+    if (length < radius)
+        hints.push_back(fmt::format("elements are {:.2g} radii long; below 1 they cost time and gain little: elements = {} would do", length / radius,
+                                    std::max(2L, static_cast<long>(static_cast<double>(shape.elements) * length / radius))));
+    if (group.spec().start == EndKind::clamped_frozen || group.spec().end == EndKind::clamped_frozen)
+        hints.push_back("\"clamped_frozen\" is of first order, an error of about 1/elements; \"clamped\" is of second order at the same cost");
+    return hints;
+}
+
 GroupPlan plan_group(const SceneSpec& scene, const RodGroup& group, int lanes) {
     GroupPlan p{.name = group.name(), .rods = group.count(), .elements = group.elements()};
     p.tiles = (group.count() + lanes - 1) / lanes;
@@ -84,6 +98,7 @@ GroupPlan plan_group(const SceneSpec& scene, const RodGroup& group, int lanes) {
                             load_ns * static_cast<double>(p.loads.size());
     p.limits = time_limits(group);
     p.tension_limit = tension_limit(group);
+    p.hints = hints_for(group);
     p.start = end_names[static_cast<std::size_t>(group.spec().start)];
     p.end = end_names[static_cast<std::size_t>(group.spec().end)];
     return p;

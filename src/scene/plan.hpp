@@ -36,6 +36,7 @@ struct GroupPlan {
     double ns_per_element_step = 0;     ///< predicted, where all lanes of a tile carry a rod
     std::vector<TimeLimit> limits;      ///< smallest first
     double tension_limit = 0;
+    std::vector<std::string> hints;     ///< where numbers cost time or accuracy for nothing (numerics.md)
     std::string start, end;
 };
 

@@ -47,6 +47,7 @@ std::string to_text(const Plan& p) {
         std::vector<std::string> limits;
         for (const TimeLimit& l : g.limits) limits.push_back(fmt::format("{} {:.4g}", l.mode, l.dt));
         line("  limits [s]", joined(limits, ", "));
+        for (const std::string& hint : g.hints) line("  hint", hint);
         if (std::isfinite(g.tension_limit)) line("  tension", fmt::format("directors flip beyond dilatation e_c = {:.4g}", g.tension_limit));
     }
     if (p.integrator != Integrator::verlet)
@@ -73,7 +74,7 @@ std::string to_json(const Plan& p) {
         for (const TimeLimit& l : g.limits) limits[std::string(l.mode)] = {{"dt", l.dt}, {"element", l.element}};
         groups.push_back({{"name", g.name}, {"rods", g.rods}, {"elements", g.elements}, {"tiles", g.tiles}, {"start", g.start}, {"end", g.end},
                           {"passes", g.passes}, {"limits", limits}, {"ns_per_element_step", g.ns_per_element_step},
-                          {"tension_limit", std::isfinite(g.tension_limit) ? nlohmann::ordered_json(g.tension_limit) : nlohmann::ordered_json()}});
+                          {"hints", g.hints}, {"tension_limit", std::isfinite(g.tension_limit) ? nlohmann::ordered_json(g.tension_limit) : nlohmann::ordered_json()}});
     }
     const nlohmann::ordered_json json = {
         {"title", p.title},

@@ -65,6 +65,17 @@ TEST(Plan, NamesThePassesOfAnAudit) {
     for (std::size_t i = 0; i < program.size(); ++i) EXPECT_EQ(program[i]->name(), plan.groups[0].passes[i]);
 }
 
+TEST(Plan, HintsAtElementsThatGainNothing) {
+    const auto hints = [](long elements, EndKind start) {
+        const SceneSpec scene = test::cilia_scene(8, elements, start); // r = 0.15 m, L = 1.5 m
+        return make_plan(scene, make_groups(scene), {}).groups[0].hints;
+    };
+    EXPECT_TRUE(hints(9, EndKind::clamped).empty());
+    ASSERT_EQ(hints(25, EndKind::clamped).size(), 1u);
+    EXPECT_NE(hints(25, EndKind::clamped)[0].find("elements = 10 would do"), std::string::npos) << hints(25, EndKind::clamped)[0];
+    EXPECT_EQ(hints(9, EndKind::clamped_frozen).size(), 1u);
+}
+
 TEST(Plan, AbsentPhysicsHasNoPassAndNoArray) {
     SceneSpec bare = test::cilia_scene(8);
     bare.loads.clear();
