@@ -16,6 +16,22 @@ default_jobs() {
     echo $((memory < 1 ? 1 : memory < cores ? memory : cores))
 }
 
+# Options that all scripts which build share: takes the first of "$@", and with it the next word if it is its value. False where
+# the script must know better; else `taken` is how many words went.
+no_install=()
+jobs=$(default_jobs)
+take_option() {
+    taken=1
+    case $1 in
+    --no-install) no_install=(--no-install) ;;
+    --jobs) jobs=${2-} taken=$(($# < 2 ? 1 : 2)) ;;
+    --jobs=*) jobs=${1#*=} ;;
+    -h | --help) help; exit ;;
+    *) return 1 ;;
+    esac
+    [[ $jobs =~ ^[1-9][0-9]*$ ]] || die "--jobs needs a positive number"
+}
+
 # build <target> <jobs> [cmake options]: Release, in build/. A build/ that is there already keeps its other options.
 build() {
     local target=$1 jobs=$2

@@ -12,21 +12,18 @@
 set -euo pipefail
 source "$(dirname "${BASH_SOURCE[0]}")/common.sh"
 
-no_install=()
 build_only=no
-jobs=$(default_jobs)
 while (($#)); do
+    if take_option "$@"; then
+        shift "$taken"
+        continue
+    fi
     case $1 in
-    --no-install) no_install=(--no-install) ;;
     --build-only) build_only=yes ;;
-    --jobs) jobs=${2-}; shift || true ;;
-    --jobs=*) jobs=${1#*=} ;;
-    -h | --help) help; exit ;;
     *) die "unknown argument '$1'; see --help" ;;
     esac
-    shift || true
+    shift
 done
-[[ $jobs =~ ^[1-9][0-9]*$ ]] || die "--jobs needs a positive number"
 
 cd "$root"
 say "Packages"

@@ -9,21 +9,18 @@
 set -euo pipefail
 source "$(dirname "${BASH_SOURCE[0]}")/common.sh"
 
-no_install=()
 labels=()
-jobs=$(default_jobs)
 while (($#)); do
+    if take_option "$@"; then
+        shift "$taken"
+        continue
+    fi
     case $1 in
-    --no-install) no_install=(--no-install) ;;
-    --jobs) jobs=${2-}; shift || true ;;
-    --jobs=*) jobs=${1#*=} ;;
     -L) [[ -n ${2-} ]] || die "-L needs a label"; labels+=("$2"); shift ;;
-    -h | --help) help; exit ;;
     *) die "unknown argument '$1'; see --help" ;;
     esac
-    shift || true
+    shift
 done
-[[ $jobs =~ ^[1-9][0-9]*$ ]] || die "--jobs needs a positive number"
 
 cd "$root"
 say "Packages"

@@ -11,21 +11,18 @@
 set -euo pipefail
 source "$(dirname "${BASH_SOURCE[0]}")/common.sh"
 
-no_install=()
-jobs=$(default_jobs)
 out=$root/out/validation
 while (($#)); do
+    if take_option "$@"; then
+        shift "$taken"
+        continue
+    fi
     case $1 in
-    --no-install) no_install=(--no-install) ;;
-    --jobs) jobs=${2-}; shift || true ;;
-    --jobs=*) jobs=${1#*=} ;;
     --out) [[ -n ${2-} ]] || die "--out needs a folder"; out=$(realpath -m "$2"); shift ;;
-    -h | --help) help; exit ;;
     *) die "unknown argument '$1'; see --help" ;;
     esac
-    shift || true
+    shift
 done
-[[ $jobs =~ ^[1-9][0-9]*$ ]] || die "--jobs needs a positive number"
 
 cd "$root"
 say "Packages"
