@@ -14,17 +14,16 @@ EnergyAudit audit_rod(std::span<const RodGroup> groups, const Rods& rods, std::s
     return {u.translation + u.rotation + u.elastic(), w.loads, w.walls, w.dissipated};
 }
 
-EnergyAudit audit_scene(const Communicator& comm, const Threads& threads, std::span<const RodGroup> groups, const Rods& rods, double time, double lag) {
-    std::vector<std::vector<double>> columns(4, std::vector<double>(rods.local().size()));
-    threads.for_each(rods.local().size(), [&](std::size_t i, int) {
-        const EnergyAudit a = audit_rod(groups, rods, i, time, lag);
-        columns[0][i] = a.energy;
-        columns[1][i] = a.loads;
-        columns[2][i] = a.walls;
-        columns[3][i] = a.dissipated;
-    });
+EnergyAudit audit_scene(const Communicator& comm, const Rods& rods, double energy) {
+    std::vector<std::vector<double>> columns(3, std::vector<double>(rods.local().size()));
+    for (std::size_t i = 0; i < rods.local().size(); ++i) {
+        const RodWorks w = rods.works(i);
+        columns[0][i] = w.loads;
+        columns[1][i] = w.walls;
+        columns[2][i] = w.dissipated;
+    }
     const std::vector<double> sum = exact_sums(comm, columns);
-    return {sum[0], sum[1], sum[2], sum[3]};
+    return {energy, sum[0], sum[1], sum[2]};
 }
 
 } // namespace skein

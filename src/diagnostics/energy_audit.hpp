@@ -19,7 +19,7 @@ struct EnergyAudit {
 /// Of rods.local()[i]. `lag` moves a copy on to `time`.
 EnergyAudit audit_rod(std::span<const RodGroup> groups, const Rods& rods, std::size_t i, double time, double lag);
 
-/// Of the whole scene. Collective; the same bits for any distribution of rods.
-EnergyAudit audit_scene(const Communicator& comm, const Threads& threads, std::span<const RodGroup> groups, const Rods& rods, double time, double lag);
+/// Of the whole scene, whose energy has been observed. Collective; the same bits for any distribution of rods.
+EnergyAudit audit_scene(const Communicator& comm, const Rods& rods, double energy);
 
 } // namespace skein

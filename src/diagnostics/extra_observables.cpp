@@ -24,7 +24,7 @@ void add_angular_momentum(ExtraFigures& f, const RodGroup& group, std::span<cons
 void add_curvature(ExtraFigures& f, const RodGroup& group, std::span<const Slot<1>> state) {
     for (std::size_t k = 0; k < group.voronoi.size(); ++k) {
         const double inv_length = group.voronoi[k].inv_length;
-        const Vec3d phi = lane(relative_rotation(state[k + 1].director, state[k].director), 0);
+        const Vec3d phi = lane(relative_rotation(state[(k + 1) % group.element.size()].director, state[k].director), 0);
         const double bend = std::hypot(phi.x, phi.y);
         f.sum[ExtraFigures::bend_length] += bend;
         f.sum[ExtraFigures::twist_length] += phi.z;
@@ -41,6 +41,12 @@ void add_knots(ExtraFigures& f, const RodGroup& group, std::span<const Slot<1>> 
         d1.push_back(lane(s.director.d1, 0));
     }
     d1.pop_back(); // the last node has no element
+    if (group.closed()) {
+        node.pop_back(); // node n is node 0
+        f.sum[ExtraFigures::twist] = twist(node, d1, Curve::closed);
+        f.sum[ExtraFigures::writhe] = writhe(node, Curve::closed);
+        return;
+    }
     f.sum[ExtraFigures::twist] = twist(node, d1, Curve::open);
     f.sum[ExtraFigures::writhe] = writhe(with_end_segments(node, group.spec().shape.length, EndSegments::next_tangent), Curve::open);
 }

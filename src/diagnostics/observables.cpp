@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
 namespace skein {
 
@@ -60,7 +61,10 @@ RodFigures figures(const RodGroup& group, std::span<const Slot<1>> state, double
         f.extreme[strain] = std::max(f.extreme[strain], std::abs(e - group.element[k].rest_stretch));
         f.extreme[skew] = std::max({f.extreme[skew], std::abs(dot(q.d1, q.d1) - 1), std::abs(dot(q.d2, q.d2) - 1), std::abs(dot(q.d3, q.d3) - 1),
                                     std::abs(dot(q.d1, q.d2)), std::abs(dot(q.d1, q.d3)), std::abs(dot(q.d2, q.d3))});
-        if (k > 0) f.extreme[turn] = std::max(f.extreme[turn], norm(turn_between(q, lane(state[k - 1].director, 0))));
+    }
+    for (std::size_t k = 0; k < group.voronoi.size(); ++k) {
+        const std::size_t next = (k + 1) % group.element.size();
+        f.extreme[turn] = std::max(f.extreme[turn], norm(turn_between(lane(state[next].director, 0), lane(state[k].director, 0))));
     }
     return f;
 }
@@ -110,6 +114,11 @@ std::vector<std::string> observable_names(const ObservableSets& sets) {
             "max_speed[m/s]", "max_axial_strain[-]", "max_turn_per_cell[rad]", "max_director_defect[-]"};
     for (std::string& name : extra_names(sets)) names.push_back(std::move(name));
     return names;
+}
+
+double observed_energy(std::span<const double> observed) {
+    const auto energies = observed.first(observed_energies);
+    return std::accumulate(energies.begin(), energies.end(), 0.0);
 }
 
 std::vector<double> observe(const Communicator& comm, const Threads& threads, std::span<const RodGroup> groups, const Rods& rods, double time, double lag,

@@ -26,6 +26,11 @@ RodEnergy rod_energy(const RodGroup& group, std::span<const Slot<1>> state, doub
 /// Names with units, in the order that `observe` returns values.
 std::vector<std::string> observable_names(const ObservableSets& sets = {});
 
+/// Where some of them stand in it: the first are energies, which add up to the whole.
+inline constexpr std::size_t observed_energies = 6, observed_axial_strain = 13, observed_turn_per_cell = 14;
+/// Kinetic and elastic energy of the scene, J, from what `observe` returned.
+double observed_energy(std::span<const double> observed);
+
 /// Collective. `time`: of the rates, s; `lag` moves copies on to it; `sets` come after what every run observes.
 std::vector<double> observe(const Communicator& comm, const Threads& threads, std::span<const RodGroup> groups, const Rods& rods, double time, double lag,
                             const ObservableSets& sets = {});

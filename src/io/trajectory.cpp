@@ -70,11 +70,6 @@ void fill_normals(std::span<const Slot<1>> state, double* out) {
     }
 }
 
-/// What synchronise() does, for positions alone: most of its time goes into directors.                 theory.md (16)
-void synchronise_positions(std::span<Slot<1>> state, double h) {
-    for (auto& slot : state) slot.position = fma(Pack<1>(h), slot.velocity, slot.position);
-}
-
 std::vector<Field> fields_of(FrameKind kind, const OutputSpec& spec, const RodGroup& group) {
     if (kind == FrameKind::tips) return {{"position", {3}, fill_tip}};
     const auto nodes = static_cast<std::uint64_t>(group.slots());
@@ -149,7 +144,7 @@ public:
     }
 
     /// Takes a frame of the rods as they are, one of at most `most` that will be pending.
-    void take(const Threads& threads, double half_dt, std::size_t most) {
+    void take(const Threads& threads, double lag, std::size_t most) {
         constexpr std::size_t batch = 64; // rods of one task
         std::vector<std::size_t> begin;
         for (std::size_t f = 0; f < fields_.size(); ++f) {
@@ -164,9 +159,9 @@ public:
             for (std::size_t i = task * batch; i < std::min((task + 1) * batch, local_.size()); ++i) {
                 rods_.export_rod(local_[i], state);
                 if (directors())
-                    synchronise(group_, state, half_dt);
+                    synchronise(group_, state, lag);
                 else
-                    synchronise_positions(state, half_dt);
+                    synchronise_positions(group_, state, lag);
                 for (std::size_t f = 0; f < fields_.size(); ++f) {
                     numbers.resize(fields_[f].numbers());
                     fields_[f].fill(state, numbers.data());
@@ -402,9 +397,9 @@ struct FrameWriter::Impl {
         for (const GroupFrames& group : groups) group.make(*file, comm);
     }
 
-    void write(std::int64_t step, double time, double half_dt) {
+    void write(std::int64_t step, double time, double lag) {
         if (open.steps.empty()) open.file = fmt::format("{}_{:012d}.h5", kind_name(), step);
-        for (GroupFrames& group : groups) group.take(threads, half_dt, most_pending);
+        for (GroupFrames& group : groups) group.take(threads, lag, most_pending);
         open.steps.push_back(step);
         open.times.push_back(time);
         last_step = step;
@@ -475,10 +470,10 @@ FrameWriter::FrameWriter(const Communicator& comm, std::string directory, FrameK
 
 FrameWriter::~FrameWriter() = default;
 
-void FrameWriter::write(std::int64_t step, double time, double half_dt) {
+void FrameWriter::write(std::int64_t step, double time, double lag) {
     if (step <= impl_->last_step) return;
     try {
-        impl_->write(step, time, half_dt);
+        impl_->write(step, time, lag);
     } catch (const IoError&) {
         impl_->drop();
         throw;

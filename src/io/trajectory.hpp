@@ -33,9 +33,9 @@ public:
     static constexpr std::uint64_t default_buffer_bytes = 32 << 20;
     ~FrameWriter();
 
-    /// Appends the state at time t (synchronised copies: positions drifted on by dt/2). A step that is already there is left
+    /// Appends the state at time t (synchronised copies: positions drifted on by `lag`). A step that is already there is left
     /// alone. An error may be that of an earlier frame. Collective.
-    void write(std::int64_t step, double time, double half_dt);
+    void write(std::int64_t step, double time, double lag);
     /// Closes and renames the open segment, and rewrites the XDMF side-car. Called before each checkpoint and at the end: what
     /// is still open when the object ends is lost. Collective.
     void close_segment();

@@ -2,16 +2,13 @@
 //   a_i(t) = r(t) A_i sin(2 pi t/T - k s_i + phi)                    [N m], s_i = (l_0 + .. + l_i)/L, i = 0 .. n - 1
 //   c_j += Q_j a_{n-1-j} d,   c_{j-1} -= Q_{j-1} a_{n-1-j} d         [N m] body, at vertices j = 1 .. n - 1; d a lab direction
 // A_i is a table or a cubic B-spline at s_i. The wave of loads/muscle_wave.hpp counts arc length from the start, in metres.
-// Source: Gazzola et al. 2018, as PyElastica's MuscleTorques computes it. Cost: 30 flop per element.
+// Source: Gazzola et al. 2018, as PyElastica's MuscleTorques computes it.
 #pragma once
 
 #include "core/fields.hpp"
 #include "loads/bspline.hpp"
-#include "loads/ramp.hpp"
-#include "rod/tile.hpp"
+#include "loads/vertex_wave.hpp"
 
-#include <cmath>
-#include <numbers>
 #include <span>
 #include <vector>
 
@@ -37,39 +34,22 @@ struct MuscleTorques {
         f.visit({.name = "ramp", .unit = "s", .text = "linear rise from 0", .at_least = 0}, ramp);
     }
 
-    /// A cos(k s - phi) and A sin(k s - phi) at vertex j, so that a step costs one sine and cosine in all.
     void bind_group(const RodGroup& group) {
-        const auto n = static_cast<std::size_t>(group.elements());
-        in_phase.assign(n, 0);
-        quadrature.assign(n, 0);
+        const int n = group.elements();
+        wave.resize(n);
         double length = 0, sum = 0;
         for (const ElementConstants& e : group.element) length += e.rest_length;
-        for (std::size_t i = 0; i + 1 < n; ++i) {
-            sum += group.element[i].rest_length;
-            const double s = sum / length, angle = wave_number * s - phase;
-            const double local = table.empty() ? cubic_bspline(coefficients, s) : table[i];
-            in_phase[n - 1 - i] = local * std::cos(angle);
-            quadrature[n - 1 - i] = local * std::sin(angle);
+        for (int i = 0; i + 1 < n; ++i) {
+            const auto at = static_cast<std::size_t>(i);
+            sum += group.element[at].rest_length;
+            const double s = sum / length;
+            wave.set(n - 1 - i, table.empty() ? cubic_bspline(coefficients, s) : table[at], wave_number * s - phase);
         }
     }
-    void prepare(std::span<const Step> steps) {
-        for (const Step& step : steps) {
-            const double angle = 2 * std::numbers::pi / period * step.time, r = ramp_at(step.time, ramp);
-            sine[step.slot] = r * std::sin(angle);
-            cosine[step.slot] = r * std::cos(angle);
-        }
-    }
-    std::vector<double> in_phase, quadrature; ///< [n], by vertex; entry 0 unused
-    double sine[Clock::largest_batch], cosine[Clock::largest_batch];
+    void prepare(std::span<const Step> steps) { wave.prepare(steps, period, ramp); }
+    VertexWave wave;
 
-    template <int W> void add(const RodTile<W>& rod, SlotLoad<W>* load, const Step& step) const {
-        for (int j = 1; j < rod.n; ++j) {
-            const double m = in_phase[static_cast<std::size_t>(j)] * sine[step.slot] - quadrature[static_cast<std::size_t>(j)] * cosine[step.slot];
-            const auto couple = broadcast<W>(m * direction);
-            load[j].couple += rod.slot[j].director * couple;
-            load[j - 1].couple -= rod.slot[j - 1].director * couple;
-        }
-    }
+    template <int W> void add(const RodTile<W>& rod, SlotLoad<W>* load, const Step& step) const { wave.add(rod, load, step, direction); }
 };
 
 } // namespace skein

@@ -1,14 +1,12 @@
 // A travelling wave of internal couple, as muscles make it: equal and opposite on the two elements of every vertex.
 //   m_j(t) = r(t) A_j sin(2 pi t/T - 2 pi s_j/lambda + phi)       [N m], vertex j between elements j-1 and j, s_j its arc length
 //   c_j += Q_j m_j d,   c_{j-1} -= Q_{j-1} m_j d                  [N m] body; d a lab direction           theory.md (36)
-// Source: Gazzola et al. 2018 (snake), in the form of the paper's active matter. Cost: 30 flop per element.
+// Source: Gazzola et al. 2018 (snake), in the form of the paper's active matter.
 #pragma once
 
 #include "core/fields.hpp"
-#include "loads/ramp.hpp"
-#include "rod/tile.hpp"
+#include "loads/vertex_wave.hpp"
 
-#include <cmath>
 #include <numbers>
 #include <span>
 #include <vector>
@@ -35,39 +33,18 @@ struct MuscleWave {
         f.visit({.name = "ramp", .unit = "s", .text = "linear rise from 0", .at_least = 0}, ramp);
     }
 
-    /// A_j cos(k s_j - phi) and A_j sin(k s_j - phi), so that a step costs one sine and cosine in all:
-    /// A sin(wt - a) = A cos(a) sin(wt) - A sin(a) cos(wt).
     void bind_group(const RodGroup& group) {
-        const int n = group.elements();
-        in_phase.assign(static_cast<std::size_t>(n), 0);
-        quadrature.assign(static_cast<std::size_t>(n), 0);
+        wave.resize(group.elements());
         double s = 0;
-        for (int j = 1; j < n; ++j) {
+        for (int j = 1; j < group.elements(); ++j) {
             s += group.element[static_cast<std::size_t>(j - 1)].rest_length;
-            const double a = 2 * std::numbers::pi / wavelength * s - phase;
-            const double local = amplitude * (profile.empty() ? 1.0 : profile[static_cast<std::size_t>(j - 1)]);
-            in_phase[static_cast<std::size_t>(j)] = local * std::cos(a);
-            quadrature[static_cast<std::size_t>(j)] = local * std::sin(a);
+            wave.set(j, amplitude * (profile.empty() ? 1.0 : profile[static_cast<std::size_t>(j - 1)]), 2 * std::numbers::pi / wavelength * s - phase);
         }
     }
-    void prepare(std::span<const Step> steps) {
-        for (const Step& step : steps) {
-            const double angle = 2 * std::numbers::pi / period * step.time, r = ramp_at(step.time, ramp);
-            sine[step.slot] = r * std::sin(angle);
-            cosine[step.slot] = r * std::cos(angle);
-        }
-    }
-    std::vector<double> in_phase, quadrature; ///< [elements], entry 0 unused
-    double sine[Clock::largest_batch], cosine[Clock::largest_batch];
+    void prepare(std::span<const Step> steps) { wave.prepare(steps, period, ramp); }
+    VertexWave wave;
 
-    template <int W> void add(const RodTile<W>& rod, SlotLoad<W>* load, const Step& step) const {
-        for (int j = 1; j < rod.n; ++j) {
-            const double m = in_phase[static_cast<std::size_t>(j)] * sine[step.slot] - quadrature[static_cast<std::size_t>(j)] * cosine[step.slot];
-            const auto couple = broadcast<W>(m * direction);
-            load[j].couple += rod.slot[j].director * couple;
-            load[j - 1].couple -= rod.slot[j - 1].director * couple;
-        }
-    }
+    template <int W> void add(const RodTile<W>& rod, SlotLoad<W>* load, const Step& step) const { wave.add(rod, load, step, direction); }
 };
 
 } // namespace skein

@@ -43,14 +43,6 @@ template <int W> struct AuditBook {
         return sum;
     }
 
-    bool node_held(int i) const {
-        const RodSpec& spec = group_.spec();
-        return (i == 0 && spec.start != EndKind::free) || (i == group_.elements() && spec.end != EndKind::free);
-    }
-    bool element_held(int k) const {
-        const RodSpec& spec = group_.spec();
-        return (k == 0 && spec.start == EndKind::clamped_frozen) || (k == group_.elements() - 1 && spec.end == EndKind::clamped_frozen);
-    }
     P node_energy(const Vec3<P>& v, int i) const { return P(0.5 * group_.node_mass[static_cast<std::size_t>(i)]) * dot(v, v); }
     P element_energy(const Vec3<P>& w, int k) const {
         return P(0.5) * dot(w, scale(broadcast<W>(group_.element[static_cast<std::size_t>(k)].inertia), w));
@@ -59,9 +51,9 @@ template <int W> struct AuditBook {
     P held_energy(const RodTile<W>& rod) const {
         P sum(0.0);
         for (const int i : {0, rod.n})
-            if (node_held(i)) sum = sum + node_energy(rod.slot[i].velocity, i);
-        if (element_held(0)) sum = sum + element_energy(rod.slot[0].spin, 0);
-        if (rod.n > 1 && element_held(rod.n - 1)) sum = sum + element_energy(rod.slot[rod.n - 1].spin, rod.n - 1);
+            if (group_.holds_node(i)) sum = sum + node_energy(rod.slot[i].velocity, i);
+        if (group_.holds_element(0)) sum = sum + element_energy(rod.slot[0].spin, 0);
+        if (rod.n > 1 && group_.holds_element(rod.n - 1)) sum = sum + element_energy(rod.slot[rod.n - 1].spin, rod.n - 1);
         return sum;
     }
 
@@ -140,32 +132,27 @@ public:
         const AuditBook<W>& book = *book_;
         typename AuditBook<W>::Page& page = book_->pages[rod.number];
         P external(0.0), held(0.0), free(0.0), gained(0.0); // power of external loads, of all on the held and on the free; kinetic energy
+        const auto tally = [&](const Vec3<P>& all, const Vec3<P>& inner, const Vec3<P>& before, const Vec3<P>& after, bool is_held, const auto& energy) {
+            const Vec3<P> mean = P(0.5) * (before + after);
+            const P power = dot(all, mean);
+            external = external + dot(all - inner, mean);
+            if (is_held) {
+                held = held + power;
+            } else {
+                free = free + power;
+                gained = gained + (energy(after) - energy(before));
+            }
+        };
         const int nodes = rod.group->closed() ? rod.n : rod.n + 1;
         for (int i = 0; i < nodes; ++i) {
             const auto at = static_cast<std::size_t>(i);
-            const Vec3<P>&before = page.before[at].velocity, &after = rod.slot[i].velocity;
-            const Vec3<P> mean = P(0.5) * (before + after);
-            const P power = dot(page.all[at].force, mean);
-            external = external + dot(page.all[at].force - page.inner[at].force, mean);
-            if (book.node_held(i)) {
-                held = held + power;
-            } else {
-                free = free + power;
-                gained = gained + (book.node_energy(after, i) - book.node_energy(before, i));
-            }
+            tally(page.all[at].force, page.inner[at].force, page.before[at].velocity, rod.slot[i].velocity, rod.group->holds_node(i),
+                  [&](const Vec3<P>& v) { return book.node_energy(v, i); });
         }
         for (int k = 0; k < rod.n; ++k) {
             const auto at = static_cast<std::size_t>(k);
-            const Vec3<P>&before = page.before[at].spin, &after = rod.slot[k].spin;
-            const Vec3<P> mean = P(0.5) * (before + after);
-            const P power = dot(page.all[at].couple, mean);
-            external = external + dot(page.all[at].couple - page.inner[at].couple, mean);
-            if (book.element_held(k)) {
-                held = held + power;
-            } else {
-                free = free + power;
-                gained = gained + (book.element_energy(after, k) - book.element_energy(before, k));
-            }
+            tally(page.all[at].couple, page.inner[at].couple, page.before[at].spin, rod.slot[k].spin, rod.group->holds_element(k),
+                  [&](const Vec3<P>& w) { return book.element_energy(w, k); });
         }
         const P h(step.kick);
         page.loads = fma(h, external, page.loads);

@@ -14,14 +14,6 @@ double midpoint_mean(double z) { return z < 2 ? 2 / (2 + z) : 1 / z; }
 
 Vec3d each(const Vec3d& a, double (*f)(double)) { return {f(a.x), f(a.y), f(a.z)}; }
 
-/// Nodes and elements that take no kick: held by an end, or a ring's copy of its first node.
-bool node_held(const RodGroup& g, int i) {
-    return g.node_mass[static_cast<std::size_t>(i)] == 0 || (i == 0 && g.spec().start != EndKind::free) || (i == g.elements() && g.spec().end != EndKind::free);
-}
-bool element_held(const RodGroup& g, int k) {
-    return (k == 0 && g.spec().start == EndKind::clamped_frozen) || (k == g.elements() - 1 && g.spec().end == EndKind::clamped_frozen);
-}
-
 } // namespace
 
 KickConstants::KickConstants(const RodGroup& group, const DampingRates& rates, double h, DampingScheme scheme) {
@@ -30,7 +22,7 @@ KickConstants::KickConstants(const RodGroup& group, const DampingRates& rates, d
     const int n = group.elements();
     for (int i = 0; i <= n; ++i) {
         const auto at = static_cast<std::size_t>(i);
-        if (node_held(group, i)) {
+        if (group.holds_node(i) || group.node_mass[at] == 0) { // or a ring's copy of its first node
             node.push_back({1, 0});
             continue;
         }
@@ -39,7 +31,7 @@ KickConstants::KickConstants(const RodGroup& group, const DampingRates& rates, d
     }
     for (int k = 0; k < n; ++k) {
         const auto at = static_cast<std::size_t>(k);
-        const bool held = element_held(group, k);
+        const bool held = group.holds_element(k);
         const Vec3d z = rates.none() || held ? Vec3d{0, 0, 0} : h * rates.element[at];
         const Vec3d stretched = rates.follow_stretch() && !held ? h * rates.element_stretched[at] : Vec3d{0, 0, 0};
         const Vec3d& j = group.element[at].inertia;

@@ -196,18 +196,14 @@ RodGroup::RodGroup(const RodSpec& spec, int id, std::int64_t first_gid, const st
 }
 
 void RodGroup::start_state(std::int64_t i, std::span<Slot<1>> out) const {
-    const bool start_held = spec_.start != EndKind::free, end_held = spec_.end != EndKind::free;
-    const bool first_held = spec_.start == EndKind::clamped_frozen, last_held = spec_.end == EndKind::clamped_frozen;
     const int n = elements();
     for (int k = 0; k <= n; ++k) {
         Slot<1>& s = out[static_cast<std::size_t>(k)];
-        const bool node_held = (k == 0 && start_held) || (k == n && end_held);
         set_lane(s.position, 0, origin(i) + start_offsets_[static_cast<std::size_t>(k)]);
-        set_lane(s.velocity, 0, node_held ? Vec3d{0, 0, 0} : spec_.shape.velocity);
+        set_lane(s.velocity, 0, holds_node(k) ? Vec3d{0, 0, 0} : spec_.shape.velocity);
         if (k < n) {
-            const bool element_held = (k == 0 && first_held) || (k == n - 1 && last_held);
             set_lane(s.director, 0, start_directors_[static_cast<std::size_t>(k)]);
-            set_lane(s.spin, 0, element_held ? Vec3d{0, 0, 0} : spec_.shape.angular_velocity);
+            set_lane(s.spin, 0, holds_element(k) ? Vec3d{0, 0, 0} : spec_.shape.angular_velocity);
         } else {
             set_lane(s.director, 0, Mat3d{});
             set_lane(s.spin, 0, Vec3d{0, 0, 0});

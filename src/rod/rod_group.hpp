@@ -51,6 +51,11 @@ public:
     /// A ring: node n is node 0 (its slot a copy, without mass), cell n-1 joins element n-1 to element 0.
     bool closed() const { return spec_.shape.closed; }
     Law law() const { return spec_.material.law; }
+    /// What an end holds: its node, and with clamped_frozen its element too.
+    bool holds_node(int i) const { return (i == 0 && spec_.start != EndKind::free) || (i == elements() && spec_.end != EndKind::free); }
+    bool holds_element(int k) const {
+        return (k == 0 && spec_.start == EndKind::clamped_frozen) || (k == elements() - 1 && spec_.end == EndKind::clamped_frozen);
+    }
 
     /// Lab position and frame of rod i at s = 0.
     const Vec3d& origin(std::int64_t i) const { return origins_[static_cast<std::size_t>(i)]; }

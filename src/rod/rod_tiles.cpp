@@ -18,6 +18,9 @@ constexpr double least_dilatation = 0.05;
 /// Beyond the tension limit directors flip, so a run must not go on.
 double most_dilatation(const RodGroup& group) { return std::min(20.0, tension_limit(group)); }
 
+/// Beyond this cell none follows: the element at a free or held end has no neighbour, a ring's has its first.
+int cell_count(const RodGroup& group) { return static_cast<int>(group.voronoi.size()); }
+
 /// What is wrong with a rod, or an empty text.
 std::string complaint(const RodGroup& group, std::span<const Slot<1>> state) {
     const auto finite = [](const Vec3d& a) { return std::isfinite(a.x) && std::isfinite(a.y) && std::isfinite(a.z); };
@@ -40,11 +43,12 @@ std::string complaint(const RodGroup& group, std::span<const Slot<1>> state) {
             std::snprintf(text, sizeof text, "element %d: dilatation e = %.4g left [%g, %g]", k, e, least_dilatation, most_dilatation(group));
             return text;
         }
-        if (k + 1 == group.elements()) break;
-        const double trace = dot(lane(s.director.d1, 0), lane(next.director.d1, 0)) + dot(lane(s.director.d2, 0), lane(next.director.d2, 0)) +
-                             dot(lane(s.director.d3, 0), lane(next.director.d3, 0));
+        if (k == cell_count(group)) break;
+        const int after = (k + 1) % group.elements();
+        const Mat3<Pack<1>>& q = state[static_cast<std::size_t>(after)].director;
+        const double trace = (dot(s.director.d1, q.d1) + dot(s.director.d2, q.d2) + dot(s.director.d3, q.d3))[0];
         if (!(trace > largest_turn_trace)) {
-            std::snprintf(text, sizeof text, "elements %d and %d: turned against each other by more than 3 rad", k, k + 1);
+            std::snprintf(text, sizeof text, "elements %d and %d: turned against each other by more than 3 rad", k, after);
             return text;
         }
     }
@@ -69,7 +73,7 @@ std::string tension_hint(const RodGroup& group, std::span<const Slot<1>> state) 
 /// True in lanes whose state is fit: finite, dilatations and turns within bounds. The cheap test of all rods.
 template <int W> bool fit(const RodTile<W>& tile) {
     using P = Pack<W>;
-    P zero(0.0), least(1.0), most(1.0), trace(3.0);
+    P zero(0.0), least(1.0), most(0.0), trace(3.0);
     for (int k = 0; k < tile.n; ++k) {
         const Slot<W>&s = tile.slot[k], &next = tile.slot[k + 1];
         const Vec3<P> all = s.position + s.velocity + s.director.d1 + s.director.d2 + s.director.d3 + s.spin;
@@ -77,8 +81,9 @@ template <int W> bool fit(const RodTile<W>& tile) {
         const P e = P(tile.element[k].inv_rest_length) * dot(s.director.d3, next.position - s.position);
         least = min(least, e);
         most = max(most, e);
-        if (k + 1 < tile.n)
-            trace = min(trace, dot(s.director.d1, next.director.d1) + dot(s.director.d2, next.director.d2) + dot(s.director.d3, next.director.d3));
+        if (k == cell_count(*tile.group)) break;
+        const Mat3<P>& q = tile.slot[(k + 1) % tile.n].director;
+        trace = min(trace, dot(s.director.d1, q.d1) + dot(s.director.d2, q.d2) + dot(s.director.d3, q.d3));
     }
     const Vec3<P> end = tile.slot[tile.n].position + tile.slot[tile.n].velocity;
     zero = fma(end.x + end.y + end.z, P(0.0), zero);

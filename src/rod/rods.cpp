@@ -20,8 +20,21 @@ std::uint64_t hash_rod(std::int64_t gid, std::span<const Slot<1>> state) {
     return mix(h);
 }
 
+namespace {
+
+RodTile<1> tile_of(const RodGroup& group, std::span<Slot<1>> state) {
+    return {state.data(), group.element.data(), group.voronoi.data(), &group, group.elements(), 0, {0}, 1};
+}
+
+} // namespace
+
+void synchronise_positions(const RodGroup& group, std::span<Slot<1>> state, double h) {
+    for (Slot<1>& slot : state) slot.position = fma(Pack<1>(h), slot.velocity, slot.position);
+    if (group.closed()) close_ring(tile_of(group, state));
+}
+
 void synchronise(const RodGroup& group, std::span<Slot<1>> state, double h) {
-    const RodTile<1> rod{state.data(), group.element.data(), group.voronoi.data(), &group, group.elements(), 0, {0}, 1};
+    const RodTile<1> rod = tile_of(group, state);
     with_top(group, [&]<class Top>(Top) { drift<Top>(rod, h); });
     if (group.closed()) close_ring(rod);
 }

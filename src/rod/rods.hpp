@@ -51,5 +51,7 @@ std::uint64_t hash_rod(std::int64_t gid, std::span<const Slot<1>> state);
 
 /// Positions and directors moved on by `h` at constant rates: a synchronised copy for outputs and diagnostics.
 void synchronise(const RodGroup& group, std::span<Slot<1>> state, double h);
+/// The same of positions alone: most of the time goes into directors.
+void synchronise_positions(const RodGroup& group, std::span<Slot<1>> state, double h);
 
 } // namespace skein

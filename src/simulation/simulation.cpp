@@ -83,7 +83,7 @@ Simulation::Simulation(const Communicator& comm, const Threads& threads, const S
         });
     }
     first_step_ = clock_.done();
-    if (plan_.audit) start_energy_ = audit_scene(comm_, threads_, groups_, *rods_, clock_.time(), clock_.lag()).energy;
+    if (plan_.audit) start_energy_ = observed_energy(observe(comm_, threads_, groups_, *rods_, clock_.time(), clock_.lag()));
     last_step_ = plan_.steps;
     if (options_.until > 0) last_step_ = std::min<std::int64_t>(last_step_, std::llround(options_.until / plan_.dt));
     if (options_.steps > 0) last_step_ = std::min(last_step_, options_.steps);
@@ -192,7 +192,7 @@ std::vector<std::string> Simulation::names() const {
 std::vector<double> Simulation::observables() const {
     auto values = observe(comm_, threads_, groups_, *rods_, clock_.time(), clock_.lag(), sets_);
     if (plan_.audit) {
-        const EnergyAudit a = audit_scene(comm_, threads_, groups_, *rods_, clock_.time(), clock_.lag());
+        const EnergyAudit a = audit_scene(comm_, *rods_, observed_energy(values));
         values.insert(values.end(), {a.loads, a.walls, a.dissipated, a.defect(start_energy_)});
     }
     return values;
@@ -207,15 +207,13 @@ void Simulation::sample() {
 
 void Simulation::warn_of_strain() {
     if (!comm_.root() || options_.quiet) return;
-    const auto known = names();
-    const auto value = [&](std::string_view name) { return last_sample_[static_cast<std::size_t>(std::find(known.begin(), known.end(), name) - known.begin())]; };
     const auto warn = [&](bool& told, bool bad, const std::string& text) {
         if (told || !bad) return;
         told = true;
         progress_->finish();
         std::fprintf(stderr, "warning: step %lld: %s\n", static_cast<long long>(clock_.done()), text.c_str());
     };
-    const double turn = value("max_turn_per_cell[rad]"), strain = value("max_axial_strain[-]");
+    const double turn = last_sample_[observed_turn_per_cell], strain = last_sample_[observed_axial_strain];
     double room = HUGE_VAL; // to the lowest tension limit
     for (std::size_t g = 0; g < groups_.size(); ++g) room = std::min(room, plan_.groups[g].tension_limit - groups_[g].element[0].rest_stretch);
     warn(told_turn_, turn > 2, fmt::format("neighbouring elements turn by {:.3g} rad against each other, and 3 rad stops the run: use more elements", turn));

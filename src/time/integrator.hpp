@@ -4,7 +4,6 @@
 // The last drift of a step and the first of the next are one, so the state between steps lags: positions stand at t_N - lag dt.
 #pragma once
 
-#include <array>
 #include <span>
 #include <string_view>
 
@@ -40,9 +39,9 @@ inline constexpr double verlet_kicks[] = {1.0};
 
 inline constexpr double xi = 0.1786178958448091, lambda = -0.2123418310626054, chi = -0.06626458266981849;
 inline constexpr Substep pefrl_stages[] = {{2 * xi, 0.5 - lambda, xi, 0},
-                                         {chi, lambda, xi + chi, 1},
-                                         {1 - 2 * (xi + chi), lambda, 1 - (xi + chi), 1},
-                                         {chi, 0.5 - lambda, 1 - xi, 0}};
+                                           {chi, lambda, xi + chi, 1},
+                                           {1 - 2 * (xi + chi), lambda, 1 - (xi + chi), 1},
+                                           {chi, 0.5 - lambda, 1 - xi, 0}};
 inline constexpr double pefrl_kicks[] = {0.5 - lambda, lambda};
 
 } // namespace detail

@@ -1,5 +1,6 @@
 // Angular momentum, curvature and knots of rods whose values are known in closed form.
 #include "diagnostics/extra_observables.hpp"
+#include "diagnostics/observables.hpp"
 #include "rod/rods.hpp"
 #include "support/rods_for_tests.hpp"
 
@@ -75,6 +76,35 @@ TEST(ExtraObservables, TwistOfStraightAndOfPlaneRods) {
     const ExtraFigures plane = extra_figures(group, bent(group, {3, 0, 0}), {.knots = true});
     EXPECT_NEAR(plane.sum[F::twist], 0, 1e-12);
     EXPECT_NEAR(plane.sum[F::writhe], 0, 1e-12);
+}
+
+// A circle of n cells, the last from element n - 1 to element 0, and the same with its frames turned k times round.
+TEST(ExtraObservables, OfARingCountTheCellThatClosesIt) {
+    RodSpec spec = test::simple_rod(24);
+    spec.shape.closed = true;
+    const RodGroup group(spec, 0, 0, "");
+    std::vector<Slot<1>> state(static_cast<std::size_t>(group.slots()));
+    group.start_state(0, state);
+    for (const int turns : {0, 2}) {
+        auto turned = state;
+        for (std::size_t k = 0; k < 24; ++k)
+            set_lane(turned[k].director, 0, rotation({0, 0, 2 * pi * turns * static_cast<double>(k) / 24}) * lane(state[k].director, 0));
+        const ExtraFigures f = extra_figures(group, turned, {.curvature = true, .knots = true});
+        EXPECT_NEAR(f.sum[F::cell_length], 1, 1e-14);
+        EXPECT_NEAR(f.sum[F::twist], turns, 1e-12);
+        EXPECT_NEAR(f.sum[F::writhe], 0, 1e-12);
+        if (turns > 0) continue;
+        EXPECT_NEAR(f.sum[F::bend_length], 2 * pi, 1e-12);
+        EXPECT_NEAR(f.extreme[F::bend], 2 * pi, 1e-12);
+        EXPECT_NEAR(f.extreme[F::twist_rate], 0, 1e-12);
+    }
+}
+
+TEST(Observables, StandWhereTheirNamesSay) {
+    const auto names = observable_names();
+    EXPECT_EQ(names[observed_energies - 1], "elastic_twist[J]");
+    EXPECT_EQ(names[observed_axial_strain], "max_axial_strain[-]");
+    EXPECT_EQ(names[observed_turn_per_cell], "max_turn_per_cell[rad]");
 }
 
 TEST(ExtraObservables, WhatIsNotAskedForIsNotThere) {
