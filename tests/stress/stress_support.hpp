@@ -83,21 +83,6 @@ inline double energy(const RodGroup& group, const std::vector<Slot<1>>& state) {
     return u.translation + u.rotation + u.elastic();
 }
 
-struct Momenta {
-    Vec3d linear{0, 0, 0}, angular{0, 0, 0}; ///< kg m/s; kg m^2/s about the origin, lab
-};
-inline Momenta momenta(const RodGroup& group, const std::vector<Slot<1>>& state) {
-    Momenta sum;
-    for (std::size_t i = 0; i < state.size(); ++i) {
-        const Vec3d p = group.node_mass[i] * lane(state[i].velocity, 0);
-        sum.linear += p;
-        sum.angular += cross(lane(state[i].position, 0), p);
-        if (i + 1 < state.size())
-            sum.angular += transpose_times(lane(state[i].director, 0), scale(group.element[i].inertia, lane(state[i].spin, 0)));
-    }
-    return sum;
-}
-
 /// max |Q Q^T - 1| over elements and entries.
 inline double director_defect(const std::vector<Slot<1>>& state) {
     double worst = 0;

@@ -19,6 +19,17 @@ inline RodSpec simple_rod(long elements = 8) {
     return spec;
 }
 
+/// Length, density and Young's modulus 1, clamped at the start.
+inline RodSpec clamped_unit_rod(long elements, double radius) {
+    RodSpec spec;
+    spec.name = "rod";
+    spec.material = {.density = 1, .youngs_modulus = 1};
+    spec.section = {.radius = radius};
+    spec.shape = {.length = 1, .elements = elements};
+    spec.start = EndKind::clamped;
+    return spec;
+}
+
 /// Everything at once: elliptic, tapered, curved and strained at rest, with elements of unequal lengths.
 inline RodSpec crooked_rod(long elements = 8) {
     RodSpec spec = simple_rod(elements);
@@ -44,6 +55,21 @@ inline std::vector<Slot<1>> shaken_state(const RodGroup& group, double shift, do
         set_lane(state[k].spin, 0, vector(speed / group.element[k].rest_length));
     }
     return state;
+}
+
+struct Momenta {
+    Vec3d linear{0, 0, 0}, angular{0, 0, 0}; ///< kg m/s; kg m^2/s about the origin, lab
+};
+inline Momenta momenta(const RodGroup& group, const std::vector<Slot<1>>& state) {
+    Momenta sum;
+    for (std::size_t i = 0; i < state.size(); ++i) {
+        const Vec3d p = group.node_mass[i] * lane(state[i].velocity, 0);
+        sum.linear += p;
+        sum.angular += cross(lane(state[i].position, 0), p);
+        if (i + 1 < state.size())
+            sum.angular += transpose_times(lane(state[i].director, 0), scale(group.element[i].inertia, lane(state[i].spin, 0)));
+    }
+    return sum;
 }
 
 inline RodTile<1> tile_of(const RodGroup& group, std::vector<Slot<1>>& state) {

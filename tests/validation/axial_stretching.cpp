@@ -16,12 +16,7 @@ double place(double s) { return area / load * std::log((area - end_load - load *
 TEST(AxialStretching, LongStretchedRodMeetsItsIntegralAtSecondOrder) {
     test::ErrorTable table("axial_stretching");
     for (const long n : {10, 20, 40, 80}) {
-        RodSpec rod;
-        rod.name = "rod";
-        rod.material = {.density = 1, .youngs_modulus = 1};
-        rod.section = {.radius = radius};
-        rod.shape = {.length = 1, .elements = n};
-        rod.start = EndKind::clamped;
+        const RodSpec rod = test::clamped_unit_rod(n, radius);
         const double omega =
             0.5 * std::numbers::pi * (1 - (end_load + load) / area); // of the first axial wave, slower by the largest stretch
         test::Stage stage(test::coming_to_rest(rod, omega,

@@ -31,11 +31,8 @@ double critical_load() {
 
 /// W^2 over that of the unloaded rod at two loads; negative where the rod buckles.
 std::array<double, 2> stiffness(long n, std::array<double, 2> loads, double& dt, test::Cost& cost) {
-    RodSpec rod;
-    rod.material = {.density = 1, .youngs_modulus = 1};
-    rod.section = {.radius = radius};
-    rod.shape = {.length = 1, .elements = n, .velocity = {1e-6, 0, 0}};
-    rod.start = EndKind::clamped;
+    RodSpec rod = test::clamped_unit_rod(n, radius);
+    rod.shape.velocity = {1e-6, 0, 0};
     const double omega = test::cantilever_frequency(rod), damping = 2 * omega;
     SceneSpec scene;
     scene.time = {.duration = 30 / omega};

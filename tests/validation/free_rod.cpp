@@ -33,20 +33,8 @@ Motion run(double dt, bool elliptic, double time) {
         const RodEnergy u = rod_energy(group, stage.state(0));
         return u.translation + u.rotation + u.elastic();
     };
-    const auto momenta = [&] {
-        const auto state = stage.state(0);
-        std::pair<Vec3d, Vec3d> sum{{0, 0, 0}, {0, 0, 0}};
-        for (std::size_t i = 0; i < state.size(); ++i) {
-            const Vec3d p = group.node_mass[i] * lane(state[i].velocity, 0);
-            sum.first += p;
-            sum.second += cross(lane(state[i].position, 0), p);
-            if (i + 1 < state.size())
-                sum.second += transpose_times(lane(state[i].director, 0), scale(group.element[i].inertia, lane(state[i].spin, 0)));
-        }
-        return sum;
-    };
     const double e0 = energy();
-    const auto [p0, l0] = momenta();
+    const auto [p0, l0] = test::momenta(group, stage.state(0));
     const auto steps = static_cast<std::int64_t>(std::llround(time / dt));
     Motion motion;
     for (std::int64_t done = 0; done < steps;) {
@@ -54,7 +42,7 @@ Motion run(double dt, bool elliptic, double time) {
         stage.advance(done);
         motion.drift = std::max(motion.drift, std::abs(energy() - e0) / e0);
     }
-    const auto [p1, l1] = momenta();
+    const auto [p1, l1] = test::momenta(group, stage.state(0));
     motion.momentum = p1 - p0;
     motion.angular = l1 - l0;
     motion.momentum_scale = norm(p0);

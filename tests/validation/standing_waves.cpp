@@ -25,13 +25,7 @@ double discrete_frequency(Wave wave, long n) {
 /// Largest error over nodes (elements) and over two periods in steps of about a fortieth, over the amplitude.
 double largest_error(Wave wave, long n, double dt, double frequency, test::Cost& cost) {
     SceneSpec scene;
-    RodSpec rod;
-    rod.name = "rod";
-    rod.material = {.density = 1, .youngs_modulus = 1};
-    rod.section = {.radius = radius};
-    rod.shape = {.length = 1, .elements = n};
-    rod.start = EndKind::clamped;
-    scene.rods = {rod};
+    scene.rods = {test::clamped_unit_rod(n, radius)};
     scene.time = {.duration = 1, .dt = dt};
     test::Stage stage(scene, 1);
 
