@@ -14,7 +14,7 @@ struct HeldNode {
 };
 struct HeldElement {
     std::size_t at;
-    Mat3d director;
+    Quaterniond director;
 };
 
 std::vector<HeldNode> held_nodes(const std::vector<int>& at, std::span<const Slot<1>> start) {
@@ -34,7 +34,7 @@ public:
     Fixed(std::vector<HeldNode> nodes, std::vector<HeldElement> elements) : nodes_(std::move(nodes)), elements_(std::move(elements)) {}
     void values(Slot<1>* slot, double) const override {
         for (const auto& [i, x] : nodes_) slot[i].position = broadcast<1>(x);
-        for (const auto& [k, q] : elements_) slot[k].director = broadcast_frame<1>(q);
+        for (const auto& [k, q] : elements_) slot[k].director = broadcast<1>(q);
     }
     void rates(Slot<1>* slot, double) const override {
         for (const auto& held : nodes_) slot[held.at].velocity = {};
@@ -88,8 +88,8 @@ public:
         if (t <= time_) return;
         slot[0].position = broadcast<1>(first_);
         slot[last_].position = broadcast<1>(end_);
-        slot[0].director = broadcast_frame<1>(first_director_);
-        slot[last_ - 1].director = broadcast_frame<1>(end_director_);
+        slot[0].director = broadcast<1>(first_director_);
+        slot[last_ - 1].director = broadcast<1>(end_director_);
     }
     void rates(Slot<1>* slot, double t) const override {
         const double moving = t <= time_;
@@ -103,7 +103,7 @@ private:
     double time_;
     std::size_t last_;
     Vec3d velocity_, spin_, first_, end_;
-    Mat3d first_director_, end_director_;
+    Quaterniond first_director_, end_director_;
 };
 
 std::vector<int> places(const Entry& e, const std::string& key, int size) {

@@ -8,7 +8,7 @@ namespace skein::replay {
 
 /// Q <- R(h w) Q with the axis h w/(|h w| + 1e-14), as a turn by that much less.
 struct PublishedTop {
-    template <int W> SKEIN_INLINE static void turn(const ElementConstants&, Mat3<Pack<W>>& q, Vec3<Pack<W>>& w, Pack<W> h) {
+    template <int W> SKEIN_INLINE static void turn(const ElementConstants&, Quaternion<Pack<W>>& q, Vec3<Pack<W>>& w, Pack<W> h) {
         const Vec3<Pack<W>> v = h * w;
         const Pack<W> angle = norm(v);
         q = rotation<W>(angle / (angle + Pack<W>(1e-14)) * v) * q;

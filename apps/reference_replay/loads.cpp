@@ -9,7 +9,7 @@ namespace {
 
 using std::numbers::pi;
 
-Mat3d at(const Mat3<Pack<1>>& q) { return lane(q, 0); }
+Quaterniond at(const Quaternion<Pack<1>>& q) { return lane(q, 0); }
 void add_force(SlotLoad<1>& load, const Vec3d& f) { load.force += broadcast<1>(f); }
 void add_couple(SlotLoad<1>& load, const Vec3d& c) { load.couple += broadcast<1>(c); }
 

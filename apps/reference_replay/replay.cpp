@@ -41,7 +41,7 @@ Fields fields_of(const System& system, const std::vector<Slot<1>>& state, const 
     }
     for (std::size_t k = 0; k < n; ++k) {
         const ElementConstants& c = g.element[k];
-        const Mat3d q = lane(state[k].director, 0);
+        const Mat3d q = frame(state[k]);
         const Vec3d dx = lane(state[k + 1].position, 0) - lane(state[k].position, 0), w = lane(state[k].spin, 0);
         const Vec3d sigma = c.inv_rest_length * (q * dx) - Vec3d{0, 0, 1}, strain = sigma - c.rest_strain;
         const double e = c.inv_rest_length * norm(dx);

@@ -146,7 +146,7 @@ Outcome beam(const Config& config, long n) {
         double sum = 0;
         for (std::size_t k = 0; k < now.size(); ++k) {
             sum += group.node_mass[k] * w[k] * lane(now[k].position, 0).x;
-            if (k + 1 < now.size()) sum += group.element[k].inertia.y * theta[k] * std::asin(lane(now[k].director, 0).d3.x);
+            if (k + 1 < now.size()) sum += group.element[k].inertia.y * theta[k] * std::asin(frame(now[k]).d3.x);
         }
         return sum;
     };

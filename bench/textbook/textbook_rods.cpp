@@ -21,7 +21,7 @@ Vec3d get(const Vectors& v, std::size_t i) { return {v.x[i], v.y[i], v.z[i]}; }
 TextbookRod::TextbookRod(const RodGroup& group, std::int64_t index, const std::vector<Damping>& damping, double dt)
     : n_(static_cast<std::size_t>(group.elements())), dt_(dt), position_(n_ + 1), velocity_(n_ + 1), force_(n_ + 1), decay_(n_ + 1),
       gain_(n_ + 1), d1_(n_ + 1), d2_(n_ + 1), d3_(n_ + 1), spin_(n_), couple_(n_), turn_(n_), edge_(n_), strain_(n_), stress_(n_),
-      internal_force_(n_), angle_(n_), sine_over_angle_(n_), versine_over_square_(n_), dilatation_(n_), length_(n_), axial_ratio_(n_),
+      internal_force_(n_), angle_(n_), sine_over_angle_(n_), versine_over_square_(n_), length_(n_), axial_ratio_(n_),
       shear_stiffness_(n_), axial_stiffness_(n_), rate_transverse_(n_), rate_axial_(n_), impulse_transverse_(n_), impulse_axial_(n_),
       moment_(n_), skew_(n_ + 1), phi_(n_ + 1), tau_(n_ + 1), first_(n_ + 1), second_(n_ + 1), trace_(n_ + 1), cell_angle_(n_ + 1),
       cell_dilatation_(n_ + 1), energy_(n_ + 1), tension_(n_ + 1), cell_length_(n_), share_before_(n_), share_after_(n_), bending_(n_),
@@ -36,11 +36,11 @@ TextbookRod::TextbookRod(const RodGroup& group, std::int64_t index, const std::v
         gain_[i] = kick_constants.node[i].gain;
     }
     const auto set_frame = [&](std::size_t k, const Mat3d& q) { set(d1_, k, q.d1), set(d2_, k, q.d2), set(d3_, k, q.d3); };
-    set_frame(0, group.frame());
+    set_frame(0, matrix(group.frame()));
     const Vec3d magnetisation = group.spec().magnetisation.strength * group.magnetisation(index);
     for (std::size_t k = 0; k < n_; ++k) {
         const ElementConstants& c = group.element[k];
-        set_frame(k + 1, lane(start[k].director, 0));
+        set_frame(k + 1, frame(start[k]));
         set(spin_, k, lane(start[k].spin, 0));
         length_[k] = c.rest_length;
         axial_ratio_[k] = c.inertia.z / c.inertia.x;
@@ -137,15 +137,13 @@ void TextbookRod::drift(double h) {
     }
 }
 
-// nu = Q dx/l0,  |dx|/l0 for the damping
+// nu = Q dx/l0
 void TextbookRod::strains() {
     for (std::size_t k = 0; k < n_; ++k) {
         edge_.x[k] = position_.x[k + 1] - position_.x[k];
         edge_.y[k] = position_.y[k + 1] - position_.y[k];
         edge_.z[k] = position_.z[k + 1] - position_.z[k];
     }
-    for (std::size_t k = 0; k < n_; ++k)
-        dilatation_[k] = std::sqrt(edge_.x[k] * edge_.x[k] + edge_.y[k] * edge_.y[k] + edge_.z[k] * edge_.z[k]) / length_[k];
     for (std::size_t k = 0; k < n_; ++k) {
         const std::size_t q = k + 1;
         strain_.x[k] = (d1_.x[q] * edge_.x[k] + d1_.y[q] * edge_.y[k] + d1_.z[q] * edge_.z[k]) / length_[k];
@@ -266,13 +264,13 @@ void TextbookRod::kick() {
     // Below 1e-4 the difference cancels; the series' next term is 4e-14 there.
     const auto mean_of = [](double z) { return z < 2 ? 2 / (2 + z) : 1 / z; };
     for (std::size_t k = 0; k < n_; ++k) {
-        const double z = rate_transverse_[k] * dilatation_[k], decay = std::max(0.0, (2 - z) / (2 + z));
+        const double z = rate_transverse_[k] * strain_.z[k], decay = std::max(0.0, (2 - z) / (2 + z));
         const double gain = impulse_transverse_[k] * mean_of(z);
         spin_.x[k] = decay * spin_.x[k] + gain * couple_.x[k];
         spin_.y[k] = decay * spin_.y[k] + gain * couple_.y[k];
     }
     for (std::size_t k = 0; k < n_; ++k) {
-        const double z = rate_axial_[k] * dilatation_[k], decay = std::max(0.0, (2 - z) / (2 + z));
+        const double z = rate_axial_[k] * strain_.z[k], decay = std::max(0.0, (2 - z) / (2 + z));
         spin_.z[k] = decay * spin_.z[k] + impulse_axial_[k] * mean_of(z) * couple_.z[k];
     }
 }
@@ -281,7 +279,7 @@ void TextbookRod::state(std::span<Slot<1>> out) const {
     for (std::size_t k = 0; k <= n_; ++k) {
         set_lane(out[k].position, 0, get(position_, k));
         set_lane(out[k].velocity, 0, get(velocity_, k));
-        set_lane(out[k].director, 0, k < n_ ? Mat3d{get(d1_, k + 1), get(d2_, k + 1), get(d3_, k + 1)} : Mat3d{});
+        set_lane(out[k].director, 0, k < n_ ? quaternion({get(d1_, k + 1), get(d2_, k + 1), get(d3_, k + 1)}) : no_turn);
         set_lane(out[k].spin, 0, k < n_ ? get(spin_, k) : Vec3d{0, 0, 0});
     }
 }

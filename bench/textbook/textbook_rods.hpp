@@ -52,7 +52,7 @@ private:
 
     // Elements, [n]. Body, but for edge and internal force.
     Vectors spin_, couple_, turn_, edge_, strain_, stress_, internal_force_;
-    std::vector<double> angle_, sine_over_angle_, versine_over_square_, dilatation_;
+    std::vector<double> angle_, sine_over_angle_, versine_over_square_;
     std::vector<double> length_, axial_ratio_;                             ///< rest length, J3/J1
     std::vector<double> shear_stiffness_, axial_stiffness_;                ///< N
     std::vector<double> rate_transverse_, rate_axial_;                     ///< z per dilatation

@@ -11,7 +11,7 @@ inline constexpr double exp_series[] = {1.0,       1.0,        1.0 / 2,       1.
                                         1.0 / 5040, 1.0 / 40320, 1.0 / 362880, 1.0 / 3628800, 1.0 / 39916800, 1.0 / 479001600, 1.0 / 6227020800.0};
 } // namespace detail
 
-/// exp(x), relative error below 3e-16 for x in [-708, 709]; clamped outside.
+/// exp(x), relative error below 5e-16 for x in [-708, 709]; clamped outside.
 template <int W> SKEIN_INLINE Pack<W> exp(Pack<W> x) {
     using P = Pack<W>;
     x = max(min(x, P(709.0)), P(-708.0));
@@ -62,11 +62,15 @@ template <int W> SKEIN_INLINE Decay<W> decay(Pack<W> z) {
     return d;
 }
 
-/// The implicit midpoint's a = (2 - z)/(2 + z), 0 above z = 2, and b = (1 - a)/z; z >= 0.
-template <int W> SKEIN_INLINE Decay<W> midpoint_decay(Pack<W> z) {
+/// The implicit midpoint's a = (2 - z)/(2 + z), 0 above z = 2, and b = (1 - a)/z, of two exponents for one division; z >= 0.
+template <int W> struct TwoDecays {
+    Decay<W> x, z;
+};
+template <int W> SKEIN_INLINE TwoDecays<W> midpoint_decays(Pack<W> x, Pack<W> z) {
     using P = Pack<W>;
-    const P two(2.0), sum = max(two + z, z + z), inverse = P(1.0) / sum; // 1/(2 + z), 1/(2 z) above 2
-    return {max(P(0.0), two - z) * inverse, two * inverse};
+    const P inv_x = max(x, fma(P(0.5), x, P(1.0))), inv_z = max(z, fma(P(0.5), z, P(1.0))); // 1/b: 1 + z/2, and z above 2
+    const P both = P(1.0) / (inv_x * inv_z), mean_x = both * inv_z, mean_z = both * inv_x;
+    return {{max(P(0.0), fnma(x, mean_x, P(1.0))), mean_x}, {max(P(0.0), fnma(z, mean_z, P(1.0))), mean_z}};
 }
 
 } // namespace skein

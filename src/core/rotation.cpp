@@ -2,20 +2,66 @@
 
 #include <cmath>
 
-namespace skein::detail {
+namespace skein {
 
-RotationFactors<double> rotation_factors_libm(double angle_squared) {
-    const double t = std::sqrt(angle_squared), half_sine = std::sin(0.5 * t);
-    return {std::sin(t) / t, 2 * half_sine * half_sine / angle_squared};
+Quaterniond quaternion(const Mat3d& q) {
+    // Of 4 w^2 and 4 v_i^2 the largest is at least 1: no cancellation in what is divided by.
+    const double trace = q.d1.x + q.d2.y + q.d3.z;
+    Quaterniond r;
+    if (trace >= 0) {
+        r = {1 + trace, {q.d2.z - q.d3.y, q.d3.x - q.d1.z, q.d1.y - q.d2.x}};
+    } else if (q.d1.x >= q.d2.y && q.d1.x >= q.d3.z) {
+        r = {q.d2.z - q.d3.y, {1 + q.d1.x - q.d2.y - q.d3.z, q.d1.y + q.d2.x, q.d1.z + q.d3.x}};
+    } else if (q.d2.y >= q.d3.z) {
+        r = {q.d3.x - q.d1.z, {q.d1.y + q.d2.x, 1 + q.d2.y - q.d1.x - q.d3.z, q.d2.z + q.d3.y}};
+    } else {
+        r = {q.d1.y - q.d2.x, {q.d1.z + q.d3.x, q.d2.z + q.d3.y, 1 + q.d3.z - q.d1.x - q.d2.y}};
+    }
+    const double scale = (r.w < 0 ? -1 : 1) / std::sqrt(dot(r, r));
+    return {scale * r.w, scale * r.v};
 }
 
-double half_angle_over_sine_libm(double sine, double trace) {
-    return std::atan2(sine, 0.5 * (trace - 1)) / (2 * sine);
+namespace detail {
+
+template <int W> HalfAngle<Pack<W>> large_half_angle(Pack<W> squared, HalfAngle<Pack<W>> f) {
+    for (int i = 0; i < W; ++i)
+        if (squared[i] > small_half_angle_squared) {
+            const double t = std::sqrt(squared[i]);
+            f.cosine.set(i, std::cos(t));
+            f.sine_over.set(i, std::sin(t) / t);
+        }
+    return f;
 }
 
-double log_jacobian_libm(double angle_squared) {
-    const double half = 0.5 * std::sqrt(angle_squared);
-    return (1 - half / std::tan(half)) / angle_squared;
+LogFactors large_log_factors(double half_sine, double half_cosine) {
+    const double half = std::atan2(half_sine, std::abs(half_cosine));
+    return {std::copysign(2 * half / half_sine, half_cosine), (1 - half * std::abs(half_cosine) / half_sine) / (4 * half * half)};
 }
 
-} // namespace skein::detail
+template <int W> RelativeRotation<Pack<W>> large_relative_rotation(Pack<W> half_cosine, Vec3<Pack<W>> half_sine, RelativeRotation<Pack<W>> r) {
+    for (int i = 0; i < W; ++i) {
+        const double versine = 1 - half_cosine[i];
+        if (!(versine > small_versine)) continue;
+        const Vec3d sine = lane(half_sine, i);
+        const double size = norm(sine);
+        // The same frame under the other sign: its polynomials are those of a small angle.
+        const LogFactors f = 1 - std::abs(half_cosine[i]) > small_versine
+                                 ? large_log_factors(size, half_cosine[i])
+                                 : LogFactors{-polynomial(Pack<1>(1 + half_cosine[i]), angle_over_half_sine)[0],
+                                              polynomial(Pack<1>(1 + half_cosine[i]), log_jacobian)[0]};
+        set_lane(r.log, i, f.angle_over_half_sine * sine);
+        r.jacobian.set(i, f.jacobian);
+    }
+    return r;
+}
+
+#define SKEIN_LARGE_ROTATIONS(W)                                                                                                                     \
+    template HalfAngle<Pack<W>> large_half_angle(Pack<W>, HalfAngle<Pack<W>>);                                                                       \
+    template RelativeRotation<Pack<W>> large_relative_rotation(Pack<W>, Vec3<Pack<W>>, RelativeRotation<Pack<W>>)
+SKEIN_LARGE_ROTATIONS(1);
+SKEIN_LARGE_ROTATIONS(2);
+SKEIN_LARGE_ROTATIONS(4);
+SKEIN_LARGE_ROTATIONS(8);
+
+} // namespace detail
+} // namespace skein

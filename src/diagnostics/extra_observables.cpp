@@ -38,7 +38,7 @@ void add_knots(ExtraFigures& f, const RodGroup& group, std::span<const Slot<1>> 
     std::vector<Vec3d> node, d1;
     for (const Slot<1>& s : state) {
         node.push_back(lane(s.position, 0));
-        d1.push_back(lane(s.director.d1, 0));
+        d1.push_back(frame(s).d1);
     }
     d1.pop_back(); // the last node has no element
     if (group.closed()) {

@@ -23,8 +23,6 @@ void add_cell(RodEnergy& u, const Vec3d& phi, double length, double bending_fact
     u.twist += weight * stiffness.z * strain.z * strain.z;
 }
 
-Vec3d turn_between(const Mat3d& after, const Mat3d& before) { return lane(relative_rotation(broadcast_frame<1>(after), broadcast_frame<1>(before)), 0); }
-
 /// Sums over rods, then extremes.
 enum Sum { translation, rotation_, stretch, shear, bend, twist, momentum_x, momentum_y, momentum_z, mass_x, mass_y, mass_z, mass, sums };
 enum Extreme { speed, strain, turn, skew, extremes };
@@ -56,15 +54,14 @@ RodFigures figures(const RodGroup& group, std::span<const Slot<1>> state, double
         f.extreme[speed] = std::max(f.extreme[speed], norm(v));
     }
     for (std::size_t k = 0; k + 1 < state.size(); ++k) {
-        const Mat3d q = lane(state[k].director, 0);
-        const double e = group.element[k].inv_rest_length * dot(q.d3, lane(state[k + 1].position, 0) - lane(state[k].position, 0));
+        const Quaterniond q = lane(state[k].director, 0);
+        const double e = group.element[k].inv_rest_length * dot(third_director(q), lane(state[k + 1].position, 0) - lane(state[k].position, 0));
         f.extreme[strain] = std::max(f.extreme[strain], std::abs(e - group.element[k].rest_stretch));
-        f.extreme[skew] = std::max({f.extreme[skew], std::abs(dot(q.d1, q.d1) - 1), std::abs(dot(q.d2, q.d2) - 1), std::abs(dot(q.d3, q.d3) - 1),
-                                    std::abs(dot(q.d1, q.d2)), std::abs(dot(q.d1, q.d3)), std::abs(dot(q.d2, q.d3))});
+        f.extreme[skew] = std::max(f.extreme[skew], std::abs(dot(q, q) - 1));
     }
     for (std::size_t k = 0; k < group.voronoi.size(); ++k) {
         const std::size_t next = (k + 1) % group.element.size();
-        f.extreme[turn] = std::max(f.extreme[turn], norm(turn_between(lane(state[next].director, 0), lane(state[k].director, 0))));
+        f.extreme[turn] = std::max(f.extreme[turn], norm(relative_rotation(lane(state[next].director, 0), lane(state[k].director, 0))));
     }
     return f;
 }
@@ -74,7 +71,7 @@ RodFigures figures(const RodGroup& group, std::span<const Slot<1>> state, double
 RodEnergy rod_energy(const RodGroup& group, std::span<const Slot<1>> state, double time) {
     // The published law has no energy: what stands for it are the integrals of its axial force, shear force and moment, each alone.
     const bool published = group.law() == Law::elastica;
-    const auto factor = [&](double dilatation) { return with_energy_law(group.law(), [&]<class L>(L) { return L::bending_factor(dilatation); }); };
+    const auto factor = [&](double dilatation) { return with_energy_law(group.law(), [&]<class L>(L) { return L::bending_factor(1 / dilatation); }); };
     RodEnergy u;
     for (std::size_t i = 0; i < state.size(); ++i) {
         const Vec3d v = lane(state[i].velocity, 0);
@@ -84,7 +81,7 @@ RodEnergy rod_energy(const RodGroup& group, std::span<const Slot<1>> state, doub
     std::vector<double> e(n);
     for (std::size_t k = 0; k < n; ++k) {
         const ElementConstants& c = group.element[k];
-        const Mat3d q = lane(state[k].director, 0);
+        const Quaterniond q = lane(state[k].director, 0);
         const Vec3d nu = c.inv_rest_length * (q * (lane(state[k + 1].position, 0) - lane(state[k].position, 0)));
         e[k] = published ? norm(nu) : nu.z;
         const double per_section = published ? 1 / e[k] : 1;
@@ -96,14 +93,14 @@ RodEnergy rod_energy(const RodGroup& group, std::span<const Slot<1>> state, doub
     for (std::size_t k = 0; k < group.voronoi.size(); ++k) {
         const VoronoiConstants& v = group.voronoi[k];
         const std::size_t next = (k + 1) % n;
-        add_cell(u, turn_between(lane(state[next].director, 0), lane(state[k].director, 0)), 1 / v.inv_length,
+        add_cell(u, relative_rotation(lane(state[next].director, 0), lane(state[k].director, 0)), 1 / v.inv_length,
                  factor(v.share_before * e[k] + v.share_after * e[next]), v.stiffness, v.rest_curvature);
     }
     if (group.spec().start == EndKind::clamped)
-        add_cell(u, turn_between(lane(state[0].director, 0), start_wall_frame(group, time)), 0.5 * group.element[0].rest_length, factor(e[0]), group.element[0].bending,
+        add_cell(u, relative_rotation(lane(state[0].director, 0), start_wall_frame(group, time)), 0.5 * group.element[0].rest_length, factor(e[0]), group.element[0].bending,
                  group.start_wall_rest_curvature);
     if (group.spec().end == EndKind::clamped)
-        add_cell(u, turn_between(end_wall_frame(group, time), lane(state[n - 1].director, 0)), 0.5 * group.element[n - 1].rest_length, factor(e[n - 1]),
+        add_cell(u, relative_rotation(end_wall_frame(group, time), lane(state[n - 1].director, 0)), 0.5 * group.element[n - 1].rest_length, factor(e[n - 1]),
                  group.element[n - 1].bending, group.end_wall_rest_curvature);
     return u;
 }

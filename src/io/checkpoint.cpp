@@ -17,7 +17,7 @@ namespace skein {
 namespace {
 
 const std::string format_name = "skein-checkpoint";
-constexpr std::int64_t format_version = 1;
+constexpr std::int64_t format_version = 2;
 
 // A slab is a run of a group's rods that is moved between owners and file at a time: enough for full bandwidth, little
 // beside the state itself.

@@ -55,9 +55,10 @@ void fill_tip(std::span<const Slot<1>> state, double* out) { put(out, state.back
 
 void fill_directors(std::span<const Slot<1>> state, double* out) {
     for (const auto& slot : state.first(state.size() - 1)) {
-        out = put(out, slot.director.d1);
-        out = put(out, slot.director.d2);
-        out = put(out, slot.director.d3);
+        const Mat3<Pack<1>> q = matrix(slot.director);
+        out = put(out, q.d1);
+        out = put(out, q.d2);
+        out = put(out, q.d3);
     }
 }
 
@@ -65,7 +66,7 @@ void fill_directors(std::span<const Slot<1>> state, double* out) {
 void fill_normals(std::span<const Slot<1>> state, double* out) {
     const std::size_t last = state.size() - 2;
     for (std::size_t node = 0; node < state.size(); ++node) {
-        const auto &before = state[node > 0 ? node - 1 : 0].director.d1, &after = state[std::min(node, last)].director.d1;
+        const auto before = matrix(state[node > 0 ? node - 1 : 0].director).d1, after = matrix(state[std::min(node, last)].director).d1;
         out = put(out, Pack<1>(0.5) * (before + after));
     }
 }

@@ -70,8 +70,7 @@ struct MagneticField {
         const RodGroup& group = *rod.group;
         const auto start = group.start_directors();
         bool straight = true;
-        for (const Mat3d& q : start) straight = straight && q.d1.x == start[0].d1.x && q.d1.y == start[0].d1.y && q.d1.z == start[0].d1.z &&
-                                                q.d3.x == start[0].d3.x && q.d3.y == start[0].d3.y && q.d3.z == start[0].d3.z;
+        for (const Quaterniond& q : start) straight = straight && q.w == start[0].w && q.v.x == start[0].v.x && q.v.y == start[0].v.y && q.v.z == start[0].v.z;
         TileData<W> data;
         data.stride = straight ? 0 : 1;
         data.moment.resize(straight ? 1 : static_cast<std::size_t>(rod.n));

@@ -15,7 +15,7 @@ namespace skein {
 /// The frame turns at the body's angular velocity, whatever its inertia.
 struct PlainTop {
     static constexpr std::string_view name = "drift (elastica)";
-    template <int W> SKEIN_INLINE static void turn(const ElementConstants&, Mat3<Pack<W>>& q, Vec3<Pack<W>>& w, Pack<W> h) {
+    template <int W> SKEIN_INLINE static void turn(const ElementConstants&, Quaternion<Pack<W>>& q, Vec3<Pack<W>>& w, Pack<W> h) {
         q = rotation<W>(h * w) * q;
     }
 };
@@ -30,7 +30,7 @@ public:
         const int n = rod.n;
         Edge edge = edge_of(rod, 0);
         const Cell first = ends_.closed ? cell(rod, n - 1, 0, edge_of(rod, n - 1).e, edge.e)
-                           : ends_.start_wall ? wall(rod, 0, relative_rotation(rod.slot[0].director, broadcast_frame<W>(rod.group->frame())), edge.e,
+                           : ends_.start_wall ? wall(rod, 0, relative_rotation(rod.slot[0].director, broadcast<W>(rod.group->frame())), edge.e,
                                                      rod.group->start_wall_rest_curvature)
                                               : Cell{};
         Cell before = first;
@@ -40,7 +40,7 @@ public:
             const Edge next = last ? edge : edge_of(rod, k + 1);
             const Cell after = !last ? cell(rod, k, k + 1, edge.e, next.e)
                                : ends_.closed ? first
-                               : ends_.end_wall ? wall(rod, k, relative_rotation(broadcast_frame<W>(rod.group->end_frame()), rod.slot[k].director), edge.e,
+                               : ends_.end_wall ? wall(rod, k, relative_rotation(broadcast<W>(rod.group->end_frame()), rod.slot[k].director), edge.e,
                                                        rod.group->end_wall_rest_curvature)
                                                 : Cell{};
             const ElementConstants& c = rod.element[k];

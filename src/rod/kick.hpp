@@ -53,42 +53,61 @@ inline constexpr std::string_view kick_names[] = {"kick",
 template <KickKind Kind, int W> class KickPass final : public TilePass<W> {
 public:
     /// Constants for every kick length of the scheme.
-    explicit KickPass(std::vector<KickConstants> constants) : constants_(std::move(constants)) {}
+    explicit KickPass(std::vector<KickConstants> constants) : constants_(std::move(constants)), alike_(true) {
+        for (const KickConstants& c : constants_)
+            for (const KickConstants::Element& e : c.element) alike_ = alike_ && e.z.x == e.z.y && e.z_stretch.x == e.z_stretch.y;
+    }
     std::string_view name() const override { return kick_names[static_cast<std::size_t>(Kind)]; }
 
     void run(const RodTile<W>& rod, SlotLoad<W>* load, const Step& step) const override {
         const KickConstants& c = constants_[static_cast<std::size_t>(step.kick_length)];
-        for (int k = 0; k < rod.n; ++k) {
-            Slot<W>& s = rod.slot[k];
-            kick_element(c.element[static_cast<std::size_t>(k)], rod, k, load[k].couple, s.spin);
-            kick_node(c.node[static_cast<std::size_t>(k)], load[k].force, s.velocity);
-        }
-        kick_node(c.node[static_cast<std::size_t>(rod.n)], load[rod.n].force, rod.slot[rod.n].velocity);
+        if (alike_) kick<true>(c, rod, load);
+        else kick<false>(c, rod, load);
     }
 
 private:
     using P = Pack<W>;
+
+    /// Alike: d1 and d2 have the same rate, which is then worked out once.
+    template <bool Alike> static void kick(const KickConstants& c, const RodTile<W>& rod, const SlotLoad<W>* load) {
+        for (int k = 0; k < rod.n; ++k) {
+            Slot<W>& s = rod.slot[k];
+            kick_element<Alike>(c.element[static_cast<std::size_t>(k)], rod, k, load[k].couple, s.spin);
+            kick_node(c.node[static_cast<std::size_t>(k)], load[k].force, s.velocity);
+        }
+        kick_node(c.node[static_cast<std::size_t>(rod.n)], load[rod.n].force, rod.slot[rod.n].velocity);
+    }
 
     SKEIN_INLINE static void kick_node(const KickConstants::Node& c, const Vec3<P>& force, Vec3<P>& velocity) {
         if constexpr (Kind == KickKind::undamped) velocity = fma(P(c.gain), force, velocity);
         else velocity = fma(P(c.gain), force, P(c.decay) * velocity);
     }
 
-    SKEIN_INLINE static void kick_element(const KickConstants::Element& c, const RodTile<W>& rod, int k, const Vec3<P>& couple, Vec3<P>& spin) {
+    /// e as the law has it: |dx|/l0 as published, or nu_3.
+    SKEIN_INLINE static P dilatation(const RodTile<W>& rod, int k) {
+        const Vec3<P> edge = P(rod.element[k].inv_rest_length) * (rod.slot[k + 1].position - rod.slot[k].position);
+        if constexpr (Kind == KickKind::elastica) return norm(edge);
+        else return dot(third_director(rod.slot[k].director), edge);
+    }
+
+    template <bool Alike> SKEIN_INLINE static void kick_element(const KickConstants::Element& c, const RodTile<W>& rod, int k, const Vec3<P>& couple, Vec3<P>& spin) {
         if constexpr (Kind == KickKind::undamped) {
             spin = {fma(P(c.gain.x), couple.x, spin.x), fma(P(c.gain.y), couple.y, spin.y), fma(P(c.gain.z), couple.z, spin.z)};
         } else if constexpr (Kind == KickKind::constant_rates) {
             spin = {fma(P(c.gain.x), couple.x, P(c.decay.x) * spin.x), fma(P(c.gain.y), couple.y, P(c.decay.y) * spin.y),
                     fma(P(c.gain.z), couple.z, P(c.decay.z) * spin.z)};
         } else {
-            const P e = P(rod.element[k].inv_rest_length) * norm(rod.slot[k + 1].position - rod.slot[k].position);
-            const auto rate_of = [](P exponent) {
-                if constexpr (Kind == KickKind::stretched_rates) return midpoint_decay(exponent);
-                else return decay(exponent);
-            };
-            const Decay<W> x = rate_of(fma(P(c.z_stretch.x), e, P(c.z.x)));
-            const Decay<W> y = c.z.x == c.z.y && c.z_stretch.x == c.z_stretch.y ? x : rate_of(fma(P(c.z_stretch.y), e, P(c.z.y)));
-            const Decay<W> z = rate_of(fma(P(c.z_stretch.z), e, P(c.z.z)));
+            const P e = dilatation(rod, k);
+            const P zx = fma(P(c.z_stretch.x), e, P(c.z.x)), zy = fma(P(c.z_stretch.y), e, P(c.z.y)), zz = fma(P(c.z_stretch.z), e, P(c.z.z));
+            Decay<W> x, y, z;
+            if constexpr (Kind == KickKind::stretched_rates) {
+                const TwoDecays<W> two = midpoint_decays(zx, zz);
+                x = two.x, z = two.z;
+                y = Alike ? x : midpoint_decays(zy, zz).x;
+            } else {
+                x = decay(zx), z = decay(zz);
+                y = Alike ? x : decay(zy);
+            }
             const auto kicked = [&](double impulse, const Decay<W>& d, P torque, P w) {
                 if constexpr (Kind == KickKind::stretched_rates || Kind == KickKind::stretched_exponential) return fma(P(impulse) * d.mean, torque, d.factor * w);
                 else if constexpr (Kind == KickKind::stretched_after) return d.factor * fma(P(impulse), torque, w);
@@ -99,6 +118,7 @@ private:
     }
 
     std::vector<KickConstants> constants_;
+    bool alike_;
 };
 
 } // namespace skein

@@ -21,11 +21,11 @@ struct IncompressibleLaw {
         return {P(c.stiffness.x) * (nu.x - P(c.rest_strain.x)), P(c.stiffness.y) * (nu.y - P(c.rest_strain.y)),
                 P(c.stiffness.z) * (nu.z - P(c.rest_stretch)) / nu.z};
     }
-    /// Factor on B in a cell of dilatation E.
-    template <class P> SKEIN_INLINE static P bending_factor(P dilatation) { return P(1.0) / (dilatation * dilatation * dilatation); }
+    /// Factor on B in a cell of dilatation E, from 1/E.
+    template <class P> SKEIN_INLINE static P bending_factor(P inv_dilatation) { return inv_dilatation * inv_dilatation * inv_dilatation; }
     /// Axial force on both elements of a cell from its bending energy, q = (kappa-kappa0).B(kappa-kappa0): -(3/4) q/E^4.
-    template <class P> SKEIN_INLINE static P bending_tension(P q, P bending_factor, P dilatation) {
-        return P(-0.75) * q * bending_factor / dilatation;
+    template <class P> SKEIN_INLINE static P bending_tension(P q, P bending_factor, P inv_dilatation) {
+        return P(-0.75) * q * (bending_factor * inv_dilatation);
     }
     /// Axial energy per rest length, J/m.
     static double stretch_energy(const ElementConstants& c, double e) {

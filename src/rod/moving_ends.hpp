@@ -20,24 +20,24 @@ inline Vec3d spin_of(const Vec3d& r, const Vec3d& rate) {
 }
 
 /// Frames of the walls at any time.
-inline Mat3d start_wall_frame(const RodGroup& group, double time) { return group.frame() * rotation(group.spec().start_motion.turn(time).value); }
-inline Mat3d end_wall_frame(const RodGroup& group, double time) { return group.end_frame() * rotation(group.spec().end_motion.turn(time).value); }
+inline Quaterniond start_wall_frame(const RodGroup& group, double time) { return group.frame() * rotation(group.spec().start_motion.turn(time).value); }
+inline Quaterniond end_wall_frame(const RodGroup& group, double time) { return group.end_frame() * rotation(group.spec().end_motion.turn(time).value); }
 
 /// Where the two ends of a group's rods are at the force evaluations of a batch; shared by the passes of a program.
 class MovingEnds {
 public:
     struct Pose {
         Vec3d displacement{0, 0, 0}, velocity{0, 0, 0};
-        Mat3d frame;         ///< of the wall
+        Quaterniond frame;   ///< of the wall
         Vec3d spin{0, 0, 0}; ///< of the wall, body, rad/s
     };
     explicit MovingEnds(const RodGroup& group) : group_(group) {}
 
     void prepare(std::span<const Step> steps) {
-        const auto pose = [](const EndMotion& motion, const Mat3d& frame, double time) {
+        const auto pose = [](const EndMotion& motion, const Quaterniond& frame, double time) {
             const auto u = motion.displacement(time);
             const auto r = motion.turn(time);
-            const Mat3d turned = frame * rotation(r.value);
+            const Quaterniond turned = frame * rotation(r.value);
             return Pose{u.value, u.rate, turned, turned * spin_of(r.value, r.rate)};
         };
         for (const Step& s : steps) {
@@ -79,7 +79,7 @@ public:
             node.position = from + broadcast<W>(pose.displacement);
             node.velocity = broadcast<W>(pose.velocity);
             if (kind == EndKind::clamped_frozen) {
-                element.director = broadcast_frame<W>(pose.frame);
+                element.director = broadcast<W>(pose.frame);
                 element.spin = broadcast<W>(pose.spin);
             }
         };

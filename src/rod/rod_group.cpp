@@ -17,14 +17,14 @@ namespace {
 
 constexpr double pi = std::numbers::pi;
 
-/// Lab frame with rows d1 (from the normal, made orthogonal), d2, d3 (from the tangent).
-Mat3d frame_of(const Placement& p) {
+/// Frame with rows d1 (from the normal, made orthogonal), d2, d3 (from the tangent).
+Quaterniond frame_of(const Placement& p) {
     const Vec3d d3 = (1 / norm(p.tangent)) * p.tangent;
     const bool along_x = std::abs(d3.x) > 0.99;
     const Vec3d normal = p.normal.value_or(along_x ? Vec3d{0, 1, 0} : Vec3d{1, 0, 0});
     const Vec3d across = normal - dot(normal, d3) * d3;
     const Vec3d d1 = (1 / norm(across)) * across;
-    return {d1, cross(d3, d1), d3};
+    return quaternion({d1, cross(d3, d1), d3});
 }
 
 /// Where an element lies: its rest length and the arc length of its middle, both over the rod's length.
@@ -70,6 +70,7 @@ ElementConstants element_constants(const RodSpec& spec, std::size_t k, const Sha
             .rest_strain = spec.shape.rest_strain,
             .rest_stretch = 1 + spec.shape.rest_strain.z,
             .inertia = {mass * i1, mass * i2, mass * i3},
+            .inertia_ratio = i3 / i1,
             .bending = {m.youngs_modulus * i1, m.youngs_modulus * i2, shear * i3}};
 }
 
@@ -168,8 +169,8 @@ RodGroup::RodGroup(const RodSpec& spec, int id, std::int64_t first_gid, const st
 
     // The start shape: the frame at s = 0 turned by the curvature of every cell, half cells at both ends.
     const auto start_curvature = [&](long k) { return shape.start_curvature ? *shape.start_curvature : kappa0(k); };
-    const auto turned = [&](const Mat3d& q, const Vec3d& curvature, double length) { return rotation(length * curvature) * q; };
-    Mat3d q = turned(frame_, start_curvature(0), 0.5 * element[0].rest_length);
+    const auto turned = [&](const Quaterniond& q, const Vec3d& curvature, double length) { return rotation(length * curvature) * q; };
+    Quaterniond q = turned(frame_, start_curvature(0), 0.5 * element[0].rest_length);
     Vec3d x{0, 0, 0}, sum{0, 0, 0};
     for (std::size_t k = 0; k < static_cast<std::size_t>(n); ++k) {
         if (k > 0) q = turned(q, start_curvature(static_cast<long>(k) - 1), 1 / voronoi[k - 1].inv_length);
@@ -183,8 +184,8 @@ RodGroup::RodGroup(const RodSpec& spec, int id, std::int64_t first_gid, const st
     centre_offset_ = (1 / static_cast<double>(n + 1)) * (sum + x);
     end_frame_ = turned(q, start_curvature(n - 2), 0.5 * element.back().rest_length);
     if (closed()) {
-        const Mat3d joined = turned(q, start_curvature(n - 1), 1 / voronoi.back().inv_length) * transposed(start_directors_.front());
-        const double gap = norm(x) / shape.length, misfit = norm(joined.d1 - Vec3d{1, 0, 0}) + norm(joined.d3 - Vec3d{0, 0, 1});
+        const Quaterniond joined = turned(q, start_curvature(n - 1), 1 / voronoi.back().inv_length);
+        const double gap = norm(x) / shape.length, misfit = norm(relative_rotation(joined, start_directors_.front()));
         if (gap > 1e-6 || misfit > 1e-6)
             throw InputError(fmt::format("{}: the ring '{}' does not close: its ends are {:.3g} of its length apart and turned by {:.3g} rad; a circle has the "
                                          "curvature 2 pi/length = {:.9g} 1/m", spec.source, spec.name, gap, misfit, 2 * pi / shape.length));
@@ -205,7 +206,7 @@ void RodGroup::start_state(std::int64_t i, std::span<Slot<1>> out) const {
             set_lane(s.director, 0, start_directors_[static_cast<std::size_t>(k)]);
             set_lane(s.spin, 0, holds_element(k) ? Vec3d{0, 0, 0} : spec_.shape.angular_velocity);
         } else {
-            set_lane(s.director, 0, Mat3d{});
+            set_lane(s.director, 0, no_turn);
             set_lane(s.spin, 0, Vec3d{0, 0, 0});
         }
     }

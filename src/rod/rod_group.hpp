@@ -1,7 +1,7 @@
 // A group of rods made ready: the constants of its one rod, worked out once, and the start state of each of its rods.
 #pragma once
 
-#include "core/vec3.hpp"
+#include "core/quaternion.hpp"
 #include "rod/rod_spec.hpp"
 #include "rod/slot.hpp"
 
@@ -22,6 +22,7 @@ struct ElementConstants {
     Vec3d rest_strain;      ///< sigma0
     double rest_stretch;    ///< e0 = 1 + sigma0_3
     Vec3d inertia;          ///< J_k = rho l_k (I1, I2, I3), kg m^2
+    double inertia_ratio;   ///< J3/J1
     Vec3d bending;          ///< E I1, E I2, G I3 of the element; N m^2
 };
 
@@ -59,14 +60,14 @@ public:
 
     /// Lab position and frame of rod i at s = 0.
     const Vec3d& origin(std::int64_t i) const { return origins_[static_cast<std::size_t>(i)]; }
-    const Mat3d& frame() const { return frame_; }
+    const Quaterniond& frame() const { return frame_; }
     /// Frame of the wall at the end, s = length, of an undeformed rod: the start shape's end frame.
-    const Mat3d& end_frame() const { return end_frame_; }
+    const Quaterniond& end_frame() const { return end_frame_; }
 
     /// State of rod i at t = 0.
     void start_state(std::int64_t i, std::span<Slot<1>> out) const;
     /// Directors at t = 0, one per element; alike for all rods of the group.
-    std::span<const Mat3d> start_directors() const { return start_directors_; }
+    std::span<const Quaterniond> start_directors() const { return start_directors_; }
     /// Unit vector of rod i's magnetisation, lab components at t = 0.
     Vec3d magnetisation(std::int64_t i) const;
     /// Centre of rod i at t = 0, the point that partitioning uses.
@@ -82,10 +83,10 @@ private:
     RodSpec spec_;
     int id_;
     std::int64_t first_gid_;
-    Mat3d frame_, end_frame_;
+    Quaterniond frame_, end_frame_;
     std::vector<Vec3d> origins_;
     std::vector<Vec3d> start_offsets_; ///< node positions at t = 0, relative to the origin
-    std::vector<Mat3d> start_directors_;
+    std::vector<Quaterniond> start_directors_;
     Vec3d centre_offset_;
     Vec3d corner_;
 };

@@ -12,7 +12,7 @@ namespace skein {
 
 namespace {
 
-constexpr double largest_turn_trace = -0.98; // tr R of 3 rad between neighbouring elements: 1 + 2 cos 3
+constexpr double least_half_cosine = 0.0707; // |cos(theta/2)| of 3 rad between neighbouring elements
 constexpr double least_dilatation = 0.05;
 
 /// Beyond the tension limit directors flip, so a run must not go on.
@@ -28,7 +28,7 @@ std::string complaint(const RodGroup& group, std::span<const Slot<1>> state) {
     for (int k = 0; k <= group.elements(); ++k) {
         const Slot<1>& s = state[static_cast<std::size_t>(k)];
         const char* quantity = !finite(lane(s.position, 0)) ? "position" : !finite(lane(s.velocity, 0)) ? "velocity" :
-                               !finite(lane(s.director.d1, 0)) || !finite(lane(s.director.d3, 0)) ? "director" :
+                               !std::isfinite(dot(s.director, s.director)[0]) ? "director" :
                                !finite(lane(s.spin, 0)) ? "angular velocity" : nullptr;
         if (quantity) {
             std::snprintf(text, sizeof text, "element %d: %s is not finite", k, quantity);
@@ -38,16 +38,14 @@ std::string complaint(const RodGroup& group, std::span<const Slot<1>> state) {
     for (int k = 0; k < group.elements(); ++k) {
         const Slot<1>&s = state[static_cast<std::size_t>(k)], &next = state[static_cast<std::size_t>(k) + 1];
         const double e = group.element[static_cast<std::size_t>(k)].inv_rest_length *
-                         dot(lane(s.director.d3, 0), lane(next.position, 0) - lane(s.position, 0));
+                         dot(lane(third_director(s.director), 0), lane(next.position, 0) - lane(s.position, 0));
         if (!(e > least_dilatation && e < most_dilatation(group))) {
             std::snprintf(text, sizeof text, "element %d: dilatation e = %.4g left [%g, %g]", k, e, least_dilatation, most_dilatation(group));
             return text;
         }
         if (k == cell_count(group)) break;
         const int after = (k + 1) % group.elements();
-        const Mat3<Pack<1>>& q = state[static_cast<std::size_t>(after)].director;
-        const double trace = (dot(s.director.d1, q.d1) + dot(s.director.d2, q.d2) + dot(s.director.d3, q.d3))[0];
-        if (!(trace > largest_turn_trace)) {
+        if (!(std::abs(dot(s.director, state[static_cast<std::size_t>(after)].director)[0]) > least_half_cosine)) {
             std::snprintf(text, sizeof text, "elements %d and %d: turned against each other by more than 3 rad", k, after);
             return text;
         }
@@ -73,21 +71,20 @@ std::string tension_hint(const RodGroup& group, std::span<const Slot<1>> state) 
 /// True in lanes whose state is fit: finite, dilatations and turns within bounds. The cheap test of all rods.
 template <int W> bool fit(const RodTile<W>& tile) {
     using P = Pack<W>;
-    P zero(0.0), least(1.0), most(0.0), trace(3.0);
+    P zero(0.0), least(1.0), most(0.0), half_cosine(1.0);
     for (int k = 0; k < tile.n; ++k) {
         const Slot<W>&s = tile.slot[k], &next = tile.slot[k + 1];
-        const Vec3<P> all = s.position + s.velocity + s.director.d1 + s.director.d2 + s.director.d3 + s.spin;
-        zero = fma(all.x + all.y + all.z, P(0.0), zero);
-        const P e = P(tile.element[k].inv_rest_length) * dot(s.director.d3, next.position - s.position);
+        const Vec3<P> all = s.position + s.velocity + s.director.v + s.spin;
+        zero = fma(all.x + all.y + all.z + s.director.w, P(0.0), zero);
+        const P e = P(tile.element[k].inv_rest_length) * dot(third_director(s.director), next.position - s.position);
         least = min(least, e);
         most = max(most, e);
         if (k == cell_count(*tile.group)) break;
-        const Mat3<P>& q = tile.slot[(k + 1) % tile.n].director;
-        trace = min(trace, dot(s.director.d1, q.d1) + dot(s.director.d2, q.d2) + dot(s.director.d3, q.d3));
+        half_cosine = min(half_cosine, abs(dot(s.director, tile.slot[(k + 1) % tile.n].director)));
     }
     const Vec3<P> end = tile.slot[tile.n].position + tile.slot[tile.n].velocity;
     zero = fma(end.x + end.y + end.z, P(0.0), zero);
-    const auto good = (zero >= P(0.0)) & (least > P(least_dilatation)) & (most < P(most_dilatation(*tile.group))) & (trace > P(largest_turn_trace));
+    const auto good = (zero >= P(0.0)) & (least > P(least_dilatation)) & (most < P(most_dilatation(*tile.group))) & (half_cosine > P(least_half_cosine));
     return !any(!good);
 }
 

@@ -203,7 +203,7 @@ TEST_F(DamagedCheckpointTest, flipped_bytes_are_refused_or_harmless) {
 TEST_F(CheckpointTest, full_disk_is_an_error_with_figures_and_leaves_the_old_ones) {
     const test::SmallDisk disk(comm, "4m");
     if (!disk.mounted()) GTEST_SKIP() << "mounting a small tmpfs is not permitted here";
-    const std::vector<RodGroup> many = test::two_groups(3000, 1); // 2.6 MB
+    const std::vector<RodGroup> many = test::two_groups(4200, 1); // 2.6 MB
     test::FakeRods rods_of_many(many, partition(comm, many));
     const auto write_many = [&](std::int64_t step) {
         rods_of_many.set(step);

@@ -69,9 +69,10 @@ void positions(std::span<const Slot<1>> state, std::vector<double>& out) {
 }
 void directors(std::span<const Slot<1>> state, std::vector<double>& out) {
     for (const auto& slot : state.first(state.size() - 1)) {
-        put(out, slot.director.d1);
-        put(out, slot.director.d2);
-        put(out, slot.director.d3);
+        const Mat3<Pack<1>> q = matrix(slot.director);
+        put(out, q.d1);
+        put(out, q.d2);
+        put(out, q.d3);
     }
 }
 void tips(std::span<const Slot<1>> state, std::vector<double>& out) { put(out, state.back().position); }

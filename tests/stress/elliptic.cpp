@@ -78,7 +78,7 @@ TEST(Elliptic, FreeTopAgainstJacobi) {
                 momentum = std::max(momentum, norm(lab() - before) / norm(before));
             }
             for (int s = 0; s < steps; ++s) synchronise(group, state, -time / steps);
-            back = std::max(back, norm(lane(state[0].director.d1, 0) - lane(begin[0].director.d1, 0)) +
+            back = std::max(back, norm(frame(state[0]).d1 - frame(begin[0]).d1) +
                                       norm(lane(state[0].spin, 0) - start));
         }
         std::printf("free top, a/b %.2f: error of the rate %.2e %.2e %.2e, ratios %.2f %.2f; angular momentum %.1e, return %.1e\n",
@@ -132,8 +132,8 @@ Flight fly(double ratio, double dt, double time) {
     for (std::size_t k = 0; k < start.size(); ++k) {
         flight.back = std::max(flight.back, norm(lane(returned[k].position, 0) - lane(start[k].position, 0)));
         if (k + 1 == start.size()) break;
-        flight.back = std::max(flight.back, norm(lane(returned[k].director.d1, 0) - lane(start[k].director.d1, 0)));
-        flight.back = std::max(flight.back, norm(lane(returned[k].director.d3, 0) - lane(start[k].director.d3, 0)));
+        flight.back = std::max(flight.back, norm(frame(returned[k]).d1 - frame(start[k]).d1));
+        flight.back = std::max(flight.back, norm(frame(returned[k]).d3 - frame(start[k]).d3));
     }
     return flight;
 }

@@ -144,7 +144,7 @@ std::vector<double> tilts(const std::vector<double>& e, double shear_over_youngs
         for (std::size_t i = 0; i < e.size(); ++i) {
             const auto state = stage->state(i);
             for (int k = 0; k < 20; ++k) {
-                const Vec3d d3 = lane(state[static_cast<std::size_t>(k)].director.d3, 0);
+                const Vec3d d3 = frame(state[static_cast<std::size_t>(k)]).d3;
                 largest[i] = std::fmax(largest[i], std::atan2(std::hypot(d3.x, d3.y), d3.z));
             }
         }

@@ -49,7 +49,7 @@ inline std::vector<Slot<1>> along_curve(const std::vector<Vec3d>& node, Vec3d d1
         set_lane(state[k].velocity, 0, Vec3d{0, 0, 0});
         set_lane(state[k].spin, 0, Vec3d{0, 0, 0});
         if (k + 1 == node.size()) {
-            set_lane(state[k].director, 0, Mat3d{});
+            set_lane(state[k].director, 0, no_turn);
             break;
         }
         const Vec3d d3 = unit(node[k + 1] - node[k]);
@@ -58,7 +58,7 @@ inline std::vector<Slot<1>> along_curve(const std::vector<Vec3d>& node, Vec3d d1
             d1 = d1 + cross(axis, d1) + (1 / (1 + dot(before, d3))) * cross(axis, cross(axis, d1));
         }
         d1 = unit(d1 - dot(d1, d3) * d3);
-        set_lane(state[k].director, 0, Mat3d{d1, cross(d3, d1), d3});
+        set_lane(state[k].director, 0, quaternion({d1, cross(d3, d1), d3}));
         before = d3;
     }
     return state;
@@ -87,7 +87,7 @@ inline double energy(const RodGroup& group, const std::vector<Slot<1>>& state) {
 inline double director_defect(const std::vector<Slot<1>>& state) {
     double worst = 0;
     for (std::size_t k = 0; k + 1 < state.size(); ++k) {
-        const Mat3d q = lane(state[k].director, 0);
+        const Mat3d q = frame(state[k]);
         for (const double d :
              {dot(q.d1, q.d1) - 1, dot(q.d2, q.d2) - 1, dot(q.d3, q.d3) - 1, dot(q.d1, q.d2), dot(q.d1, q.d3), dot(q.d2, q.d3)})
             worst = std::max(worst, std::abs(d));
@@ -97,7 +97,7 @@ inline double director_defect(const std::vector<Slot<1>>& state) {
 
 inline double dilatation(const RodGroup& group, const std::vector<Slot<1>>& state, std::size_t k) {
     return group.element[k].inv_rest_length *
-           dot(lane(state[k].director.d3, 0), lane(state[k + 1].position, 0) - lane(state[k].position, 0));
+           dot(frame(state[k]).d3, lane(state[k + 1].position, 0) - lane(state[k].position, 0));
 }
 
 /// How the energy of a rod went, relative to its start.

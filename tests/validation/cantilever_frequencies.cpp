@@ -60,7 +60,7 @@ std::array<double, modes> measured(const std::array<double, modes>& exact, long 
         for (std::size_t k = 0; k < state.size(); ++k) {
             sum += group.node_mass[k] * shape[m].w[k] * (lane(state[k].position, 0).x - x0);
             if (k + 1 < state.size())
-                sum += group.element[k].inertia.y * shape[m].theta[k] * std::asin(lane(state[k].director, 0).d3.x);
+                sum += group.element[k].inertia.y * shape[m].theta[k] * std::asin(frame(state[k]).d3.x);
         }
         return sum;
     };

@@ -93,7 +93,7 @@ Outcome buckle(long n, double waits, test::Cost& cost) {
     state = stage.state(0);
     for (std::size_t k = 0; k < static_cast<std::size_t>(n); ++k) {
         const double s = (static_cast<double>(k) + 0.5) / static_cast<double>(n) * length;
-        out.error = std::max(out.error, std::abs(lane(state[k].director.d3, 0).z - exact.cosine(s)) / exact.depth);
+        out.error = std::max(out.error, std::abs(frame(state[k]).d3.z - exact.cosine(s)) / exact.depth);
         out.speed = std::max(out.speed, norm(lane(state[k].velocity, 0)) / (omega * length));
     }
     return out;

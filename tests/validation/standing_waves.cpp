@@ -50,7 +50,7 @@ double largest_error(Wave wave, long n, double dt, double frequency, test::Cost&
         const double phase = std::cos(frequency * stage.clock.time());
         state = stage.state(0);
         for (std::size_t i = 0; i < count; ++i) {
-            const Vec3d d1 = lane(state[i].director, 0).d1;
+            const Vec3d d1 = frame(state[i]).d1;
             const double u =
                 wave == Wave::axial ? lane(state[i].position, 0).z - l * static_cast<double>(i) : std::atan2(d1.y, d1.x);
             error = std::max(error, std::abs(u - shape(i) * phase) / amplitude);

@@ -24,8 +24,8 @@ Size size_of(std::span<const Slot<1>> a, std::span<const Slot<1>> b = {}) {
         };
         grow(size.position, [](const Slot<1>& s) { return lane(s.position, 0); });
         grow(size.velocity, [](const Slot<1>& s) { return lane(s.velocity, 0); });
-        grow(size.director, [](const Slot<1>& s) { return lane(s.director.d1, 0); });
-        grow(size.director, [](const Slot<1>& s) { return lane(s.director.d3, 0); });
+        grow(size.director, [](const Slot<1>& s) { return frame(s).d1; });
+        grow(size.director, [](const Slot<1>& s) { return frame(s).d3; });
         grow(size.spin, [](const Slot<1>& s) { return lane(s.spin, 0); });
     }
     return size;

@@ -21,13 +21,13 @@ Vec3d angular_momentum(const ExtraFigures& f) { return {f.sum[F::angular_x], f.s
 std::vector<Slot<1>> bent(const RodGroup& group, const Vec3d& curvature) {
     std::vector<Slot<1>> state(static_cast<std::size_t>(group.slots()));
     const double l = group.element[0].rest_length;
-    Mat3d q = rotation((0.5 * l) * curvature);
+    Quaterniond q = rotation((0.5 * l) * curvature);
     Vec3d x{0, 0, 0};
     for (std::size_t k = 0; k < state.size(); ++k) {
         set_lane(state[k].position, 0, x);
         if (k + 1 == state.size()) break;
         set_lane(state[k].director, 0, q);
-        x += l * q.d3;
+        x += l * third_director(q);
         q = rotation(l * curvature) * q;
     }
     return state;
@@ -44,7 +44,7 @@ TEST(ExtraObservables, AngularMomentumOfARigidlySpinningRod) {
         expected += group.node_mass[i] * (dot(x, x) * omega - dot(x, omega) * x); // I omega of points
         moment += group.node_mass[i] * x;
         if (i + 1 == state.size()) break;
-        const Mat3d q = lane(state[i].director, 0);
+        const Mat3d q = frame(state[i]);
         set_lane(state[i].spin, 0, q * omega);
         const Vec3d& j = group.element[i].inertia;
         expected += j.x * dot(q.d1, omega) * q.d1 + j.y * dot(q.d2, omega) * q.d2 + j.z * dot(q.d3, omega) * q.d3;

@@ -74,7 +74,7 @@ Line ribbon(const Line& node, const Vec3d& axis, int k) {
 double order(double coarse, double fine) { return std::log2(std::abs(coarse / fine)); }
 
 TEST(Writhe, OfAPlanarCurveIsZero) {
-    const Mat3d tilt = rotation(Vec3d{0.3, -1.1, 0.7});
+    const Mat3d tilt = matrix(rotation(Vec3d{0.3, -1.1, 0.7}));
     for (const int n : {3, 4, 41}) {
         const Line line = closed(n, [&](double t) { return tilt * Vec3d{3 * std::cos(t), std::sin(t) * (1 + 0.4 * std::cos(t)), 0}; });
         EXPECT_LT(std::abs(writhe(line, Curve::closed)), 1e-13) << n;

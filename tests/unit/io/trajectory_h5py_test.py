@@ -47,7 +47,7 @@ with tempfile.TemporaryDirectory() as out:
     with h5py.File(out / "checkpoint_000000000040.h5") as file:
         assert text(file.attrs["format"]) == "skein-checkpoint" and file.attrs["step"] == 40
         state = file["groups/mat/state"]
-        assert state.shape == (9, 9, 18) and state.dtype == np.float64
+        assert state.shape == (9, 9, 13) and state.dtype == np.float64
         digests = sum(int(group["state"].attrs["digest"]) for group in file["groups"].values()) % 2**64
         assert digests == int(file.attrs["digest"])
     grids = ElementTree.parse(out / "trajectory.xdmf").getroot().find("Domain/Grid")

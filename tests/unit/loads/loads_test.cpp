@@ -16,7 +16,7 @@ struct Loaded {
 
     Vec3d force(std::size_t i) const { return lane(load[i].force, 0); }
     Vec3d couple(std::size_t k) const { return lane(load[k].couple, 0); }
-    Mat3d frame(std::size_t k) const { return lane(state[k].director, 0); }
+    Quaterniond director(std::size_t k) const { return lane(state[k].director, 0); }
     Vec3d total_force() const {
         Vec3d sum{0, 0, 0};
         for (std::size_t i = 0; i < load.size(); ++i) sum += force(i);
@@ -57,7 +57,7 @@ TEST(Loads, UniformCoupleIsFixedInTheLab) {
     const RodGroup group(test::crooked_rod(), 0, 0, "");
     const Loaded r = apply(UniformCouple{.couple = {1, 2, 3}}, group, 0);
     Vec3d total{0, 0, 0};
-    for (std::size_t k = 0; k + 1 < r.load.size(); ++k) total += transpose_times(r.frame(k), r.couple(k));
+    for (std::size_t k = 0; k + 1 < r.load.size(); ++k) total += transpose_times(r.director(k), r.couple(k));
     expect_near(total, {1, 2, 3}, 1e-13);
 }
 
@@ -82,7 +82,7 @@ TEST(Loads, MagneticFieldTurnsTheMomentTowardsItself) {
         const Loaded r = apply(field, group, t);
         for (std::size_t k = 0; k + 1 < r.load.size(); ++k) {
             const Vec3d moment = 5e3 * group.element[k].volume * (group.start_directors()[k] * ((1.0 / 3) * Vec3d{1, 2, 2}));
-            expect_near(r.couple(k), cross(moment, r.frame(k) * b), 1e-15 + 1e-13 * norm(moment) * norm(b));
+            expect_near(r.couple(k), cross(moment, r.director(k) * b), 1e-15 + 1e-13 * norm(moment) * norm(b));
         }
     }
 }
@@ -109,14 +109,14 @@ TEST(Loads, MuscleWaveIsInternal) {
     const double t = 1.3;
     const Loaded r = apply(wave, group, t);
     Vec3d total{0, 0, 0};
-    for (std::size_t k = 0; k < 6; ++k) total += transpose_times(r.frame(k), r.couple(k));
+    for (std::size_t k = 0; k < 6; ++k) total += transpose_times(r.director(k), r.couple(k));
     expect_near(total, {0, 0, 0}, 1e-15);
     const auto at = [&](int j) {
         const double s = j / 6.0;
         return t / 4 * 0.3 * wave.profile[static_cast<std::size_t>(j - 1)] * std::sin(std::numbers::pi * t - 2 * std::numbers::pi * s / 0.8 + 0.4);
     };
-    expect_near(r.couple(5), r.frame(5) * Vec3d{0, 0, at(5)}, 1e-15);
-    expect_near(r.couple(2), r.frame(2) * Vec3d{0, 0, at(2) - at(3)}, 1e-15);
+    expect_near(r.couple(5), r.director(5) * Vec3d{0, 0, at(5)}, 1e-15);
+    expect_near(r.couple(2), r.director(2) * Vec3d{0, 0, at(2) - at(3)}, 1e-15);
 }
 
 } // namespace

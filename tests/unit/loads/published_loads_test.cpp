@@ -151,7 +151,7 @@ TEST(MuscleTorques, AreThePublishedFormula) {
         }
         Vec3d total{0, 0, 0};
         for (std::size_t e = 0; e < 6; ++e) {
-            const Mat3d q = lane(state[e].director, 0);
+            const Mat3d q = frame(state[e]);
             Vec3d expected{0, 0, 0};
             if (e >= 1) expected += a[5 - e] * (q * load.direction);
             if (e <= 4) expected -= a[5 - (e + 1)] * (q * load.direction);

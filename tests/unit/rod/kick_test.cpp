@@ -71,7 +71,7 @@ TEST_P(Kick, IsWhatItsSchemeSaysForEveryDampingLaw) {
         }
         for (std::size_t k = 0; k + 1 < start.size(); ++k) {
             const ElementConstants& e = group.element[k];
-            const double stretch = norm(lane(start[k + 1].position, 0) - lane(start[k].position, 0)) / e.rest_length;
+            const double stretch = dot(frame(start[k]).d3, lane(start[k + 1].position, 0) - lane(start[k].position, 0)) / e.rest_length;
             double mass = 0.5 * (group.node_mass[k] + group.node_mass[k + 1]);
             if (k == 0) mass += 0.5 * group.node_mass[0];
             if (k + 2 == start.size()) mass += 0.5 * group.node_mass[k + 1];
