@@ -15,7 +15,7 @@ struct Outcome {
 
 Outcome measured(long n, double waits, test::Cost& cost) {
     const Localised exact = localised();
-    test::Stage stage(scene(n, waits), 1);
+    test::Stage stage(scene(Law::linear, n, waits), 1);
     buckle(stage, cost);
     Outcome out{.dt = stage.plan.dt};
     const auto state = stage.state(0);

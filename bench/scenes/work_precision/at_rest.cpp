@@ -78,7 +78,7 @@ Outcome euler_load(const Config& config, const Rung& rung) {
 constexpr int stations = 20; ///< of the helix, at nodes of all its rungs
 
 Outcome helix(const Config& config, const Rung& rung) {
-    SceneSpec scene = test::helical_buckling::scene(rung.n, 24);
+    SceneSpec scene = test::helical_buckling::scene(config.law, rung.n, 24);
     configure(scene, config, rung, scene.time.duration);
     Stage stage(scene, 1);
     Outcome outcome;

@@ -10,7 +10,7 @@
 //   axial_stretching  rod stretched by half: end against its integral, over the extension
 //   catenary          hung by both ends: nine nodes against the quadrature, lengths
 //   euler_buckling    critical load against its closed form, over itself
-//   helical_buckling  27 turns: envelope at nineteen stations against the localised helix
+//   helical_buckling  27 turns: envelope at nineteen stations against the localised helix of an inextensible rod
 // undamped, let go in a mode, over n: phase, rad
 //   bending_mode_0, bending_mode_1     slender clamped rod after a quarter period of Timoshenko's frequencies
 //   axial_wave, torsional_wave         standing waves, three quarters of a wave on the rod, after two periods and a quarter

@@ -39,7 +39,7 @@ std::vector<Config> one_at_a_time(const Choices& choices) {
         all.push_back(changed);
     };
     with("linear", &Config::law, Law::linear);
-    if (choices.clamp || choices.damping) with("elastica", &Config::law, Law::elastica);
+    if (choices.clamp) with("elastica", &Config::law, Law::elastica);
     if (choices.clamp) with("clamped_frozen", &Config::clamp, EndKind::clamped_frozen);
     if (choices.damping) {
         with("exponential", &Config::damping, DampingScheme::exponential);

@@ -60,7 +60,7 @@ struct Case {
 };
 
 /// The default, one choice changed at a time, and last what published codes do, but at the automatic step: `elastica`,
-/// `clamped_frozen`, damping after the kick.
+/// `clamped_frozen`, damping after the kick; without a clamp that is `elastica`, which always damps so.
 std::vector<Config> one_at_a_time(const Choices& choices);
 
 /// A case over n whose order is lowered by frozen clamps, and by damping after the kick in motion.
