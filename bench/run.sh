@@ -1,7 +1,7 @@
 #!/bin/bash
 # Runs all benchmarks and keeps their tables in bench/results/<processor>/.
 #   bash bench/run.sh [build folder, default build] [folder for results]
-# Takes about twelve minutes on one idle machine; needs 3 GB of memory, and PYTHON (default /usr/bin/python3) with numpy and
+# Takes about seventeen minutes on one idle machine; needs 3 GB of memory, and PYTHON (default /usr/bin/python3) with numpy and
 # matplotlib for the figures of error against work.
 set -euo pipefail
 here=$(cd "$(dirname "$0")" && pwd)

@@ -1,5 +1,6 @@
 // J1 != J2: the split top and the elliptic rod are of second order, reversible, and keep the angular momentum.   theory.md (19)
 #include "stress/stress_support.hpp"
+#include "support/free_top.hpp"
 
 #include <gtest/gtest.h>
 
@@ -8,60 +9,13 @@
 namespace skein {
 namespace {
 
-/// Elements of this section are the tops: J of an ellipse a/b, thin disc, largest about d3.
-RodSpec elliptic_rod(double ratio, long n) {
-    RodSpec rod = test::simple_rod(n);
-    rod.section = {.kind = SectionKind::elliptic, .radius = 0.04, .radius_2 = 0.04 / ratio};
-    return rod;
-}
-
-/// sn, cn, dn of u at parameter m by descending Landen steps (Abramowitz and Stegun 16.4).
-struct Jacobi {
-    double sn, cn, dn;
-};
-Jacobi jacobi(double u, double m) {
-    double a[20], c[20];
-    a[0] = 1;
-    double b = std::sqrt(1 - m);
-    c[0] = std::sqrt(m);
-    int i = 0;
-    for (; std::abs(c[i]) > 1e-16 && i < 18; ++i) {
-        a[i + 1] = 0.5 * (a[i] + b);
-        c[i + 1] = 0.5 * (a[i] - b);
-        b = std::sqrt(a[i] * b);
-    }
-    double phi = std::ldexp(a[i] * u, i);
-    for (; i > 0; --i) phi = 0.5 * (phi + std::asin(c[i] / a[i] * std::sin(phi)));
-    return {std::sin(phi), std::cos(phi), std::sqrt(1 - m * std::sin(phi) * std::sin(phi))};
-}
-
-/// Euler's free top at time t, begun with the rate (w1, 0, w3), by Jacobi's functions. J3 > J2 > J1, or J3 > J1 > J2 with the
-/// names of the first two exchanged: `middle` is the intermediate axis. The start must satisfy L^2 > 2 E J_middle: then w3 keeps
-/// its sign.
-Vec3d free_top(const Vec3d& j, double small_rate, double w3, double t) {
-    const bool first_small = j.x < j.y;
-    const double small = first_small ? j.x : j.y, middle = first_small ? j.y : j.x, large = j.z;
-    const double twice_energy = small * small_rate * small_rate + large * w3 * w3;
-    const double momentum_squared = small * small * small_rate * small_rate + large * large * w3 * w3;
-    // Landau, Lifshitz, Mechanics (37.8)-(37.12) with L^2 > 2 E J_middle.
-    const double scale = std::sqrt((large - middle) * (momentum_squared - twice_energy * small) / (small * middle * large));
-    const double m = (middle - small) * (twice_energy * large - momentum_squared) /
-                     ((large - middle) * (momentum_squared - twice_energy * small));
-    const Jacobi f = jacobi(scale * t, m);
-    const double amplitude = std::sqrt((twice_energy * large - momentum_squared) / (middle * (large - middle)));
-    const double s = small_rate * f.cn, z = w3 * f.dn;
-    // J_m dw_m/dt = (J_l - J_s) w_l w_s about (s, m, l) = (1, 2, 3), the other sign where the first two are exchanged.
-    const double sense = first_small ? 1 : -1, mid = sense * amplitude * f.sn;
-    return first_small ? Vec3d{s, mid, z} : Vec3d{mid, s, z};
-}
-
 TEST(Elliptic, FreeTopAgainstJacobi) {
     for (const double ratio : {2.0, 4.0, 0.5, 0.25}) {
-        const RodGroup group(elliptic_rod(ratio, 2), 0, 0, "");
+        const RodGroup group(test::elliptic_rod(ratio, 2), 0, 0, "");
         const Vec3d j = group.element[0].inertia;
         const double small_rate = 0.7, w3 = 0.9, time = 20;
         const Vec3d start = j.x < j.y ? Vec3d{small_rate, 0, w3} : Vec3d{0, small_rate, w3};
-        double error[3], momentum = 0, back = 0;
+        double error[3], turned[3], momentum = 0, back = 0;
         for (int i = 0; i < 3; ++i) {
             const int steps = 400 << i;
             std::vector<Slot<1>> state(3);
@@ -73,10 +27,13 @@ TEST(Elliptic, FreeTopAgainstJacobi) {
             error[i] = 0;
             for (int s = 1; s <= steps; ++s) {
                 synchronise(group, state, time / steps);
-                error[i] =
-                    std::fmax(error[i], norm(lane(state[0].spin, 0) - free_top(j, small_rate, w3, time * s / steps)) / norm(start));
+                error[i] = std::fmax(error[i], norm(lane(state[0].spin, 0) - test::free_top(j, small_rate, w3, time * s / steps)) /
+                                                   norm(start));
                 momentum = std::max(momentum, norm(lab() - before) / norm(before));
             }
+            const Mat3d q = frame(state[0]),
+                        exact = test::free_top_directors(j, small_rate, w3, time, lane(begin[0].director, 0));
+            turned[i] = std::max({norm(q.d1 - exact.d1), norm(q.d2 - exact.d2), norm(q.d3 - exact.d3)});
             for (int s = 0; s < steps; ++s) synchronise(group, state, -time / steps);
             back = std::max(back, norm(frame(state[0]).d1 - frame(begin[0]).d1) +
                                       norm(lane(state[0].spin, 0) - start));
@@ -86,6 +43,7 @@ TEST(Elliptic, FreeTopAgainstJacobi) {
         EXPECT_LT(error[0], 1e-2);
         EXPECT_NEAR(std::log2(error[0] / error[1]), 2, 0.1);
         EXPECT_NEAR(std::log2(error[1] / error[2]), 2, 0.1);
+        EXPECT_NEAR(std::log2(turned[1] / turned[2]), 2, 0.1);
         EXPECT_LE(momentum, 1e-12);
         EXPECT_LE(back, 1e-9);
     }
@@ -98,7 +56,7 @@ struct Flight {
 };
 Flight fly(double ratio, double dt, double time) {
     SceneSpec scene;
-    RodSpec rod = elliptic_rod(ratio, 20);
+    RodSpec rod = test::elliptic_rod(ratio, 20);
     rod.shape.start_curvature = Vec3d{0.8, 0.5, 1.0};
     rod.shape.velocity = {0.1, 0.2, -0.1};
     rod.shape.angular_velocity = {3, -2, 4};

@@ -2,6 +2,7 @@
 // Bars of three sets of rods that the published law, having no potential, makes gain energy at any step.
 #include "core/error.hpp"
 #include "stress/stress_support.hpp"
+#include "support/free_rods.hpp"
 
 #include <gtest/gtest.h>
 
@@ -71,21 +72,13 @@ TEST(Energy, HelicalFreeRodHasNoTrendOverAMillionSteps) {
     EXPECT_GT(std::log2(trend[0] / trend[1]), 3.2) << "what the shadow energy wanders is of fourth order";
 }
 
-/// PyElastica's butterfly: a straight rod folded to a right angle at its middle and let go. L 3 m, r 0.25 m, 5000 kg/m^3,
-/// E 1e4 Pa, G = E/1.5. Its step is 0.01 s/m times the element's length.
+/// The step is `dt_over_dl` (0.01 s/m where published) times the element's length.
 double butterfly_drift(long n, double dt_over_dl, Law law = Law::incompressible) {
-    SceneSpec scene;
-    RodSpec rod = test::simple_rod(n);
-    rod.material = {.density = 5000, .youngs_modulus = 1e4, .shear_modulus = 1e4 / 1.5, .law = law};
-    rod.section = {.radius = 0.25};
-    rod.shape.length = 3;
-    scene.rods = {rod};
-    const double dl = 3.0 / static_cast<double>(n);
-    scene.time = {.duration = 40, .dt = dt_over_dl * dl};
+    SceneSpec scene = test::butterfly(n);
+    scene.rods[0].material.law = law;
+    scene.time.dt = dt_over_dl * scene.rods[0].shape.length / static_cast<double>(n);
     test::Stage stage(scene, 1);
-    std::vector<Vec3d> node{{0, 0, 0}};
-    for (long k = 0; k < n; ++k) node.push_back(node.back() + (dl * std::sqrt(0.5)) * Vec3d{k < n / 2 ? 1.0 : -1.0, 0, 1});
-    stage.rods->import_rod(0, test::along_curve(node, {0, 1, 0}));
+    test::fold(stage);
     const test::EnergyRecord w = test::worst(test::watch_energy(stage, stage.plan.steps, 4000));
     std::printf("butterfly n = %2ld, dt %.3f dl: energy drift %.2e, strain up to %.2f\n", n, dt_over_dl, w.drift, w.strain);
     return w.drift;

@@ -2,7 +2,7 @@
 #pragma once
 
 #include "core/rotation.hpp"
-#include "diagnostics/observables.hpp"
+#include "support/energy.hpp"
 #include "support/scenes_for_tests.hpp"
 
 #include <algorithm>
@@ -39,31 +39,6 @@ inline void rebuild(Stage& stage) {
 /// `count` rods in one group, side by side in SIMD lanes; far apart only for clarity, they do not feel each other.
 inline Placement in_a_row(long count) { return {.kind = PlacementKind::line, .counts = {count}, .spacing = {1}}; }
 
-/// State at rest with nodes along a curve: d3 along the chords, d1 by parallel transport from `d1`.
-inline std::vector<Slot<1>> along_curve(const std::vector<Vec3d>& node, Vec3d d1) {
-    std::vector<Slot<1>> state(node.size());
-    const auto unit = [](const Vec3d& a) { return (1 / norm(a)) * a; };
-    Vec3d before{0, 0, 0};
-    for (std::size_t k = 0; k < node.size(); ++k) {
-        set_lane(state[k].position, 0, node[k]);
-        set_lane(state[k].velocity, 0, Vec3d{0, 0, 0});
-        set_lane(state[k].spin, 0, Vec3d{0, 0, 0});
-        if (k + 1 == node.size()) {
-            set_lane(state[k].director, 0, no_turn);
-            break;
-        }
-        const Vec3d d3 = unit(node[k + 1] - node[k]);
-        if (k > 0) { // the least turn that takes the tangent before to this one
-            const Vec3d axis = cross(before, d3);
-            d1 = d1 + cross(axis, d1) + (1 / (1 + dot(before, d3))) * cross(axis, cross(axis, d1));
-        }
-        d1 = unit(d1 - dot(d1, d3) * d3);
-        set_lane(state[k].director, 0, quaternion({d1, cross(d3, d1), d3}));
-        before = d3;
-    }
-    return state;
-}
-
 /// Adds normally distributed velocities and spins: `speed` m/s and `spin` rad/s, each per component.
 inline void shake(std::vector<Slot<1>>& state, double speed, double spin, unsigned seed) {
     std::mt19937 random(seed);
@@ -76,11 +51,6 @@ inline void shake(std::vector<Slot<1>>& state, double speed, double spin, unsign
         set_lane(state[k].velocity, 0, lane(state[k].velocity, 0) + vector(speed));
         if (k + 1 < state.size()) set_lane(state[k].spin, 0, lane(state[k].spin, 0) + vector(spin));
     }
-}
-
-inline double energy(const RodGroup& group, const std::vector<Slot<1>>& state) {
-    const RodEnergy u = rod_energy(group, state);
-    return u.translation + u.rotation + u.elastic();
 }
 
 /// max |Q Q^T - 1| over elements and entries.

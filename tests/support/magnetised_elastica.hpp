@@ -5,9 +5,28 @@
 // The laws linear and elastica do not stretch here: the first is their continuum too.
 #pragma once
 
+#include "support/relaxation.hpp"
+
 #include <cmath>
 
 namespace skein::test {
+
+constexpr double magnetised_slenderness = 0.01; ///< radius over length
+constexpr Vec3d magnetising_field{0.08, 0, 0};  ///< T
+
+/// One metre long, upright.
+inline RodSpec magnetised_rod(double bond, long n) {
+    constexpr double youngs = 1e6;
+    RodSpec rod;
+    rod.name = "rod";
+    rod.material = {.density = 1e3, .youngs_modulus = youngs};
+    rod.section = {.radius = magnetised_slenderness};
+    rod.shape = {.length = 1, .elements = n};
+    rod.start = EndKind::clamped;
+    rod.magnetisation = {.pattern = MagnetisationPattern::uniform,
+                         .strength = bond * youngs * magnetised_slenderness * magnetised_slenderness / (4 * magnetising_field.x)};
+    return rod;
+}
 
 /// In lengths: along the field and along the rod at rest.
 struct MagnetisedTip {

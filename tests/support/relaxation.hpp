@@ -1,15 +1,16 @@
 // Bringing rods to rest, with the cost measured.
 #pragma once
 
+#include "support/core_seconds.hpp"
 #include "support/scenes_for_tests.hpp"
 
-#include <chrono>
 #include <cmath>
 
 namespace skein::test {
 
 struct Cost {
-    double element_steps = 0, seconds = 0;
+    double element_steps = 0;
+    double seconds = 0; ///< processor time of all threads
 };
 
 /// Advances all rods of a stage to step `until`, adding to `cost`.
@@ -17,9 +18,9 @@ inline void advance(Stage& stage, std::int64_t until, Cost& cost) {
     double elements = 0;
     for (const LocalRod& rod : stage.rods->local()) elements += stage.groups[static_cast<std::size_t>(rod.group)].elements();
     const auto steps = static_cast<double>(until - stage.clock.done());
-    const auto begin = std::chrono::steady_clock::now();
+    const double begin = core_seconds();
     stage.advance(until);
-    cost.seconds += std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+    cost.seconds += core_seconds() - begin;
     cost.element_steps += steps * elements;
 }
 

@@ -4,6 +4,8 @@
 //   under a tip force F:  w(s) = F s/(alpha_c G A) + F (L s^2/2 - s^3/6)/(E I)
 #pragma once
 
+#include "rod/rod_spec.hpp"
+
 #include <array>
 #include <cmath>
 #include <numbers>
@@ -73,5 +75,16 @@ struct TimoshenkoBeam {
         return {at(t, end, 0) / at(end, end, 0), at(t, end, 1) / at(end, end, 0)};
     }
 };
+
+/// The beam as a rod of n elements, clamped at the start.
+inline RodSpec clamped_rod(const TimoshenkoBeam& beam, long n) {
+    RodSpec rod;
+    rod.name = "rod";
+    rod.material = {.density = beam.density, .youngs_modulus = beam.youngs, .shear_modulus = beam.shear};
+    rod.section = {.radius = beam.radius};
+    rod.shape = {.length = beam.length, .elements = n};
+    rod.start = EndKind::clamped;
+    return rod;
+}
 
 } // namespace skein::test

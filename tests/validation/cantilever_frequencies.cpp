@@ -2,7 +2,7 @@
 // Each rod starts at rest in one exact mode shape. Its projection on that shape is a cosine up to the square of the shape's own
 // error, so three samples (lag T) give the frequency: a(t+T) + a(t-T) = 2 cos(W T) a(t). The share of the step is known in
 // closed form for linear motion, sin(W dt/2) = (dt/2) W_n, and taken out: what is left is the error in space.
-#include "support/timoshenko_beam.hpp"
+#include "support/cantilever_modes.hpp"
 #include "validation/study.hpp"
 
 #include <numbers>
@@ -16,61 +16,25 @@ constexpr double amplitude = 1e-4; ///< of the tip over the length: squared, the
 
 constexpr test::TimoshenkoBeam cantilever{length, radius, density, youngs, youngs / 3};
 
-struct Shape {
-    std::vector<double> w, theta; ///< at nodes; at middles of elements
-};
-
 /// Frequencies in space of a rod of n elements, rad/s.
 std::array<double, modes> measured(const std::array<double, modes>& exact, long n, double& dt, test::Cost& cost) {
-    SceneSpec scene;
-    RodSpec rod;
-    rod.name = "rods";
-    rod.material = {.density = density, .youngs_modulus = youngs};
-    rod.section = {.radius = radius};
-    rod.shape = {.length = length, .elements = n};
-    rod.placement = {.kind = PlacementKind::line, .counts = {modes}, .spacing = {1}};
-    rod.start = EndKind::clamped;
-    scene.rods = {rod};
-    const double first_period = 2 * std::numbers::pi / exact[0];
-    scene.time = {.duration = 3 * first_period};
+    SceneSpec scene = test::clamped_beam(cantilever, n, 6 * std::numbers::pi / exact[0]);
+    scene.rods[0].placement = {.kind = PlacementKind::line, .counts = {modes}, .spacing = {1}};
     test::Stage stage(scene);
-    const RodGroup& group = stage.groups[0];
     dt = stage.plan.dt;
 
-    std::array<Shape, modes> shape;
+    std::vector<test::ModeShape> shape;
     for (std::size_t m = 0; m < modes; ++m) {
-        for (long k = 0; k <= n; ++k)
-            shape[m].w.push_back(cantilever.shape(exact[m], length * static_cast<double>(k) / static_cast<double>(n))[0]);
-        for (long k = 0; k < n; ++k)
-            shape[m].theta.push_back(cantilever.shape(exact[m], length * (static_cast<double>(k) + 0.5) / static_cast<double>(n))[1]);
-        std::vector<Slot<1>> state(static_cast<std::size_t>(group.slots()));
-        stage.rods->export_rod(m, state);
-        for (std::size_t k = 0; k < state.size(); ++k) {
-            set_lane(state[k].position, 0, lane(state[k].position, 0) + Vec3d{amplitude * length * shape[m].w[k], 0, 0});
-            if (k + 1 < state.size())
-                set_lane(state[k].director, 0,
-                         rotation({0, amplitude * length * shape[m].theta[k], 0}) * lane(state[k].director, 0));
-        }
-        stage.rods->import_rod(m, state);
+        shape.emplace_back(cantilever, exact[m], n);
+        shape[m].displace(stage, m, amplitude * length);
     }
-    const auto projection = [&](std::size_t m) {
-        const auto state = stage.state(m);
-        const double x0 = group.origin(stage.rods->local()[m].index).x;
-        double sum = 0;
-        for (std::size_t k = 0; k < state.size(); ++k) {
-            sum += group.node_mass[k] * shape[m].w[k] * (lane(state[k].position, 0).x - x0);
-            if (k + 1 < state.size())
-                sum += group.element[k].inertia.y * shape[m].theta[k] * std::asin(frame(state[k]).d3.x);
-        }
-        return sum;
-    };
 
     const double last_period = 2 * std::numbers::pi / exact[modes - 1];
     const auto stride = static_cast<std::int64_t>(last_period / 12 / dt);
     std::array<std::vector<double>, modes> sample;
     for (std::int64_t step = 0; step <= stage.plan.steps; step += stride) {
         test::advance(stage, step, cost);
-        for (std::size_t m = 0; m < modes; ++m) sample[m].push_back(projection(m));
+        for (std::size_t m = 0; m < modes; ++m) sample[m].push_back(shape[m].projection(stage, m));
     }
     std::array<double, modes> frequency{};
     for (std::size_t m = 0; m < modes; ++m) {

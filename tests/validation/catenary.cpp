@@ -1,71 +1,22 @@
-// A thin stretchable rod hung by both ends, at rest, against the elastic catenary by quadrature:
-//   T = sqrt(H^2 + V^2),  V = w (s - L/2),  E A (e - 1)/e = T,   x' = e H/T,  z' = e V/T,   H from x(L) = span
-// Bending is left out of it: it counts as B/(w L^3) = r^2/(4 L^2) E/(rho g L) = 5e-7.
+// A thin stretchable rod hung by both ends against the elastic catenary (support/catenary.hpp).
+#include "support/catenary.hpp"
 #include "validation/study.hpp"
-
-#include <array>
-#include <numbers>
 
 namespace skein {
 namespace {
 
-constexpr double radius = 3e-4, gravity = 0.05, span = 0.8; // L = rho = E = 1
-constexpr double area = std::numbers::pi * radius * radius, weight = area * gravity;
-
-/// x, z at the nodes of n elements for the horizontal tension H; Gauss' rule of three points on 4000/n pieces per element.
-std::vector<std::array<double, 2>> line(double tension, long n) {
-    std::vector<std::array<double, 2>> points{{0, 0}};
-    const long pieces = 4000 / n;
-    const double h = 1.0 / static_cast<double>(n * pieces);
-    double x = 0, z = 0;
-    for (long i = 0; i < n * pieces; ++i) {
-        for (const auto [node, share] :
-             {std::array{-std::sqrt(0.6), 5.0 / 18}, std::array{0.0, 8.0 / 18}, std::array{std::sqrt(0.6), 5.0 / 18}}) {
-            const double v = weight * ((static_cast<double>(i) + 0.5 + 0.5 * node) * h - 0.5), t = std::hypot(tension, v);
-            const double e = 1 / (1 - t / area);
-            x += h * share * e * tension / t;
-            z += h * share * e * v / t;
-        }
-        if ((i + 1) % pieces == 0) points.push_back({x, z});
-    }
-    return points;
-}
-
-double horizontal_tension() {
-    double low = 0, high = weight;
-    for (int i = 0; i < 100; ++i) (line(0.5 * (low + high), 10).back()[0] > span ? high : low) = 0.5 * (low + high);
-    return 0.5 * (low + high);
-}
-
-/// Turn per element of a polygon of n sides of 1/n whose chord is the span: the arc from which the rod starts.
-double arc_turn(long n) {
-    double low = 1e-6, high = 2 * std::numbers::pi / static_cast<double>(n);
-    const auto chord = [&](double turn) {
-        return std::sin(0.5 * static_cast<double>(n) * turn) / std::sin(0.5 * turn) / static_cast<double>(n);
-    };
-    for (int i = 0; i < 100; ++i) (chord(0.5 * (low + high)) < span ? high : low) = 0.5 * (low + high);
-    return 0.5 * (low + high);
-}
+using namespace test::catenary;
 
 TEST(Catenary, HangingRodMeetsQuadratureAtSecondOrder) {
-    const double tension = horizontal_tension();
+    const double tension = horizontal_tension(Law::incompressible);
     test::ErrorTable table("catenary");
     for (const long n : {10, 20, 40, 80}) {
-        const double turn = arc_turn(n), slope = 0.5 * turn * static_cast<double>(n); // of the arc at its start, downwards
-        RodSpec rod;
-        rod.name = "chain";
-        rod.material = {.density = 1, .youngs_modulus = 1};
-        rod.section = {.radius = radius};
-        rod.shape = {.length = 1, .elements = n, .start_curvature = Vec3d{0, turn * static_cast<double>(n), 0}};
-        rod.placement = {.tangent = {std::cos(slope), 0, -std::sin(slope)}, .normal = Vec3d{std::sin(slope), 0, std::cos(slope)}};
-        rod.start = rod.end = EndKind::pinned;
-        const double omega = 2.5 * std::sqrt(gravity); // below the first sway, 3.6 sqrt(g/L)
-        test::Stage stage(test::coming_to_rest(rod, omega, {{.load = Gravity{.acceleration = {0, 0, -gravity}}}}), 1);
+        test::Stage stage(scene(n), 1);
         EXPECT_NEAR(norm(lane(stage.state(0).back().position, 0) - Vec3d{span, 0, 0}), 0, 1e-12) << "pinned where the span ends";
         test::Cost cost;
-        test::come_to_rest(stage, omega, cost);
+        test::come_to_rest(stage, cost);
 
-        const auto exact = line(tension, n);
+        const auto exact = line(Law::incompressible, tension, n);
         const auto state = stage.state(0);
         double error = 0;
         for (std::size_t k = 0; k < state.size(); ++k)

@@ -1,47 +1,27 @@
 // A free, undamped rod in motion: energy bounded and of second order in the step, momenta kept, step reversible in time.
-#include "diagnostics/observables.hpp"
+#include "support/energy.hpp"
+#include "support/free_rods.hpp"
 #include "validation/study.hpp"
 
 namespace skein {
 namespace {
 
-/// A bent, twisted, spinning rod; elliptic for the general top.
-SceneSpec flying_rod(double dt, bool elliptic) {
-    SceneSpec scene;
-    RodSpec rod = test::simple_rod(20);
-    rod.section = {.radius = 0.03};
-    if (elliptic) rod.section = {.kind = SectionKind::elliptic, .radius = 0.04, .radius_2 = 0.02};
-    rod.shape.start_curvature = Vec3d{1.5, 0.5, 1.0};
-    rod.shape.velocity = {0.1, 0.2, -0.1};
-    rod.shape.angular_velocity = {0.3, -0.2, 2.0};
-    scene.rods = {rod};
-    scene.time = {.duration = 1, .dt = dt};
-    return scene;
-}
-
 struct Motion {
-    double drift = 0;           ///< max |E - E0|/E0
-    Vec3d momentum, angular;    ///< change over the run
+    double drift = 0;        ///< max |E - E0|/E0
+    Vec3d momentum, angular; ///< change over the run
     double momentum_scale = 0, angular_scale = 0;
     Vec3d tip;
 };
 
 Motion run(double dt, bool elliptic, double time) {
-    test::Stage stage(flying_rod(dt, elliptic));
+    SceneSpec scene = test::flying_rod(elliptic, time);
+    scene.time.dt = dt;
+    test::Stage stage(scene);
     const RodGroup& group = stage.groups[0];
-    const auto energy = [&] {
-        const RodEnergy u = rod_energy(group, stage.state(0));
-        return u.translation + u.rotation + u.elastic();
-    };
-    const double e0 = energy();
     const auto [p0, l0] = test::momenta(group, stage.state(0));
-    const auto steps = static_cast<std::int64_t>(std::llround(time / dt));
     Motion motion;
-    for (std::int64_t done = 0; done < steps;) {
-        done = std::min(steps, done + std::max<std::int64_t>(1, steps / 200));
-        stage.advance(done);
-        motion.drift = std::max(motion.drift, std::abs(energy() - e0) / e0);
-    }
+    test::Cost cost;
+    motion.drift = test::energy_drift(stage, std::llround(time / dt), 200, cost);
     const auto [p1, l1] = test::momenta(group, stage.state(0));
     motion.momentum = p1 - p0;
     motion.angular = l1 - l0;
@@ -60,7 +40,8 @@ TEST(FreeRod, EnergyErrorIsSecondOrderAndMomentaAreKept) {
         table.add(name, 20, 1e-5, middle.drift);
         table.add(name, 20, 5e-6, fine.drift);
         EXPECT_LT(middle.drift, 1e-4);
-        EXPECT_NEAR(std::log2(norm(coarse.tip - middle.tip) / norm(middle.tip - fine.tip)), 2.0, 0.15) << (elliptic ? "elliptic" : "circular");
+        EXPECT_NEAR(std::log2(norm(coarse.tip - middle.tip) / norm(middle.tip - fine.tip)), 2.0, 0.15)
+            << (elliptic ? "elliptic" : "circular");
         EXPECT_NEAR(std::log2(middle.drift / fine.drift), 2.0, 0.4);
         for (const Motion& m : {coarse, middle, fine}) {
             EXPECT_LT(norm(m.momentum), 1e-12 * m.momentum_scale);

@@ -4,32 +4,23 @@
 #include "support/magnetised_elastica.hpp"
 #include "validation/study.hpp"
 
-#include <numbers>
-
 namespace skein {
 namespace {
 
-constexpr double length = 1, radius = 0.01, youngs = 1e6, density = 1e3, field = 0.08;
 constexpr double bonds[] = {0.1, 1, 3, 10};
 constexpr long resolutions[] = {10, 20, 40, 50};
 
 /// One group per bond and resolution, damped until it rests.
 SceneSpec scene() {
     SceneSpec scene;
-    const double first_frequency = 3.516 * 0.5 * radius * std::sqrt(youngs / density) / (length * length);
-    scene.time = {.duration = 20 / first_frequency};
     for (const double bond : bonds)
         for (const long n : resolutions) {
-            RodSpec rod;
-            rod.name = "rod" + std::to_string(scene.rods.size());
-            rod.material = {.density = density, .youngs_modulus = youngs};
-            rod.section = {.radius = radius};
-            rod.shape = {.length = length, .elements = n};
-            rod.start = EndKind::clamped;
-            rod.magnetisation = {.pattern = MagnetisationPattern::uniform, .strength = bond * youngs * radius * radius / (4 * field * length * length)};
-            scene.rods.push_back(rod);
+            scene.rods.push_back(test::magnetised_rod(bond, n));
+            scene.rods.back().name = "rod" + std::to_string(scene.rods.size());
         }
-    scene.loads.push_back({.load = MagneticField{.constant = {field, 0, 0}, .ramp = 1 / first_frequency}});
+    const double first_frequency = test::cantilever_frequency(scene.rods[0]);
+    scene.time = {.duration = 20 / first_frequency};
+    scene.loads.push_back({.load = MagneticField{.constant = test::magnetising_field, .ramp = 1 / first_frequency}});
     scene.damping.push_back({.damping = {.kind = DampingKind::uniform, .rate = 2 * first_frequency}});
     return scene;
 }
@@ -40,7 +31,7 @@ TEST(MagnetisedCantilever, MeetsItsBoundaryValueProblemAtSecondOrder) {
     test::ErrorTable table("magnetised_cantilever");
     std::size_t i = 0;
     for (const double bond : bonds) {
-        const test::MagnetisedTip own = test::magnetised_tip(bond, radius / length), published = test::magnetised_tip(bond, 0);
+        const test::MagnetisedTip own = test::magnetised_tip(bond, test::magnetised_slenderness), published = test::magnetised_tip(bond, 0);
         const double deflection = std::hypot(published.x, 1 - published.z);
         double error[std::size(resolutions)], published_error = 0;
         for (std::size_t r = 0; r < std::size(resolutions); ++r, ++i) {
@@ -66,7 +57,7 @@ TEST(MagnetisedCantilever, FrozenClampIsFirstOrder) {
     for (RodSpec& rod : frozen.rods) rod.start = EndKind::clamped_frozen;
     test::Stage stage(frozen, 1, 2);
     stage.advance(stage.plan.steps);
-    const test::MagnetisedTip own = test::magnetised_tip(1, radius / length);
+    const test::MagnetisedTip own = test::magnetised_tip(1, test::magnetised_slenderness);
     const auto error = [&](std::size_t r) {
         const Vec3d tip = lane(stage.state(r).back().position, 0);
         return std::hypot(tip.x - own.x, tip.z - own.z);

@@ -15,9 +15,10 @@
 
 namespace skein::test {
 
-/// Runs to the end of the scene and expects every node at rest: no faster than 1e-10 lengths in 1/omega.
-inline void come_to_rest(Stage& stage, double omega, Cost& cost) {
+/// Runs to the end of a scene of `coming_to_rest` and expects every node at rest: no faster than 1e-10 lengths in 1/omega.
+inline void come_to_rest(Stage& stage, Cost& cost) {
     advance(stage, stage.plan.steps, cost);
+    const double omega = 40 / stage.scene.time.duration;
     for (std::size_t i = 0; i < stage.rods->local().size(); ++i) {
         double speed = 0;
         for (const Slot<1>& s : stage.state(i)) speed = std::max(speed, norm(lane(s.velocity, 0)));
