@@ -56,7 +56,7 @@ TileProgram<W> make_program(const GroupPlan& plan, const RodGroup& group, Scheme
     program.push_back(make_kick<W>(plan, group, scheme, dt));
     for (const Damping& d : plan.damping)
         if (d.kind == DampingKind::laplacian) program.push_back(std::make_unique<LaplacianFilterPass<W>>(d.order));
-    if (group.spec().hold.any()) program.push_back(std::make_unique<HoldPass<W>>(group.spec().hold));
+    if (group.spec().hold.any()) program.push_back(std::make_unique<HoldPass<W>>());
     if (audit) program.push_back(std::make_unique<AuditBalancePass<W>>(audit, moving != nullptr));
     return program;
 }
