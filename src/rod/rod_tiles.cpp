@@ -95,7 +95,7 @@ template <int W> bool fit(const RodTile<W>& tile) {
 
 template <int W>
 RodTiles<W>::RodTiles(std::span<const RodGroup> groups, std::vector<LocalRod> rods, std::vector<TileProgram<W>> programs, const Threads& threads,
-                      std::vector<std::shared_ptr<const AuditBook<W>>> audits)
+                      std::vector<std::shared_ptr<AuditBook<W>>> audits)
     : groups_(groups), local_(std::move(rods)), programs_(std::move(programs)), audits_(std::move(audits)), threads_(threads) {
     lay_out();
 
@@ -200,6 +200,12 @@ template <int W> RodWorks RodTiles<W>::works(std::size_t i) const {
     if (audits_.empty()) return {};
     const auto [t, l] = place_[i];
     return audits_[static_cast<std::size_t>(local_[i].group)]->works(tiles_[t].number, l);
+}
+
+template <int W> void RodTiles<W>::set_works(std::size_t i, const RodWorks& works) {
+    if (audits_.empty()) return;
+    const auto [t, l] = place_[i];
+    audits_[static_cast<std::size_t>(local_[i].group)]->set_works(tiles_[t].number, l, works);
 }
 
 template <int W> std::size_t RodTiles<W>::bytes() const {

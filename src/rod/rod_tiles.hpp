@@ -21,8 +21,8 @@ template <int W> using TileProgram = std::vector<std::unique_ptr<TilePass<W>>>;
 template <int W> class RodTiles final : public Rods {
 public:
     /// `rods` as partition() orders them; one program per group, and one audit or none at all. Rods take their start state.
-    RodTiles(std::span<const RodGroup> groups, std::vector<LocalRod> rods, std::vector<TileProgram<W>> programs, const Threads& threads,
-             std::vector<std::shared_ptr<const AuditBook<W>>> audits = {});
+    RodTiles(std::span<const RodGroup> groups, std::vector<LocalRod> rods, std::vector<TileProgram<W>> programs,
+             const Threads& threads, std::vector<std::shared_ptr<AuditBook<W>>> audits = {});
 
     bool visit(std::span<const Step> steps, bool check) override;
     std::span<const LocalRod> local() const override { return local_; }
@@ -31,6 +31,7 @@ public:
     std::uint64_t digest() const override;
     void inspect(std::int64_t step, double dt) const override;
     RodWorks works(std::size_t i) const override;
+    void set_works(std::size_t i, const RodWorks& works) override;
     std::size_t bytes() const override;
 
 private:
@@ -43,7 +44,7 @@ private:
     std::span<const RodGroup> groups_;
     std::vector<LocalRod> local_;
     std::vector<TileProgram<W>> programs_;
-    std::vector<std::shared_ptr<const AuditBook<W>>> audits_;
+    std::vector<std::shared_ptr<AuditBook<W>>> audits_;
     const Threads& threads_;
     AlignedVector<Slot<W>> slots_;
     std::vector<RodTile<W>> tiles_;

@@ -19,7 +19,7 @@ struct LocalRod {
     std::int64_t index; ///< number of the rod in its group
 };
 
-/// What has been done to a rod since the rods were made, J. See rod/audit.hpp.
+/// What has been done to a rod since the audit began, J. See rod/audit.hpp.
 struct RodWorks {
     double loads = 0, walls = 0, dissipated = 0;
 };
@@ -42,11 +42,15 @@ public:
     virtual void inspect(std::int64_t step, double dt) const = 0;
     /// Of local()[i]; zeros without an audit.
     virtual RodWorks works(std::size_t i) const = 0;
+    /// Goes on from sums that a checkpoint kept; nothing without an audit.
+    virtual void set_works(std::size_t i, const RodWorks& works) = 0;
     /// Bytes held for state, parameters and scratch.
     virtual std::size_t bytes() const = 0;
 };
 
-/// Hash of one rod's canonical state (FNV-like over 64-bit words, finalised), the term of the state digest.
+/// Hash of numbers that belong to a rod (FNV-like over 64-bit words, finalised).
+std::uint64_t hash_numbers(std::int64_t gid, std::span<const double> numbers);
+/// Of its canonical state: the term of the state digest.
 std::uint64_t hash_rod(std::int64_t gid, std::span<const Slot<1>> state);
 
 /// Positions and directors moved on by `h` at constant rates: a synchronised copy for outputs and diagnostics.

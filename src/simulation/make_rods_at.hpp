@@ -64,7 +64,7 @@ TileProgram<W> make_program(const GroupPlan& plan, const RodGroup& group, Scheme
 template <int W>
 std::unique_ptr<Rods> make_rods_at(const Plan& plan, std::span<const RodGroup> groups, std::vector<LocalRod> owned, const Threads& threads) {
     std::vector<TileProgram<W>> programs;
-    std::vector<std::shared_ptr<const AuditBook<W>>> audits;
+    std::vector<std::shared_ptr<AuditBook<W>>> audits;
     for (std::size_t g = 0; g < groups.size(); ++g) {
         const auto audit = plan.audit ? std::make_shared<AuditBook<W>>(groups[g]) : nullptr;
         programs.push_back(make_program<W>(plan.groups[g], groups[g], scheme_of(plan.integrator), plan.dt, audit));

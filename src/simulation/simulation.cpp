@@ -71,11 +71,14 @@ Simulation::Simulation(const Communicator& comm, const Threads& threads, const S
     rods_ = make_rods(plan_, groups_, partition(comm_, groups_), threads_);
 
     const auto warn = [](const std::string& text) { std::fprintf(stderr, "warning: %s\n", text.c_str()); };
-    if (const auto found = read_checkpoint(comm_, options_.out, groups_, *rods_, physics_, warn)) {
+    const auto found = read_checkpoint(comm_, options_.out, groups_, *rods_, physics_, warn);
+    if (found) {
         clock_ = Clock(plan_.dt, found->step, plan_.integrator);
         last_checkpoint_ = found->step;
-        if (comm_.root()) std::printf("Resuming from %s: step %lld, %.1f %% done\n", found->file.c_str(), static_cast<long long>(found->step),
-                                      100.0 * static_cast<double>(found->step) / static_cast<double>(plan_.steps));
+        if (comm_.root())
+            std::printf("Resuming from %s: step %lld, %.1f %% done%s\n", found->file.c_str(), static_cast<long long>(found->step),
+                        100.0 * static_cast<double>(found->step) / static_cast<double>(plan_.steps),
+                        plan_.audit && !found->audited_from ? "; it has no audit, which begins here" : "");
     } else {
         on_root(comm_, [&] {
             refuse_to_overwrite(options_.out, physics_);
@@ -83,7 +86,7 @@ Simulation::Simulation(const Communicator& comm, const Threads& threads, const S
         });
     }
     first_step_ = clock_.done();
-    if (plan_.audit) start_energy_ = observed_energy(observe(comm_, threads_, groups_, *rods_, clock_.time(), clock_.lag()));
+    if (plan_.audit) begin_audit(found ? found->audited_from : std::nullopt);
     last_step_ = plan_.steps;
     if (options_.until > 0) last_step_ = std::min<std::int64_t>(last_step_, std::llround(options_.until / plan_.dt));
     if (options_.steps > 0) last_step_ = std::min(last_step_, options_.steps);
@@ -92,6 +95,13 @@ Simulation::Simulation(const Communicator& comm, const Threads& threads, const S
 }
 
 Simulation::~Simulation() = default;
+
+void Simulation::begin_audit(std::optional<double> audited_from) {
+    audited_from_ = audited_from;
+    if (audited_from_) return;
+    audited_from_ = observed_energy(observe(comm_, threads_, groups_, *rods_, clock_.time(), clock_.lag()));
+    for (std::size_t i = 0; i < rods_->local().size(); ++i) rods_->set_works(i, {}); // a damaged checkpoint may have left its own
+}
 
 std::uint64_t Simulation::digest() const { return comm_.sum_wrapping(rods_->digest()); }
 
@@ -193,7 +203,7 @@ std::vector<double> Simulation::observables() const {
     auto values = observe(comm_, threads_, groups_, *rods_, clock_.time(), clock_.lag(), sets_);
     if (plan_.audit) {
         const EnergyAudit a = audit_scene(comm_, *rods_, observed_energy(values));
-        values.insert(values.end(), {a.loads, a.walls, a.dissipated, a.defect(start_energy_)});
+        values.insert(values.end(), {a.loads, a.walls, a.dissipated, a.defect(*audited_from_)});
     }
     return values;
 }
@@ -230,7 +240,7 @@ void Simulation::checkpoint() {
         if (plan_.cadence.series > 0) on_root(comm_, [&] { series_->flush(); });
     }
     const auto timing = timers_.time(Phase::checkpoint);
-    write_checkpoint(comm_, options_.out, groups_, *rods_, {clock_.done(), plan_.dt, digest(), physics_, {}});
+    write_checkpoint(comm_, options_.out, groups_, *rods_, {clock_.done(), plan_.dt, digest(), physics_, {}, audited_from_});
     last_checkpoint_ = clock_.done();
 }
 

@@ -60,6 +60,8 @@ private:
     enum class Verdict { go_on, stop_at_limit, fail };
 
     void open_outputs(const SceneSpec& scene);
+    /// Goes on with the audit of a checkpoint, or begins one here. Collective.
+    void begin_audit(std::optional<double> audited_from);
     void write_due();
     void checkpoint();
     void sample();
@@ -80,7 +82,7 @@ private:
     Plan plan_;
     RunOptions options_;
     ObservableSets sets_;
-    double start_energy_ = 0; ///< J, of the first step of this run; for the audit
+    std::optional<double> audited_from_; ///< J, energy that the audit began with
     std::string physics_; ///< canonical scene, kept in checkpoints
     Timers timers_;
     double started_, setup_s_ = 0;
