@@ -8,6 +8,7 @@
 #include <cstdint>
 #include <memory>
 #include <span>
+#include <string>
 #include <vector>
 
 namespace skein {
@@ -30,6 +31,9 @@ public:
 
     /// Advances every rod by the given steps, tile by tile. With `check`, false if a rod came out unfit (see inspect).
     virtual bool visit(std::span<const Step> steps, bool check) = 0;
+    /// Names the rod whose strains leave the step least room, where the last check found one that is near its limit
+    /// (rod/step_watch.hpp).
+    virtual std::string near_limit() const = 0;
 
     /// Owned rods, ordered by group, within a group in space order.
     virtual std::span<const LocalRod> local() const = 0;
@@ -38,7 +42,8 @@ public:
     virtual void import_rod(std::size_t i, std::span<const Slot<1>> in) = 0;
     /// Sum over owned rods of a hash of (gid, canonical state), modulo 2^64: order-free, so equal for any distribution.
     virtual std::uint64_t digest() const = 0;
-    /// Throws NumericalError naming rod, element and quantity where a rod is unfit: not finite, or an element turned over.
+    /// Throws NumericalError naming rod, element and quantity where a rod is unfit: not finite, an element turned over, or strains
+    /// at which the step is too long.
     virtual void inspect(std::int64_t step, double dt) const = 0;
     /// Of local()[i]; zeros without an audit.
     virtual RodWorks works(std::size_t i) const = 0;

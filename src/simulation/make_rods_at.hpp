@@ -70,7 +70,9 @@ std::unique_ptr<Rods> make_rods_at(const Plan& plan, std::span<const RodGroup> g
         programs.push_back(make_program<W>(plan.groups[g], groups[g], scheme_of(plan.integrator), plan.dt, audit));
         if (audit) audits.push_back(audit);
     }
-    return std::make_unique<RodTiles<W>>(groups, std::move(owned), std::move(programs), threads, std::move(audits));
+    return std::make_unique<RodTiles<W>>(
+        groups, std::move(owned), std::move(programs), threads, std::move(audits),
+        StepWatch{.dt = plan.dt, .stability = scheme_of(plan.integrator).stability, .stops = !plan.force_dt});
 }
 
 #define SKEIN_MAKE_RODS_AT(W) \

@@ -116,6 +116,10 @@ void Simulation::advance(std::int64_t until) {
             fit = rods_->visit(steps, check); // per tile: drift, forces, loads, kick
         }
         clock_.advance(steps);
+        if (check && !told_limit_ && near_limit_.empty()) {
+            near_limit_ = rods_->near_limit();
+            if (!near_limit_.empty()) near_limit_ += fmt::format(" at step {}", clock_.done());
+        }
         if (!fit) try {
                 rods_->inspect(clock_.done(), plan_.dt);
             } catch (const NumericalError& e) { failure_ = e.what(); } // the other ranks learn of it at the next event
@@ -152,9 +156,14 @@ Simulation::Verdict Simulation::agree() {
     const auto timing = timers_.time(Phase::agree);
     const double wall = wall_seconds() - started_;
     const bool late = options_.walltime > 0 && wall > 0.98 * options_.walltime;
-    const Verdict mine = !failure_.empty() ? Verdict::fail : stop_requested || late ? Verdict::stop_at_limit : Verdict::go_on;
-    const auto verdict = static_cast<Verdict>(comm_.max(static_cast<std::int64_t>(mine)));
+    const Verdict mine = !failure_.empty()                      ? Verdict::fail
+                         : stop_requested || late               ? Verdict::stop_at_limit
+                         : !near_limit_.empty() && !told_limit_ ? Verdict::warn
+                                                                : Verdict::go_on;
+    auto verdict = static_cast<Verdict>(comm_.max(static_cast<std::int64_t>(mine)));
+    if (verdict == Verdict::warn || verdict == Verdict::fail) warn_of_limit();
     if (verdict == Verdict::fail) throw_failure();
+    if (verdict == Verdict::warn) verdict = Verdict::go_on;
     if (clock_.done() >= next_tick_) {
         // As many steps as fit at the speed so far; root's figure for all.
         const double speed = static_cast<double>(clock_.done() - first_step_) / std::max(1e-9, wall - setup_s_);
@@ -215,14 +224,20 @@ void Simulation::sample() {
     on_root(comm_, [&] { series_->append(clock_.done(), clock_.time(), last_sample_); });
 }
 
-void Simulation::warn_of_strain() {
+void Simulation::warn(bool& told, bool bad, const std::string& text) {
+    if (told || !bad) return;
+    told = true;
     if (!comm_.root() || options_.quiet) return;
-    const auto warn = [&](bool& told, bool bad, const std::string& text) {
-        if (told || !bad) return;
-        told = true;
-        progress_->finish();
-        std::fprintf(stderr, "warning: step %lld: %s\n", static_cast<long long>(clock_.done()), text.c_str());
-    };
+    progress_->finish();
+    std::fprintf(stderr, "warning: step %lld: %s\n", static_cast<long long>(clock_.done()), text.c_str());
+}
+
+void Simulation::warn_of_limit() {
+    const std::string text = comm_.first_text(near_limit_);
+    warn(told_limit_, !text.empty(), text + (plan_.force_dt ? "" : "; beyond it the run is stopped: lower dt or time.e_min"));
+}
+
+void Simulation::warn_of_strain() {
     const double turn = last_sample_[observed_turn_per_cell], strain = last_sample_[observed_axial_strain];
     double room = HUGE_VAL; // to the lowest tension limit
     for (std::size_t g = 0; g < groups_.size(); ++g) room = std::min(room, plan_.groups[g].tension_limit - groups_[g].element[0].rest_stretch);

@@ -69,6 +69,7 @@ public:
     }
 
     bool visit(std::span<const Step>, bool) override { return true; }
+    std::string near_limit() const override { return {}; }
     std::span<const LocalRod> local() const override { return local_; }
     void export_rod(std::size_t i, std::span<Slot<1>> out) const override {
         std::copy(states_[i].begin(), states_[i].end(), out.begin());
