@@ -5,7 +5,7 @@
 //   twist               beta_3
 //   beta = sum over cells of (B g/(E^3 D) + |tau|/2)(1/J + 1/J_nb), g = ((phi/2)/sin(phi/2))^2, and of walls, B/(e^3 l/2)/J
 // Measured true limit over it: 1.00 where rods are stretched or compressed, 0.93 to 1.12 where they are crumpled as well.
-// Cost: 250 flop per element, once in 64 steps.
+// Cost: 250 flop per element, once in 64 steps: 0.2 ns per element-step of 20.
 #pragma once
 
 #include "core/rotation.hpp"
@@ -38,7 +38,8 @@ template <class P> struct PresentCell {
     P stiffness;    ///< 3 q/E^5, N
 };
 
-template <class Law, int W> PresentCell<Pack<W>> present_cell(const RodTile<W>& rod, int k, int next, Pack<W> e, Pack<W> e_next) {
+template <class Law, int W>
+SKEIN_INLINE PresentCell<Pack<W>> present_cell(const RodTile<W>& rod, int k, int next, Pack<W> e, Pack<W> e_next) {
     using P = Pack<W>;
     const VoronoiConstants& v = rod.voronoi[k];
     const Mat3<P>&q = rod.slot[k].director, &q_next = rod.slot[next].director;
@@ -55,7 +56,8 @@ template <class Law, int W> PresentCell<Pack<W>> present_cell(const RodTile<W>& 
                         P(0.0), P(0.0)};
     if constexpr (Law::bending_pulls) {
         cell.tension = Law::bending_tension(work, factor, dilatation);
-        cell.stiffness = P(3.0) * work * factor / (dilatation * dilatation);
+        const P inverse = factor * dilatation * dilatation;
+        cell.stiffness = P(3.0) * work * factor * inverse * inverse;
     }
     return cell;
 }
@@ -65,8 +67,8 @@ template <class Law, int W, class F> void present_eigenvalues(const RodTile<W>& 
     using P = Pack<W>;
     const RodGroup& group = *rod.group;
     const Ends ends = ends_of(group);
-    const bool published =
-        group.law() == skein::Law::elastica; // its shear force and its inertia go by 1/e, and bending does not pull
+    // Its shear force and its inertia go by 1/e, and bending does not pull.
+    const bool published = group.law() == skein::Law::elastica;
     const int n = rod.n;
     const auto strain = [&](int k) {
         return P(rod.element[k].inv_rest_length) * (rod.slot[k].director * (rod.slot[k + 1].position - rod.slot[k].position));
@@ -75,16 +77,19 @@ template <class Law, int W, class F> void present_eigenvalues(const RodTile<W>& 
     const PresentCell<P> none{};
     const PresentCell<P> first = ends.closed ? present_cell<Law>(rod, n - 1, 0, strain(n - 1).z, nu.z) : none;
     PresentCell<P> before = first;
+    const auto mobility_of = [&](int k) {
+        const Vec3d& j = rod.element[k].inertia;
+        return Vec3d{1 / j.x, 1 / j.y, 1 / j.z};
+    };
+    Vec3d mobility_before = mobility_of(n - 1), mobility = mobility_of(0);
     for (int k = 0; k < n; ++k) {
         const bool last = k == n - 1;
         const Vec3<P> nu_next = last ? nu : strain(k + 1);
         const PresentCell<P> after = !last ? present_cell<Law>(rod, k, k + 1, nu.z, nu_next.z) : ends.closed ? first : none;
-        const ElementConstants &c = rod.element[k], &c_before = rod.element[(k + n - 1) % n], &c_after = rod.element[(k + 1) % n];
-        const Vec3d mobility{1 / c.inertia.x, 1 / c.inertia.y, 1 / c.inertia.z};
-        const auto with = [&](const ElementConstants& other) {
-            return mobility + Vec3d{1 / other.inertia.x, 1 / other.inertia.y, 1 / other.inertia.z};
-        };
-        Vec3<P> beta = scale(before.spring, broadcast<W>(with(c_before))) + scale(after.spring, broadcast<W>(with(c_after)));
+        const ElementConstants& c = rod.element[k];
+        const Vec3d mobility_after = mobility_of((k + 1) % n);
+        Vec3<P> beta = scale(before.spring, broadcast<W>(mobility + mobility_before)) +
+                       scale(after.spring, broadcast<W>(mobility + mobility_after));
         const double walls = (k == 0 && ends.start_wall) + (last && ends.end_wall);
         if (walls > 0)
             beta += (P(2 * walls * c.inv_rest_length) * Law::bending_factor(nu.z)) * broadcast<W>(scale(c.bending, mobility));
@@ -106,6 +111,8 @@ template <class Law, int W, class F> void present_eigenvalues(const RodTile<W>& 
                                    round ? about_d1 : shear_rotation(c.stiffness.x, mobility.y, beta.y), looser * beta.z});
         before = after;
         nu = nu_next;
+        mobility_before = mobility;
+        mobility = mobility_after;
     }
 }
 
