@@ -1,5 +1,4 @@
-// What strains leave of the largest stable step: the bound of rod/time_limits.hpp with the stiffness of the moment.   theory.md
-// (51)
+// What strains leave of the largest stable step: rod/time_limits.hpp with the stiffness of the moment.            theory.md (51)
 //   axial               A' M/l,  A' = dn_3/de + 3 sum q/E^5 over the cells beside
 //   about d1, d2        (a + d + sqrt((a - d)^2 + 4 b^2))/2,  a = s M/l,  d = l (s e - n_3) e/J + beta,  b = (s e - n_3) sqrt(M/J)
 //   twist               beta_3
