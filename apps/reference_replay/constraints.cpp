@@ -73,8 +73,9 @@ private:
 /// components of the line between the ends, taken as body components without transformation: as published.
 class HelicalBuckling final : public Constraint {
 public:
-    HelicalBuckling(std::span<const Slot<1>> start, double time, double slack, double rotations) : time_(time), last_(start.size() - 1) {
-        const Vec3d first = lane(start.front().position, 0), end = lane(start.back().position, 0);
+    HelicalBuckling(std::span<const Slot<1>> start, std::size_t last_node, double time, double slack, double rotations)
+        : time_(time), last_(last_node), last_element_(start.size() - 2) {
+        const Vec3d first = lane(start.front().position, 0), end = lane(start[last_].position, 0);
         const Vec3d d = (1 / norm(end - first)) * (end - first);
         const double angle = rotations * std::numbers::pi;
         velocity_ = slack / (2 * time) * d;
@@ -82,26 +83,26 @@ public:
         first_ = first + 0.5 * slack * d;
         end_ = end - 0.5 * slack * d;
         first_director_ = rotation(angle * d) * lane(start.front().director, 0);
-        end_director_ = rotation(-angle * d) * lane(start[last_ - 1].director, 0);
+        end_director_ = rotation(-angle * d) * lane(start[last_element_].director, 0);
     }
     void values(Slot<1>* slot, double t) const override {
         if (t <= time_) return;
         slot[0].position = broadcast<1>(first_);
         slot[last_].position = broadcast<1>(end_);
         slot[0].director = broadcast<1>(first_director_);
-        slot[last_ - 1].director = broadcast<1>(end_director_);
+        slot[last_element_].director = broadcast<1>(end_director_);
     }
     void rates(Slot<1>* slot, double t) const override {
         const double moving = t <= time_;
         slot[0].velocity = broadcast<1>(moving * velocity_);
         slot[last_].velocity = broadcast<1>(-moving * velocity_);
         slot[0].spin = broadcast<1>(moving * spin_);
-        slot[last_ - 1].spin = broadcast<1>(-moving * spin_);
+        slot[last_element_].spin = broadcast<1>(-moving * spin_);
     }
 
 private:
     double time_;
-    std::size_t last_;
+    std::size_t last_, last_element_;
     Vec3d velocity_, spin_, first_, end_;
     Quaterniond first_director_, end_director_;
 };
@@ -119,9 +120,9 @@ std::shared_ptr<const Constraint> make_constraint(const Entry& e, std::span<cons
     const std::string kind = e["kind"].text();
     const int n = static_cast<int>(start.size()) - 1, nodes_in_file = closed ? n : n + 1;
     if (kind == "one_end_fixed") return std::make_shared<Fixed>(held_nodes({0}, start), held_elements({0}, start));
-    if (kind == "helical_buckling" && closed) throw NotBuilt("constraint 'helical_buckling' on a ring (" + e.path() + ")");
     if (kind == "helical_buckling")
-        return std::make_shared<HelicalBuckling>(start, e["twisting_time"].positive(), e["slack"].number(), e["number_of_rotations"].number());
+        return std::make_shared<HelicalBuckling>(start, static_cast<std::size_t>(nodes_in_file) - 1, e["twisting_time"].positive(),
+                                                 e["slack"].number(), e["number_of_rotations"].number());
     if (kind != "fixed" && kind != "general") throw NotBuilt("constraint '" + kind + "' (" + e.path() + ")");
     auto nodes = held_nodes(places(e, "position_index", nodes_in_file), start);
     auto elements = held_elements(places(e, "director_index", n), start);

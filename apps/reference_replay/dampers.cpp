@@ -4,6 +4,7 @@
 #include "loads/laplacian_filter.hpp"
 
 #include <algorithm>
+#include <vector>
 
 namespace skein::replay {
 
@@ -26,11 +27,38 @@ private:
     KickPass<KickKind::elastica, 1> kick_;
 };
 
+/// The published filter of a ring: it takes the rates with the last one put before them and the first one after them, and leaves
+/// both ends of that list alone. Of order 1 it is the same all round; of higher orders it shows where the list begins.
+class RingFilter final : public TilePass<1> {
+public:
+    explicit RingFilter(long order) : order_(order) {}
+    std::string_view name() const override { return "laplacian filter (ring, as published)"; }
+    void run(const RodTile<1>& rod, SlotLoad<1>*, const Step&) const override {
+        filter<&Slot<1>::velocity>(rod);
+        filter<&Slot<1>::spin>(rod);
+    }
+
+private:
+    template <auto Rate> void filter(const RodTile<1>& rod) const {
+        const auto n = static_cast<std::size_t>(rod.n);
+        std::vector<Vec3d> f(n + 2, Vec3d{0, 0, 0}), before;
+        for (std::size_t i = 0; i < n + 2; ++i) f[i] = lane(rod.slot[(i + n - 1) % n].*Rate, 0);
+        for (long p = 0; p < order_; ++p) {
+            before = f;
+            for (std::size_t i = 1; i <= n; ++i) f[i] = 0.25 * (2.0 * before[i] - before[i - 1] - before[i + 1]);
+            f.front() = f.back() = {0, 0, 0};
+        }
+        for (std::size_t i = 0; i < n; ++i) rod.slot[i].*Rate -= broadcast<1>(f[i + 1]);
+    }
+
+    long order_;
+};
+
 } // namespace
 
 std::unique_ptr<TilePass<1>> make_damper(const Entry& e, const RodGroup& group) {
     const std::string kind = e["kind"].text();
-    if (group.closed()) throw NotBuilt("damper '" + kind + "' on a ring (" + e.path() + ")");
+    if (kind == "laplace_filter" && group.closed()) return std::make_unique<RingFilter>(e["filter_order"].integer());
     if (kind == "laplace_filter") return std::make_unique<LaplacianFilterPass<1>>(e["filter_order"].integer());
     if (kind != "analytical_linear") throw NotBuilt("damper '" + kind + "' (" + e.path() + ")");
     const double h = e["time_step"].positive();

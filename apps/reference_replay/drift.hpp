@@ -29,11 +29,10 @@ private:
     std::size_t stages_;
 };
 
-/// Copies moved on to the end of their step.
+/// Copies moved on to the end of their step; constraints and the closing of rings come after.
 inline void close_step(const RodGroup& group, std::span<Slot<1>> state, double h) {
     const RodTile<1> rod{state.data(), group.element.data(), group.voronoi.data(), &group, group.elements(), 0, {0}, 1};
     drift<PublishedTop>(rod, h);
-    if (group.closed()) close_ring(rod);
 }
 
 } // namespace skein::replay

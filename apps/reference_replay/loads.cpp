@@ -27,6 +27,14 @@ struct EndForces {
     }
 };
 
+/// The library's turning forces, on the nodes that the file's lists begin and end with.
+struct TurningEndForces : SinusoidalEndForce {
+    void add(const RodTile<1>& rod, SlotLoad<1>* load, const Step& step) const {
+        add_force(load[0], start * direction[step.slot]);
+        add_force(load[last_node(rod)], end * direction[step.slot]);
+    }
+};
+
 /// f_i = F/n at nodes, half of it at the first and last (a ring's too).
 struct UniformForces {
     static constexpr std::string_view kind = "uniform_forces";
@@ -110,13 +118,17 @@ std::unique_ptr<TilePass<1>> make_load(const Entry& e, const RodGroup& group) {
     if (kind == "endpoint_forces") return pass(EndForces{e["start_force"].vector(), e["end_force"].vector(), e["ramp_up_time"].number()});
     if (kind == "uniform_forces") return pass(UniformForces{e["force"].vector()});
     if (kind == "muscle_torques")
-        return pass(MuscleTorques{e["ramp_up_time"].number(), e["period"].positive(), e["wave_number"].number(), e["phase_shift"].number(),
-                                  e["s"].numbers(n), e["spline_at_s"].numbers(n), e["direction"].vector()});
-    if (group.closed() && (kind == "endpoint_forces_sinusoidal" || kind == "slender_body"))
-        throw NotBuilt("load '" + kind + "' on a ring (" + e.path() + ")");
+        return pass(MuscleTorques{e["ramp_up_time"].number(), e["period"].positive(), e["wave_number"].number(),
+                                  e["phase_shift"].number(), e["s"].numbers(n), e["spline_at_s"].numbers(n),
+                                  e["direction"].vector()});
     if (kind == "endpoint_forces_sinusoidal")
-        return pass(SinusoidalEndForce{.start = e["start_force_mag"].number(), .end = e["end_force_mag"].number(), .normal = e["normal_direction"].vector(),
-                                       .tangent = e["tangent_direction"].vector(), .hold = e["ramp_up_time"].number()});
+        return pass(TurningEndForces{{.start = e["start_force_mag"].number(),
+                                      .end = e["end_force_mag"].number(),
+                                      .normal = e["normal_direction"].vector(),
+                                      .tangent = e["tangent_direction"].vector(),
+                                      .hold = e["ramp_up_time"].number()}});
+    // Published codes have no velocity of a ring's closing element.
+    if (group.closed() && kind == "slender_body") throw NotBuilt("load 'slender_body' on a ring (" + e.path() + ")");
     if (kind == "slender_body") return pass(SlenderBodyDrag{e["dynamic_viscosity"].number()});
     throw NotBuilt("load '" + kind + "' (" + e.path() + ")");
 }

@@ -175,6 +175,7 @@ std::vector<Recorded> run(const Entry& file, const std::vector<System>& systems)
             rods.export_rod(i, state);
             close_step(systems[i].group, state, clock.lag());
             for (const auto& constraint : programs[i].constraints) constraint->values(state.data(), time);
+            if (systems[i].group.closed()) state.back().position = state.front().position;
             r.computed.push_back(fields_of(systems[i], state, *programs[i].loads));
             r.reference.push_back(reference_fields(references[i], r.computed.back()));
         }

@@ -2,6 +2,7 @@
 
 #include "dampers.hpp"
 #include "drift.hpp"
+#include "ring.hpp"
 
 #include "rod/elastica.hpp"
 #include "rod/kick.hpp"
@@ -86,12 +87,13 @@ Program make_program(const Entry& file, const System& system, int number, const 
     auto& passes = program.passes;
     passes.push_back(std::make_unique<PublishedDrift>(stepping.scheme.stages.size()));
     for (const auto& c : program.constraints) passes.push_back(std::make_unique<ValuesPass>(c));
-    if (group.closed()) passes.push_back(std::make_unique<CloseRingPass<1>>());
+    if (group.closed()) passes.push_back(std::make_unique<ClosePositionPass>());
     passes.push_back(std::make_unique<ElasticaPass<1>>(ends_of(group)));
     passes.push_back(std::move(external));
     if (group.closed()) passes.push_back(std::make_unique<FoldRingPass<1>>());
     passes.push_back(std::make_unique<KickPass<KickKind::elastica, 1>>(std::move(kicks)));
     for (const auto& c : program.constraints) passes.push_back(std::make_unique<RatesPass>(c));
+    if (group.closed()) passes.push_back(std::make_unique<CloseVelocityPass>());
     for (const Entry& e : entries_of(file["dampers_in_order"], number, systems)) passes.push_back(make_damper(e, group));
     return program;
 }

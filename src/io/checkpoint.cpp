@@ -17,6 +17,7 @@ namespace skein {
 namespace {
 
 const std::string format_name = "skein-checkpoint";
+/// 2: directors are quaternions; with an audit, its sums.
 constexpr std::int64_t format_version = 2;
 
 // A slab is a run of a group's rods that is moved between owners and file at a time: enough for full bandwidth, little
@@ -27,11 +28,41 @@ struct Slab {
     std::int64_t begin, count;
 };
 
-std::size_t rod_bytes(const RodGroup& group) { return static_cast<std::size_t>(group.slots()) * sizeof(Slot<1>); }
+/// What is kept of every rod of a group: a dataset [rods, rows, columns] of doubles.
+struct Record {
+    std::string dataset;
+    std::uint64_t rows, columns;
+    void (*take)(const Rods& rods, std::size_t i, std::span<double> out);
+    void (*put)(Rods& rods, std::size_t i, std::span<const double> in);
 
-std::vector<Slab> slabs(const Communicator& comm, const RodGroup& group) {
+    std::size_t numbers() const { return rows * columns; }
+    std::size_t bytes() const { return numbers() * sizeof(double); }
+};
+
+Record state_record(const RodGroup& group) {
+    return {"/groups/" + group.name() + "/state", static_cast<std::uint64_t>(group.slots()), slot_doubles,
+            [](const Rods& rods, std::size_t i, std::span<double> out) {
+                rods.export_rod(i, {reinterpret_cast<Slot<1>*>(out.data()), out.size() / slot_doubles});
+            },
+            [](Rods& rods, std::size_t i, std::span<const double> in) {
+                rods.import_rod(i, {reinterpret_cast<const Slot<1>*>(in.data()), in.size() / slot_doubles});
+            }};
+}
+
+Record works_record(const RodGroup& group) {
+    return {"/groups/" + group.name() + "/works", 1, 3,
+            [](const Rods& rods, std::size_t i, std::span<double> out) {
+                const RodWorks w = rods.works(i);
+                out[0] = w.loads, out[1] = w.walls, out[2] = w.dissipated;
+            },
+            [](Rods& rods, std::size_t i, std::span<const double> in) {
+                rods.set_works(i, {in[0], in[1], in[2]});
+            }};
+}
+
+std::vector<Slab> slabs(const Communicator& comm, const RodGroup& group, const Record& record) {
     const std::int64_t rods =
-        comm.size() * std::max<std::int64_t>(1, slab_bytes_per_rank / static_cast<std::int64_t>(rod_bytes(group)));
+        comm.size() * std::max<std::int64_t>(1, slab_bytes_per_rank / static_cast<std::int64_t>(record.bytes()));
     std::vector<Slab> found;
     for (std::int64_t begin = 0; begin < group.count(); begin += rods)
         found.push_back({begin, std::min(rods, group.count() - begin)});
@@ -53,75 +84,70 @@ struct Share {
     }
 };
 
-std::span<Slot<1>> state_of(std::vector<Slot<1>>& states, std::size_t i, const RodGroup& group) {
-    const auto slots = static_cast<std::size_t>(group.slots());
-    return std::span(states).subspan(i * slots, slots);
+template <class T> std::span<T> part(std::vector<T>& all, std::size_t i, const Record& record) {
+    return std::span(all).subspan(i * record.numbers(), record.numbers());
 }
 
-std::string dataset_of(const RodGroup& group) { return "/groups/" + group.name() + "/state"; }
-
-H5Box box_of(const RodGroup& group, const Slab& slab, const IndexBlocks& blocks) {
+H5Box box_of(const Record& record, const Slab& slab, const IndexBlocks& blocks) {
     return {{static_cast<std::uint64_t>(slab.begin + blocks.begin()), 0, 0},
-            {static_cast<std::uint64_t>(blocks.size()), static_cast<std::uint64_t>(group.slots()), slot_doubles}};
+            {static_cast<std::uint64_t>(blocks.size()), record.rows, record.columns}};
 }
 
-/// Writes a group's state; returns its digest.
-std::uint64_t write_group(const Communicator& comm, H5File& file, const RodGroup& group, const Rods& rods) {
-    const std::string dataset = dataset_of(group);
-    file.make_group("/groups/" + group.name());
-    file.make_dataset(dataset, H5Type::float64,
-                      {static_cast<std::uint64_t>(group.count()), static_cast<std::uint64_t>(group.slots()), slot_doubles});
+/// Writes a record of a group's rods; returns its digest.
+std::uint64_t write_record(const Communicator& comm, H5File& file, const RodGroup& group, const Record& record, const Rods& rods) {
+    file.make_dataset(record.dataset, H5Type::float64, {static_cast<std::uint64_t>(group.count()), record.rows, record.columns});
     std::uint64_t digest = 0;
-    for (const Slab& slab : slabs(comm, group)) {
+    for (const Slab& slab : slabs(comm, group, record)) {
         const Share share(rods, group, slab);
-        std::vector<Slot<1>> owned(share.local.size() * static_cast<std::size_t>(group.slots()));
+        std::vector<double> owned(share.local.size() * record.numbers());
         for (std::size_t i = 0; i < share.local.size(); ++i) {
-            const auto state = state_of(owned, i, group);
-            rods.export_rod(share.local[i], state);
-            digest += hash_rod(rods.local()[share.local[i]].gid, state);
+            const auto numbers = part(owned, i, record);
+            record.take(rods, share.local[i], numbers);
+            digest += hash_numbers(rods.local()[share.local[i]].gid, numbers);
         }
         const IndexBlocks blocks(comm, share.indices, slab.count);
-        const auto block = blocks.to_blocks(std::as_bytes(std::span(owned)), rod_bytes(group));
-        file.write(dataset, H5Type::float64, box_of(group, slab, blocks), block.data());
+        const auto block = blocks.to_blocks(std::as_bytes(std::span(owned)), record.bytes());
+        file.write(record.dataset, H5Type::float64, box_of(record, slab, blocks), block.data());
     }
     digest = comm.sum_wrapping(digest);
-    file.set(dataset, "digest", digest);
+    file.set(record.dataset, "digest", digest);
     return digest;
 }
 
-/// Reads a group's state, into `rods` where given, and returns its digest. Throws IoError where it is not what was written.
-std::uint64_t read_group(const Communicator& comm, const H5File& file, const std::string& path, const RodGroup& group,
-                         const Rods& owned_by, Rods* rods) {
-    const std::string dataset = dataset_of(group);
-    const std::vector<std::uint64_t> expected{static_cast<std::uint64_t>(group.count()), static_cast<std::uint64_t>(group.slots()),
-                                              slot_doubles};
-    if (file.shape(dataset) != expected) throw IoError(path + ": " + dataset + " has the wrong size");
+/// Reads a record, into `rods` where given, and returns its digest. Throws IoError where it is not what was written.
+std::uint64_t read_record(const Communicator& comm, const H5File& file, const std::string& path, const RodGroup& group,
+                          const Record& record, const Rods& owned_by, Rods* rods) {
+    if (file.shape(record.dataset) !=
+        std::vector<std::uint64_t>{static_cast<std::uint64_t>(group.count()), record.rows, record.columns})
+        throw IoError(path + ": " + record.dataset + " has the wrong size");
     std::uint64_t written = 0, found = 0;
-    file.get(dataset, "digest", written);
-    for (const Slab& slab : slabs(comm, group)) {
+    file.get(record.dataset, "digest", written);
+    for (const Slab& slab : slabs(comm, group, record)) {
         const Share share(owned_by, group, slab);
         const IndexBlocks blocks(comm, share.indices, slab.count);
-        std::vector<Slot<1>> block(static_cast<std::size_t>(blocks.size() * group.slots()));
-        file.read(dataset, H5Type::float64, box_of(group, slab, blocks), block.data());
+        std::vector<double> block(static_cast<std::size_t>(blocks.size()) * record.numbers());
+        file.read(record.dataset, H5Type::float64, box_of(record, slab, blocks), block.data());
         for (std::int64_t i = 0; i < blocks.size(); ++i) {
             const std::int64_t gid = group.first_gid() + slab.begin + blocks.begin() + i;
-            found += hash_rod(gid, state_of(block, static_cast<std::size_t>(i), group));
+            found += hash_numbers(gid, part(block, static_cast<std::size_t>(i), record));
         }
         if (!rods) continue;
-        const auto bytes = blocks.to_owners(std::as_bytes(std::span(block)), rod_bytes(group));
-        std::vector<Slot<1>> owned(bytes.size() / sizeof(Slot<1>));
+        const auto bytes = blocks.to_owners(std::as_bytes(std::span(block)), record.bytes());
+        std::vector<double> owned(bytes.size() / sizeof(double));
         std::copy(bytes.begin(), bytes.end(), std::as_writable_bytes(std::span(owned)).begin());
-        for (std::size_t i = 0; i < share.local.size(); ++i) rods->import_rod(share.local[i], state_of(owned, i, group));
+        for (std::size_t i = 0; i < share.local.size(); ++i) record.put(*rods, share.local[i], part(owned, i, record));
     }
     found = comm.sum_wrapping(found);
     if (found != written)
-        throw IoError(fmt::format("{}: {} is damaged (digest {:016x}, {:016x} was written)", path, dataset, found, written));
+        throw IoError(fmt::format("{}: {} is damaged (digest {:016x}, {:016x} was written)", path, record.dataset, found, written));
     return found;
 }
 
 std::uint64_t file_bytes(std::span<const RodGroup> groups, const CheckpointInfo& info) {
     std::uint64_t bytes = info.scene.size();
-    for (const RodGroup& group : groups) bytes += static_cast<std::uint64_t>(group.count()) * rod_bytes(group);
+    for (const RodGroup& group : groups)
+        bytes += static_cast<std::uint64_t>(group.count()) *
+                 (state_record(group).bytes() + (info.audited_from ? works_record(group).bytes() : 0));
     return bytes;
 }
 
@@ -135,9 +161,15 @@ void write_state(const Communicator& comm, const std::string& path, std::span<co
     file.set("/", "dt", info.dt);
     file.set("/", "digest", info.digest);
     file.set("/", "scene", info.scene);
+    file.set("/", "audited", std::int64_t(info.audited_from.has_value()));
+    if (info.audited_from) file.set("/", "audited_from", *info.audited_from);
     file.make_group("/groups");
     std::uint64_t digest = 0;
-    for (const RodGroup& group : groups) digest += write_group(comm, file, group, rods);
+    for (const RodGroup& group : groups) {
+        file.make_group("/groups/" + group.name());
+        digest += write_record(comm, file, group, state_record(group), rods);
+        if (info.audited_from) write_record(comm, file, group, works_record(group), rods);
+    }
     if (digest != info.digest)
         throw IoError(
             fmt::format("{}: the state changed while it was written (digest {:016x}, was {:016x})", path, digest, info.digest));
@@ -145,16 +177,19 @@ void write_state(const Communicator& comm, const std::string& path, std::span<co
 }
 
 std::uint64_t read_state(const Communicator& comm, const H5File& file, const std::string& path, std::span<const RodGroup> groups,
-                         const Rods& owned_by, Rods* rods) {
+                         bool audited, const Rods& owned_by, Rods* rods) {
     std::uint64_t digest = 0;
-    for (const RodGroup& group : groups) digest += read_group(comm, file, path, group, owned_by, rods);
+    for (const RodGroup& group : groups) {
+        digest += read_record(comm, file, path, group, state_record(group), owned_by, rods);
+        if (audited) read_record(comm, file, path, group, works_record(group), owned_by, rods);
+    }
     return digest;
 }
 
 /// A disk may keep other bytes than it was given and say nothing.
-void verify(const Communicator& comm, const std::string& path, std::span<const RodGroup> groups, const Rods& rods) {
+void verify(const Communicator& comm, const std::string& path, std::span<const RodGroup> groups, bool audited, const Rods& rods) {
     H5File file(comm, path, H5File::Mode::read);
-    read_state(comm, file, path, groups, rods, nullptr);
+    read_state(comm, file, path, groups, audited, rods, nullptr);
     file.close();
 }
 
@@ -175,7 +210,7 @@ void write_checkpoint(const Communicator& comm, const std::string& directory, st
     try {
         on_root(comm, [&] { require_space(directory, file_bytes(groups, info)); });
         write_state(comm, temporary, groups, rods, info);
-        verify(comm, temporary, groups, rods);
+        verify(comm, temporary, groups, info.audited_from.has_value(), rods);
         on_root(comm, [&] { publish(temporary, path); });
     } catch (const IoError&) {
         if (comm.root()) ::unlink(temporary.c_str());
@@ -226,7 +261,10 @@ CheckpointInfo load(const Communicator& comm, const std::string& path, std::span
     if (info.scene != scene)
         throw InputError(
             path + ": belongs to another scene; start anew with --overwrite, or mend:" + scene_differences(info.scene, scene));
-    if (read_state(comm, file, path, groups, rods, &rods) != info.digest)
+    std::int64_t audited = 0;
+    file.get("/", "audited", audited);
+    if (audited) file.get("/", "audited_from", info.audited_from.emplace());
+    if (read_state(comm, file, path, groups, info.audited_from.has_value(), rods, &rods) != info.digest)
         throw IoError(path + ": the digest of the whole state differs");
     file.close();
     return info;

@@ -20,6 +20,8 @@ struct CheckpointInfo {
     std::uint64_t digest = 0; ///< of the whole state
     std::string scene;        ///< canonical JSON of the scene; a run resumes only where it is equal
     std::string file;         ///< path it was read from
+    std::optional<double> audited_from =
+        {}; ///< J, the energy that an audit began with; with it go the works of every rod. None: no audit
 };
 
 /// Writes <directory>/checkpoint_<step, 12 digits>.h5, then removes all but it and the one before. Throws IoError on all ranks

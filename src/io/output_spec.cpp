@@ -11,7 +11,11 @@ void OutputSpec::fields(FieldVisitor& f) {
     f.visit({.name = "tips", .unit = "s", .text = "interval of frames of every rod's last node; 0: none", .at_least = 0}, tips);
     f.visit({.name = "series", .unit = "s", .text = "interval of the time series of observables; 0: none", .at_least = 0}, series);
     f.visit({.name = "observables", .unit = "", .text = "added to the series: any of \"angular_momentum\", \"curvature\", \"knots\""}, observables);
-    f.visit({.name = "audit", .unit = "", .text = "adds an energy audit to the series: works of loads and moving walls, dissipation, and the defect of the balance; a resumed run begins it anew"}, audit);
+    f.visit(
+        {.name = "audit",
+         .unit = "",
+         .text = "adds an energy audit to the series: works of loads and moving walls, dissipation, and the defect of the balance"},
+        audit);
     f.visit({.name = "checkpoint", .unit = "s", .text = "interval of checkpoints; 0: only one at the end", .at_least = 0}, checkpoint);
 }
 

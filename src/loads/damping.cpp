@@ -6,10 +6,11 @@ namespace skein {
 
 namespace {
 
-/// Mass that published codes give element k: the mean of its nodes, end elements with their whole end node.
+/// Mass that published codes give element k: the mean of its nodes, end elements with their whole end node; in a ring that of its
+/// first.
 double legacy_mass(const RodGroup& group, std::size_t k) {
     const auto& m = group.node_mass;
-    if (group.closed()) return 0.5 * (m[k] + m[(k + 1) % static_cast<std::size_t>(group.elements())]);
+    if (group.closed()) return m[k];
     double mass = 0.5 * (m[k] + m[k + 1]);
     if (k == 0) mass += 0.5 * m.front();
     if (k + 2 == m.size()) mass += 0.5 * m.back();

@@ -1,14 +1,16 @@
 // The published travelling wave of muscle couple, which runs from the rod's end to its start.   theory.md (39)-(40)
 //   a_i(t) = r(t) A_i sin(2 pi t/T - k s_i + phi)                    [N m], s_i = (l_0 + .. + l_i)/L, i = 0 .. n - 1
 //   c_j += Q_j a_{n-1-j} d,   c_{j-1} -= Q_{j-1} a_{n-1-j} d         [N m] body, at vertices j = 1 .. n - 1; d a lab direction
-// A_i is a table or a cubic B-spline at s_i. The wave of loads/muscle_wave.hpp counts arc length from the start, in metres.
-// Source: Gazzola et al. 2018, as PyElastica's MuscleTorques computes it.
+// A ring has a vertex j = 0 too, where it closes: published codes leave it out. A_i is a table or a cubic B-spline at s_i. The wave
+// of loads/muscle_wave.hpp counts arc length from the start, in metres. Source: Gazzola et al. 2018, as PyElastica's MuscleTorques
+// computes it.
 #pragma once
 
 #include "core/fields.hpp"
 #include "loads/bspline.hpp"
 #include "loads/vertex_wave.hpp"
 
+#include <algorithm>
 #include <span>
 #include <vector>
 
@@ -39,10 +41,10 @@ struct MuscleTorques {
         wave.resize(n);
         double length = 0, sum = 0;
         for (const ElementConstants& e : group.element) length += e.rest_length;
-        for (int i = 0; i + 1 < n; ++i) {
+        for (int i = 0; i < n; ++i) { // the last is for a ring's closing vertex
             const auto at = static_cast<std::size_t>(i);
             sum += group.element[at].rest_length;
-            const double s = sum / length;
+            const double s = std::min(1.0, sum / length);
             wave.set(n - 1 - i, table.empty() ? cubic_bspline(coefficients, s) : table[at], wave_number * s - phase);
         }
     }

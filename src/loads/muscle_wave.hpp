@@ -1,6 +1,7 @@
 // A travelling wave of internal couple, as muscles make it: equal and opposite on the two elements of every vertex.
 //   m_j(t) = r(t) A_j sin(2 pi t/T - 2 pi s_j/lambda + phi)       [N m], vertex j between elements j-1 and j, s_j its arc length
 //   c_j += Q_j m_j d,   c_{j-1} -= Q_{j-1} m_j d                  [N m] body; d a lab direction           theory.md (36)
+// A ring's last vertex, j = n, is where it closes.
 // Source: Gazzola et al. 2018 (snake), in the form of the paper's active matter.
 #pragma once
 
@@ -16,7 +17,7 @@ namespace skein {
 struct MuscleWave {
     static constexpr std::string_view kind = "muscle_wave";
     double amplitude = 0;          ///< A, N m
-    std::vector<double> profile;   ///< A_j/A of every vertex (elements - 1); empty: 1
+    std::vector<double> profile;   ///< A_j/A of every vertex (elements - 1, in a ring elements); empty: 1
     double period = 0;             ///< T, s
     double wavelength = 0;         ///< lambda, m
     double phase = 0;              ///< phi, rad
@@ -25,7 +26,11 @@ struct MuscleWave {
 
     void fields(FieldVisitor& f) {
         f.visit({.name = "amplitude", .unit = "N m", .text = "A, couple", .required = true}, amplitude);
-        f.visit({.name = "profile", .unit = "-", .text = "A of every inner vertex (elements - 1) over `amplitude`; empty: 1"}, profile);
+        f.visit({.name = "profile",
+                 .unit = "-",
+                 .text = "A of every inner vertex (elements - 1; a ring has elements, the last where it closes) over `amplitude`; "
+                         "empty: 1"},
+                profile);
         f.visit({.name = "period", .unit = "s", .text = "T", .required = true, .above = 0}, period);
         f.visit({.name = "wavelength", .unit = "m", .text = "lambda; negative: towards the start", .required = true}, wavelength);
         f.visit({.name = "phase", .unit = "rad", .text = "phi"}, phase);
@@ -34,11 +39,13 @@ struct MuscleWave {
     }
 
     void bind_group(const RodGroup& group) {
-        wave.resize(group.elements());
+        const int n = group.elements(), last = group.closed() ? n : n - 1;
+        wave.resize(n);
         double s = 0;
-        for (int j = 1; j < group.elements(); ++j) {
+        for (int j = 1; j <= last; ++j) {
             s += group.element[static_cast<std::size_t>(j - 1)].rest_length;
-            wave.set(j, amplitude * (profile.empty() ? 1.0 : profile[static_cast<std::size_t>(j - 1)]), 2 * std::numbers::pi / wavelength * s - phase);
+            wave.set(j % n, amplitude * (profile.empty() ? 1.0 : profile[static_cast<std::size_t>(j - 1)]),
+                     2 * std::numbers::pi / wavelength * s - phase);
         }
     }
     void prepare(std::span<const Step> steps) { wave.prepare(steps, period, ramp); }

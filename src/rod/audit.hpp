@@ -37,6 +37,12 @@ template <int W> struct AuditBook {
         const Page& p = pages[tile];
         return {p.loads[lane_], p.walls[lane_], p.dissipated[lane_]};
     }
+    void set_works(std::size_t tile, int lane_, const RodWorks& works) {
+        Page& p = pages[tile];
+        p.loads.set(lane_, works.loads);
+        p.walls.set(lane_, works.walls);
+        p.dissipated.set(lane_, works.dissipated);
+    }
     std::size_t bytes() const {
         std::size_t sum = 0;
         for (const Page& p : pages) sum += sizeof(Page) + p.inner.size() * (2 * sizeof(SlotLoad<W>) + sizeof(Rates));

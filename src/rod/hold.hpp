@@ -5,16 +5,18 @@
 
 namespace skein {
 
-/// Takes the held components out of velocities and lab angular velocities of a rod of n elements.
-template <int W> void apply_hold(const Hold& hold, Slot<W>* slot, int n) {
+/// Takes the held components out of velocities and lab angular velocities of a rod; a ring's slot n is no node of its own.
+template <int W> void apply_hold(const RodGroup& group, Slot<W>* slot) {
     using P = Pack<W>;
     const auto free_of = [](const std::string& held) {
         const auto is_free = [&](char axis) { return held.find(axis) == std::string::npos ? 1.0 : 0.0; };
         return Vec3d{is_free('x'), is_free('y'), is_free('z')};
     };
+    const Hold& hold = group.spec().hold;
+    const int n = group.elements(), nodes = group.closed() ? n : n + 1;
     const Vec3d direction = free_of(hold.directions), axis = free_of(hold.axes);
     for (const long i : hold.nodes) {
-        Vec3<P>& v = slot[i < 0 ? n + 1 + i : i].velocity;
+        Vec3<P>& v = slot[i < 0 ? nodes + i : i].velocity;
         v = scale(broadcast<W>(direction), v);
     }
     const bool all = axis.x + axis.y + axis.z == 0;
@@ -28,12 +30,8 @@ template <int W> void apply_hold(const Hold& hold, Slot<W>* slot, int n) {
 template <int W> class HoldPass final : public TilePass<W> {
 public:
     static constexpr std::string_view pass_name = "hold";
-    explicit HoldPass(const Hold& hold) : hold_(hold) {}
     std::string_view name() const override { return pass_name; }
-    void run(const RodTile<W>& rod, SlotLoad<W>*, const Step&) const override { apply_hold<W>(hold_, rod.slot, rod.n); }
-
-private:
-    Hold hold_;
+    void run(const RodTile<W>& rod, SlotLoad<W>*, const Step&) const override { apply_hold<W>(*rod.group, rod.slot); }
 };
 
 } // namespace skein

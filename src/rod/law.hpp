@@ -27,6 +27,10 @@ struct IncompressibleLaw {
     template <class P> SKEIN_INLINE static P bending_tension(P q, P bending_factor, P inv_dilatation) {
         return P(-0.75) * q * (bending_factor * inv_dilatation);
     }
+    /// dn_3/de [N] without bending.
+    template <class P> static P stretch_stiffness(const ElementConstants& c, P e) {
+        return P(c.stiffness.z * c.rest_stretch) / (e * e);
+    }
     /// Axial energy per rest length, J/m.
     static double stretch_energy(const ElementConstants& c, double e) {
         return c.stiffness.z * (e - c.rest_stretch - c.rest_stretch * std::log(e / c.rest_stretch));
@@ -44,6 +48,7 @@ struct LinearLaw {
                 P(c.stiffness.z) * (nu.z - P(c.rest_stretch))};
     }
     template <class P> SKEIN_INLINE static P bending_factor(P) { return P(1.0); }
+    template <class P> static P stretch_stiffness(const ElementConstants& c, P) { return P(c.stiffness.z); }
     static double stretch_energy(const ElementConstants& c, double e) {
         return 0.5 * c.stiffness.z * (e - c.rest_stretch) * (e - c.rest_stretch);
     }

@@ -210,7 +210,7 @@ void RodGroup::start_state(std::int64_t i, std::span<Slot<1>> out) const {
             set_lane(s.spin, 0, Vec3d{0, 0, 0});
         }
     }
-    apply_hold(spec_.hold, out.data(), n);
+    apply_hold(*this, out.data());
 }
 
 Vec3d RodGroup::magnetisation(std::int64_t i) const {

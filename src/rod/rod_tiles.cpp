@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <iterator>
 
 namespace skein {
 
@@ -91,9 +92,10 @@ template <int W> bool fit(const RodTile<W>& tile) {
 } // namespace
 
 template <int W>
-RodTiles<W>::RodTiles(std::span<const RodGroup> groups, std::vector<LocalRod> rods, std::vector<TileProgram<W>> programs, const Threads& threads,
-                      std::vector<std::shared_ptr<const AuditBook<W>>> audits)
-    : groups_(groups), local_(std::move(rods)), programs_(std::move(programs)), audits_(std::move(audits)), threads_(threads) {
+RodTiles<W>::RodTiles(std::span<const RodGroup> groups, std::vector<LocalRod> rods, std::vector<TileProgram<W>> programs,
+                      const Threads& threads, std::vector<std::shared_ptr<AuditBook<W>>> audits, StepWatch watch)
+    : groups_(groups), local_(std::move(rods)), programs_(std::move(programs)), audits_(std::move(audits)), threads_(threads),
+      watch_(watch) {
     lay_out();
 
     int most_slots = 0;
@@ -107,8 +109,17 @@ RodTiles<W>::RodTiles(std::span<const RodGroup> groups, std::vector<LocalRod> ro
         SlotLoad<W>* load = scratch_[static_cast<std::size_t>(thread)].data();
         for (const Step& step : batch_)
             for (const auto& pass : programs_[static_cast<std::size_t>(tile.group->id())]) pass->run(tile, load, step);
-        if (check_ && !fit(tile)) fit_.store(false, std::memory_order_relaxed);
+        if (check_ && !healthy(tile)) fit_.store(false, std::memory_order_relaxed);
     };
+}
+
+template <int W> bool RodTiles<W>::healthy(const RodTile<W>& tile) {
+    if (!fit(tile)) return false;
+    if (watch_.dt == 0) return true;
+    const Pack<W> share_squared = Pack<W>(watch_.share_squared()) * largest_eigenvalue(tile);
+    if (!any(share_squared > Pack<W>(StepWatch::near * StepWatch::near))) return true;
+    near_.store(true, std::memory_order_relaxed);
+    return !(watch_.stops && any(share_squared > Pack<W>(1.0)));
 }
 
 template <int W> void RodTiles<W>::lay_out() {
@@ -153,6 +164,7 @@ template <int W> bool RodTiles<W>::visit(std::span<const Step> steps, bool check
     batch_ = steps;
     check_ = check;
     fit_ = true;
+    near_ = false;
     threads_.for_each(tiles_.size(), advance_tile_);
     return fit_;
 }
@@ -199,6 +211,12 @@ template <int W> RodWorks RodTiles<W>::works(std::size_t i) const {
     return audits_[static_cast<std::size_t>(local_[i].group)]->works(tiles_[t].number, l);
 }
 
+template <int W> void RodTiles<W>::set_works(std::size_t i, const RodWorks& works) {
+    if (audits_.empty()) return;
+    const auto [t, l] = place_[i];
+    audits_[static_cast<std::size_t>(local_[i].group)]->set_works(tiles_[t].number, l, works);
+}
+
 template <int W> std::size_t RodTiles<W>::bytes() const {
     std::size_t bytes = slots_.size() * sizeof(Slot<W>) + tiles_.size() * sizeof(RodTile<W>) + local_.size() * (sizeof(LocalRod) + sizeof(Place));
     for (const auto& scratch : scratch_) bytes += scratch.size() * sizeof(SlotLoad<W>);
@@ -207,6 +225,9 @@ template <int W> std::size_t RodTiles<W>::bytes() const {
 }
 
 template <int W> void RodTiles<W>::inspect(std::int64_t step, double dt) const {
+    char where[160];
+    std::snprintf(where, sizeof where, " at step %lld (t = %.6g s, dt = %.6g s)", static_cast<long long>(step),
+                  static_cast<double>(step) * dt, dt);
     std::vector<Slot<1>> state;
     std::size_t i = 0;
     for (const RodTile<W>& tile : tiles_) {
@@ -218,11 +239,59 @@ template <int W> void RodTiles<W>::inspect(std::int64_t step, double dt) const {
             export_rod(rod, state);
             const std::string what = complaint(*tile.group, state);
             if (what.empty()) continue;
-            char where[160];
-            std::snprintf(where, sizeof where, " at step %lld (t = %.6g s, dt = %.6g s)", static_cast<long long>(step), static_cast<double>(step) * dt, dt);
-            throw NumericalError("rod " + std::to_string(local_[rod].index) + " of '" + tile.group->name() + "', " + what + where + tension_hint(*tile.group, state));
+            throw NumericalError(name_of(rod) + what + where + tension_hint(*tile.group, state));
         }
     }
+    const Tightest worst = tightest();
+    if (watch_.stops && worst.share > 1) throw NumericalError(text_of(worst) + where);
+}
+
+template <int W> std::string RodTiles<W>::name_of(std::size_t i) const {
+    return "rod " + std::to_string(local_[i].index) + " of '" + groups_[static_cast<std::size_t>(local_[i].group)].name() + "', ";
+}
+
+template <int W> typename RodTiles<W>::Tightest RodTiles<W>::tightest() const {
+    Tightest worst;
+    std::vector<Slot<1>> state;
+    std::size_t i = 0;
+    for (const RodTile<W>& tile : tiles_) {
+        const std::size_t first = i;
+        i += static_cast<std::size_t>(tile.lanes);
+        if (watch_.dt == 0 || !any(Pack<W>(watch_.share_squared()) * largest_eigenvalue(tile) > Pack<W>(worst.share * worst.share)))
+            continue;
+        for (std::size_t rod = first; rod < i; ++rod) {
+            state.resize(static_cast<std::size_t>(tile.n) + 1);
+            export_rod(rod, state);
+            const RodTile<1> alone{state.data(), tile.element, tile.voronoi, tile.group, tile.n, 0, {0}, 1};
+            present_eigenvalues(alone, [&](int k, const PresentEigenvalues<Pack<1>>& l) {
+                const double all[] = {l.axial[0], l.about_d1[0], l.about_d2[0], l.twist[0]};
+                for (std::size_t mode = 0; mode < std::size(all); ++mode) {
+                    const double share = std::sqrt(watch_.share_squared() * all[mode]);
+                    if (!(share > worst.share)) continue;
+                    const Slot<1>&s = state[static_cast<std::size_t>(k)], &next = state[static_cast<std::size_t>(k) + 1];
+                    const double e =
+                        tile.element[k].inv_rest_length * dot(frame(s).d3, lane(next.position, 0) - lane(s.position, 0));
+                    worst = {share, rod, k, present_modes[mode], e};
+                }
+            });
+        }
+    }
+    return worst;
+}
+
+template <int W> std::string RodTiles<W>::text_of(const Tightest& t) const {
+    char text[240];
+    std::snprintf(
+        text, sizeof text,
+        "element %d: dt = %.4g s is %.3g of the limit %.4g s that its present strains leave (%s mode, dilatation e = %.4g)",
+        t.element, watch_.dt, t.share, watch_.dt / t.share, t.mode, t.e);
+    return name_of(t.rod) + text;
+}
+
+template <int W> std::string RodTiles<W>::near_limit() const {
+    if (!near_) return {};
+    const Tightest worst = tightest();
+    return worst.share > StepWatch::near ? text_of(worst) : std::string();
 }
 
 template class RodTiles<1>;

@@ -6,6 +6,7 @@
 #include "parallel/threads.hpp"
 #include "rod/audit.hpp"
 #include "rod/rods.hpp"
+#include "rod/step_watch.hpp"
 #include "rod/tile.hpp"
 
 #include <atomic>
@@ -21,16 +22,18 @@ template <int W> using TileProgram = std::vector<std::unique_ptr<TilePass<W>>>;
 template <int W> class RodTiles final : public Rods {
 public:
     /// `rods` as partition() orders them; one program per group, and one audit or none at all. Rods take their start state.
-    RodTiles(std::span<const RodGroup> groups, std::vector<LocalRod> rods, std::vector<TileProgram<W>> programs, const Threads& threads,
-             std::vector<std::shared_ptr<const AuditBook<W>>> audits = {});
+    RodTiles(std::span<const RodGroup> groups, std::vector<LocalRod> rods, std::vector<TileProgram<W>> programs,
+             const Threads& threads, std::vector<std::shared_ptr<AuditBook<W>>> audits = {}, StepWatch watch = {});
 
     bool visit(std::span<const Step> steps, bool check) override;
+    std::string near_limit() const override;
     std::span<const LocalRod> local() const override { return local_; }
     void export_rod(std::size_t i, std::span<Slot<1>> out) const override;
     void import_rod(std::size_t i, std::span<const Slot<1>> in) override;
     std::uint64_t digest() const override;
     void inspect(std::int64_t step, double dt) const override;
     RodWorks works(std::size_t i) const override;
+    void set_works(std::size_t i, const RodWorks& works) override;
     std::size_t bytes() const override;
 
 private:
@@ -39,19 +42,33 @@ private:
         int lane;
     };
     void lay_out();
+    bool healthy(const RodTile<W>& tile);
+
+    /// Where the step is the largest share of its limit.
+    struct Tightest {
+        double share = 0;
+        std::size_t rod = 0; ///< place in local()
+        int element = 0;
+        const char* mode = "";
+        double e = 1; ///< dilatation of the element
+    };
+    Tightest tightest() const;
+    std::string text_of(const Tightest& t) const;
+    std::string name_of(std::size_t i) const;
 
     std::span<const RodGroup> groups_;
     std::vector<LocalRod> local_;
     std::vector<TileProgram<W>> programs_;
-    std::vector<std::shared_ptr<const AuditBook<W>>> audits_;
+    std::vector<std::shared_ptr<AuditBook<W>>> audits_;
     const Threads& threads_;
+    StepWatch watch_;
     AlignedVector<Slot<W>> slots_;
     std::vector<RodTile<W>> tiles_;
     std::vector<Place> place_;                        ///< of local()[i]
     mutable std::vector<AlignedVector<SlotLoad<W>>> scratch_; ///< per thread
     std::span<const Step> batch_;                     ///< steps of the visit under way
     bool check_ = false;                              ///< of the visit under way
-    std::atomic<bool> fit_ = true;
+    std::atomic<bool> fit_ = true, near_ = false;
     std::function<void(std::size_t, int)> advance_tile_;
 };
 

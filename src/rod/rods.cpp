@@ -7,7 +7,7 @@
 
 namespace skein {
 
-std::uint64_t hash_rod(std::int64_t gid, std::span<const Slot<1>> state) {
+std::uint64_t hash_numbers(std::int64_t gid, std::span<const double> numbers) {
     constexpr std::uint64_t prime = 0x9e3779b97f4a7c15ull;
     const auto mix = [](std::uint64_t h) { // finaliser of splitmix64: every input bit reaches every output bit
         h = (h ^ (h >> 30)) * 0xbf58476d1ce4e5b9ull;
@@ -15,9 +15,12 @@ std::uint64_t hash_rod(std::int64_t gid, std::span<const Slot<1>> state) {
         return h ^ (h >> 31);
     };
     std::uint64_t h = mix(static_cast<std::uint64_t>(gid) + prime);
-    const auto* words = reinterpret_cast<const double*>(state.data());
-    for (std::size_t i = 0; i < state.size() * slot_doubles; ++i) h = std::rotl((h ^ std::bit_cast<std::uint64_t>(words[i])) * prime, 27);
+    for (const double x : numbers) h = std::rotl((h ^ std::bit_cast<std::uint64_t>(x)) * prime, 27);
     return mix(h);
+}
+
+std::uint64_t hash_rod(std::int64_t gid, std::span<const Slot<1>> state) {
+    return hash_numbers(gid, {reinterpret_cast<const double*>(state.data()), state.size() * slot_doubles});
 }
 
 namespace {

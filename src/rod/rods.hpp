@@ -8,6 +8,7 @@
 #include <cstdint>
 #include <memory>
 #include <span>
+#include <string>
 #include <vector>
 
 namespace skein {
@@ -19,7 +20,7 @@ struct LocalRod {
     std::int64_t index; ///< number of the rod in its group
 };
 
-/// What has been done to a rod since the rods were made, J. See rod/audit.hpp.
+/// What has been done to a rod since the audit began, J. See rod/audit.hpp.
 struct RodWorks {
     double loads = 0, walls = 0, dissipated = 0;
 };
@@ -30,6 +31,9 @@ public:
 
     /// Advances every rod by the given steps, tile by tile. With `check`, false if a rod came out unfit (see inspect).
     virtual bool visit(std::span<const Step> steps, bool check) = 0;
+    /// Names the rod whose strains leave the step least room, where the last check found one that is near its limit
+    /// (rod/step_watch.hpp).
+    virtual std::string near_limit() const = 0;
 
     /// Owned rods, ordered by group, within a group in space order.
     virtual std::span<const LocalRod> local() const = 0;
@@ -38,15 +42,20 @@ public:
     virtual void import_rod(std::size_t i, std::span<const Slot<1>> in) = 0;
     /// Sum over owned rods of a hash of (gid, canonical state), modulo 2^64: order-free, so equal for any distribution.
     virtual std::uint64_t digest() const = 0;
-    /// Throws NumericalError naming rod, element and quantity where a rod is unfit: not finite, or an element turned over.
+    /// Throws NumericalError naming rod, element and quantity where a rod is unfit: not finite, an element turned over, or strains
+    /// at which the step is too long.
     virtual void inspect(std::int64_t step, double dt) const = 0;
     /// Of local()[i]; zeros without an audit.
     virtual RodWorks works(std::size_t i) const = 0;
+    /// Goes on from sums that a checkpoint kept; nothing without an audit.
+    virtual void set_works(std::size_t i, const RodWorks& works) = 0;
     /// Bytes held for state, parameters and scratch.
     virtual std::size_t bytes() const = 0;
 };
 
-/// Hash of one rod's canonical state (FNV-like over 64-bit words, finalised), the term of the state digest.
+/// Hash of numbers that belong to a rod (FNV-like over 64-bit words, finalised).
+std::uint64_t hash_numbers(std::int64_t gid, std::span<const double> numbers);
+/// Of its canonical state: the term of the state digest.
 std::uint64_t hash_rod(std::int64_t gid, std::span<const Slot<1>> state);
 
 /// Positions and directors moved on by `h` at constant rates: a synchronised copy for outputs and diagnostics.

@@ -1,6 +1,7 @@
 #include "scene/plan.hpp"
 
 #include "core/error.hpp"
+#include "io/trajectory.hpp"
 #include "loads/laplacian_filter.hpp"
 #include "rod/audit.hpp"
 #include "rod/hold.hpp"
@@ -63,6 +64,20 @@ std::vector<std::string> hints_for(const RodGroup& group) {
     return hints;
 }
 
+/// Drag at the velocity before the kick takes from the stable step: a mode of frequency w is stable while (h w/2)^2 + h nu/2 < 1,
+/// with the scheme's own figures for 2. Told where it takes more than 1 %, which is what the bounds are worth. theory.md (38)
+void limit_by_drag(GroupPlan& p, const RodGroup& group, const Scheme& scheme) {
+    SlenderBodyDrag::Rate rate{0, 0};
+    for (const Load& load : p.loads)
+        if (const auto* drag = std::get_if<SlenderBodyDrag>(&load)) {
+            const auto [value, element] = drag->largest_rate(group);
+            rate = {rate.value + value, element};
+        }
+    const double fastest = p.limits.front().dt, half = 0.5 * fastest * scheme.stability * rate.value / scheme.drag;
+    const double dt = fastest * (std::sqrt(1 + half * half) - half);
+    if (dt < 0.99 * fastest) p.limits.insert(p.limits.begin(), {"slender-body drag", dt, rate.element});
+}
+
 GroupPlan plan_group(const SceneSpec& scene, const RodGroup& group, int lanes) {
     GroupPlan p{.name = group.name(), .rods = group.count(), .elements = group.elements()};
     p.tiles = (group.count() + lanes - 1) / lanes;
@@ -97,6 +112,7 @@ GroupPlan plan_group(const SceneSpec& scene, const RodGroup& group, int lanes) {
     p.ns_per_element_step = (p.circular ? drift_ns : elliptic_drift_ns) + elastic_ns + (p.kick == KickKind::undamped || p.kick == KickKind::constant_rates ? kick_ns : stretched_kick_ns) +
                             load_ns * static_cast<double>(p.loads.size());
     p.limits = time_limits(group);
+    limit_by_drag(p, group, scheme_of(scene.time.integrator));
     p.tension_limit = tension_limit(group);
     p.hints = hints_for(group);
     p.start = end_names[static_cast<std::size_t>(group.spec().start)];
@@ -122,6 +138,7 @@ void choose_step(Plan& plan, const SceneSpec& scene) {
     plan.integrator = t.integrator;
     plan.limit = limit.dt * scheme_of(t.integrator).stability;
     plan.automatic_dt = t.dt == 0;
+    plan.force_dt = t.force_dt;
     if (plan.automatic_dt) {
         const double interval = interval_to_divide(scene);
         double longest = plan.limit;
@@ -165,6 +182,13 @@ void list_absent(Plan& plan, const SceneSpec& scene) {
     need(false, "coupling between rods (messages per step: 0)");
 }
 
+/// Of frames that wait to be written together: as many as a rank's buffer holds of its share, but one at least.
+double waiting_bytes(double frames, double frame_bytes, int ranks) {
+    if (frames == 0) return 0;
+    const double most = std::max(1.0, std::floor(static_cast<double>(FrameWriter::default_buffer_bytes) * ranks / frame_bytes));
+    return std::min(frames, most) * frame_bytes;
+}
+
 } // namespace
 
 std::vector<RodGroup> make_groups(const SceneSpec& scene) {
@@ -204,6 +228,8 @@ Plan make_plan(const SceneSpec& scene, std::span<const RodGroup> groups, const M
     const auto frames = [&](std::int64_t every) { return every > 0 ? static_cast<double>(plan.steps / every + 1) : 0.0; };
     const double value_bytes = scene.output.precision == Precision::single ? 4 : 8;
     plan.output_bytes = value_bytes * (frames(plan.cadence.trajectory) * frame_values + frames(plan.cadence.tips) * tip_values);
+    plan.frame_bytes = waiting_bytes(frames(plan.cadence.trajectory), value_bytes * frame_values, machine.ranks) +
+                       waiting_bytes(frames(plan.cadence.tips), value_bytes * tip_values, machine.ranks);
     plan.predicted_s = ns * 1e-9 * static_cast<double>(scheme_of(plan.integrator).stages.size()) * static_cast<double>(plan.steps) / (machine.ranks * std::min(machine.threads, machine.cores));
     list_absent(plan, scene);
     return plan;

@@ -52,6 +52,7 @@ struct Plan {
     std::int64_t rods = 0, elements = 0;
     double dt = 0, limit = 0;
     bool automatic_dt = false;
+    bool force_dt = false; ///< a step beyond a limit does not stop the run
     Integrator integrator = Integrator::verlet;
     std::size_t governing = 0; ///< group whose limit is smallest
     std::int64_t steps = 0;
@@ -59,6 +60,7 @@ struct Plan {
     bool audit = false;                   ///< energy audit
     std::vector<std::string> observables; ///< sets that the scene adds to the series
     double state_bytes = 0;    ///< all ranks, state and scratch
+    double frame_bytes = 0;    ///< all ranks, frames on their way to disk
     double output_bytes = 0;   ///< all frames of the run
     double predicted_s = 0;    ///< wall time of the steps
     std::vector<std::string> absent; ///< physics and services that this scene does not need

@@ -60,8 +60,10 @@ std::string to_text(const Plan& p) {
     line("tips", every(p.cadence.tips, p.dt));
     line("series", every(p.cadence.series, p.dt) + (p.observables.empty() ? "" : ", with " + joined(p.observables, ", ")));
     line("checkpoint", p.cadence.checkpoint > 0 ? every(p.cadence.checkpoint, p.dt) + " and at the end" : "at the end");
-    line("memory", fmt::format("{} for rods ({:.0f} B per element), {} to disk", bytes_text(p.state_bytes),
-                               p.state_bytes / static_cast<double>(p.elements), bytes_text(p.output_bytes)));
+    line("memory", fmt::format("{} for rods ({:.0f} B per element){}, {} to disk", bytes_text(p.state_bytes),
+                               p.state_bytes / static_cast<double>(p.elements),
+                               p.frame_bytes > 0 ? fmt::format(", {} for frames that wait", bytes_text(p.frame_bytes)) : "",
+                               bytes_text(p.output_bytes)));
     line("predicted", fmt::format("{} of stepping", duration_text(p.predicted_s)));
     line("not here", joined(p.absent, ", "));
     return text;
@@ -76,24 +78,33 @@ std::string to_json(const Plan& p) {
                           {"passes", g.passes}, {"limits", limits}, {"ns_per_element_step", g.ns_per_element_step},
                           {"hints", g.hints}, {"tension_limit", std::isfinite(g.tension_limit) ? nlohmann::ordered_json(g.tension_limit) : nlohmann::ordered_json()}});
     }
-    const nlohmann::ordered_json json = {
-        {"title", p.title},
-        {"machine", {{"ranks", p.machine.ranks}, {"threads", p.machine.threads}, {"cores", p.machine.cores}, {"which_cores", p.machine.which_cores}, {"lanes", p.machine.lanes}}},
-        {"rods", p.rods},
-        {"elements", p.elements},
-        {"groups", groups},
-        {"dt", p.dt},
-        {"limit", p.limit},
-        {"automatic_dt", p.automatic_dt},
-        {"integrator", integrator_names[static_cast<std::size_t>(p.integrator)]},
-        {"governing_group", p.groups[p.governing].name},
-        {"steps", p.steps},
-        {"cadence", {{"trajectory", p.cadence.trajectory}, {"tips", p.cadence.tips}, {"series", p.cadence.series}, {"checkpoint", p.cadence.checkpoint}}},
-        {"observables", p.observables},
-        {"state_bytes", p.state_bytes},
-        {"output_bytes", p.output_bytes},
-        {"predicted_s", p.predicted_s},
-        {"absent", p.absent}};
+    const nlohmann::ordered_json json = {{"title", p.title},
+                                         {"machine",
+                                          {{"ranks", p.machine.ranks},
+                                           {"threads", p.machine.threads},
+                                           {"cores", p.machine.cores},
+                                           {"which_cores", p.machine.which_cores},
+                                           {"lanes", p.machine.lanes}}},
+                                         {"rods", p.rods},
+                                         {"elements", p.elements},
+                                         {"groups", groups},
+                                         {"dt", p.dt},
+                                         {"limit", p.limit},
+                                         {"automatic_dt", p.automatic_dt},
+                                         {"integrator", integrator_names[static_cast<std::size_t>(p.integrator)]},
+                                         {"governing_group", p.groups[p.governing].name},
+                                         {"steps", p.steps},
+                                         {"cadence",
+                                          {{"trajectory", p.cadence.trajectory},
+                                           {"tips", p.cadence.tips},
+                                           {"series", p.cadence.series},
+                                           {"checkpoint", p.cadence.checkpoint}}},
+                                         {"observables", p.observables},
+                                         {"state_bytes", p.state_bytes},
+                                         {"frame_bytes", p.frame_bytes},
+                                         {"output_bytes", p.output_bytes},
+                                         {"predicted_s", p.predicted_s},
+                                         {"absent", p.absent}};
     return json.dump(2) + "\n";
 }
 

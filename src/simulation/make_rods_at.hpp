@@ -56,7 +56,7 @@ TileProgram<W> make_program(const GroupPlan& plan, const RodGroup& group, Scheme
     program.push_back(make_kick<W>(plan, group, scheme, dt));
     for (const Damping& d : plan.damping)
         if (d.kind == DampingKind::laplacian) program.push_back(std::make_unique<LaplacianFilterPass<W>>(d.order));
-    if (group.spec().hold.any()) program.push_back(std::make_unique<HoldPass<W>>(group.spec().hold));
+    if (group.spec().hold.any()) program.push_back(std::make_unique<HoldPass<W>>());
     if (audit) program.push_back(std::make_unique<AuditBalancePass<W>>(audit, moving != nullptr));
     return program;
 }
@@ -64,13 +64,15 @@ TileProgram<W> make_program(const GroupPlan& plan, const RodGroup& group, Scheme
 template <int W>
 std::unique_ptr<Rods> make_rods_at(const Plan& plan, std::span<const RodGroup> groups, std::vector<LocalRod> owned, const Threads& threads) {
     std::vector<TileProgram<W>> programs;
-    std::vector<std::shared_ptr<const AuditBook<W>>> audits;
+    std::vector<std::shared_ptr<AuditBook<W>>> audits;
     for (std::size_t g = 0; g < groups.size(); ++g) {
         const auto audit = plan.audit ? std::make_shared<AuditBook<W>>(groups[g]) : nullptr;
         programs.push_back(make_program<W>(plan.groups[g], groups[g], scheme_of(plan.integrator), plan.dt, audit));
         if (audit) audits.push_back(audit);
     }
-    return std::make_unique<RodTiles<W>>(groups, std::move(owned), std::move(programs), threads, std::move(audits));
+    return std::make_unique<RodTiles<W>>(
+        groups, std::move(owned), std::move(programs), threads, std::move(audits),
+        StepWatch{.dt = plan.dt, .stability = scheme_of(plan.integrator).stability, .stops = !plan.force_dt});
 }
 
 #define SKEIN_MAKE_RODS_AT(W) \

@@ -71,11 +71,14 @@ Simulation::Simulation(const Communicator& comm, const Threads& threads, const S
     rods_ = make_rods(plan_, groups_, partition(comm_, groups_), threads_);
 
     const auto warn = [](const std::string& text) { std::fprintf(stderr, "warning: %s\n", text.c_str()); };
-    if (const auto found = read_checkpoint(comm_, options_.out, groups_, *rods_, physics_, warn)) {
+    const auto found = read_checkpoint(comm_, options_.out, groups_, *rods_, physics_, warn);
+    if (found) {
         clock_ = Clock(plan_.dt, found->step, plan_.integrator);
         last_checkpoint_ = found->step;
-        if (comm_.root()) std::printf("Resuming from %s: step %lld, %.1f %% done\n", found->file.c_str(), static_cast<long long>(found->step),
-                                      100.0 * static_cast<double>(found->step) / static_cast<double>(plan_.steps));
+        if (comm_.root())
+            std::printf("Resuming from %s: step %lld, %.1f %% done%s\n", found->file.c_str(), static_cast<long long>(found->step),
+                        100.0 * static_cast<double>(found->step) / static_cast<double>(plan_.steps),
+                        plan_.audit && !found->audited_from ? "; it has no audit, which begins here" : "");
     } else {
         on_root(comm_, [&] {
             refuse_to_overwrite(options_.out, physics_);
@@ -83,7 +86,7 @@ Simulation::Simulation(const Communicator& comm, const Threads& threads, const S
         });
     }
     first_step_ = clock_.done();
-    if (plan_.audit) start_energy_ = observed_energy(observe(comm_, threads_, groups_, *rods_, clock_.time(), clock_.lag()));
+    if (plan_.audit) begin_audit(found ? found->audited_from : std::nullopt);
     last_step_ = plan_.steps;
     if (options_.until > 0) last_step_ = std::min<std::int64_t>(last_step_, std::llround(options_.until / plan_.dt));
     if (options_.steps > 0) last_step_ = std::min(last_step_, options_.steps);
@@ -92,6 +95,13 @@ Simulation::Simulation(const Communicator& comm, const Threads& threads, const S
 }
 
 Simulation::~Simulation() = default;
+
+void Simulation::begin_audit(std::optional<double> audited_from) {
+    audited_from_ = audited_from;
+    if (audited_from_) return;
+    audited_from_ = observed_energy(observe(comm_, threads_, groups_, *rods_, clock_.time(), clock_.lag()));
+    for (std::size_t i = 0; i < rods_->local().size(); ++i) rods_->set_works(i, {}); // a damaged checkpoint may have left its own
+}
 
 std::uint64_t Simulation::digest() const { return comm_.sum_wrapping(rods_->digest()); }
 
@@ -106,6 +116,10 @@ void Simulation::advance(std::int64_t until) {
             fit = rods_->visit(steps, check); // per tile: drift, forces, loads, kick
         }
         clock_.advance(steps);
+        if (check && !told_limit_ && near_limit_.empty()) {
+            near_limit_ = rods_->near_limit();
+            if (!near_limit_.empty()) near_limit_ += fmt::format(" at step {}", clock_.done());
+        }
         if (!fit) try {
                 rods_->inspect(clock_.done(), plan_.dt);
             } catch (const NumericalError& e) { failure_ = e.what(); } // the other ranks learn of it at the next event
@@ -142,9 +156,14 @@ Simulation::Verdict Simulation::agree() {
     const auto timing = timers_.time(Phase::agree);
     const double wall = wall_seconds() - started_;
     const bool late = options_.walltime > 0 && wall > 0.98 * options_.walltime;
-    const Verdict mine = !failure_.empty() ? Verdict::fail : stop_requested || late ? Verdict::stop_at_limit : Verdict::go_on;
-    const auto verdict = static_cast<Verdict>(comm_.max(static_cast<std::int64_t>(mine)));
+    const Verdict mine = !failure_.empty()                      ? Verdict::fail
+                         : stop_requested || late               ? Verdict::stop_at_limit
+                         : !near_limit_.empty() && !told_limit_ ? Verdict::warn
+                                                                : Verdict::go_on;
+    auto verdict = static_cast<Verdict>(comm_.max(static_cast<std::int64_t>(mine)));
+    if (verdict == Verdict::warn || verdict == Verdict::fail) warn_of_limit();
     if (verdict == Verdict::fail) throw_failure();
+    if (verdict == Verdict::warn) verdict = Verdict::go_on;
     if (clock_.done() >= next_tick_) {
         // As many steps as fit at the speed so far; root's figure for all.
         const double speed = static_cast<double>(clock_.done() - first_step_) / std::max(1e-9, wall - setup_s_);
@@ -193,7 +212,7 @@ std::vector<double> Simulation::observables() const {
     auto values = observe(comm_, threads_, groups_, *rods_, clock_.time(), clock_.lag(), sets_);
     if (plan_.audit) {
         const EnergyAudit a = audit_scene(comm_, *rods_, observed_energy(values));
-        values.insert(values.end(), {a.loads, a.walls, a.dissipated, a.defect(start_energy_)});
+        values.insert(values.end(), {a.loads, a.walls, a.dissipated, a.defect(*audited_from_)});
     }
     return values;
 }
@@ -205,14 +224,20 @@ void Simulation::sample() {
     on_root(comm_, [&] { series_->append(clock_.done(), clock_.time(), last_sample_); });
 }
 
-void Simulation::warn_of_strain() {
+void Simulation::warn(bool& told, bool bad, const std::string& text) {
+    if (told || !bad) return;
+    told = true;
     if (!comm_.root() || options_.quiet) return;
-    const auto warn = [&](bool& told, bool bad, const std::string& text) {
-        if (told || !bad) return;
-        told = true;
-        progress_->finish();
-        std::fprintf(stderr, "warning: step %lld: %s\n", static_cast<long long>(clock_.done()), text.c_str());
-    };
+    progress_->finish();
+    std::fprintf(stderr, "warning: step %lld: %s\n", static_cast<long long>(clock_.done()), text.c_str());
+}
+
+void Simulation::warn_of_limit() {
+    const std::string text = comm_.first_text(near_limit_);
+    warn(told_limit_, !text.empty(), text + (plan_.force_dt ? "" : "; beyond it the run is stopped: lower dt or time.e_min"));
+}
+
+void Simulation::warn_of_strain() {
     const double turn = last_sample_[observed_turn_per_cell], strain = last_sample_[observed_axial_strain];
     double room = HUGE_VAL; // to the lowest tension limit
     for (std::size_t g = 0; g < groups_.size(); ++g) room = std::min(room, plan_.groups[g].tension_limit - groups_[g].element[0].rest_stretch);
@@ -230,7 +255,7 @@ void Simulation::checkpoint() {
         if (plan_.cadence.series > 0) on_root(comm_, [&] { series_->flush(); });
     }
     const auto timing = timers_.time(Phase::checkpoint);
-    write_checkpoint(comm_, options_.out, groups_, *rods_, {clock_.done(), plan_.dt, digest(), physics_, {}});
+    write_checkpoint(comm_, options_.out, groups_, *rods_, {clock_.done(), plan_.dt, digest(), physics_, {}, audited_from_});
     last_checkpoint_ = clock_.done();
 }
 

@@ -57,19 +57,25 @@ public:
     void advance(std::int64_t until);
 
 private:
-    enum class Verdict { go_on, stop_at_limit, fail };
+    enum class Verdict { go_on, warn, stop_at_limit, fail };
 
     void open_outputs(const SceneSpec& scene);
+    /// Goes on with the audit of a checkpoint, or begins one here. Collective.
+    void begin_audit(std::optional<double> audited_from);
     void write_due();
     void checkpoint();
     void sample();
     /// Tells once of strains and turns that the last sample shows to be near what the rod law or the discretisation bears.
     void warn_of_strain();
+    /// The same of a step near the limit that strains leave; collective.
+    void warn_of_limit();
+    void warn(bool& told, bool bad, const std::string& text);
     /// Names and values of the series, collective.
     std::vector<std::string> names() const;
     std::vector<double> observables() const;
     std::int64_t next_event() const;
-    /// All ranks learn of failures, signals and limits; sets the next tick. Throws NumericalError where a rank failed.
+    /// All ranks learn of failures, signals, limits and what to be warned of; sets the next tick. Throws NumericalError where a
+    /// rank failed.
     Verdict agree();
     [[noreturn]] void throw_failure();
     void write_summary(const RunResult& result);
@@ -80,7 +86,7 @@ private:
     Plan plan_;
     RunOptions options_;
     ObservableSets sets_;
-    double start_energy_ = 0; ///< J, of the first step of this run; for the audit
+    std::optional<double> audited_from_; ///< J, energy that the audit began with
     std::string physics_; ///< canonical scene, kept in checkpoints
     Timers timers_;
     double started_, setup_s_ = 0;
@@ -90,11 +96,11 @@ private:
     std::int64_t first_step_ = 0, last_step_ = 0; ///< of this run
     std::int64_t next_tick_ = 0;                  ///< step at which ranks agree next
     std::int64_t last_checkpoint_ = -1;
-    std::string failure_;                         ///< of this rank's rods; agreed on at the next event
+    std::string failure_, near_limit_; ///< of this rank's rods; agreed on at the next event
     std::unique_ptr<FrameWriter> trajectory_, tips_;
     std::unique_ptr<SeriesFile> series_;          ///< root only
     std::vector<double> last_sample_;
-    bool told_turn_ = false, told_strain_ = false, told_tension_ = false;
+    bool told_turn_ = false, told_strain_ = false, told_tension_ = false, told_limit_ = false;
     std::unique_ptr<Progress> progress_;
 };
 

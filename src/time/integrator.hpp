@@ -30,6 +30,7 @@ struct Scheme {
     std::span<const double> kicks;  ///< distinct lengths
     double lag;                     ///< closing drift
     double stability;               ///< largest stable h w of an oscillator, over Verlet's 2
+    double drag;                    ///< largest stable h nu of a drag at the velocity before each kick
 };
 
 namespace detail {
@@ -47,8 +48,8 @@ inline constexpr double pefrl_kicks[] = {0.5 - lambda, lambda};
 } // namespace detail
 
 constexpr Scheme scheme_of(Integrator integrator) {
-    if (integrator == Integrator::pefrl) return {detail::pefrl_stages, detail::pefrl_kicks, detail::xi, 1.4947247};
-    return {detail::verlet_stages, detail::verlet_kicks, 0.5, 1.0};
+    if (integrator == Integrator::pefrl) return {detail::pefrl_stages, detail::pefrl_kicks, detail::xi, 1.4947247, 2.3414};
+    return {detail::verlet_stages, detail::verlet_kicks, 0.5, 1.0, 2.0};
 }
 
 } // namespace skein

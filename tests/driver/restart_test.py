@@ -7,6 +7,7 @@ import subprocess
 import time
 import unittest
 
+import h5py
 import numpy
 
 from driver import SKEIN, DriverTest
@@ -105,6 +106,39 @@ class Restart(DriverTest):
         self.assert_same_results("parts", "whole")
         self.assertEqual(self.run_skein("parts").stdout.count("100.0 % done"), 1, "nothing is left to do")
         self.assertEqual(self.digest("parts"), self.digest("whole"))
+
+    AUDIT = ("--set", "output.audit=true")
+
+    def test_an_audit_goes_on(self):
+        self.run_skein("whole", *self.AUDIT)
+        self.run_skein("parts", *self.AUDIT, "--steps", "333")
+        self.run_skein("parts", *self.AUDIT, "--until", "5.4", ranks=2)
+        resumed = self.run_skein("parts", *self.AUDIT, threads=2)
+        self.assertNotIn("audit, which begins here", resumed.stdout)
+        self.assert_same_results("parts", "whole")
+        series = numpy.genfromtxt(self.directory / "parts/observables.csv", delimiter=",", names=True)
+        self.assertGreater(abs(series["work_loadsJ"][-1]), 0)
+        self.assertLess(numpy.abs(series["energy_defectJ"]).max(), 1e-2 * numpy.abs(series["work_loadsJ"]).max())
+
+    def test_an_audit_begins_where_a_checkpoint_has_none(self):
+        """Without series, whose columns must not change."""
+        bare = ("--set", "output.series=0", "--set", "output.observables=[]")
+        self.run_skein("out", *bare, "--until", "3.6")
+        newest = self.checkpoints("out")[-1]
+        with h5py.File(newest) as file:
+            self.assertEqual((file.attrs["version"], file.attrs["audited"]), (2, 0))
+        resumed = self.run_skein("out", *bare, *self.AUDIT, "--until", "7.2", ranks=2)
+        self.assertIn("audit, which begins here", resumed.stdout)
+        first = self.summary("out")["observables"]["work_loads[J]"]
+        with h5py.File(self.checkpoints("out")[-1]) as file:
+            self.assertEqual((file.attrs["version"], file.attrs["audited"]), (2, 1))
+            self.assertAlmostEqual(sum(file[f"groups/{name}/works"][:, 0, 0].sum() for name in ("cilia", "leaning")), first, delta=1e-12 * abs(first))
+        self.run_skein("out", *bare, *self.AUDIT)
+        self.run_skein("whole", *bare, *self.AUDIT)
+        self.assertEqual(self.digest("out"), self.digest("whole"))
+        with h5py.File(self.checkpoints("out")[-1], "r+") as file:
+            file.attrs["version"] = numpy.int64(3)
+        self.assertIn("reads version 2", self.run_skein("out", *bare, expect=2).stderr)
 
     def test_walltime(self):
         self.run_skein("short", "--set", "time.duration=7200", "--walltime", "3", expect=3)

@@ -84,6 +84,26 @@ TEST_F(CheckpointTest, brings_back_every_rod) {
     EXPECT_TRUE(warnings.empty());
 }
 
+TEST_F(CheckpointTest, keeps_the_works_of_an_audit) {
+    const auto whole = digest_at(120);
+    write_checkpoint(comm, directory.path(), groups, rods, {120, 0.001, whole, scene, {}, 0.25});
+    auto info = read();
+    ASSERT_TRUE(info && info->audited_from);
+    EXPECT_EQ(*info->audited_from, 0.25);
+    for (std::size_t i = 0; i < rods.local().size(); ++i) {
+        const RodWorks found = rods.works(i), expected = test::FakeRods::fake_works(rods.local()[i].gid, 120);
+        EXPECT_EQ(found.loads, expected.loads);
+        EXPECT_EQ(found.walls, expected.walls);
+        EXPECT_EQ(found.dissipated, expected.dissipated);
+    }
+    write(130);
+    info = read();
+    ASSERT_TRUE(info);
+    EXPECT_EQ(info->step, 130);
+    EXPECT_FALSE(info->audited_from);
+    EXPECT_EQ(rods.works(0).walls, test::FakeRods::fake_works(rods.local()[0].gid, -1).walls) << "works from a file without any";
+}
+
 TEST_F(CheckpointTest, keeps_the_newest_two) {
     for (const std::int64_t step : {10, 20, 30, 100}) write(step);
     EXPECT_EQ(names(), (std::vector<std::string>{"checkpoint_000000000030.h5", "checkpoint_000000000100.h5"}));
@@ -155,7 +175,8 @@ struct DamagedCheckpointTest : CheckpointTest {
 
     void SetUp() override {
         write(1);
-        write(2);
+        const auto whole = digest_at(2);
+        write_checkpoint(comm, directory.path(), groups, rods, {2, 0.001, whole, scene, {}, 0.25});
         previous = digest_at(1);
         newest = digest_at(2);
         on_root(comm, [&] { sound = read_file(path_of(2)); });
@@ -167,6 +188,9 @@ struct DamagedCheckpointTest : CheckpointTest {
         ASSERT_EQ(digest(), info->step == 2 ? newest : previous) << what;
         ASSERT_EQ(info->digest, info->step == 2 ? newest : previous) << what;
         ASSERT_EQ(info->dt, 0.001) << what;
+        ASSERT_EQ(info->audited_from.value_or(0), info->step == 2 ? 0.25 : 0.0) << what;
+        for (std::size_t i = 0; info->step == 2 && i < rods.local().size(); ++i)
+            ASSERT_EQ(rods.works(i).walls, test::FakeRods::fake_works(rods.local()[i].gid, 2).walls) << what;
         if (info->step != 2) ++refused;
         if (!comm.root()) return;
         ASSERT_EQ(warnings.size(), info->step == 2 ? 0u : 1u) << what;

@@ -295,6 +295,100 @@ class Replay(unittest.TestCase):
         self.agrees([ring(), loose], motion, [{"system": i, "kind": "gravity", "acc": g} for i in range(2)],
                     [{"system": 1, "kind": "fixed", "position_index": [-1], "director_index": []}])
 
+    def test_dampers_on_a_ring(self):
+        """Loose rings. The legacy rule gives element k the mass of node k; filters take the list of rates with its last item put before
+        it and its first after it, and spare the ends of that list."""
+        c, ct, w, n = 3.0, 0.4, 4.0, 6
+        loose = lambda: {**ring(), "shear_matrix": [[0, 0, 0]] * n, "bend_matrix": [[0, 0, 0]] * n}
+        rates = [[0.1 * (-1) ** i, 0.02 * i * i, 0.0] for i in range(n)]
+
+        def filtered(v, order):
+            f = [v[-1], *v, v[0]]
+            for _ in range(order):
+                f = [[0, 0, 0], *(times(0.25, plus(f[i], f[i], times(-1, f[i - 1]), times(-1, f[i + 1]))) for i in range(1, n + 1)), [0, 0, 0]]
+            return [plus(a, times(-1, b)) for a, b in zip(v, f[1:])]
+
+        def filter_motion(order):
+            v = [rates]
+            for _ in range(max(STEPS)):
+                v.append(filtered(v[-1], order))
+            start = ring()["position"]
+            # Angular velocities are filtered alike; frames are left out of it by spins of zero.
+            return lambda k: {"velocity": v[k], "position": [plus(x, [travelled(lambda j: v[j][i][a])(k) for a in range(3)]) for i, x in enumerate(start)]}
+        drift = lambda q, v: lambda k: {"velocity": [times(q ** k, v)] * n, "position": [plus(x, times(travelled(lambda j: q ** j)(k), v)) for x in ring()["position"]]}
+        v = [0.3, 0.0, -0.1]
+        systems = [loose() for _ in range(5)]
+        for system in systems[:2]:
+            system["velocity"] = [v] * n
+        for system in systems[3:]:
+            system["velocity"] = rates
+        systems[2].update(mass=[M * (1 + k) for k in range(n)], omega=[[0, 0, w]] * n)
+        spin = [math.exp(-c * 1e-4 * DT * M * (1 + k) / J3) for k in range(n)]
+
+        def spinning(k):
+            turns = [w * travelled(lambda j: q ** j)(k) for q in spin]
+            rolled = [[plus(times(math.cos(a), d1), times(math.sin(a), d2)), plus(times(math.cos(a), d2), times(-math.sin(a), d1)), d3]
+                      for a, (d1, d2, d3) in zip(turns, ring()["directors"])]
+            return {"omega": [[0, 0, w * q ** k] for q in spin], "directors": rolled}
+        motions = [drift(math.exp(-c * DT), v), drift(math.exp(-ct * DT / (2 * M)), v), spinning, filter_motion(1), filter_motion(3)]
+        linear = {"kind": "analytical_linear", "time_step": DT}
+        self.agrees(systems, lambda i, k: motions[i](k),
+                    dampers=[{**linear, "system": 0, "uniform_damping_constant": c},
+                             {**linear, "system": 1, "translational_damping_constant": ct, "rotational_damping_constant": 0.0},
+                             {**linear, "system": 2, "damping_constant": c * 1e-4},
+                             {"system": 3, "kind": "laplace_filter", "filter_order": 1}, {"system": 4, "kind": "laplace_filter", "filter_order": 3}])
+
+    def test_closing_element_of_a_damped_ring(self):
+        """Node n is a copy of node 0 that keeps the velocity before damping until the next kick. A loose ring that grows evenly: the spin about
+        d3 follows w' = w e'/e with the dilatation rate, which differs in the closing element alone."""
+        c, w, speed, n = 30.0, 4.0, 0.5, 6
+        q, start = math.exp(-c * DT), ring()["position"]
+        outward = [times(1 / L, x) for x in start]
+        grown = {**ring(), "shear_matrix": [[0, 0, 0]] * n, "bend_matrix": [[0, 0, 0]] * n, "velocity": [times(speed, r) for r in outward], "omega": [[0, 0, w]] * n}
+        dot = lambda a, b: sum(x * y for x, y in zip(a, b))
+        spins, radius, v, copy_of_first = [[w] * n], L, speed, speed
+        for _ in range(max(STEPS)):
+            radius += 0.5 * DT * v
+            x = [times(radius, r) for r in outward]
+            now = []
+            for k in range(n):
+                dx = plus(x[(k + 1) % n], times(-1, x[k]))
+                dv = plus(times(copy_of_first if k == n - 1 else v, outward[(k + 1) % n]), times(-v, outward[k]))
+                now.append((spins[-1][k] * (1 + DT * dot(dx, dv) / dot(dx, dx))) * q)
+            spins.append(now)
+            copy_of_first, v = v, q * v
+            radius += 0.5 * DT * v
+        self.assertGreater(abs(spins[-1][n - 1] / spins[-1][0] - 1), 1e-3)
+
+        def motion(_, k):
+            turns = [travelled(lambda j: spins[j][e])(k) for e in range(n)]
+            rolled = [[plus(times(math.cos(a), d1), times(math.sin(a), d2)), plus(times(math.cos(a), d2), times(-math.sin(a), d1)), d3]
+                      for a, (d1, d2, d3) in zip(turns, ring()["directors"])]
+            r = L + travelled(lambda j: speed * q ** j)(k)
+            return {"omega": [[0, 0, s] for s in spins[k]], "directors": rolled, "velocity": [times(speed * q ** k, o) for o in outward], "position": [times(r, o) for o in outward]}
+        self.agrees([grown], motion, dampers=[{"system": 0, "kind": "analytical_linear", "time_step": DT, "uniform_damping_constant": c}])
+
+    def test_ends_of_a_rings_lists(self):
+        """What acts on the ends of an open rod acts on the first and last node of a ring's lists."""
+        n, slack, time = 6, 0.02, 0.05
+        loose = {**ring(), "shear_matrix": [[0, 0, 0]] * n, "bend_matrix": [[0, 0, 0]] * n}
+        start = ring()["position"]
+        towards = plus(start[n - 1], times(-1, start[0]))
+        towards = times(1 / math.sqrt(sum(c * c for c in towards)), towards)
+        turning = {"kind": "endpoint_forces_sinusoidal", "start_force_mag": 0.03, "end_force_mag": 0.05, "normal_direction": [0, 1, 0], "tangent_direction": [0, 0, 1], "ramp_up_time": 10.0}
+
+        def motion(i, k):
+            t, x, v = k * DT, list(start), [[0, 0, 0]] * n
+            for at, mag, sign in ((0, 0.03, 1), (n - 1, 0.05, -1)):
+                if i == 0:
+                    v[at], x[at] = [0, -mag / M * t, 0], plus(x[at], [0, -0.5 * mag / M * t * t, 0])
+                else:
+                    v[at] = times(sign * slack / (2 * time), towards) if t < time else [0, 0, 0]
+                    x[at] = plus(x[at], times(sign * (slack / (2 * time) * (t - 0.5 * DT) if t < time else 0.5 * slack), towards))
+            return {"position": x, "velocity": v}
+        self.agrees([loose, loose], motion, [{**turning, "system": 0}],
+                    [{"system": 1, "kind": "helical_buckling", "twisting_time": time, "slack": slack, "number_of_rotations": 0.0}])
+
     def test_stretched_ring_pulls_itself_together(self):
         """One step: every node is drawn inwards by 2 T sin(pi/n), T = S3 (e - 1)/e."""
         n, e, stretched = 6, 1.05, ring()
@@ -343,6 +437,39 @@ class Replay(unittest.TestCase):
         self.replay({"inputs": [bare, bare], "outputs": [values, {"twist": 0.0}]}, 1)
         self.replay({"curves": [bare]}, 2)
         self.replay({"curves": [{k: curve[k] for k in ("position", "twist")}]}, 2)
+
+    def test_closed_curves(self):
+        """A crooked ribbon over a circle. Pushed along z its edge never crosses it, so a frame that turns k times more than that one has link k;
+        twist is what the writhe (by Gauss's integral over pairs of segments) leaves of it."""
+        n, k = 60, 3
+        at = lambda a: [math.cos(a), math.sin(a), 0.8 * math.sin(2 * a) + 0.6 * math.cos(3 * a + 0.5)]
+        x = [at(2 * math.pi * i / n) for i in range(n)]
+        cross = lambda a, b: [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
+        dot = lambda a, b: sum(p * q for p, q in zip(a, b))
+        unit = lambda a: times(1 / math.sqrt(dot(a, a)), a)
+        to = lambda a, b: plus(b, times(-1, a))
+        normal = []
+        for i in range(n):
+            t = unit(to(x[i], x[(i + 1) % n]))
+            up = unit(plus([0, 0, 1], times(-t[2], t)))
+            a = 2 * math.pi * k * i / n
+            normal.append(plus(times(math.cos(a), up), times(math.sin(a), cross(t, up))))
+
+        def of_pair(i, j):
+            a, b, c, d = x[i], x[(i + 1) % n], x[j], x[(j + 1) % n]
+            r13, r14, r23, r24 = to(a, c), to(a, d), to(b, c), to(b, d)
+            faces = [unit(cross(*pair)) for pair in ((r13, r14), (r14, r24), (r24, r23), (r23, r13))]
+            flat = [cross(faces[m], faces[(m + 1) % 4]) for m in range(4)]  # arcsines by atan2: near 1 they lose half of their digits
+            area = sum(0.5 * math.pi - math.atan2(math.sqrt(dot(f, f)), dot(faces[m], faces[(m + 1) % 4])) for m, f in enumerate(flat))
+            return area * math.copysign(1, dot(cross(to(c, d), to(a, b)), r13)) / (2 * math.pi)
+        writhe = sum(of_pair(i, j) for i in range(n) for j in range(i + 2, n if i else n - 1))
+        self.assertGreater(abs(writhe), 0.01)
+        curve = {"center_line": x, "normal_collection": normal, "radius": 1e-3, "lk": k, "total_writhe": writhe, "total_twist": k - writhe}
+        self.assertIn("3 of 3", self.replay({"curves": [curve]}, 0).stdout)
+        again = {**curve, "closed": True, "center_line": [*x, x[0]]}
+        self.assertIn("3 of 3", self.replay({"curves": [again]}, 0).stdout)
+        self.replay({"curves": [{**again, "lk": k + 1}]}, 1)
+        self.assertIn("not its first", self.replay({"curves": [{**again, "center_line": [*x, [0, 0, 0]]}]}, 2).stderr)
 
     # Files that do not agree
 
@@ -393,7 +520,7 @@ class Replay(unittest.TestCase):
             change(content)
             done = self.replay(content, 7)
             self.assertIn(f"'{name}'", done.stderr)
-        content = case([ring()], lambda _, k: {}, dampers=[{"system": 0, "kind": "laplace_filter", "filter_order": 1}])
+        content = case([ring()], lambda _, k: {}, [{"system": 0, "kind": "slender_body", "dynamic_viscosity": 1.0}])
         self.assertIn("on a ring", self.replay(content, 7).stderr)
 
     def test_malformed_files(self):

@@ -54,6 +54,21 @@ class Stopped(DriverTest):
                 for part in ("'rope'", "element", "step", "tension instability", "e_c = 1.01", "likely cause"):
                     self.assertIn(part, done.stderr)
 
+    def test_squeeze_past_what_the_step_bears(self):
+        """Compression stiffens an incompressible rod (theory.md (51)): at 0.855 of the limit at rest one of r = 0.1 L has room down to
+        e = 0.88, and is told from 0.935 on. Thick and short, so that it does not buckle."""
+        for e, code in ((0.985, 0), (0.905, 0), (0.85, 4)):
+            self.scene_of(f"[rods.end_motion]\ntimes = [0.0, 1.0]\ntranslation = [[0.0, 0.0, 0.0], [0.0, 0.0, {e - 1!r}]]\n", radius=0.1, elements=10)
+            for ranks in (1, 2):
+                done = self.run_skein(f"squeeze_{e}_{ranks}", "--set", "rods.0.end=clamped", ranks=ranks, expect=code)
+                self.assertEqual(done.stderr.count("warning: step"), 1 if e < 0.935 else 0, done.stderr)
+                if e < 0.935:
+                    for part in ("rod 0 of 'rope'", "element", "of the limit", "dilatation e = 0.9"):
+                        self.assertIn(part, done.stderr)
+                if code:
+                    for part in ("rod 0 of 'rope'", "dilatation e = 0.8", "step", "likely cause"):
+                        self.assertIn(part, done.stderr.split("warning: step")[1].split("\n", 1)[1])
+
     def test_step_of_twice_the_limit_is_refused(self):
         self.scene_of("")
         plan = subprocess.run([SKEIN, "plan", str(self.scene), "--json"], capture_output=True, text=True, timeout=60)

@@ -57,11 +57,19 @@ public:
     /// Every rod to its state at a step.
     void set(std::int64_t step) {
         states_.clear();
-        for (const LocalRod& rod : local_)
+        works_.clear();
+        for (const LocalRod& rod : local_) {
             states_.push_back(fake_state(groups_[static_cast<std::size_t>(rod.group)], rod.index, step));
+            works_.push_back(fake_works(rod.gid, step));
+        }
+    }
+    static RodWorks fake_works(std::int64_t gid, std::int64_t step) {
+        const double x = static_cast<double>(gid) + 1e-3 * static_cast<double>(step);
+        return {1 / (1 + x * x), -x, 3 + x};
     }
 
     bool visit(std::span<const Step>, bool) override { return true; }
+    std::string near_limit() const override { return {}; }
     std::span<const LocalRod> local() const override { return local_; }
     void export_rod(std::size_t i, std::span<Slot<1>> out) const override {
         std::copy(states_[i].begin(), states_[i].end(), out.begin());
@@ -73,13 +81,15 @@ public:
         return sum;
     }
     void inspect(std::int64_t, double) const override {}
-    RodWorks works(std::size_t) const override { return {}; }
+    RodWorks works(std::size_t i) const override { return works_[i]; }
+    void set_works(std::size_t i, const RodWorks& works) override { works_[i] = works; }
     std::size_t bytes() const override { return 0; }
 
 private:
     std::span<const RodGroup> groups_;
     std::vector<LocalRod> local_;
     std::vector<std::vector<Slot<1>>> states_;
+    std::vector<RodWorks> works_;
 };
 
 } // namespace skein::test

@@ -2,6 +2,7 @@
 #include "diagnostics/observables.hpp"
 #include "rod/elastic.hpp"
 #include "rod/kick.hpp"
+#include "rod/step_watch.hpp"
 #include "rod/time_limits.hpp"
 #include "rod/top.hpp"
 #include "support/rods_for_tests.hpp"
@@ -79,6 +80,72 @@ TEST(TimeLimits, NameTheThinEndOfATaperedRod) {
     const TimeLimit limit = time_limits(RodGroup(spec, 0, 0, "")).front();
     EXPECT_EQ(limit.element, 9);
     EXPECT_NE(limit.mode.find("shear-rotation"), std::string_view::npos);
+}
+
+// At rest the bound at present strains is that of the rest shape, mode by mode.
+TEST(PresentLimits, AtRestAreThoseOfTheRestShape) {
+    for (const bool closed : {false, true})
+        for (const Law law : {Law::incompressible, Law::linear})
+            for (const double strain : {0.0, -0.2}) {
+                RodSpec spec = test::simple_rod(9);
+                spec.material.law = law;
+                spec.shape.rest_strain.z = closed ? 0 : strain;
+                spec.shape.closed = closed;
+                if (!closed) spec.section = {.kind = SectionKind::elliptic, .radius = 0.03, .radius_2 = 0.02, .taper = 0.5};
+                if (!closed) spec.start = EndKind::clamped;
+                const RodGroup group(spec, 0, 0, "");
+                std::vector<Slot<1>> state(static_cast<std::size_t>(group.slots()));
+                group.start_state(0, state);
+                double most[4] = {};
+                present_eigenvalues(test::tile_of(group, state), [&](int, const PresentEigenvalues<Pack<1>>& l) {
+                    const double all[] = {l.axial[0], l.about_d1[0], l.about_d2[0], l.twist[0]};
+                    for (int i = 0; i < 4; ++i) most[i] = std::max(most[i], all[i]);
+                });
+                for (const TimeLimit& limit : time_limits(group))
+                    for (int i = 0; i < 4; ++i)
+                        if (limit.mode == present_modes[i]) {
+                            // A ring's frames turn from cell to cell by 2 pi/9: phi/2 over its sine, squared, on bending; its
+                            // chords are straight.
+                            EXPECT_NEAR(2 / std::sqrt(most[i]) / limit.dt, 1, closed ? 0.03 : 1e-9)
+                                << limit.mode << " " << strain << closed;
+                        }
+            }
+}
+
+/// Kinetic energy that a barely shaken rod, clamped at both ends at `e` times its length, has after so many steps; over the energy
+/// of the shaking.
+double growth_between_walls(RodSpec spec, double e, double share, int steps) {
+    spec.start = spec.end = EndKind::clamped;
+    const RodGroup group(spec, 0, 0, "");
+    std::vector<Slot<1>> state = test::shaken_state(group, 0, 1e-9, 0);
+    for (std::size_t k = 0; k < state.size(); ++k) {
+        set_lane(state[k].position, 0, (e * static_cast<double>(k) * group.element[0].rest_length) * Vec3d{0, 0, 1});
+        set_lane(state[k].velocity, 0, Vec3d{0, 0, 0});
+        set_lane(state[k].spin, 0, Vec3d{0, 0, 0});
+    }
+    const RodTile<1> tile = test::tile_of(group, state);
+    const double dt = share * 2 / std::sqrt(largest_eigenvalue(tile)[0]);
+    const ElasticPass<IncompressibleLaw, 1> elastic(ends_of(group));
+    const KickPass<KickKind::undamped, 1> kick({KickConstants(group, {}, dt)});
+    std::vector<SlotLoad<1>> load(state.size());
+    const double scale = group.element[0].stiffness.x * 1e-18;
+    for (int i = 0; i < steps; ++i) {
+        drift<CircularTop>(tile, i == 0 ? 0.5 * dt : dt);
+        elastic.run(tile, load.data(), Step{});
+        kick.run(tile, load.data(), Step{});
+    }
+    const RodEnergy u = rod_energy(group, state);
+    return (u.translation + u.rotation) / scale;
+}
+
+TEST(PresentLimits, AreSharpBetweenWalls) {
+    for (const auto& [e, radius] :
+         {std::pair{0.85, 0.3}, {0.95, 0.15}, {1.2, 0.01}, {1.2, 0.1}, {1.6, 0.05}}) { // thick where it might buckle
+        RodSpec spec = test::simple_rod(10);
+        spec.section.radius = radius;
+        EXPECT_LT(growth_between_walls(spec, e, 0.98, 3000), 1e3) << e << " " << radius;
+        EXPECT_FALSE(growth_between_walls(spec, e, 1.05, 3000) < 1e6) << e << " " << radius;
+    }
 }
 
 TEST(TensionLimit, ExistsOnlyForSmallShearModulus) {

@@ -129,5 +129,69 @@ TEST(Plan, RefusesAStepBeyondTheLimitUnlessForced) {
     EXPECT_EQ(make_plan(scene, make_groups(scene), {}).dt, scene.time.dt);
 }
 
+/// A rod in so thick a fluid that drag governs the step, shaken.
+SceneSpec dragged(Integrator integrator, double viscosity) {
+    SceneSpec scene;
+    scene.rods = {test::simple_rod(8)};
+    scene.time = {.duration = 1, .integrator = integrator};
+    scene.loads = {{.load = SlenderBodyDrag{.viscosity = viscosity}}};
+    return scene;
+}
+
+TEST(Plan, CountsExplicitDragAmongTheLimits) {
+    const auto limits = [](double viscosity) {
+        const SceneSpec scene = dragged(Integrator::verlet, viscosity);
+        return make_plan(scene, make_groups(scene), {}).groups[0].limits;
+    };
+    const auto thin = limits(1e-3), thick = limits(300);
+    EXPECT_NE(thin.front().mode, "slender-body drag");
+    ASSERT_EQ(thick.front().mode, "slender-body drag");
+    // Inside, a node of mass m is dragged by one element's worth: nu = 4 pi mu l/(m ln(L/r)), and (h/h0)^2 + h nu/2 = 1.
+    const double rate = 4 * 3.14159265358979324 * 300 / (1000 * 3.14159265358979324 * 0.02 * 0.02 * std::log(1 / 0.02));
+    const double share = thick[0].dt / thick[1].dt;
+    EXPECT_NEAR(share * share + thick[0].dt * rate / 2, 1, 1e-12);
+    EXPECT_EQ(thick[1].dt, thin[0].dt);
+
+    SceneSpec scene = dragged(Integrator::verlet, 300);
+    scene.time.dt = 1.01 * thick[0].dt;
+    try {
+        make_plan(scene, make_groups(scene), {});
+        FAIL() << "accepted";
+    } catch (const InputError& e) {
+        EXPECT_NE(std::string(e.what()).find("slender-body drag"), std::string::npos) << e.what();
+    }
+}
+
+TEST(Plan, LimitOfExplicitDragIsSharp) {
+    for (const Integrator integrator : {Integrator::verlet, Integrator::pefrl}) {
+        SceneSpec scene = dragged(integrator, 3000);
+        const double limit = make_plan(scene, make_groups(scene), {}).limit;
+        for (const double share : {0.97, 1.2}) {
+            scene.time.dt = share * limit;
+            scene.time.force_dt = true;
+            test::Stage stage(scene);
+            stage.rods->import_rod(0, test::shaken_state(stage.groups[0], 1e-6, 1e-6, 1e-3));
+            stage.advance(400);
+            bool calm = true;
+            for (const Slot<1>& s : stage.state(0)) calm &= norm(lane(s.velocity, 0)) < 1; // false for NaN
+            EXPECT_EQ(calm, share < 1) << "share " << share;
+        }
+    }
+}
+
+TEST(Plan, CountsFramesThatWait) {
+    SceneSpec scene = test::cilia_scene(10);
+    const auto bytes = [&](int ranks) { return make_plan(scene, make_groups(scene), {ranks, 1, 1, 8}).frame_bytes; };
+    EXPECT_EQ(bytes(1), 0);
+    scene.time.dt = 0.0045;
+    scene.output.tips = 0.45; // 17 frames of 10 rods, 3 numbers each
+    EXPECT_EQ(bytes(1), 17 * 10 * 3 * 4);
+    scene.output.trajectory = 0.0045; // 1601 frames of 10 rods, 26 nodes and 25 elements: 32 MB hold many, not all
+    const double frame = 10 * 4 * (26 * 3 + 25 * 9 + 26 * 3), one = bytes(1), four = bytes(4);
+    EXPECT_LE(one, (32 << 20) + 17 * 10 * 3 * 4);
+    EXPECT_EQ(one, std::min(1601.0, std::floor((32 << 20) / frame)) * frame + 17 * 10 * 3 * 4);
+    EXPECT_GE(four, one);
+}
+
 } // namespace
 } // namespace skein

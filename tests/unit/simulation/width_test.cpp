@@ -1,5 +1,6 @@
 // The state has the same bits for every SIMD width, thread count and batch length.
 #include "core/error.hpp"
+#include "rod/step_watch.hpp"
 #include "support/scenes_for_tests.hpp"
 
 #include <gtest/gtest.h>
@@ -83,6 +84,51 @@ TEST(Inspect, NamesRodElementAndQuantity) {
         const std::string text = e.what();
         for (const char* part : {"rod 3 of 'cilia'", "element 7", "angular velocity", "step 42"}) EXPECT_NE(text.find(part), std::string::npos) << text;
     }
+}
+
+// A rod of ten, squeezed evenly more and more: told from 0.93 of the limit on, unfit from 1 on, at every width alike.
+TEST(Inspect, NamesARodWhoseStrainsLeaveTheStepNoRoom) {
+    for (const bool forced : {false, true})
+        for (const int lanes : {1, 8}) {
+            SceneSpec scene;
+            RodSpec rod = test::simple_rod(10);
+            rod.section.radius = 0.1;
+            rod.placement = {.kind = PlacementKind::line, .counts = {10}, .spacing = {1}};
+            scene.rods = {rod};
+            scene.time = {.duration = 1, .force_dt = forced};
+            scene.time.dt = 0.6 * 0.1 * std::sqrt(1000 / 1e6);
+            test::Stage stage(scene, lanes);
+            std::vector<Slot<1>> state(11);
+            int told = 0, stopped = 0;
+            for (const double e : {1.2, 1.0, 0.85, 0.82, 0.79, 0.77, 0.7, 0.6}) {
+                stage.rods->export_rod(7, state);
+                for (std::size_t k = 0; k < 11; ++k)
+                    set_lane(state[k].position, 0, stage.groups[0].origin(7) + Vec3d{0, 0, 0.1 * e * static_cast<double>(k)});
+                stage.rods->import_rod(7, state);
+                const double share = 0.5 * scene.time.dt * std::sqrt(largest_eigenvalue(test::tile_of(stage.groups[0], state))[0]);
+                told += share > 0.93, stopped += share > 1;
+                EXPECT_EQ(stage.rods->visit({}, true), forced || share <= 1) << e;
+                const std::string near = stage.rods->near_limit();
+                EXPECT_EQ(near.empty(), share <= 0.93) << e << near;
+                if (near.empty()) continue;
+                for (const char* part : {"rod 7 of 'rod'", "element ", " mode", "dilatation e = "})
+                    EXPECT_NE(near.find(part), std::string::npos) << near;
+                if (forced || share <= 1) {
+                    EXPECT_NO_THROW(stage.rods->inspect(42, scene.time.dt));
+                    continue;
+                }
+                try {
+                    stage.rods->inspect(42, scene.time.dt);
+                    FAIL() << "a step beyond its limit passed";
+                } catch (const NumericalError& error) {
+                    EXPECT_EQ(std::string(error.what()).find(near), 0u) << error.what();
+                    EXPECT_NE(std::string(error.what()).find("step 42"), std::string::npos) << error.what();
+                }
+            }
+            EXPECT_GT(stopped, 0);
+            EXPECT_GT(told, stopped);
+            EXPECT_LT(told, 6);
+        }
 }
 
 } // namespace
