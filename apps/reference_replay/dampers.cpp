@@ -3,7 +3,6 @@
 #include "loads/damping.hpp"
 #include "loads/laplacian_filter.hpp"
 
-#include <algorithm>
 #include <vector>
 
 namespace skein::replay {
@@ -18,7 +17,7 @@ public:
         : kick_(std::vector(largest_stages, KickConstants(group, damping_rates(group, {&damping, 1}), time_step, DampingScheme::after))) {}
     std::string_view name() const override { return "damper"; }
     void run(const RodTile<1>& rod, SlotLoad<1>* load, const Step& step) const override {
-        std::fill_n(load, rod.n + 1, SlotLoad<1>{});
+        for (int k = 0; k <= rod.n; ++k) load[k].force = {}, load[k].couple = {};
         kick_.run(rod, load, step);
     }
 

@@ -56,7 +56,8 @@ template <int W> struct Pack {
 
     Pack() = default;
     SKEIN_INLINE Pack(Doubles lanes) requires(W > 1) : v(lanes) {}
-    SKEIN_INLINE Pack(double value) : v(Doubles{} + value) {}
+    /// In every lane. (Less 0 is the value itself; plus 0 is not, for -0, and costs an addition.)
+    SKEIN_INLINE Pack(double value) : v(value - Doubles{}) {}
 
     double operator[]([[maybe_unused]] int lane) const {
         if constexpr (W == 1) return v;

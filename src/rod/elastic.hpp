@@ -77,6 +77,7 @@ public:
             const Vec3<P> force = transpose_times(slot[k].director, n_body);
             load[k].force = force - force_before;
             load[k].couple = fma(P(rod.element[k].rest_length), cross(nu, n_body), before.after + after.before);
+            load[k].dilatation = nu.z;
             force_before = force;
             before = after;
         };

@@ -49,6 +49,7 @@ public:
             const Vec3<P> force = inv_e * transpose_times(rod.slot[k].director, n_body);
             const Vec3<P> spin = rod.slot[k].spin, momentum = inv_e * scale(broadcast<W>(c.inertia), spin);
             load[k].force = force - force_before;
+            load[k].dilatation = edge.e;
             load[k].couple = after.tau - before.tau + P(0.5) * (before.turn + after.turn) + P(c.rest_length) * inv_e * cross(edge.nu, n_body) +
                              cross(momentum, spin) + edge.rate * inv_e * momentum;
             force_before = force;

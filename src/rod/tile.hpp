@@ -11,9 +11,11 @@
 
 namespace skein {
 
-/// External and internal loads of a tile, in per-thread scratch: force at node k (lab, N), couple at element k (body, N m).
+/// What passes hand on within a step, in per-thread scratch: force at node k (lab, N) and couple at element k (body, N m), internal
+/// and external; and the element's dilatation as its law has it, which damping may follow.
 template <int W> struct SlotLoad {
     Vec3<Pack<W>> force, couple;
+    Pack<W> dilatation;
 };
 
 template <int W> struct RodTile {
