@@ -53,7 +53,11 @@ def draw(axes, series, key):
 
 
 def figure(path, out):
+    """Draws one table; says so and returns False where it has no rows, as a case leaves it that was stopped."""
     series = read(path)
+    if not series:
+        print(f"warning: {path} has no rows: no figure", file=sys.stderr)
+        return False
     panels = []
     for key, space in (("n", True), ("dt", False)):
         chosen = {name: rows for name, rows in series.items() if refines_in_space(rows) == space}
@@ -66,6 +70,7 @@ def figure(path, out):
     fig.tight_layout()
     fig.savefig(out / f"{path.stem}.png", dpi=140)
     plt.close(fig)
+    return True
 
 
 def main():
@@ -77,9 +82,8 @@ def main():
     if not tables:
         sys.exit(f"error: no tables (*.csv) in {folder}")
     out.mkdir(parents=True, exist_ok=True)
-    for path in tables:
-        figure(path, out)
-    print(f"{len(tables)} figures in {out}")
+    drawn = sum(figure(path, out) for path in tables)
+    print(f"{drawn} figures in {out}")
 
 
 if __name__ == "__main__":
