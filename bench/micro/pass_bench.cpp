@@ -102,16 +102,16 @@ template <int W> void register_width() {
 
     benchmark::RegisterBenchmark(fmt::format("peak/fma/W{}", W).c_str(), run_peak<W>);
     for (const long n : {10L, 25L, 50L, 100L}) {
-        add("drift_circular", n, true, 150, [](const RodGroup&) { return new DriftPass<CircularTop, W>; });
-        add("drift_elliptic", n, false, 230, [](const RodGroup&) { return new DriftPass<EllipticTop<1>, W>; });
-        add("elastic", n, true, 224, [](const RodGroup&) { return new ElasticPass<IncompressibleLaw, W>(Ends{.start_wall = true}); });
+        add("drift_circular", n, true, 112, [](const RodGroup&) { return new DriftPass<CircularTop, W>; });
+        add("drift_elliptic", n, false, 189, [](const RodGroup&) { return new DriftPass<EllipticTop<1>, W>; });
+        add("elastic", n, true, 211, [](const RodGroup&) { return new ElasticPass<IncompressibleLaw, W>(Ends{.start_wall = true}); });
         add("magnetic_field", n, true, 24, [](const RodGroup& group) {
             return new LoadPass<MagneticField, W>({.constant = {0, 8e-4, 0}, .rotating = 0.08, .period = 72}, group);
         });
         add("kick_undamped", n, true, 12, kick(Undamped{}, {}));
-        add("kick_constant", n, true, 12, kick(Constant{}, {{.kind = DampingKind::uniform, .rate = 0.5}}));
-        add("kick_stretched", n, true, 95, kick(Stretched{}, {{.kind = DampingKind::legacy, .rate = 0.5}}));
-        add("kick_stretched_elliptic", n, false, 140, kick(Stretched{}, {{.kind = DampingKind::legacy, .rate = 0.5}}));
+        add("kick_constant", n, true, 18, kick(Constant{}, {{.kind = DampingKind::uniform, .rate = 0.5}}));
+        add("kick_stretched", n, true, 41, kick(Stretched{}, {{.kind = DampingKind::legacy, .rate = 0.5}}));
+        add("kick_stretched_elliptic", n, false, 53, kick(Stretched{}, {{.kind = DampingKind::legacy, .rate = 0.5}}));
     }
 }
 

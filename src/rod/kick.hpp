@@ -5,7 +5,7 @@
 //   after         a = b = exp(-z): as published codes do it, first order
 // The first two are second order with any damping, and never less stable than the undamped kick. Held nodes and elements have
 // infinite mass: their gain is 0 and their rates stay as they are.
-// Cost: 12 flop per element undamped, 18 at constant rates, 40 with rates that follow the stretch (exponential 95).
+// Cost: 12 flop per element undamped, 18 at constant rates, 41 with rates that follow the stretch (exponential 90).
 #pragma once
 
 #include "core/exponential.hpp"

@@ -70,6 +70,7 @@ ElementConstants element_constants(const RodSpec& spec, std::size_t k, const Sha
             .rest_strain = spec.shape.rest_strain,
             .rest_stretch = 1 + spec.shape.rest_strain.z,
             .inertia = {mass * i1, mass * i2, mass * i3},
+            .inv_inertia = {1 / (mass * i1), 1 / (mass * i2), 1 / (mass * i3)},
             .inertia_ratio = i3 / i1,
             .bending = {m.youngs_modulus * i1, m.youngs_modulus * i2, shear * i3}};
 }

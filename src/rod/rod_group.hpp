@@ -22,6 +22,7 @@ struct ElementConstants {
     Vec3d rest_strain;      ///< sigma0
     double rest_stretch;    ///< e0 = 1 + sigma0_3
     Vec3d inertia;          ///< J_k = rho l_k (I1, I2, I3), kg m^2
+    Vec3d inv_inertia;      ///< 1/J_k
     double inertia_ratio;   ///< J3/J1
     Vec3d bending;          ///< E I1, E I2, G I3 of the element; N m^2
 };

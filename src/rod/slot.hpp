@@ -12,6 +12,11 @@ template <int W> struct Slot {
     Vec3<Pack<W>> spin;           ///< element k, body, rad/s
 };
 
+/// Asks for a slot that will be needed soon.
+template <int W> SKEIN_INLINE void prefetch(const Slot<W>& slot) {
+    for (std::size_t line = 0; line < sizeof(Slot<W>); line += 64) __builtin_prefetch(reinterpret_cast<const char*>(&slot) + line, 1, 2);
+}
+
 /// Rows d1, d2, d3.
 inline Mat3d frame(const Slot<1>& slot) { return matrix(lane(slot.director, 0)); }
 

@@ -75,17 +75,13 @@ template <class Law, int W, class F> void present_eigenvalues(const RodTile<W>& 
     const PresentCell<P> none{};
     const PresentCell<P> first = ends.closed ? present_cell<Law>(rod, n - 1, 0, strain(n - 1).z, nu.z) : none;
     PresentCell<P> before = first;
-    const auto mobility_of = [&](int k) {
-        const Vec3d& j = rod.element[k].inertia;
-        return Vec3d{1 / j.x, 1 / j.y, 1 / j.z};
-    };
-    Vec3d mobility_before = mobility_of(n - 1), mobility = mobility_of(0);
+    Vec3d mobility_before = rod.element[n - 1].inv_inertia, mobility = rod.element[0].inv_inertia;
     for (int k = 0; k < n; ++k) {
         const bool last = k == n - 1;
         const Vec3<P> nu_next = last ? nu : strain(k + 1);
         const PresentCell<P> after = !last ? present_cell<Law>(rod, k, k + 1, nu.z, nu_next.z) : ends.closed ? first : none;
         const ElementConstants& c = rod.element[k];
-        const Vec3d mobility_after = mobility_of((k + 1) % n);
+        const Vec3d mobility_after = rod.element[(k + 1) % n].inv_inertia;
         Vec3<P> beta = scale(before.spring, broadcast<W>(mobility + mobility_before)) +
                        scale(after.spring, broadcast<W>(mobility + mobility_after));
         const double walls = (k == 0 && ends.start_wall) + (last && ends.end_wall);

@@ -22,6 +22,7 @@ struct Step {
     int kick_length;     ///< which of the scheme's kicks
     int slot;            ///< place in its batch: row of the tables that loads prepare
     bool completes;      ///< the last stage of its step
+    bool last;           ///< of its batch
 };
 
 /// Deals out batches of steps; knows nothing of rods.
@@ -49,8 +50,9 @@ public:
                 const bool first = &stage == &scheme_.stages.front();
                 const double drift = index == 1 && first ? stage.drift - scheme_.lag : stage.drift;
                 batch_.push_back({index, dt_, drift * dt_, stage.kick * dt_, (static_cast<double>(index - 1) + stage.time) * dt_, stage.kick_length,
-                                  static_cast<int>(batch_.size()), &stage == &scheme_.stages.back()});
+                                  static_cast<int>(batch_.size()), &stage == &scheme_.stages.back(), false});
             }
+        if (!batch_.empty()) batch_.back().last = true;
         return batch_;
     }
     void advance(std::span<const Step> batch) {
