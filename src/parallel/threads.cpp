@@ -33,7 +33,9 @@ std::string Threads::available_core_list() {
         if (!CPU_ISSET(core, &mask)) continue;
         int last = core;
         while (last + 1 < CPU_SETSIZE && CPU_ISSET(last + 1, &mask)) ++last;
-        list += (list.empty() ? "" : ",") + std::to_string(core) + (last > core ? "-" + std::to_string(last) : "");
+        if (!list.empty()) list += ',';
+        list += std::to_string(core);
+        if (last > core) list.append("-").append(std::to_string(last));
         core = last;
     }
     return list;

@@ -70,7 +70,7 @@ void Problems::raise() const {
     });
     std::string text;
     for (std::size_t i = 0; i < std::min(sorted.size(), most_reported); ++i)
-        text += (i ? "\n" : "") + message_at(sorted[i].place, sorted[i].message);
+        text.append(i ? "\n" : "").append(message_at(sorted[i].place, sorted[i].message));
     if (sorted.size() > most_reported) text += fmt::format("\nand {} more", sorted.size() - most_reported);
     throw InputError(text);
 }

@@ -368,7 +368,7 @@ std::vector<Contradiction> contradictions(const SceneSpec& scene, const std::set
 void check_scene(const SceneSpec& scene) {
     std::string text;
     for (const auto& [path, message] : contradictions(scene, changed_keys(scene)))
-        text += (text.empty() ? "" : "\n") + source_prefix(scene, path) + message;
+        text.append(text.empty() ? "" : "\n").append(source_prefix(scene, path) + message);
     if (!text.empty()) throw InputError(text);
 }
 
