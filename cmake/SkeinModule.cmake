@@ -12,6 +12,7 @@ target_compile_definitions(skein_flags INTERFACE OMPI_SKIP_MPICXX=1)
 
 # The headers that most sources read through the project's own, precompiled: a fifth to a half of a source's build. Sources include
 # what they use all the same; CMAKE_DISABLE_PRECOMPILE_HEADERS=ON shows that they do.
+# A source with an -O or -f of its own skips them: they bring the options they were compiled with, and g++ 12 may crash on the mixture.
 set(SKEIN_COMMON_HEADERS
   <algorithm> <array> <cmath> <cstdint> <cstdio> <filesystem> <functional> <immintrin.h> <memory> <numbers> <optional> <span> <string>
   <string_view> <variant> <vector>)

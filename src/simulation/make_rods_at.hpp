@@ -77,6 +77,12 @@ std::unique_ptr<Rods> make_rods_at(const Plan& plan, std::span<const RodGroup> g
 
 #define SKEIN_MAKE_RODS_AT(W) \
     template std::unique_ptr<Rods> make_rods_at<W>(const Plan&, std::span<const RodGroup>, std::vector<LocalRod>, const Threads&)
+#define SKEIN_MAKE_PROGRAM(W) \
+    template TileProgram<W> make_program<W>(const GroupPlan&, const RodGroup&, Scheme, double, const std::shared_ptr<AuditBook<W>>&)
+extern SKEIN_MAKE_PROGRAM(1);
+extern SKEIN_MAKE_PROGRAM(2);
+extern SKEIN_MAKE_PROGRAM(4);
+extern SKEIN_MAKE_PROGRAM(8);
 extern SKEIN_MAKE_RODS_AT(1);
 extern SKEIN_MAKE_RODS_AT(2);
 extern SKEIN_MAKE_RODS_AT(4);

@@ -2,6 +2,7 @@
 
 namespace skein {
 
+SKEIN_MAKE_PROGRAM(2);
 SKEIN_MAKE_RODS_AT(2);
 
 } // namespace skein

@@ -2,6 +2,7 @@
 
 namespace skein {
 
+SKEIN_MAKE_PROGRAM(4);
 SKEIN_MAKE_RODS_AT(4);
 
 } // namespace skein

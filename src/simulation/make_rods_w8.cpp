@@ -2,6 +2,7 @@
 
 namespace skein {
 
+SKEIN_MAKE_PROGRAM(8);
 SKEIN_MAKE_RODS_AT(8);
 
 } // namespace skein
