@@ -78,7 +78,8 @@ private:
         if (list_of_tables) fail(fmt::format("the scene has no [[{}]] to change", part));
         auto* table = at.as<TomlTable>();
         if (!table) fail(fmt::format("'{}' is no table: it has no '{}'", so_far, part));
-        return table->emplace_back(part, place_, TomlValue{TomlTable{}, place_}).value;
+        table->push_back({part, place_, TomlValue{TomlTable{}, place_}});
+        return table->back().value;
     }
 
     TomlValue& item(TomlArray& list, const std::string& part, const std::string& so_far) const {

@@ -21,8 +21,8 @@ namespace skein {
 namespace {
 
 constexpr double tick_seconds = 1;        ///< wall time between two agreements of all ranks
-constexpr std::int64_t tick_multiple = 16; ///< steps that a tile visit should hold to pay for reading the tile
 constexpr std::int64_t check_every = 64;   ///< steps between two looks for rods that have gone astray
+constexpr std::int64_t tick_multiple = 64; ///< steps between ticks: fewer would cut visits short and look at rods more often
 
 volatile std::sig_atomic_t stop_requested = 0;
 
