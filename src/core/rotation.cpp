@@ -23,6 +23,23 @@ Quaterniond quaternion(const Mat3d& q) {
 
 namespace detail {
 
+namespace {
+/// theta/sin(theta/2) and g of (7).
+struct LogFactors {
+    double angle_over_half_sine, jacobian;
+};
+
+/// From sin(theta/2) and cos(theta/2), neither negative.
+LogFactors log_factors(double half_sine, double half_cosine) {
+    const double versine = 1 - half_cosine;
+    if (versine <= small_versine)
+        return {polynomial(Pack<1>(versine), angle_over_half_sine)[0], polynomial(Pack<1>(versine), log_jacobian)[0]};
+    const double half = std::atan2(half_sine, half_cosine);
+    return {2 * half / half_sine, (1 - half * half_cosine / half_sine) / (4 * half * half)};
+}
+
+} // namespace
+
 template <int W> HalfAngle<Pack<W>> large_half_angle(Pack<W> squared, HalfAngle<Pack<W>> f) {
     for (int i = 0; i < W; ++i)
         if (squared[i] > small_half_angle_squared) {
@@ -33,23 +50,13 @@ template <int W> HalfAngle<Pack<W>> large_half_angle(Pack<W> squared, HalfAngle<
     return f;
 }
 
-LogFactors large_log_factors(double half_sine, double half_cosine) {
-    const double half = std::atan2(half_sine, std::abs(half_cosine));
-    return {std::copysign(2 * half / half_sine, half_cosine), (1 - half * std::abs(half_cosine) / half_sine) / (4 * half * half)};
-}
-
 template <int W> RelativeRotation<Pack<W>> large_relative_rotation(Pack<W> half_cosine, Vec3<Pack<W>> half_sine, RelativeRotation<Pack<W>> r) {
     for (int i = 0; i < W; ++i) {
-        const double versine = 1 - half_cosine[i];
-        if (!(versine > small_versine)) continue;
+        if (!(1 - half_cosine[i] > small_versine)) continue;
+        // Of the two signs that a frame has, the one that makes the smaller turn.
         const Vec3d sine = lane(half_sine, i);
-        const double size = norm(sine);
-        // The same frame under the other sign: its polynomials are those of a small angle.
-        const LogFactors f = 1 - std::abs(half_cosine[i]) > small_versine
-                                 ? large_log_factors(size, half_cosine[i])
-                                 : LogFactors{-polynomial(Pack<1>(1 + half_cosine[i]), angle_over_half_sine)[0],
-                                              polynomial(Pack<1>(1 + half_cosine[i]), log_jacobian)[0]};
-        set_lane(r.log, i, f.angle_over_half_sine * sine);
+        const LogFactors f = log_factors(norm(sine), std::abs(half_cosine[i]));
+        set_lane(r.log, i, std::copysign(f.angle_over_half_sine, half_cosine[i]) * sine);
         r.jacobian.set(i, f.jacobian);
     }
     return r;

@@ -34,11 +34,6 @@ template <class P> struct HalfAngle {
 namespace detail {
 /// The lanes beyond the polynomials' reach.
 template <int W> [[gnu::noinline, gnu::cold]] HalfAngle<Pack<W>> large_half_angle(Pack<W> squared, HalfAngle<Pack<W>> f);
-/// theta/sin(theta/2) with the sign of cos(theta/2), and g; from |sin(theta/2)| and cos(theta/2).
-struct LogFactors {
-    double angle_over_half_sine, jacobian;
-};
-LogFactors large_log_factors(double half_sine, double half_cosine);
 } // namespace detail
 
 template <int W> SKEIN_INLINE HalfAngle<Pack<W>> half_angle(Pack<W> squared) {

@@ -1,5 +1,5 @@
 // Three-vectors and 3x3 matrices over a value type P (double in set-up code, Pack<W> in kernels).
-// A director frame Q is a Mat3 with rows d1, d2, d3 (lab components): body vector = Q * lab vector.
+// A director frame Q as a matrix has rows d1, d2, d3 (lab components): body vector = Q * lab vector. Rods store quaternions.
 #pragma once
 
 #include "core/pack.hpp"
@@ -43,13 +43,6 @@ template <class P> struct Mat3 {
 template <class P> SKEIN_INLINE Vec3<P> transpose_times(const Mat3<P>& q, const Vec3<P>& a) {
     return fma(a.x, q.d1, fma(a.y, q.d2, a.z * q.d3));
 }
-template <class P> SKEIN_INLINE Mat3<P> transposed(const Mat3<P>& a) {
-    return {{a.d1.x, a.d2.x, a.d3.x}, {a.d1.y, a.d2.y, a.d3.y}, {a.d1.z, a.d2.z, a.d3.z}};
-}
-/// A B
-template <class P> SKEIN_INLINE Mat3<P> operator*(const Mat3<P>& a, const Mat3<P>& b) {
-    return {transpose_times(b, a.d1), transpose_times(b, a.d2), transpose_times(b, a.d3)};
-}
 
 using Vec3d = Vec3<double>;
 using Mat3d = Mat3<double>;
@@ -58,23 +51,10 @@ using Mat3d = Mat3<double>;
 template <int W> SKEIN_INLINE Vec3<Pack<W>> broadcast(const Vec3d& a) { return {Pack<W>(a.x), Pack<W>(a.y), Pack<W>(a.z)}; }
 
 template <int W> SKEIN_INLINE Vec3d lane(const Vec3<Pack<W>>& a, int i) { return {a.x[i], a.y[i], a.z[i]}; }
-template <int W> SKEIN_INLINE Mat3d lane(const Mat3<Pack<W>>& q, int i) { return {lane(q.d1, i), lane(q.d2, i), lane(q.d3, i)}; }
 template <int W> SKEIN_INLINE void set_lane(Vec3<Pack<W>>& a, int i, const Vec3d& b) {
     a.x.set(i, b.x);
     a.y.set(i, b.y);
     a.z.set(i, b.z);
 }
-template <int W> SKEIN_INLINE void set_lane(Mat3<Pack<W>>& q, int i, const Mat3d& b) {
-    set_lane(q.d1, i, b.d1);
-    set_lane(q.d2, i, b.d2);
-    set_lane(q.d3, i, b.d3);
-}
-
-/// A scalar frame in every lane.
-template <int W> SKEIN_INLINE Mat3<Pack<W>> broadcast_frame(const Mat3d& q) {
-    return {broadcast<W>(q.d1), broadcast<W>(q.d2), broadcast<W>(q.d3)};
-}
-
-inline constexpr Mat3d identity{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
 
 } // namespace skein

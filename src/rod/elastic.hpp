@@ -66,7 +66,7 @@ public:
         const Slot<W>* slot = rod.slot;
         const int n = rod.n;
         // The last step of a visit asks for the next tile, which lies behind this one: hardware does not see it come.
-        const Slot<W>* ahead = step.last ? slot + n + 1 : slot;
+        const Slot<W>* next_tile = step.last ? slot + n + 1 : slot;
 
         Vec3<P> nu = strain(rod, 0), force_before{};
         const CellLoads<P> first = ends_.closed       ? loads(rod, n - 1, cell(rod, n - 1, 0, strain(rod, n - 1).z, nu.z))
@@ -90,7 +90,7 @@ public:
             Vec3<P> nu_next = strain(rod, 1);
             CellStrain<P> next = cell(rod, 0, 1, nu.z, nu_next.z);
             for (; k < n - 2; ++k) {
-                prefetch(ahead[k]);
+                prefetch(next_tile[k]);
                 const Vec3<P> nu_ahead = strain(rod, k + 2);
                 const CellStrain<P> ahead = cell(rod, k + 1, k + 2, nu_next.z, nu_ahead.z);
                 finish(k, loads(rod, k, next));

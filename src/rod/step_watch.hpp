@@ -4,7 +4,7 @@
 //   twist               beta_3
 //   beta = sum over cells of (B g/(E^3 D) + |tau|/2)(1/J + 1/J_nb), g = ((phi/2)/sin(phi/2))^2, and of walls, B/(e^3 l/2)/J
 // Measured true limit over it: 1.00 where rods are stretched or compressed, 0.93 to 1.12 where they are crumpled as well.
-// Cost: 250 flop per element, once in 64 steps: 0.2 ns per element-step of 20.
+// Cost: 250 flop per element, once in 64 steps: 0.2 ns per element-step of 12.
 #pragma once
 
 #include "core/rotation.hpp"

@@ -49,7 +49,7 @@ inline Vec3d shoot(Law law, const TipLoad& load, const Vec3d& force, const Vec3d
     };
     constexpr int steps = 1000;
     constexpr double h = 1.0 / steps;
-    State s{{0, 0, 0}, identity};
+    State s{{0, 0, 0}, matrix(no_turn)};
     for (int i = 0; i < steps; ++i) {
         const State k1 = rate(s), k2 = rate(ahead(s, h / 2, k1)), k3 = rate(ahead(s, h / 2, k2)), k4 = rate(ahead(s, h, k3));
         s = ahead(ahead(ahead(ahead(s, h / 6, k1), h / 3, k2), h / 3, k3), h / 6, k4);
