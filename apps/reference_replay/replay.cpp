@@ -152,7 +152,8 @@ std::vector<Recorded> run(const Entry& file, const std::vector<System>& systems)
         owned.push_back({number, number, 0});
     }
     const Threads one(1);
-    RodTiles<1> rods(groups, std::move(owned), std::move(passes), one);
+    const Tiling each_alone{std::vector<std::int64_t>(systems.size(), 1), {}};
+    RodTiles<1> rods(groups, std::move(owned), each_alone, std::move(passes), one);
     for (std::size_t i = 0; i < systems.size(); ++i) rods.import_rod(i, systems[i].start);
 
     std::vector<Recorded> recorded;

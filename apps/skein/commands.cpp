@@ -71,7 +71,7 @@ Machine machine_of(const Communicator& comm, const RunArguments& arguments) {
         for (std::size_t r = 1; r < std::min(shown, seats.size()); ++r) which += " | " + seats[r].substr(seats[r].rfind(':') + 1);
         if (seats.size() > shown) which += " | ...";
     }
-    return {comm.size(), arguments.threads > 0 ? arguments.threads : own, own, arguments.lanes, which};
+    return {comm.size(), arguments.threads > 0 ? arguments.threads : own, own, arguments.lanes, which, arguments.mapping};
 }
 
 /// Warns where the launcher has tied ranks to fewer cores than they have threads, or left cores idle.
@@ -124,7 +124,7 @@ int plan_command(const PlanArguments& arguments) {
         const int cores = Threads::available_cores();
         const int threads = arguments.threads > 0 ? arguments.threads : std::max(1, cores / ranks);
         const std::vector<RodGroup> groups = make_groups(scene);
-        const Plan plan = make_plan(scene, groups, {ranks, threads, std::max(threads, cores / ranks), arguments.lanes, {}});
+        const Plan plan = make_plan(scene, groups, {ranks, threads, std::max(threads, cores / ranks), arguments.lanes, {}, arguments.mapping});
         std::printf("%s", (arguments.json ? to_json(plan) : to_text(plan)).c_str());
     });
 }

@@ -18,11 +18,13 @@ struct RunArguments {
     RunOptions options;
     int threads = 0; ///< 0: the cores this rank may use
     int lanes = 8;
+    Mapping mapping = Mapping::automatic;
 };
 struct PlanArguments {
     SceneArguments scene;
     bool json = false;
     int ranks = 0, threads = 0, lanes = 8;
+    Mapping mapping = Mapping::automatic;
 };
 struct DescribeArguments {
     std::string what;

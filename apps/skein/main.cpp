@@ -5,6 +5,7 @@
 
 #include <cstdio>
 #include <cstdlib>
+#include <map>
 #include <string>
 
 namespace {
@@ -30,6 +31,13 @@ void add_scene_options(CLI::App& command, skein::SceneArguments& scene) {
     command.add_option("--set", scene.overrides, "override a key, e.g. --set time.duration=10 (may be repeated)")->type_name("KEY=VALUE")->allow_extra_args(false);
 }
 
+void add_mapping(CLI::App& command, skein::Mapping& mapping) {
+    const std::map<std::string, skein::Mapping> names{{"auto", skein::Mapping::automatic}, {"across", skein::Mapping::across}, {"along", skein::Mapping::along}};
+    command.add_option("--mapping", mapping, "of rods onto lanes: one each, or cut and side by side with others; no bit depends on it")
+        ->transform(CLI::CheckedTransformer(names, CLI::ignore_case).description("auto, across or along"))
+        ->default_str("auto");
+}
+
 } // namespace
 
 int main(int argc, char** argv) {
@@ -43,6 +51,7 @@ int main(int argc, char** argv) {
     run_command->add_option("-o,--out", run.options.out, "directory of results; default out/<scene name>");
     run_command->add_option("-t,--threads", run.threads, "threads per rank; default: the cores this rank may use")->check(CLI::PositiveNumber);
     run_command->add_option("--lanes", run.lanes, "rods side by side in SIMD registers")->check(CLI::IsMember({1, 2, 4, 8}))->capture_default_str();
+    add_mapping(*run_command, run.mapping);
     run_command->add_option("--steps", run.options.steps, "stop after this step")->check(CLI::PositiveNumber);
     run_command->add_option("--until", run.options.until, "stop at this time [s]")->check(CLI::PositiveNumber);
     run_command->add_option("--walltime", run.options.walltime, "stop with a checkpoint after this many seconds")->check(CLI::PositiveNumber);
@@ -56,6 +65,7 @@ int main(int argc, char** argv) {
     plan_command->add_option("--ranks", plan.ranks, "number of ranks to plan for")->check(CLI::PositiveNumber);
     plan_command->add_option("-t,--threads", plan.threads, "threads per rank")->check(CLI::PositiveNumber);
     plan_command->add_option("--lanes", plan.lanes, "rods side by side in SIMD registers")->check(CLI::IsMember({1, 2, 4, 8}))->capture_default_str();
+    add_mapping(*plan_command, plan.mapping);
 
     skein::SceneArguments check;
     CLI::App* check_command = app.add_subcommand("check", "read and check a scene, run nothing");

@@ -6,6 +6,7 @@
 #include <bit>
 #include <cmath>
 #include <cstdint>
+#include <utility>
 #if defined(__AVX2__) || defined(__AVX512F__)
 #include <immintrin.h>
 #endif
@@ -138,6 +139,20 @@ template <int W> SKEIN_INLINE Pack<W> max(Pack<W> a, Pack<W> b) {
     return select(a < b, b, a);
 }
 template <int W> SKEIN_INLINE Pack<W> min(Pack<W> a, Pack<W> b) { return select(b < a, b, a); }
+
+namespace detail {
+/// Lane i takes lane (i + Shift) mod W.
+template <int Shift, int W> SKEIN_INLINE Pack<W> rotated(Pack<W> a) {
+    if constexpr (W == 1) return a;
+    else return [&]<int... I>(std::integer_sequence<int, I...>) __attribute__((always_inline)) {
+        return Pack<W>(__builtin_shufflevector(a.v, a.v, ((I + Shift) % W)...));
+    }(std::make_integer_sequence<int, W>{});
+}
+} // namespace detail
+
+/// Every lane takes its neighbour's value; the ends go round.
+template <int W> SKEIN_INLINE Pack<W> from_lane_before(Pack<W> a) { return detail::rotated<W - 1>(a); }
+template <int W> SKEIN_INLINE Pack<W> from_lane_after(Pack<W> a) { return detail::rotated<1>(a); }
 
 /// 2^k for whole-numbered k in [-1022, 1023].
 template <int W> SKEIN_INLINE Pack<W> power_of_two(Pack<W> k) {

@@ -62,4 +62,9 @@ template <int W> SKEIN_INLINE void set_lane(Quaternion<Pack<W>>& q, int i, const
     set_lane(q.v, i, b.v);
 }
 
+template <int W> SKEIN_INLINE Quaternion<Pack<W>> select(Mask<W> m, const Quaternion<Pack<W>>& a, const Quaternion<Pack<W>>& b) {
+    return {select(m, a.w, b.w), select(m, a.v, b.v)};
+}
+template <int W> SKEIN_INLINE Quaternion<Pack<W>> from_lane_after(const Quaternion<Pack<W>>& a) { return {from_lane_after(a.w), from_lane_after(a.v)}; }
+
 } // namespace skein

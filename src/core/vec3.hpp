@@ -49,6 +49,16 @@ using Mat3d = Mat3<double>;
 
 /// A scalar vector in every lane.
 template <int W> SKEIN_INLINE Vec3<Pack<W>> broadcast(const Vec3d& a) { return {Pack<W>(a.x), Pack<W>(a.y), Pack<W>(a.z)}; }
+/// What differs from lane to lane as it is, so that kernels need not know which of both a constant does.
+template <int W> SKEIN_INLINE const Vec3<Pack<W>>& broadcast(const Vec3<Pack<W>>& a) { return a; }
+
+template <int W> SKEIN_INLINE Vec3<Pack<W>> select(Mask<W> m, const Vec3<Pack<W>>& a, const Vec3<Pack<W>>& b) {
+    return {select(m, a.x, b.x), select(m, a.y, b.y), select(m, a.z, b.z)};
+}
+template <int W> SKEIN_INLINE Vec3<Pack<W>> from_lane_before(const Vec3<Pack<W>>& a) {
+    return {from_lane_before(a.x), from_lane_before(a.y), from_lane_before(a.z)};
+}
+template <int W> SKEIN_INLINE Vec3<Pack<W>> from_lane_after(const Vec3<Pack<W>>& a) { return {from_lane_after(a.x), from_lane_after(a.y), from_lane_after(a.z)}; }
 
 template <int W> SKEIN_INLINE Vec3d lane(const Vec3<Pack<W>>& a, int i) { return {a.x[i], a.y[i], a.z[i]}; }
 template <int W> SKEIN_INLINE void set_lane(Vec3<Pack<W>>& a, int i, const Vec3d& b) {

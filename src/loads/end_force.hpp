@@ -4,7 +4,7 @@
 
 #include "core/fields.hpp"
 #include "loads/ramp.hpp"
-#include "rod/tile.hpp"
+#include "rod/mapping.hpp"
 
 namespace skein {
 
@@ -20,10 +20,9 @@ struct EndForce {
         f.visit({.name = "ramp", .unit = "s", .text = "linear rise from 0", .at_least = 0}, ramp);
     }
 
-    template <int W> void add(const RodTile<W>& rod, SlotLoad<W>* load, const Step& step) const {
+    template <int W, class Map = Across<W>> void add(const RodTile<W>& rod, SlotLoad<W>* load, const Step& step) const {
         const double r = ramp_at(step.time, ramp);
-        load[0].force += broadcast<W>(r * start);
-        load[rod.n].force += broadcast<W>(r * end);
+        Map::add_to_ends(rod, load, r * start, r * end);
     }
 };
 

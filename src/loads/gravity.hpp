@@ -4,7 +4,7 @@
 #pragma once
 
 #include "core/fields.hpp"
-#include "rod/tile.hpp"
+#include "rod/mapping.hpp"
 
 namespace skein {
 
@@ -16,10 +16,9 @@ struct Gravity {
         f.visit({.name = "acceleration", .unit = "m/s^2", .text = "g, lab frame"}, acceleration);
     }
 
-    template <int W> void add(const RodTile<W>& rod, SlotLoad<W>* load, const Step&) const {
+    template <int W, class Map = Across<W>> void add(const RodTile<W>& rod, SlotLoad<W>* load, const Step&) const {
         const auto g = broadcast<W>(acceleration);
-        const double* mass = rod.group->node_mass.data();
-        for (int i = 0; i <= rod.n; ++i) load[i].force = fma(Pack<W>(mass[i]), g, load[i].force);
+        for (int i = 0; i <= rod.n; ++i) load[i].force = fma(Pack<W>(Map::node_mass(rod, i)), g, load[i].force);
     }
 };
 

@@ -2,14 +2,14 @@
 #pragma once
 
 #include "loads/load_spec.hpp"
-#include "rod/tile.hpp"
+#include "rod/mapping.hpp"
 
 #include <memory>
 #include <vector>
 
 namespace skein {
 
-template <class L, int W> class LoadPass final : public TilePass<W> {
+template <class L, int W, class Map = Across<W>> class LoadPass final : public TilePass<W> {
 public:
     LoadPass(L load, const RodGroup& group) : load_(std::move(load)) {
         if constexpr (requires { load_.bind_group(group); }) load_.bind_group(group);
@@ -22,8 +22,12 @@ public:
         if constexpr (has_tile_data) tile_data_.push_back(load_.template bind<W>(rod));
     }
     void run(const RodTile<W>& rod, SlotLoad<W>* load, const Step& step) const override {
-        if constexpr (has_tile_data) load_.add(rod, tile_data_[rod.number], load, step);
-        else load_.add(rod, load, step);
+        const auto add = [&](const auto&... data) {
+            if constexpr (Map::along) load_.template add<W, Map>(rod, data..., load, step);
+            else load_.add(rod, data..., load, step);
+        };
+        if constexpr (has_tile_data) add(tile_data_[rod.number]);
+        else add();
     }
 
 private:
@@ -36,9 +40,14 @@ private:
     }())> tile_data_;
 };
 
-template <int W> std::unique_ptr<TilePass<W>> make_pass(const Load& load, const RodGroup& group) {
-    return std::visit([&](const auto& l) -> std::unique_ptr<TilePass<W>> { return std::make_unique<LoadPass<std::decay_t<decltype(l)>, W>>(l, group); },
-                      load);
+/// `group`: of an along mapping any of its family; a load that keeps tables of its group makes families of one.
+template <int W, class Map = Across<W>> std::unique_ptr<TilePass<W>> make_pass(const Load& load, const RodGroup& group) {
+    return std::visit(
+        [&]<class L>(const L& l) -> std::unique_ptr<TilePass<W>> {
+            if constexpr (Map::along && needs_whole_rods<L>) return nullptr; // the plan keeps its rods across
+            else return std::make_unique<LoadPass<L, W, Map>>(l, group);
+        },
+        load);
 }
 
 } // namespace skein

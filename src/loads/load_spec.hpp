@@ -22,6 +22,11 @@ namespace skein {
 using Load = std::variant<Gravity, UniformForce, UniformCouple, EndForce, MagneticField, MuscleWave, SinusoidalEndForce, SlenderBodyDrag,
                           MuscleTorques>;
 
+/// Loads that look along a rod from end to end, which strands do not.
+template <class L> inline constexpr bool needs_whole_rods = requires { requires L::needs_whole_rods; };
+/// Loads that keep tables of their group.
+template <class L> inline constexpr bool keeps_tables_of_group = requires(L l, const RodGroup& g) { l.bind_group(g); };
+
 /// A load and the groups of rods it acts on (all where the list is empty).
 struct LoadSpec {
     Load load;

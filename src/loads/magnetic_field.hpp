@@ -7,7 +7,7 @@
 #include "core/aligned.hpp"
 #include "core/fields.hpp"
 #include "loads/ramp.hpp"
-#include "rod/tile.hpp"
+#include "rod/mapping.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -67,24 +67,28 @@ struct MagneticField {
         int stride = 0;
     };
     template <int W> TileData<W> bind(const RodTile<W>& rod) const {
-        const RodGroup& group = *rod.group;
-        const auto start = group.start_directors();
         bool straight = true;
-        for (const Quaterniond& q : start) straight = straight && q.w == start[0].w && q.v.x == start[0].v.x && q.v.y == start[0].v.y && q.v.z == start[0].v.z;
+        for (int i = 0; i < W; ++i) {
+            const auto start = rod.group_of(i).start_directors();
+            for (const Quaterniond& q : start) straight = straight && q.w == start[0].w && q.v.x == start[0].v.x && q.v.y == start[0].v.y && q.v.z == start[0].v.z;
+        }
         TileData<W> data;
         data.stride = straight ? 0 : 1;
         data.moment.resize(straight ? 1 : static_cast<std::size_t>(rod.n));
-        for (std::size_t k = 0; k < data.moment.size(); ++k)
-            for (int i = 0; i < W; ++i)
-                set_lane(data.moment[k], i, group.spec().magnetisation.strength * (start[k] * group.magnetisation(rod.index[i])));
+        for (int k = 0; k < static_cast<int>(data.moment.size()); ++k)
+            for (int i = 0; i < W; ++i) {
+                const RodGroup& group = rod.group_of(i);
+                const Quaterniond& start = group.start_directors()[static_cast<std::size_t>(rod.element_of(i, k))];
+                set_lane(data.moment[static_cast<std::size_t>(k)], i, group.spec().magnetisation.strength * (start * group.magnetisation(rod.index_of(i))));
+            }
         return data;
     }
 
-    template <int W> void add(const RodTile<W>& rod, const TileData<W>& data, SlotLoad<W>* load, const Step& step) const {
+    template <int W, class Map = Across<W>> void add(const RodTile<W>& rod, const TileData<W>& data, SlotLoad<W>* load, const Step& step) const {
         const auto b = broadcast<W>(field[step.slot]);
         const Vec3<Pack<W>>* m = data.moment.data();
         for (int k = 0; k < rod.n; ++k, m += data.stride)
-            load[k].couple = fma(Pack<W>(rod.element[k].volume), cross(*m, rod.slot[k].director * b), load[k].couple);
+            load[k].couple = fma(Pack<W>(Map::element(rod, k).volume), cross(*m, rod.slot[k].director * b), load[k].couple);
     }
 };
 

@@ -41,7 +41,8 @@ struct MuscleTorques {
         wave.resize(n);
         double length = 0, sum = 0;
         for (const ElementConstants& e : group.element) length += e.rest_length;
-        for (int i = 0; i < n; ++i) { // the last is for a ring's closing vertex
+        const int vertices = group.closed() ? n : n - 1; // the last is where a ring closes
+        for (int i = 0; i < vertices; ++i) {
             const auto at = static_cast<std::size_t>(i);
             sum += group.element[at].rest_length;
             const double s = std::min(1.0, sum / length);
@@ -51,7 +52,7 @@ struct MuscleTorques {
     void prepare(std::span<const Step> steps) { wave.prepare(steps, period, ramp); }
     VertexWave wave;
 
-    template <int W> void add(const RodTile<W>& rod, SlotLoad<W>* load, const Step& step) const { wave.add(rod, load, step, direction); }
+    template <int W, class Map = Across<W>> void add(const RodTile<W>& rod, SlotLoad<W>* load, const Step& step) const { wave.add<W, Map>(rod, load, step, direction); }
 };
 
 } // namespace skein

@@ -51,7 +51,7 @@ struct MuscleWave {
     void prepare(std::span<const Step> steps) { wave.prepare(steps, period, ramp); }
     VertexWave wave;
 
-    template <int W> void add(const RodTile<W>& rod, SlotLoad<W>* load, const Step& step) const { wave.add(rod, load, step, direction); }
+    template <int W, class Map = Across<W>> void add(const RodTile<W>& rod, SlotLoad<W>* load, const Step& step) const { wave.add<W, Map>(rod, load, step, direction); }
 };
 
 } // namespace skein

@@ -5,7 +5,7 @@
 #pragma once
 
 #include "core/fields.hpp"
-#include "rod/tile.hpp"
+#include "rod/mapping.hpp"
 
 #include <cmath>
 #include <numbers>
@@ -44,9 +44,8 @@ struct SinusoidalEndForce {
     }
     Vec3d direction[Clock::largest_batch];
 
-    template <int W> void add(const RodTile<W>& rod, SlotLoad<W>* load, const Step& step) const {
-        load[0].force += broadcast<W>(start * direction[step.slot]);
-        load[rod.n].force += broadcast<W>(end * direction[step.slot]);
+    template <int W, class Map = Across<W>> void add(const RodTile<W>& rod, SlotLoad<W>* load, const Step& step) const {
+        Map::add_to_ends(rod, load, start * direction[step.slot], end * direction[step.slot]);
     }
 };
 

@@ -8,7 +8,7 @@
 #pragma once
 
 #include "core/fields.hpp"
-#include "rod/tile.hpp"
+#include "rod/mapping.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -19,6 +19,7 @@ namespace skein {
 
 struct SlenderBodyDrag {
     static constexpr std::string_view kind = "slender_body_drag";
+    static constexpr bool needs_whole_rods = true; ///< L' is a sum along the rod
     double viscosity = 0; ///< mu, Pa s
 
     void fields(FieldVisitor& f) {
@@ -59,7 +60,7 @@ struct SlenderBodyDrag {
         return largest;
     }
 
-    template <int W> void add(const RodTile<W>& rod, SlotLoad<W>* load, const Step&) const {
+    template <int W, class Map = Across<W>> void add(const RodTile<W>& rod, SlotLoad<W>* load, const Step&) const {
         using P = Pack<W>;
         P total(0.0);
         for (int k = 0; k < rod.n; ++k) total = total + norm(rod.slot[k + 1].position - rod.slot[k].position);

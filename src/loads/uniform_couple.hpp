@@ -5,7 +5,7 @@
 
 #include "core/fields.hpp"
 #include "loads/ramp.hpp"
-#include "rod/tile.hpp"
+#include "rod/mapping.hpp"
 
 namespace skein {
 
@@ -19,10 +19,11 @@ struct UniformCouple {
         f.visit({.name = "ramp", .unit = "s", .text = "linear rise from 0", .at_least = 0}, ramp);
     }
 
-    template <int W> void add(const RodTile<W>& rod, SlotLoad<W>* load, const Step& step) const {
-        const double per_length = ramp_at(step.time, ramp) / rod.group->spec().shape.length;
+    template <int W, class Map = Across<W>> void add(const RodTile<W>& rod, SlotLoad<W>* load, const Step& step) const {
+        const auto c = broadcast<W>(couple);
+        const auto per_length = ramp_at(step.time, ramp) / Map::length(rod);
         for (int k = 0; k < rod.n; ++k)
-            load[k].couple += rod.slot[k].director * broadcast<W>((per_length * rod.element[k].rest_length) * couple);
+            load[k].couple = fma(Pack<W>(per_length * Map::element(rod, k).rest_length), rod.slot[k].director * c, load[k].couple);
     }
 };
 

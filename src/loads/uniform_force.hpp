@@ -1,11 +1,11 @@
 // A total force shared evenly along each rod, by rest length.                      theory.md (31)
-//   f_k += F l_k/(2L),  f_{k+1} += F l_k/(2L)      [N] lab, at the two nodes of element k
-// Cost: 6 fma per element.
+//   f_i += F (l_{i-1} + l_i)/(2L)                  [N] lab, at nodes
+// Cost: 8 flop per node.
 #pragma once
 
 #include "core/fields.hpp"
 #include "loads/ramp.hpp"
-#include "rod/tile.hpp"
+#include "rod/mapping.hpp"
 
 namespace skein {
 
@@ -19,13 +19,10 @@ struct UniformForce {
         f.visit({.name = "ramp", .unit = "s", .text = "linear rise from 0", .at_least = 0}, ramp);
     }
 
-    template <int W> void add(const RodTile<W>& rod, SlotLoad<W>* load, const Step& step) const {
-        const double per_length = 0.5 * ramp_at(step.time, ramp) / rod.group->spec().shape.length;
-        for (int k = 0; k < rod.n; ++k) {
-            const auto half = broadcast<W>((per_length * rod.element[k].rest_length) * force);
-            load[k].force += half;
-            load[k + 1].force += half;
-        }
+    template <int W, class Map = Across<W>> void add(const RodTile<W>& rod, SlotLoad<W>* load, const Step& step) const {
+        const auto f = broadcast<W>(force);
+        const auto per_length = ramp_at(step.time, ramp) / Map::length(rod);
+        for (int i = 0; i <= rod.n; ++i) load[i].force = fma(Pack<W>(per_length * Map::node_length(rod, i)), f, load[i].force);
     }
 };
 

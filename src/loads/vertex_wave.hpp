@@ -1,13 +1,12 @@
 // A wave of couple that stands equal and opposite on the two elements of every vertex: what muscles have in common.
-//   c_j += Q_j m_j d,   c_{j-1} -= Q_{j-1} m_j d                  [N m] body, vertex j between elements j-1 and j; d a lab
-//   direction
-// In a ring vertex 0 joins the last element to the first.
+//   c_k += Q_k (m_k - m_{k+1}) d                  [N m] body, vertex j between elements j-1 and j; d a lab direction
+// An open rod has no couple at its ends; in a ring vertex 0 joins the last element to the first.
 //   m_j(t) = r(t) A_j sin(2 pi t/T - a_j) = A_j cos(a_j) r sin(wt) - A_j sin(a_j) r cos(wt): one sine and cosine a step in all
 // Cost: 30 flop per element.
 #pragma once
 
 #include "loads/ramp.hpp"
-#include "rod/tile.hpp"
+#include "rod/mapping.hpp"
 
 #include <cmath>
 #include <numbers>
@@ -23,10 +22,13 @@ public:
         in_phase_.assign(static_cast<std::size_t>(elements), 0);
         quadrature_.assign(static_cast<std::size_t>(elements), 0);
     }
-    /// Amplitude A_j, N m, and phase a_j, rad, at vertex j; an open rod has no vertex 0.
+    /// Amplitude A_j, N m, and phase a_j, rad, at vertex j, once for each; an open rod has no vertex 0.
     void set(int j, double amplitude, double phase) {
-        in_phase_[static_cast<std::size_t>(j)] = amplitude * std::cos(phase);
-        quadrature_[static_cast<std::size_t>(j)] = amplitude * std::sin(phase);
+        const auto after = static_cast<std::size_t>(j), before = (j > 0 ? after : in_phase_.size()) - 1;
+        for (const auto& [parts, part] : {std::pair{&in_phase_, amplitude * std::cos(phase)}, std::pair{&quadrature_, amplitude * std::sin(phase)}}) {
+            (*parts)[after] += part;
+            (*parts)[before] -= part;
+        }
     }
     void prepare(std::span<const Step> steps, double period, double ramp) {
         for (const Step& step : steps) {
@@ -35,19 +37,16 @@ public:
             cosine_[step.slot] = r * std::cos(angle);
         }
     }
-    template <int W> void add(const RodTile<W>& rod, SlotLoad<W>* load, const Step& step, const Vec3d& direction) const {
-        const auto act = [&](int before, int j) {
-            const double m = in_phase_[static_cast<std::size_t>(j)] * sine_[step.slot] - quadrature_[static_cast<std::size_t>(j)] * cosine_[step.slot];
-            const auto couple = broadcast<W>(m * direction);
-            load[j].couple += rod.slot[j].director * couple;
-            load[before].couple -= rod.slot[before].director * couple;
-        };
-        for (int j = 1; j < rod.n; ++j) act(j - 1, j);
-        if (rod.group->closed()) act(rod.n - 1, 0);
+    template <int W, class Map> void add(const RodTile<W>& rod, SlotLoad<W>* load, const Step& step, const Vec3d& direction) const {
+        const auto d = broadcast<W>(direction);
+        for (int k = 0; k < rod.n; ++k) {
+            const auto m = Map::of_element(rod, in_phase_, k) * sine_[step.slot] - Map::of_element(rod, quadrature_, k) * cosine_[step.slot];
+            load[k].couple = fma(Pack<W>(m), rod.slot[k].director * d, load[k].couple);
+        }
     }
 
 private:
-    std::vector<double> in_phase_, quadrature_; ///< [elements], by vertex
+    std::vector<double> in_phase_, quadrature_; ///< of m_k - m_{k+1}, [elements]
     double sine_[Clock::largest_batch], cosine_[Clock::largest_batch];
 };
 

@@ -8,7 +8,7 @@
 #pragma once
 
 #include "core/rotation.hpp"
-#include "rod/tile.hpp"
+#include "rod/mapping.hpp"
 
 namespace skein {
 
@@ -36,7 +36,7 @@ template <int Axis, int W> SKEIN_INLINE void turn_about(Quaternion<Pack<W>>& q, 
 /// J1 = J2.
 struct CircularTop {
     static constexpr std::string_view name = "drift (circular)";
-    template <int W> SKEIN_INLINE static void turn(const ElementConstants& c, Quaternion<Pack<W>>& q, Vec3<Pack<W>>& w, Pack<W> h) {
+    template <class C, int W> SKEIN_INLINE static void turn(const C& c, Quaternion<Pack<W>>& q, Vec3<Pack<W>>& w, Pack<W> h) {
         const Pack<W> ratio(c.inertia_ratio);
         const Vec3<Pack<W>> half = (Pack<W>(0.5) * h) * w;
         Quaternion<Pack<W>> turned = rotation_by_twice<W>({half.x, half.y, ratio * half.z});
@@ -48,9 +48,9 @@ struct CircularTop {
 /// J1 != J2; SmallAxis is the axis of smallest inertia, 0 or 1. J3 = J1 + J2 is always the largest.
 template <int SmallAxis> struct EllipticTop {
     static constexpr std::string_view name = "drift (elliptic)";
-    template <int W> SKEIN_INLINE static void turn(const ElementConstants& c, Quaternion<Pack<W>>& q, Vec3<Pack<W>>& w, Pack<W> h) {
+    template <class C, int W> SKEIN_INLINE static void turn(const C& c, Quaternion<Pack<W>>& q, Vec3<Pack<W>>& w, Pack<W> h) {
         using P = Pack<W>;
-        const double small = SmallAxis == 0 ? c.inv_inertia.x : c.inv_inertia.y, other = SmallAxis == 0 ? c.inv_inertia.y : c.inv_inertia.x;
+        const auto small = SmallAxis == 0 ? c.inv_inertia.x : c.inv_inertia.y, other = SmallAxis == 0 ? c.inv_inertia.y : c.inv_inertia.x;
         const P half_rest_rate(0.25 * (small - other)), top(other), half_axial(0.5 * (c.inv_inertia.z - other));
         Vec3<P> p = scale(broadcast<W>(c.inertia), w);
         const auto half_rest = [&] { detail::turn_about<SmallAxis>(q, p, h * (half_rest_rate * (SmallAxis == 0 ? p.x : p.y))); };
@@ -62,25 +62,25 @@ template <int SmallAxis> struct EllipticTop {
     }
 };
 
-template <class Top, int W> SKEIN_INLINE void drift(const RodTile<W>& rod, double length) {
+template <class Top, int W, class Map = Across<W>> SKEIN_INLINE void drift(const RodTile<W>& rod, double length) {
     const Pack<W> h(length);
     for (int k = 0; k < rod.n; ++k) {
         Slot<W>& s = rod.slot[k];
         s.position = fma(h, s.velocity, s.position);
-        Top::template turn<W>(rod.element[k], s.director, s.spin, h);
+        Top::turn(Map::element(rod, k), s.director, s.spin, h);
     }
     Slot<W>& last = rod.slot[rod.n];
     last.position = fma(h, last.velocity, last.position);
 }
 
-template <class Top, int W> class DriftPass final : public TilePass<W> {
+template <class Top, int W, class Map = Across<W>> class DriftPass final : public TilePass<W> {
 public:
     std::string_view name() const override { return Top::name; }
-    void run(const RodTile<W>& rod, SlotLoad<W>*, const Step& step) const override { drift<Top, W>(rod, step.drift); }
+    void run(const RodTile<W>& rod, SlotLoad<W>*, const Step& step) const override { drift<Top, W, Map>(rod, step.drift); }
 };
 
 /// q <- q (3 - |q|^2)/2: takes round-off out of the frames, every so many steps.  theory.md (25)
-template <int W> class OrthonormalisePass final : public TilePass<W> {
+template <int W, class Map = Across<W>> class OrthonormalisePass final : public TilePass<W> {
 public:
     static constexpr std::int64_t interval = 512; ///< steps; a top that turns steadily gains up to 1e-16 in each
     static constexpr std::string_view pass_name = "orthonormalise";
@@ -90,7 +90,8 @@ public:
         using P = Pack<W>;
         for (int k = 0; k < rod.n; ++k) {
             Quaternion<P>& q = rod.slot[k].director;
-            const P scale = fnma(P(0.5), dot(q, q), P(1.5));
+            P scale = fnma(P(0.5), dot(q, q), P(1.5));
+            if constexpr (Map::along) scale = select(Map::element(rod, k).absent > P(0.0), P(1.0), scale); // a wall's frame stays
             q = {scale * q.w, scale * q.v};
         }
     }

@@ -15,6 +15,7 @@
 
 #include "core/rotation.hpp"
 #include "rod/law.hpp"
+#include "rod/mapping.hpp"
 #include "rod/moving_ends.hpp"
 #include "rod/tile.hpp"
 
@@ -32,8 +33,9 @@ template <class P> struct CellLoads {
     P tension;             ///< added to n_3 of both, N
 };
 
-template <class Law, int W>
-SKEIN_INLINE CellLoads<Pack<W>> cell_loads(const CellStrain<Pack<W>>& cell, double inv_length, const Vec3d& stiffness, const Vec3d& rest_curvature) {
+/// Length, stiffness and rest curvature as numbers or as packs.
+template <class Law, int W, class N, class V>
+SKEIN_INLINE CellLoads<Pack<W>> cell_loads(const CellStrain<Pack<W>>& cell, const N& inv_length, const V& stiffness, const V& rest_curvature) {
     using P = Pack<W>;
     const Vec3<P>& phi = cell.turn.log;
     const Vec3<P> strain = fma(P(inv_length), phi, -broadcast<W>(rest_curvature));
@@ -56,29 +58,32 @@ inline Ends ends_of(const RodGroup& group) {
     return {group.spec().start == EndKind::clamped, group.spec().end == EndKind::clamped, group.closed()};
 }
 
-template <class Law, int W> class ElasticPass final : public TilePass<W> {
+template <class Law, int W, class Map = Across<W>> class ElasticPass final : public TilePass<W> {
 public:
     /// `moving`: where the walls are, if they move.
     explicit ElasticPass(Ends ends, std::shared_ptr<const MovingEnds> moving = nullptr) : ends_(ends), moving_(std::move(moving)) {}
     std::string_view name() const override { return Law::name; }
 
     void run(const RodTile<W>& rod, SlotLoad<W>* load, const Step& step) const override {
+        if constexpr (Map::along) join(rod);
         const Slot<W>* slot = rod.slot;
         const int n = rod.n;
         // The last step of a visit asks for the next tile, which lies behind this one: hardware does not see it come.
         const Slot<W>* next_tile = step.last ? slot + n + 1 : slot;
 
         Vec3<P> nu = strain(rod, 0), force_before{};
-        const CellLoads<P> first = ends_.closed       ? loads(rod, n - 1, cell(rod, n - 1, 0, strain(rod, n - 1).z, nu.z))
-                                   : ends_.start_wall ? start_wall(rod, step, nu.z)
-                                                      : CellLoads<P>{};
-        CellLoads<P> before = first;
+        // Where a ring closes, or a lane's rod goes on in the next: worked out first, it serves both sides.
+        const CellLoads<P> joint = Map::along     ? loads(rod, n - 1, cell(rod, n - 1, n, strain(rod, n - 1).z, from_lane_after(nu.z)))
+                                   : ends_.closed ? loads(rod, n - 1, cell(rod, n - 1, 0, strain(rod, n - 1).z, nu.z))
+                                                  : CellLoads<P>{};
+        CellLoads<P> before = ends_.start_wall ? start_wall(rod, step, nu.z) : Map::along ? CellLoads<P>{} : joint;
+        if constexpr (Map::along) before = from_joint(rod.strands->first, joint, before);
         const auto finish = [&](int k, const CellLoads<P>& after) __attribute__((always_inline)) {
-            Vec3<P> n_body = Law::stress(rod.element[k], nu);
+            Vec3<P> n_body = Law::stress(Map::element(rod, k), nu);
             if constexpr (Law::bending_pulls) n_body.z += before.tension + after.tension;
             const Vec3<P> force = transpose_times(slot[k].director, n_body);
             load[k].force = force - force_before;
-            load[k].couple = fma(P(rod.element[k].rest_length), cross(nu, n_body), before.after + after.before);
+            load[k].couple = fma(P(Map::element(rod, k).rest_length), cross(nu, n_body), before.after + after.before);
             load[k].dilatation = nu.z;
             force_before = force;
             before = after;
@@ -102,8 +107,9 @@ public:
             nu = nu_next;
             ++k;
         }
-        finish(k, ends_.closed ? first : ends_.end_wall ? end_wall(rod, step, nu.z) : CellLoads<P>{});
+        finish(k, Map::along || ends_.closed ? joint : ends_.end_wall ? end_wall(rod, step, nu.z) : CellLoads<P>{});
         load[n].force = -force_before;
+        if constexpr (Map::along) load[0].force += select(rod.strands->first, Vec3<P>{}, from_lane_before(load[n].force));
     }
 
     /// Couples that the half cells exert on the walls, body of the wall, N m; 0 without half cells.
@@ -117,24 +123,35 @@ public:
 private:
     using P = Pack<W>;
 
-    SKEIN_INLINE static Vec3<P> strain(const RodTile<W>& rod, int k) {
-        return P(rod.element[k].inv_rest_length) * (rod.slot[k].director * (rod.slot[k + 1].position - rod.slot[k].position));
+    /// What the lane before hands on, and `otherwise` in lanes where a rod begins.
+    static CellLoads<P> from_joint(Mask<W> begins, const CellLoads<P>& joint, const CellLoads<P>& otherwise) {
+        return {otherwise.before, select(begins, otherwise.after, from_lane_before(joint.after)),
+                select(begins, otherwise.tension, from_lane_before(joint.tension))};
     }
+
+    SKEIN_INLINE static Vec3<P> strain(const RodTile<W>& rod, int k) { return element_strain<Map>(rod, k); }
     SKEIN_INLINE static CellStrain<P> cell(const RodTile<W>& rod, int k, int next, P e, P e_next) {
-        const VoronoiConstants& v = rod.voronoi[k];
-        return {relative_rotation_and_jacobian(rod.slot[next].director, rod.slot[k].director),
+        const auto& v = Map::cell(rod, k);
+        return {relative_rotation_and_jacobian(neighbour_frame<Map>(rod, k, next), rod.slot[k].director),
                 Law::bending_pulls ? P(1.0) / fma(P(v.share_before), e, P(v.share_after) * e_next) : P(1.0)};
     }
     SKEIN_INLINE static CellLoads<P> loads(const RodTile<W>& rod, int k, const CellStrain<P>& cell) {
-        const VoronoiConstants& v = rod.voronoi[k];
+        const auto& v = Map::cell(rod, k);
         return cell_loads<Law, W>(cell, v.inv_length, v.stiffness, v.rest_curvature);
     }
-    [[gnu::noinline]] static CellLoads<P> wall(const ElementConstants& c, const Quaternion<P>& after, const Quaternion<P>& before, P e, const Vec3d& rest_curvature) {
+    template <class C, class V>
+    [[gnu::noinline]] static CellLoads<P> wall(const C& c, const Quaternion<P>& after, const Quaternion<P>& before, P e, const V& rest_curvature) {
         return cell_loads<Law, W>({relative_rotation_and_jacobian(after, before), P(1.0) / e}, 2 * c.inv_rest_length, c.bending, rest_curvature);
     }
     CellLoads<P> start_wall(const RodTile<W>& rod, const Step& step, P e) const {
-        const Quaterniond& frame = moving_ ? moving_->start(step).frame : rod.group->frame();
-        return wall(rod.element[0], rod.slot[0].director, broadcast<W>(frame), e, rod.group->start_wall_rest_curvature);
+        if constexpr (Map::along) {
+            const Strands<W>& s = *rod.strands;
+            const CellLoads<P> held = wall(s.element[0], rod.slot[0].director, s.start_frame, e, s.start_rest_curvature);
+            return {held.before, select(s.start_wall, held.after, Vec3<P>{}), select(s.start_wall, held.tension, P(0.0))};
+        } else {
+            const Quaterniond& frame = moving_ ? moving_->start(step).frame : rod.group->frame();
+            return wall(rod.element[0], rod.slot[0].director, broadcast<W>(frame), e, rod.group->start_wall_rest_curvature);
+        }
     }
     CellLoads<P> end_wall(const RodTile<W>& rod, const Step& step, P e) const {
         const Quaterniond& frame = moving_ ? moving_->end(step).frame : rod.group->end_frame();

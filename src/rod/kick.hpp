@@ -9,8 +9,10 @@
 #pragma once
 
 #include "core/exponential.hpp"
+#include "rod/strands.hpp"
 #include "rod/tile.hpp"
 
+#include <map>
 #include <vector>
 
 namespace skein {
@@ -25,18 +27,23 @@ struct DampingRates {
     bool follow_stretch() const { return !element_stretched.empty(); }
 };
 
-/// What the kick multiplies with, worked out once per group and kick length.
+/// What the kick of a node multiplies with: numbers, or packs where they differ from lane to lane.
+template <class P> struct KickNodeOf {
+    P decay, gain; ///< a, (h/m) b
+};
+/// What the kick of an element does.
+template <class P> struct KickElementOf {
+    Vec3<P> decay, gain;   ///< a_i, (h/J_i) b_i: constant rates
+    Vec3<P> z, z_stretch;  ///< z_i = z + z_stretch e: rates that follow the stretch
+    Vec3<P> impulse;       ///< h/J_i
+};
+
+/// Worked out once per group and kick length.
 struct KickConstants {
-    struct Node {
-        double decay, gain; ///< a, (h/m) b
-    };
-    struct Element {
-        Vec3d decay, gain;   ///< a_i, (h/J_i) b_i: constant rates
-        Vec3d z, z_stretch;  ///< z_i = z + z_stretch e: rates that follow the stretch
-        Vec3d impulse;       ///< h/J_i
-    };
-    std::vector<Node> node;
-    std::vector<Element> element;
+    using Node = KickNodeOf<double>;
+    using Element = KickElementOf<double>;
+    std::vector<Node> node;       ///< [n + 1]
+    std::vector<Element> element; ///< [n]
 
     /// h: length of the kick, s; a fourth-order scheme has negative ones.
     KickConstants(const RodGroup& group, const DampingRates& rates, double h, DampingScheme scheme = DampingScheme::midpoint);
@@ -50,13 +57,20 @@ inline constexpr std::string_view kick_names[] = {"kick",
                                                   "kick, then damping (rates follow stretch)",
                                                   "kick (elastica: J/e, damping after)"};
 
+/// Constants of a group for every kick length of the scheme.
+using KicksOfGroup = std::vector<KickConstants>;
+
+/// d1 and d2 of every element have the same rate, which is then worked out once.
+inline bool rates_alike(const KicksOfGroup& kicks) {
+    for (const KickConstants& c : kicks)
+        for (const KickConstants::Element& e : c.element)
+            if (e.z.x != e.z.y || e.z_stretch.x != e.z_stretch.y) return false;
+    return true;
+}
+
 template <KickKind Kind, int W> class KickPass final : public TilePass<W> {
 public:
-    /// Constants for every kick length of the scheme.
-    explicit KickPass(std::vector<KickConstants> constants) : constants_(std::move(constants)), alike_(true) {
-        for (const KickConstants& c : constants_)
-            for (const KickConstants::Element& e : c.element) alike_ = alike_ && e.z.x == e.z.y && e.z_stretch.x == e.z_stretch.y;
-    }
+    explicit KickPass(KicksOfGroup constants) : constants_(std::move(constants)), alike_(rates_alike(constants_)) {}
     std::string_view name() const override { return kick_names[static_cast<std::size_t>(Kind)]; }
 
     void run(const RodTile<W>& rod, SlotLoad<W>* load, const Step& step) const override {
@@ -65,25 +79,28 @@ public:
         else kick<false>(c, rod, load);
     }
 
+    /// C: constants of nodes and elements, as numbers or as packs. Alike: see rates_alike.
+    template <bool Alike, class C> static void kick(const C& c, const RodTile<W>& rod, const SlotLoad<W>* load) {
+        for (int k = 0; k < rod.n; ++k) {
+            Slot<W>& s = rod.slot[k];
+            kick_element<Alike>(at(c.element, k), load[k], s.spin);
+            kick_node(at(c.node, k), load[k].force, s.velocity);
+        }
+        kick_node(at(c.node, rod.n), load[rod.n].force, rod.slot[rod.n].velocity);
+    }
+
 private:
     using P = Pack<W>;
 
-    /// Alike: d1 and d2 have the same rate, which is then worked out once.
-    template <bool Alike> static void kick(const KickConstants& c, const RodTile<W>& rod, const SlotLoad<W>* load) {
-        for (int k = 0; k < rod.n; ++k) {
-            Slot<W>& s = rod.slot[k];
-            kick_element<Alike>(c.element[static_cast<std::size_t>(k)], load[k], s.spin);
-            kick_node(c.node[static_cast<std::size_t>(k)], load[k].force, s.velocity);
-        }
-        kick_node(c.node[static_cast<std::size_t>(rod.n)], load[rod.n].force, rod.slot[rod.n].velocity);
-    }
+    template <class T> SKEIN_INLINE static const T& at(const std::vector<T>& all, int k) { return all[static_cast<std::size_t>(k)]; }
+    template <class T> SKEIN_INLINE static const T& at(const LaneRows<T>& all, int k) { return all[k]; }
 
-    SKEIN_INLINE static void kick_node(const KickConstants::Node& c, const Vec3<P>& force, Vec3<P>& velocity) {
+    template <class C> SKEIN_INLINE static void kick_node(const C& c, const Vec3<P>& force, Vec3<P>& velocity) {
         if constexpr (Kind == KickKind::undamped) velocity = fma(P(c.gain), force, velocity);
         else velocity = fma(P(c.gain), force, P(c.decay) * velocity);
     }
 
-    template <bool Alike> SKEIN_INLINE static void kick_element(const KickConstants::Element& c, const SlotLoad<W>& load, Vec3<P>& spin) {
+    template <bool Alike, class C> SKEIN_INLINE static void kick_element(const C& c, const SlotLoad<W>& load, Vec3<P>& spin) {
         const Vec3<P>& couple = load.couple;
         if constexpr (Kind == KickKind::undamped) {
             spin = {fma(P(c.gain.x), couple.x, spin.x), fma(P(c.gain.y), couple.y, spin.y), fma(P(c.gain.z), couple.z, spin.z)};
@@ -102,7 +119,7 @@ private:
                 x = decay(zx), z = decay(zz);
                 y = Alike ? x : decay(zy);
             }
-            const auto kicked = [&](double impulse, const Decay<W>& d, P torque, P w) {
+            const auto kicked = [&](auto impulse, const Decay<W>& d, P torque, P w) {
                 if constexpr (Kind == KickKind::stretched_rates || Kind == KickKind::stretched_exponential) return fma(P(impulse) * d.mean, torque, d.factor * w);
                 else if constexpr (Kind == KickKind::stretched_after) return d.factor * fma(P(impulse), torque, w);
                 else return d.factor * fma(P(impulse) * e, torque, w);
@@ -111,8 +128,55 @@ private:
         }
     }
 
-    std::vector<KickConstants> constants_;
+    KicksOfGroup constants_;
     bool alike_;
+};
+
+/// The same along the rod.
+template <KickKind Kind, int W> class KickAlongPass final : public TilePass<W> {
+public:
+    /// Constants of every group of the family, by RodGroup::id.
+    explicit KickAlongPass(std::map<int, KicksOfGroup> constants) : constants_(std::move(constants)) {
+        for (const auto& [group, kicks] : constants_) alike_ = alike_ && rates_alike(kicks);
+    }
+    std::string_view name() const override { return kick_names[static_cast<std::size_t>(Kind)]; }
+
+    void bind(const RodTile<W>& rod) override {
+        auto& kicks = tiles_.emplace_back();
+        for (std::size_t length = 0; length < constants_.begin()->second.size(); ++length) {
+            Rows& rows = kicks.emplace_back();
+            for (int row = 0; row <= rod.n; ++row) {
+                KickNodeOf<P> node{P(1.0), P(0.0)}; // of infinite mass where there is none
+                KickElementOf<P> element{{P(1.0), P(1.0), P(1.0)}, {}, {}, {}, {}};
+                for (int i = 0; i < W; ++i) {
+                    const int slot = rod.strands->slot(i, row);
+                    if (slot < 0) continue;
+                    const KickConstants& c = constants_.at(rod.group_of(i).id())[length];
+                    set_lane<KickNodeOf>(node, i, c.node[static_cast<std::size_t>(slot)]);
+                    if (static_cast<std::size_t>(slot) < c.element.size()) set_lane<KickElementOf>(element, i, c.element[static_cast<std::size_t>(slot)]);
+                }
+                rows.node.push_back(node);
+                if (row < rod.n) rows.element.push_back(element);
+            }
+            rows.node.close();
+            rows.element.close();
+        }
+    }
+    void run(const RodTile<W>& rod, SlotLoad<W>* load, const Step& step) const override {
+        const Rows& c = tiles_[rod.number][static_cast<std::size_t>(step.kick_length)];
+        if (alike_) KickPass<Kind, W>::template kick<true>(c, rod, load);
+        else KickPass<Kind, W>::template kick<false>(c, rod, load);
+    }
+
+private:
+    using P = Pack<W>;
+    struct Rows {
+        LaneRows<KickNodeOf<P>> node;
+        LaneRows<KickElementOf<P>> element;
+    };
+    std::map<int, KicksOfGroup> constants_;
+    bool alike_ = true;
+    std::vector<std::vector<Rows>> tiles_; ///< by tile number and kick length
 };
 
 } // namespace skein

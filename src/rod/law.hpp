@@ -16,8 +16,8 @@ struct IncompressibleLaw {
     static constexpr std::string_view name = "elastic (incompressible)";
     static constexpr bool bending_pulls = true;
 
-    /// n = dWs/dnu [N, body] of element strain nu = Q dx/l0.
-    template <class P> SKEIN_INLINE static Vec3<P> stress(const ElementConstants& c, const Vec3<P>& nu) {
+    /// n = dWs/dnu [N, body] of element strain nu = Q dx/l0; C: ElementConstants of numbers or of packs.
+    template <class C, class P> SKEIN_INLINE static Vec3<P> stress(const C& c, const Vec3<P>& nu) {
         return {P(c.stiffness.x) * (nu.x - P(c.rest_strain.x)), P(c.stiffness.y) * (nu.y - P(c.rest_strain.y)),
                 P(c.stiffness.z) * (nu.z - P(c.rest_stretch)) / nu.z};
     }
@@ -28,7 +28,7 @@ struct IncompressibleLaw {
         return P(-0.75) * q * (bending_factor * inv_dilatation);
     }
     /// dn_3/de [N] without bending.
-    template <class P> static P stretch_stiffness(const ElementConstants& c, P e) {
+    template <class C, class P> static P stretch_stiffness(const C& c, P e) {
         return P(c.stiffness.z * c.rest_stretch) / (e * e);
     }
     /// Axial energy per rest length, J/m.
@@ -43,12 +43,12 @@ struct LinearLaw {
     static constexpr std::string_view name = "elastic (linear)";
     static constexpr bool bending_pulls = false;
 
-    template <class P> SKEIN_INLINE static Vec3<P> stress(const ElementConstants& c, const Vec3<P>& nu) {
+    template <class C, class P> SKEIN_INLINE static Vec3<P> stress(const C& c, const Vec3<P>& nu) {
         return {P(c.stiffness.x) * (nu.x - P(c.rest_strain.x)), P(c.stiffness.y) * (nu.y - P(c.rest_strain.y)),
                 P(c.stiffness.z) * (nu.z - P(c.rest_stretch))};
     }
     template <class P> SKEIN_INLINE static P bending_factor(P) { return P(1.0); }
-    template <class P> static P stretch_stiffness(const ElementConstants& c, P) { return P(c.stiffness.z); }
+    template <class C, class P> static P stretch_stiffness(const C& c, P) { return P(c.stiffness.z); }
     static double stretch_energy(const ElementConstants& c, double e) {
         return 0.5 * c.stiffness.z * (e - c.rest_stretch) * (e - c.rest_stretch);
     }

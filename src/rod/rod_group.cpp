@@ -157,16 +157,21 @@ RodGroup::RodGroup(const RodSpec& spec, int id, std::int64_t first_gid, const st
         voronoi.push_back(voronoi_constants(element[static_cast<std::size_t>(k)], element[static_cast<std::size_t>((k + 1) % n)], kappa0(k)));
     start_wall_rest_curvature = kappa0(0);
     end_wall_rest_curvature = kappa0(n - 2);
-    node_mass.assign(static_cast<std::size_t>(n) + 1, 0.0);
-    for (std::size_t k = 0; k < static_cast<std::size_t>(n); ++k) {
-        const double half = 0.5 * spec.material.density * element[k].volume;
-        node_mass[k] += half;
-        node_mass[k + 1] += half;
-    }
-    if (closed()) {
-        node_mass.front() += node_mass.back();
-        node_mass.back() = 0;
-    }
+    const auto halve = [&](auto of_element) {
+        std::vector<double> of_node(static_cast<std::size_t>(n) + 1, 0.0);
+        for (std::size_t k = 0; k < static_cast<std::size_t>(n); ++k) {
+            const double half = 0.5 * of_element(element[k]);
+            of_node[k] += half;
+            of_node[k + 1] += half;
+        }
+        if (closed()) {
+            of_node.front() += of_node.back();
+            of_node.back() = 0;
+        }
+        return of_node;
+    };
+    node_mass = halve([&](const ElementConstants& c) { return spec.material.density * c.volume; });
+    node_length = halve([](const ElementConstants& c) { return c.rest_length; });
 
     // The start shape: the frame at s = 0 turned by the curvature of every cell, half cells at both ends.
     const auto start_curvature = [&](long k) { return shape.start_curvature ? *shape.start_curvature : kappa0(k); };

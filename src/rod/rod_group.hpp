@@ -12,29 +12,32 @@
 
 namespace skein {
 
-/// Constants of element k. Body components; shared by all rods of a group, so they live in cache and cost no bandwidth.
-struct ElementConstants {
-    double rest_length;     ///< l_k, m
-    double inv_rest_length; ///< 1/m
-    double volume;          ///< m^3
-    double radius;          ///< m, sqrt(A/pi): what a picture shows
-    Vec3d stiffness;        ///< alpha_c G A, alpha_c G A, E A; N
-    Vec3d rest_strain;      ///< sigma0
-    double rest_stretch;    ///< e0 = 1 + sigma0_3
-    Vec3d inertia;          ///< J_k = rho l_k (I1, I2, I3), kg m^2
-    Vec3d inv_inertia;      ///< 1/J_k
-    double inertia_ratio;   ///< J3/J1
-    Vec3d bending;          ///< E I1, E I2, G I3 of the element; N m^2
+/// Constants of element k, body components: numbers, or packs where they differ from lane to lane (rod/strands.hpp). Those of a group
+/// are shared by all its rods, so they live in cache and cost no bandwidth.
+template <class P> struct ElementConstantsOf {
+    P rest_length;       ///< l_k, m
+    P inv_rest_length;   ///< 1/m
+    P volume;            ///< m^3
+    P radius;            ///< m, sqrt(A/pi): what a picture shows
+    Vec3<P> stiffness;   ///< alpha_c G A, alpha_c G A, E A; N
+    Vec3<P> rest_strain; ///< sigma0
+    P rest_stretch;      ///< e0 = 1 + sigma0_3
+    Vec3<P> inertia;     ///< J_k = rho l_k (I1, I2, I3), kg m^2
+    Vec3<P> inv_inertia; ///< 1/J_k
+    P inertia_ratio;     ///< J3/J1
+    Vec3<P> bending;     ///< E I1, E I2, G I3 of the element; N m^2
 };
+using ElementConstants = ElementConstantsOf<double>;
 
 /// Constants of Voronoi cell k, between elements k and k+1.
-struct VoronoiConstants {
-    double inv_length;     ///< 1/D_k, D = (l_k + l_{k+1})/2
-    double share_before;   ///< l_k/(2 D): weight of element k in the cell's dilatation
-    double share_after;    ///< l_{k+1}/(2 D)
-    Vec3d stiffness;       ///< B_k, length-weighted mean of the two elements; N m^2
-    Vec3d rest_curvature;  ///< kappa0, 1/m
+template <class P> struct VoronoiConstantsOf {
+    P inv_length;           ///< 1/D_k, D = (l_k + l_{k+1})/2
+    P share_before;         ///< l_k/(2 D): weight of element k in the cell's dilatation
+    P share_after;          ///< l_{k+1}/(2 D)
+    Vec3<P> stiffness;      ///< B_k, length-weighted mean of the two elements; N m^2
+    Vec3<P> rest_curvature; ///< kappa0, 1/m
 };
+using VoronoiConstants = VoronoiConstantsOf<double>;
 
 class RodGroup {
 public:
@@ -77,6 +80,7 @@ public:
     std::vector<ElementConstants> element; ///< [n]
     std::vector<VoronoiConstants> voronoi; ///< [n - 1], a ring's [n]
     std::vector<double> node_mass;         ///< [n + 1], kg; 0 where a node takes no kick
+    std::vector<double> node_length;       ///< [n + 1], m: half of the elements on both sides
     Vec3d start_wall_rest_curvature{0, 0, 0}; ///< kappa0 of the half cells at clamped ends
     Vec3d end_wall_rest_curvature{0, 0, 0};
 

@@ -18,6 +18,12 @@ constexpr double least_dilatation = 0.05;
 
 /// Beyond the tension limit directors flip, so a run must not go on.
 double most_dilatation(const RodGroup& group) { return std::min(20.0, tension_limit(group)); }
+template <int W> Pack<W> most_dilatation(const RodTile<W>& tile) {
+    if (!tile.strands) return Pack<W>(most_dilatation(*tile.group));
+    Pack<W> most(0.0);
+    for (int i = 0; i < W; ++i) most.set(i, most_dilatation(tile.group_of(i)));
+    return most;
+}
 
 /// Beyond this cell none follows: the element at a free or held end has no neighbour, a ring's has its first.
 int cell_count(const RodGroup& group) { return static_cast<int>(group.voronoi.size()); }
@@ -70,33 +76,43 @@ std::string tension_hint(const RodGroup& group, std::span<const Slot<1>> state) 
 }
 
 /// True in lanes whose state is fit: finite, dilatations and turns within bounds. The cheap test of all rods.
-template <int W> bool fit(const RodTile<W>& tile) {
+template <class Map, int W> bool fit(const RodTile<W>& tile) {
     using P = Pack<W>;
     P zero(0.0), least(1.0), most(0.0), half_cosine(1.0);
     for (int k = 0; k < tile.n; ++k) {
-        const Slot<W>&s = tile.slot[k], &next = tile.slot[k + 1];
+        const Slot<W>& s = tile.slot[k];
         const Vec3<P> all = s.position + s.velocity + s.director.v + s.spin;
         zero = fma(all.x + all.y + all.z + s.director.w, P(0.0), zero);
-        const P e = P(tile.element[k].inv_rest_length) * dot(third_director(s.director), next.position - s.position);
+        const P e = element_strain<Map>(tile, k).z;
         least = min(least, e);
         most = max(most, e);
-        if (k == cell_count(*tile.group)) break;
-        half_cosine = min(half_cosine, abs(dot(s.director, tile.slot[(k + 1) % tile.n].director)));
+        if constexpr (Map::along) {
+            half_cosine = select(tile.strands->cell[k].inner, min(half_cosine, abs(dot(s.director, tile.slot[k + 1].director))), half_cosine);
+        } else {
+            if (k == cell_count(*tile.group)) break;
+            half_cosine = min(half_cosine, abs(dot(s.director, tile.slot[(k + 1) % tile.n].director)));
+        }
     }
     const Vec3<P> end = tile.slot[tile.n].position + tile.slot[tile.n].velocity;
     zero = fma(end.x + end.y + end.z, P(0.0), zero);
-    const auto good = (zero >= P(0.0)) & (least > P(least_dilatation)) & (most < P(most_dilatation(*tile.group))) & (half_cosine > P(least_half_cosine));
+    const auto good = (zero >= P(0.0)) & (least > P(least_dilatation)) & (most < most_dilatation(tile)) & (half_cosine > P(least_half_cosine));
     return !any(!good);
+}
+template <int W> bool fit(const RodTile<W>& tile) {
+    return with_mapping(tile, [&]<class Map> { return fit<Map>(tile); });
 }
 
 } // namespace
 
 template <int W>
-RodTiles<W>::RodTiles(std::span<const RodGroup> groups, std::vector<LocalRod> rods, std::vector<TileProgram<W>> programs,
-                      const Threads& threads, std::vector<std::shared_ptr<AuditBook<W>>> audits, StepWatch watch)
+RodTiles<W>::RodTiles(std::span<const RodGroup> groups, std::vector<LocalRod> rods, const Tiling& tiling,
+                      std::vector<TileProgram<W>> programs, const Threads& threads, std::vector<std::shared_ptr<AuditBook<W>>> audits, StepWatch watch)
     : groups_(groups), local_(std::move(rods)), programs_(std::move(programs)), audits_(std::move(audits)), threads_(threads),
       watch_(watch) {
-    lay_out();
+    lay_out(tiling);
+    take_start_states();
+    for (std::size_t p = 0; p < programs_.size(); ++p) // of groups that all lie along
+        if (std::none_of(tiles_.begin(), tiles_.end(), [p](const RodTile<W>& tile) { return tile.program == p; })) programs_[p].clear();
 
     int most_slots = 0;
     for (const RodTile<W>& tile : tiles_) most_slots = std::max(most_slots, tile.n + 1);
@@ -108,7 +124,7 @@ RodTiles<W>::RodTiles(std::span<const RodGroup> groups, std::vector<LocalRod> ro
         const RodTile<W>& tile = tiles_[t];
         SlotLoad<W>* load = scratch_[static_cast<std::size_t>(thread)].data();
         for (const Step& step : batch_)
-            for (const auto& pass : programs_[static_cast<std::size_t>(tile.group->id())]) pass->run(tile, load, step);
+            for (const auto& pass : programs_[tile.program]) pass->run(tile, load, step);
         if (check_ && !healthy(tile)) fit_.store(false, std::memory_order_relaxed);
     };
 }
@@ -122,39 +138,83 @@ template <int W> bool RodTiles<W>::healthy(const RodTile<W>& tile) {
     return !(watch_.stops && any(share_squared > Pack<W>(1.0)));
 }
 
-template <int W> void RodTiles<W>::lay_out() {
-    std::vector<std::size_t> first_slot;
+template <int W> void RodTiles<W>::lay_out(const Tiling& tiling) {
+    std::vector<std::size_t> tiles_of_program(programs_.size(), 0), first_slot;
     std::size_t slots = 0;
+    const auto open = [&](RodTile<W> tile, std::size_t program) -> RodTile<W>& {
+        tile.program = program;
+        tile.number = tiles_of_program[program]++;
+        first_slot.push_back(slots);
+        slots += static_cast<std::size_t>(tile.n) + 1;
+        return tiles_.emplace_back(tile);
+    };
+
+    place_.resize(local_.size());
+    std::vector<std::vector<std::size_t>> pool(groups_.size()); // rods that lie along, by group
+    std::vector<std::int64_t> across = tiling.across;
     for (std::size_t i = 0; i < local_.size(); ++i) {
-        const RodGroup& group = groups_[static_cast<std::size_t>(local_[i].group)];
-        const bool opens = tiles_.empty() || tiles_.back().group != &group || tiles_.back().lanes == W;
-        if (opens) {
-            const std::size_t number = !tiles_.empty() && tiles_.back().group == &group ? tiles_.back().number + 1 : 0;
-            tiles_.push_back({nullptr, group.element.data(), group.voronoi.data(), &group, group.elements(), number, {}, 0});
-            first_slot.push_back(slots);
-            slots += static_cast<std::size_t>(group.slots());
+        const auto g = static_cast<std::size_t>(local_[i].group);
+        if (across[g]-- <= 0) {
+            pool[g].push_back(i);
+            continue;
         }
-        RodTile<W>& tile = tiles_.back();
-        place_.push_back({tiles_.size() - 1, tile.lanes});
+        const RodGroup& group = groups_[g];
+        const bool opens = tiles_.empty() || tiles_.back().group != &group || tiles_.back().lanes == W;
+        RodTile<W>& tile = opens ? open({nullptr, group.element.data(), group.voronoi.data(), &group, group.elements()}, g) : tiles_.back();
+        place_[i] = {tiles_.size() - 1, tile.lanes};
         std::fill(tile.index + tile.lanes, tile.index + W, local_[i].index); // spare lanes repeat the last rod
         ++tile.lanes;
     }
+    std::vector<std::size_t> next(groups_.size(), 0);
+    for (const AlongTile& along : tiling.along) {
+        std::vector<Seat> seats;
+        int lane_ = 0;
+        for (const auto& [g, stretches] : along.parts) {
+            const auto group = static_cast<std::size_t>(g);
+            const std::size_t i = pool[group][next[group]++];
+            seats.push_back({&groups_[group], local_[i].index, lane_, stretches});
+            place_[i] = {tiles_.size(), lane_};
+            lane_ += stretches;
+        }
+        strands_.emplace_back(seats, along.rows);
+        open({.n = along.rows, .lanes = static_cast<int>(seats.size()), .strands = &strands_.back()}, groups_.size() + static_cast<std::size_t>(along.family));
+    }
     slots_.resize(slots);
     for (std::size_t t = 0; t < tiles_.size(); ++t) tiles_[t].slot = slots_.data() + first_slot[t];
+}
 
+template <int W> void RodTiles<W>::take_start_states() {
+    const Slot<1> still{{0, 0, 0}, {0, 0, 0}, broadcast<1>(no_turn), {0, 0, 0}};
+    for (const RodTile<W>& tile : tiles_)
+        if (tile.strands)
+            for (int row = 0; row <= tile.n; ++row)
+                for (int i = 0; i < W; ++i) {
+                    set_lane(tile.slot[row], i, still);
+                    const int slot = tile.strands->slot(i, row);
+                    if (slot == tile.group_of(i).elements()) set_lane(tile.slot[row].director, i, tile.group_of(i).end_frame());
+                }
     std::vector<Slot<1>> state;
-    for (RodTile<W>& tile : tiles_) {
-        state.resize(static_cast<std::size_t>(tile.n) + 1);
-        for (int lane_ = 0; lane_ < W; ++lane_) {
-            tile.group->start_state(tile.index[lane_], state);
-            for (std::size_t k = 0; k < state.size(); ++k) {
-                set_lane(tile.slot[k].position, lane_, lane(state[k].position, 0));
-                set_lane(tile.slot[k].velocity, lane_, lane(state[k].velocity, 0));
-                set_lane(tile.slot[k].director, lane_, lane(state[k].director, 0));
-                set_lane(tile.slot[k].spin, lane_, lane(state[k].spin, 0));
-            }
-        }
-        for (auto& pass : programs_[static_cast<std::size_t>(tile.group->id())]) pass->bind(tile);
+    for (std::size_t i = 0; i < local_.size(); ++i) {
+        const RodGroup& group = groups_[static_cast<std::size_t>(local_[i].group)];
+        state.resize(static_cast<std::size_t>(group.slots()));
+        group.start_state(local_[i].index, state);
+        import_rod(i, state);
+    }
+    for (const RodTile<W>& tile : tiles_)
+        for (auto& pass : programs_[tile.program]) pass->bind(tile);
+}
+
+template <int W> template <class F> void RodTiles<W>::for_slots(std::size_t i, F&& f) const {
+    const auto [t, first] = place_[i];
+    const RodTile<W>& tile = tiles_[t];
+    const int slots = groups_[static_cast<std::size_t>(local_[i].group)].slots();
+    if (!tile.strands) {
+        for (int k = 0; k < slots; ++k) f(k, tile.slot[k], first);
+        return;
+    }
+    for (int k = 0; k < slots; ++k) {
+        const int stretch = std::min(k / tile.n, tile.strands->lanes_of(first) - 1);
+        f(k, tile.slot[k - stretch * tile.n], first + stretch);
     }
 }
 
@@ -170,28 +230,27 @@ template <int W> bool RodTiles<W>::visit(std::span<const Step> steps, bool check
 }
 
 template <int W> void RodTiles<W>::export_rod(std::size_t i, std::span<Slot<1>> out) const {
-    const auto [t, l] = place_[i];
-    const RodTile<W>& tile = tiles_[t];
-    for (std::size_t k = 0; k <= static_cast<std::size_t>(tile.n); ++k) {
-        set_lane(out[k].position, 0, lane(tile.slot[k].position, l));
-        set_lane(out[k].velocity, 0, lane(tile.slot[k].velocity, l));
-        set_lane(out[k].director, 0, lane(tile.slot[k].director, l));
-        set_lane(out[k].spin, 0, lane(tile.slot[k].spin, l));
-    }
+    for_slots(i, [&](int k, const Slot<W>& slot, int lane_) { out[static_cast<std::size_t>(k)] = lane(slot, lane_); });
+    const RodTile<W>& tile = tiles_[place_[i].tile];
+    if (tile.strands) out.back().director = broadcast<1>(no_turn); // not the wall's
 }
 
 template <int W> void RodTiles<W>::import_rod(std::size_t i, std::span<const Slot<1>> in) {
     const auto [t, first] = place_[i];
-    RodTile<W>& tile = tiles_[t];
+    const RodTile<W>& tile = tiles_[t];
+    if (tile.strands) {
+        for_slots(i, [&](int k, Slot<W>& slot, int lane_) {
+            const Quaterniond wall = lane(slot.director, lane_);
+            set_lane(slot, lane_, in[static_cast<std::size_t>(k)]);
+            if (static_cast<std::size_t>(k) + 1 == in.size()) set_lane(slot.director, lane_, wall);
+        });
+        join(tile);
+        return;
+    }
     // The last rod of a tile also fills the spare lanes, so that they stay finite and cost no thought.
     const int last = first == tile.lanes - 1 ? W - 1 : first;
     for (int l = first; l <= last; ++l)
-        for (std::size_t k = 0; k <= static_cast<std::size_t>(tile.n); ++k) {
-            set_lane(tile.slot[k].position, l, lane(in[k].position, 0));
-            set_lane(tile.slot[k].velocity, l, lane(in[k].velocity, 0));
-            set_lane(tile.slot[k].director, l, lane(in[k].director, 0));
-            set_lane(tile.slot[k].spin, l, lane(in[k].spin, 0));
-        }
+        for (std::size_t k = 0; k < in.size(); ++k) set_lane(tile.slot[k], l, in[k]);
 }
 
 template <int W> std::uint64_t RodTiles<W>::digest() const {
@@ -221,6 +280,7 @@ template <int W> std::size_t RodTiles<W>::bytes() const {
     std::size_t bytes = slots_.size() * sizeof(Slot<W>) + tiles_.size() * sizeof(RodTile<W>) + local_.size() * (sizeof(LocalRod) + sizeof(Place));
     for (const auto& scratch : scratch_) bytes += scratch.size() * sizeof(SlotLoad<W>);
     for (const auto& audit : audits_) bytes += audit->bytes();
+    for (const auto& strands : strands_) bytes += strands.bytes();
     return bytes;
 }
 
@@ -229,18 +289,16 @@ template <int W> void RodTiles<W>::inspect(std::int64_t step, double dt) const {
     std::snprintf(where, sizeof where, " at step %lld (t = %.6g s, dt = %.6g s)", static_cast<long long>(step),
                   static_cast<double>(step) * dt, dt);
     std::vector<Slot<1>> state;
-    std::size_t i = 0;
-    for (const RodTile<W>& tile : tiles_) {
-        const std::size_t first = i;
-        i += static_cast<std::size_t>(tile.lanes);
-        if (fit(tile)) continue;
-        for (std::size_t rod = first; rod < i; ++rod) {
-            state.resize(static_cast<std::size_t>(tile.n) + 1);
-            export_rod(rod, state);
-            const std::string what = complaint(*tile.group, state);
-            if (what.empty()) continue;
-            throw NumericalError(name_of(rod) + what + where + tension_hint(*tile.group, state));
-        }
+    std::vector<bool> unfit(tiles_.size());
+    for (std::size_t t = 0; t < tiles_.size(); ++t) unfit[t] = !fit(tiles_[t]);
+    for (std::size_t rod = 0; rod < local_.size(); ++rod) {
+        if (!unfit[place_[rod].tile]) continue;
+        const RodGroup& group = groups_[static_cast<std::size_t>(local_[rod].group)];
+        state.resize(static_cast<std::size_t>(group.slots()));
+        export_rod(rod, state);
+        const std::string what = complaint(group, state);
+        if (what.empty()) continue;
+        throw NumericalError(name_of(rod) + what + where + tension_hint(group, state));
     }
     const Tightest worst = tightest();
     if (watch_.stops && worst.share > 1) throw NumericalError(text_of(worst) + where);
@@ -252,29 +310,29 @@ template <int W> std::string RodTiles<W>::name_of(std::size_t i) const {
 
 template <int W> typename RodTiles<W>::Tightest RodTiles<W>::tightest() const {
     Tightest worst;
+    if (watch_.dt == 0) return worst;
+    std::vector<double> share(tiles_.size()); // squared, largest of each tile
+    for (std::size_t t = 0; t < tiles_.size(); ++t) {
+        const Pack<W> largest = Pack<W>(watch_.share_squared()) * largest_eigenvalue(tiles_[t]);
+        for (int i = 0; i < W; ++i) share[t] = std::max(share[t], largest[i]);
+    }
     std::vector<Slot<1>> state;
-    std::size_t i = 0;
-    for (const RodTile<W>& tile : tiles_) {
-        const std::size_t first = i;
-        i += static_cast<std::size_t>(tile.lanes);
-        if (watch_.dt == 0 || !any(Pack<W>(watch_.share_squared()) * largest_eigenvalue(tile) > Pack<W>(worst.share * worst.share)))
-            continue;
-        for (std::size_t rod = first; rod < i; ++rod) {
-            state.resize(static_cast<std::size_t>(tile.n) + 1);
-            export_rod(rod, state);
-            const RodTile<1> alone{state.data(), tile.element, tile.voronoi, tile.group, tile.n, 0, {0}, 1};
-            present_eigenvalues(alone, [&](int k, const PresentEigenvalues<Pack<1>>& l) {
-                const double all[] = {l.axial[0], l.about_d1[0], l.about_d2[0], l.twist[0]};
-                for (std::size_t mode = 0; mode < std::size(all); ++mode) {
-                    const double share = std::sqrt(watch_.share_squared() * all[mode]);
-                    if (!(share > worst.share)) continue;
-                    const Slot<1>&s = state[static_cast<std::size_t>(k)], &next = state[static_cast<std::size_t>(k) + 1];
-                    const double e =
-                        tile.element[k].inv_rest_length * dot(frame(s).d3, lane(next.position, 0) - lane(s.position, 0));
-                    worst = {share, rod, k, present_modes[mode], e};
-                }
-            });
-        }
+    for (std::size_t rod = 0; rod < local_.size(); ++rod) {
+        if (!(share[place_[rod].tile] > worst.share * worst.share)) continue;
+        const RodGroup& group = groups_[static_cast<std::size_t>(local_[rod].group)];
+        state.resize(static_cast<std::size_t>(group.slots()));
+        export_rod(rod, state);
+        present_eigenvalues(tile_of(group, state), [&](int k, const PresentEigenvalues<Pack<1>>& l) {
+            const double all[] = {l.axial[0], l.about_d1[0], l.about_d2[0], l.twist[0]};
+            for (std::size_t mode = 0; mode < std::size(all); ++mode) {
+                const double here = std::sqrt(watch_.share_squared() * all[mode]);
+                if (!(here > worst.share)) continue;
+                const auto at = static_cast<std::size_t>(k);
+                const Slot<1>&s = state[at], &next = state[at + 1];
+                const double e = group.element[at].inv_rest_length * dot(frame(s).d3, lane(next.position, 0) - lane(s.position, 0));
+                worst = {here, rod, k, present_modes[mode], e};
+            }
+        });
     }
     return worst;
 }

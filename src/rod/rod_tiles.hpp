@@ -1,5 +1,5 @@
-// Rods at a fixed SIMD width: tiles of W rods of one group, each tile's slots contiguous and aligned, and per group the
-// passes that make a step.
+// Rods at a fixed SIMD width: tiles of W rods of one group or of strands, each tile's slots contiguous and aligned, and per group or
+// family of groups the passes that make a step.
 #pragma once
 
 #include "core/aligned.hpp"
@@ -8,21 +8,24 @@
 #include "rod/rods.hpp"
 #include "rod/step_watch.hpp"
 #include "rod/tile.hpp"
+#include "rod/tiling.hpp"
 
 #include <atomic>
+#include <deque>
 #include <functional>
 #include <memory>
 #include <vector>
 
 namespace skein {
 
-/// The passes of one group's step, in order.
+/// The passes of a step, in order.
 template <int W> using TileProgram = std::vector<std::unique_ptr<TilePass<W>>>;
 
 template <int W> class RodTiles final : public Rods {
 public:
-    /// `rods` as partition() orders them; one program per group, and one audit or none at all. Rods take their start state.
-    RodTiles(std::span<const RodGroup> groups, std::vector<LocalRod> rods, std::vector<TileProgram<W>> programs,
+    /// `rods` as partition() orders them; one program per group across, then one per family along; one audit per group or none at
+    /// all. `tiling`: of these rods. Rods take their start state.
+    RodTiles(std::span<const RodGroup> groups, std::vector<LocalRod> rods, const Tiling& tiling, std::vector<TileProgram<W>> programs,
              const Threads& threads, std::vector<std::shared_ptr<AuditBook<W>>> audits = {}, StepWatch watch = {});
 
     bool visit(std::span<const Step> steps, bool check) override;
@@ -41,7 +44,10 @@ private:
         std::size_t tile;
         int lane;
     };
-    void lay_out();
+    void lay_out(const Tiling& tiling);
+    void take_start_states();
+    /// Calls f(slot of rod i, slot of its tile, lane) for each of the rod's slots.
+    template <class F> void for_slots(std::size_t i, F&& f) const;
     bool healthy(const RodTile<W>& tile);
 
     /// Where the step is the largest share of its limit.
@@ -64,6 +70,7 @@ private:
     StepWatch watch_;
     AlignedVector<Slot<W>> slots_;
     std::vector<RodTile<W>> tiles_;
+    std::deque<Strands<W>> strands_;                  ///< of tiles along
     std::vector<Place> place_;                        ///< of local()[i]
     mutable std::vector<AlignedVector<SlotLoad<W>>> scratch_; ///< per thread
     std::span<const Step> batch_;                     ///< steps of the visit under way

@@ -23,14 +23,6 @@ std::uint64_t hash_rod(std::int64_t gid, std::span<const Slot<1>> state) {
     return hash_numbers(gid, {reinterpret_cast<const double*>(state.data()), state.size() * slot_doubles});
 }
 
-namespace {
-
-RodTile<1> tile_of(const RodGroup& group, std::span<Slot<1>> state) {
-    return {state.data(), group.element.data(), group.voronoi.data(), &group, group.elements(), 0, {0}, 1};
-}
-
-} // namespace
-
 void synchronise_positions(const RodGroup& group, std::span<Slot<1>> state, double h) {
     for (Slot<1>& slot : state) slot.position = fma(Pack<1>(h), slot.velocity, slot.position);
     if (group.closed()) close_ring(tile_of(group, state));

@@ -12,6 +12,16 @@ template <int W> struct Slot {
     Vec3<Pack<W>> spin;           ///< element k, body, rad/s
 };
 
+template <int W> Slot<1> lane(const Slot<W>& s, int i) {
+    return {broadcast<1>(lane(s.position, i)), broadcast<1>(lane(s.velocity, i)), broadcast<1>(lane(s.director, i)), broadcast<1>(lane(s.spin, i))};
+}
+template <int W> void set_lane(Slot<W>& s, int i, const Slot<1>& one) {
+    set_lane(s.position, i, lane(one.position, 0));
+    set_lane(s.velocity, i, lane(one.velocity, 0));
+    set_lane(s.director, i, lane(one.director, 0));
+    set_lane(s.spin, i, lane(one.spin, 0));
+}
+
 /// Asks for a slot that will be needed soon.
 template <int W> SKEIN_INLINE void prefetch(const Slot<W>& slot) {
     for (std::size_t line = 0; line < sizeof(Slot<W>); line += 64) __builtin_prefetch(reinterpret_cast<const char*>(&slot) + line, 1, 2);

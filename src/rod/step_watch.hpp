@@ -37,11 +37,11 @@ template <class P> struct PresentCell {
     P stiffness;    ///< 3 q/E^5, N
 };
 
-template <class Law, int W>
+template <class Law, class Map, int W>
 SKEIN_INLINE PresentCell<Pack<W>> present_cell(const RodTile<W>& rod, int k, int next, Pack<W> e, Pack<W> e_next) {
     using P = Pack<W>;
-    const VoronoiConstants& v = rod.voronoi[k];
-    const Quaternion<P>&q = rod.slot[k].director, &q_next = rod.slot[next].director;
+    const auto& v = Map::cell(rod, k);
+    const Quaternion<P>&q = rod.slot[k].director, &q_next = neighbour_frame<Map>(rod, k, next);
     const P inv_dilatation = P(1.0) / fma(P(v.share_before), e, P(v.share_after) * e_next);
     const Vec3<P> phi = relative_rotation(q_next, q), strain = fma(P(v.inv_length), phi, -broadcast<W>(v.rest_curvature));
     const Vec3<P> moment = scale(broadcast<W>(v.stiffness), strain);
@@ -60,47 +60,80 @@ SKEIN_INLINE PresentCell<Pack<W>> present_cell(const RodTile<W>& rod, int k, int
     return cell;
 }
 
+template <int W> PresentCell<Pack<W>> inner_only(Mask<W> inner, const PresentCell<Pack<W>>& cell) {
+    const Pack<W> none(0.0);
+    return {select(inner, cell.spring, Vec3<Pack<W>>{none, none, none}), select(inner, cell.tension, none), select(inner, cell.stiffness, none)};
+}
+template <int W> PresentCell<Pack<W>> from_lane_before(const PresentCell<Pack<W>>& cell) {
+    return {skein::from_lane_before(cell.spring), skein::from_lane_before(cell.tension), skein::from_lane_before(cell.stiffness)};
+}
+
+/// How many walls hold element k by half cells.
+template <class Map, int W> Pack<W> walls_at(const RodTile<W>& rod, const Ends& ends, int k) {
+    if constexpr (Map::along) {
+        const Strands<W>& s = *rod.strands;
+        const Pack<W> none(0.0), one(1.0);
+        return select(s.cell[k].present & !s.cell[k].inner, one, none) + (k == 0 ? select(s.start_wall, one, none) : none);
+    } else {
+        return Pack<W>((k == 0 && ends.start_wall) + (k == rod.n - 1 && ends.end_wall));
+    }
+}
+
+/// Where a ring closes, or a lane's rod goes on in the next.
+template <class Law, class Map, int W> PresentCell<Pack<W>> joint_cell(const RodTile<W>& rod, const Ends& ends) {
+    const int n = rod.n;
+    const auto e = [&](int k) { return element_strain<Map>(rod, k).z; };
+    if constexpr (Map::along) return inner_only(rod.strands->cell[n - 1].inner, present_cell<Law, Map>(rod, n - 1, n, e(n - 1), from_lane_after(e(0))));
+    else return ends.closed ? present_cell<Law, Map>(rod, n - 1, 0, e(n - 1), e(0)) : PresentCell<Pack<W>>{};
+}
+
 /// Calls f(k, eigenvalues) for each element.
-template <class Law, int W, class F> void present_eigenvalues(const RodTile<W>& rod, F&& f) {
+template <class Law, class Map, int W, class F> void present_eigenvalues(const RodTile<W>& rod, F&& f) {
     using P = Pack<W>;
-    const RodGroup& group = *rod.group;
+    const RodGroup& group = rod.group_of(0); // of strands one of a family, all of one law
     const Ends ends = ends_of(group);
     // Its shear force and its inertia go by 1/e, and bending does not pull.
     const bool published = group.law() == skein::Law::elastica;
     const int n = rod.n;
-    const auto strain = [&](int k) {
-        return P(rod.element[k].inv_rest_length) * (rod.slot[k].director * (rod.slot[k + 1].position - rod.slot[k].position));
-    };
-    Vec3<P> nu = strain(0);
-    const PresentCell<P> none{};
-    const PresentCell<P> first = ends.closed ? present_cell<Law>(rod, n - 1, 0, strain(n - 1).z, nu.z) : none;
-    PresentCell<P> before = first;
-    Vec3d mobility_before = rod.element[n - 1].inv_inertia, mobility = rod.element[0].inv_inertia;
+    Vec3<P> nu = element_strain<Map>(rod, 0);
+    const PresentCell<P> joint = joint_cell<Law, Map>(rod, ends);
+    PresentCell<P> before = joint;
+    auto mobility_before = Map::element(rod, n - 1).inv_inertia, mobility = Map::element(rod, 0).inv_inertia, mobility_around = mobility;
+    if constexpr (Map::along) {
+        before = inner_only(!rod.strands->first, from_lane_before(joint));
+        mobility_before = from_lane_before(mobility_before);
+        mobility_around = from_lane_after(mobility);
+    }
     for (int k = 0; k < n; ++k) {
         const bool last = k == n - 1;
-        const Vec3<P> nu_next = last ? nu : strain(k + 1);
-        const PresentCell<P> after = !last ? present_cell<Law>(rod, k, k + 1, nu.z, nu_next.z) : ends.closed ? first : none;
-        const ElementConstants& c = rod.element[k];
-        const Vec3d mobility_after = rod.element[(k + 1) % n].inv_inertia;
+        const Vec3<P> nu_next = last ? nu : element_strain<Map>(rod, k + 1);
+        PresentCell<P> after = joint;
+        if (!last) {
+            after = present_cell<Law, Map>(rod, k, k + 1, nu.z, nu_next.z);
+            if constexpr (Map::along) after = inner_only(rod.strands->cell[k].inner, after);
+        }
+        const auto& c = Map::element(rod, k);
+        const auto mobility_after = last ? mobility_around : Map::element(rod, k + 1).inv_inertia;
         Vec3<P> beta = scale(before.spring, broadcast<W>(mobility + mobility_before)) +
                        scale(after.spring, broadcast<W>(mobility + mobility_after));
-        const double walls = (k == 0 && ends.start_wall) + (last && ends.end_wall);
-        if (walls > 0)
-            beta += (P(2 * walls * c.inv_rest_length) * Law::bending_factor(P(1.0) / nu.z)) * broadcast<W>(scale(c.bending, mobility));
+        const P walls = walls_at<Map>(rod, ends, k);
+        if (any(walls > P(0.0)))
+            beta += (P(2.0) * walls * P(c.inv_rest_length) * Law::bending_factor(P(1.0) / nu.z)) * broadcast<W>(scale(c.bending, mobility));
 
         P tension = Law::stress(c, nu).z, stretching = Law::stretch_stiffness(c, nu.z), looser(1.0), softer(1.0);
         if (published)
             looser = nu.z, softer = P(1.0) / nu.z;
         else
             tension += before.tension + after.tension, stretching += before.stiffness + after.stiffness;
-        const double m = 4 / (group.spec().material.density * c.volume);
-        const auto shear_rotation = [&](double shear, double inverse_inertia, P springs) {
+        const auto m = 4 / (Map::density(rod) * c.volume);
+        const auto shear_rotation = [&](auto shear, auto inverse_inertia, P springs) {
             const P s = softer * P(shear), j = looser * P(inverse_inertia), net = s * nu.z - tension;
             const P a = P(m * c.inv_rest_length) * s, d = P(c.rest_length) * net * nu.z * j + looser * springs;
             return P(0.5) * (a + d + sqrt((a - d) * (a - d) + P(4 * m) * net * net * j));
         };
         const P about_d1 = shear_rotation(c.stiffness.y, mobility.x, beta.x);
-        const bool round = c.inertia.x == c.inertia.y;
+        bool round = false; // strands may differ
+        if constexpr (!Map::along) round = c.inertia.x == c.inertia.y;
         f(k, PresentEigenvalues<P>{P(m * c.inv_rest_length) * stretching, about_d1,
                                    round ? about_d1 : shear_rotation(c.stiffness.x, mobility.y, beta.y), looser * beta.z});
         before = after;
@@ -113,7 +146,9 @@ template <class Law, int W, class F> void present_eigenvalues(const RodTile<W>& 
 } // namespace detail
 
 template <int W, class F> void present_eigenvalues(const RodTile<W>& rod, F&& f) {
-    with_energy_law(rod.group->law(), [&]<class L>(L) { detail::present_eigenvalues<L>(rod, f); });
+    with_mapping(rod, [&]<class Map> {
+        with_energy_law(rod.group_of(0).law(), [&]<class L>(L) { detail::present_eigenvalues<L, Map>(rod, f); });
+    });
 }
 
 /// The largest of each lane.

@@ -1,8 +1,10 @@
-// A tile: W rods of one group side by side, one per SIMD lane, small enough for L2; and what acts on it.
+// A tile: W rods of one group side by side, one per SIMD lane, or strands of any rods (rod/strands.hpp), small enough for L2; and
+// what acts on it.
 #pragma once
 
 #include "rod/rod_group.hpp"
 #include "rod/slot.hpp"
+#include "rod/strands.hpp"
 #include "time/clock.hpp"
 
 #include <cstdint>
@@ -20,21 +22,37 @@ template <int W> struct SlotLoad {
 
 template <int W> struct RodTile {
     Slot<W>* slot;                   ///< [n + 1]
-    const ElementConstants* element; ///< [n]
+    const ElementConstants* element; ///< [n]; a tile along has none, nor the next two
     const VoronoiConstants* voronoi; ///< [n - 1]
     const RodGroup* group;
-    int n;                           ///< elements
-    std::size_t number;              ///< of the tile within its group on this rank
+    int n;                           ///< elements, of a tile along the rows of its strands
+    std::size_t number;              ///< of the tile within its program on this rank
     std::int64_t index[W];           ///< number in the group of each lane's rod; spare lanes repeat the last rod
     int lanes;                       ///< lanes that carry a rod of their own
+    const Strands<W>* strands = nullptr; ///< of a tile along
+    std::size_t program = 0;             ///< which passes run over it
+
+    const RodGroup& group_of(int lane_) const { return strands ? strands->group(lane_) : *group; }
+    std::int64_t index_of(int lane_) const { return strands ? strands->index(lane_) : index[lane_]; }
+    /// The element of its rod that a lane has in row k; the first where it has none there.
+    int element_of(int lane_, int k) const {
+        if (!strands) return k;
+        const int slot_ = strands->slot(lane_, k);
+        return slot_ < 0 || slot_ >= group_of(lane_).elements() ? 0 : slot_;
+    }
 };
 
-/// One stage of the step, run over a tile while it is in cache. The plan strings passes together, per group.
+/// One rod alone.
+inline RodTile<1> tile_of(const RodGroup& group, std::span<Slot<1>> state) {
+    return {state.data(), group.element.data(), group.voronoi.data(), &group, group.elements(), 0, {0}, 1};
+}
+
+/// One stage of the step, run over a tile while it is in cache. The plan strings passes together, per group or family of groups.
 template <int W> class TilePass {
 public:
     virtual ~TilePass() = default;
     virtual std::string_view name() const = 0;
-    /// Called once for every tile of the group, in order of number, when tiles are laid out.
+    /// Called once for every tile of the program, in order of number, when tiles are laid out.
     virtual void bind(const RodTile<W>&) {}
     /// Called once before the tiles of a batch of steps are visited; serial.
     virtual void prepare(std::span<const Step>) {}

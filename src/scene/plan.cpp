@@ -78,12 +78,15 @@ void limit_by_drag(GroupPlan& p, const RodGroup& group, const Scheme& scheme) {
     if (dt < 0.99 * fastest) p.limits.insert(p.limits.begin(), {"slender-body drag", dt, rate.element});
 }
 
-GroupPlan plan_group(const SceneSpec& scene, const RodGroup& group, int lanes) {
+GroupPlan plan_group(const SceneSpec& scene, const RodGroup& group) {
     GroupPlan p{.name = group.name(), .rods = group.count(), .elements = group.elements()};
-    p.tiles = (group.count() + lanes - 1) / lanes;
-    for (const LoadSpec& l : scene.loads)
-        if (acts_on(l.rods, group.name()) && (!std::holds_alternative<MagneticField>(l.load) || group.spec().magnetisation.pattern != MagnetisationPattern::none))
-            p.loads.push_back(l.load);
+    for (std::size_t i = 0; i < scene.loads.size(); ++i) {
+        const LoadSpec& l = scene.loads[i];
+        if (!acts_on(l.rods, group.name())) continue;
+        if (std::holds_alternative<MagneticField>(l.load) && group.spec().magnetisation.pattern == MagnetisationPattern::none) continue;
+        p.loads.push_back(l.load);
+        p.load_numbers.push_back(i);
+    }
     for (const DampingSpec& d : scene.damping)
         if (acts_on(d.rods, group.name())) p.damping.push_back(d.damping);
     const DampingRates rates = damping_rates(group, p.damping);
@@ -118,6 +121,68 @@ GroupPlan plan_group(const SceneSpec& scene, const RodGroup& group, int lanes) {
     p.start = end_names[static_cast<std::size_t>(group.spec().start)];
     p.end = end_names[static_cast<std::size_t>(group.spec().end)];
     return p;
+}
+
+/// Strands are open, at rest at their ends, and looked at from slot to slot alone.
+bool can_lie_along(const GroupPlan& p, const RodGroup& group, const SceneSpec& scene) {
+    const RodSpec& spec = group.spec();
+    if (group.closed() || group.law() == Law::elastica || spec.ends_move() || spec.hold.any() || scene.output.audit) return false;
+    for (const Load& load : p.loads)
+        if (std::visit([]<class L>(const L&) { return needs_whole_rods<L>; }, load)) return false;
+    return std::none_of(p.damping.begin(), p.damping.end(), [](const Damping& d) { return d.kind == DampingKind::laplacian; });
+}
+
+/// Groups with the same passes under the same loads; those whose loads keep tables of their group stand alone.
+void find_families(Plan& plan, std::span<const RodGroup> groups, const SceneSpec& scene) {
+    std::vector<std::string> keys;
+    for (std::size_t g = 0; g < groups.size(); ++g) {
+        GroupPlan& p = plan.groups[g];
+        if (!can_lie_along(p, groups[g], scene)) continue;
+        std::string key = fmt::format("{} of {}", fmt::join(p.passes, "|"), fmt::join(p.load_numbers, ","));
+        for (const Load& load : p.loads)
+            if (std::visit([]<class L>(const L&) { return keeps_tables_of_group<L>; }, load)) key += fmt::format(" in {}", g);
+        const auto found = std::find(keys.begin(), keys.end(), key);
+        p.family = static_cast<int>(found - keys.begin());
+        if (found == keys.end()) keys.push_back(key);
+    }
+    plan.families = static_cast<int>(keys.size());
+}
+
+/// Tiles of a rank's share, what they weigh, and how long its threads need for a step, ns.
+double lay_out(Plan& plan) {
+    const Machine& m = plan.machine;
+    std::vector<std::int64_t> share;
+    for (const GroupPlan& p : plan.groups) share.push_back((p.rods + m.ranks - 1) / m.ranks);
+    const Tiling tiling = tiling_of(plan, share);
+    double total = 0, longest = 0, slots = 0;
+    int most_rows = 0;
+    const auto add = [&](double tiles, int rows, double row_ns) {
+        if (tiles == 0) return;
+        total += tiles * rows * row_ns;
+        longest = std::max(longest, rows * row_ns);
+        most_rows = std::max(most_rows, rows);
+        slots += tiles * (rows + 1) * m.lanes;
+    };
+    for (std::size_t g = 0; g < plan.groups.size(); ++g) {
+        GroupPlan& p = plan.groups[g];
+        const std::int64_t along = share[g] - tiling.across[g];
+        p.along = std::min(p.rods, along * m.ranks);
+        p.tiles = Tiling::tiles(p.rods - p.along, m.lanes);
+        add(static_cast<double>(Tiling::tiles(tiling.across[g], m.lanes)), p.elements, 8 * p.ns_per_element_step); // narrow tiles take as long as wide ones
+        int least = m.lanes, most = 1;
+        for (const AlongTile& tile : tiling.along)
+            for (const AlongTile::Part& part : tile.parts)
+                if (part.group == static_cast<int>(g)) least = std::min(least, part.stretches), most = std::max(most, part.stretches);
+        if (p.along > 0) p.seats = most == 1 ? "whole" : least == most ? fmt::format("in {} stretches each", most) : fmt::format("in {} to {} stretches", least, most);
+    }
+    double constants = 0;
+    for (const AlongTile& tile : tiling.along) {
+        const GroupPlan& p = plan.groups[static_cast<std::size_t>(tile.parts.front().group)];
+        add(1, tile.rows, 8 * along_row * p.ns_per_element_step);
+        constants += tile.rows * m.lanes * sizeof(Strands<1>::Element); // where rows repeat far less
+    }
+    plan.state_bytes += m.ranks * (slots * sizeof(Slot<1>) + constants) + static_cast<double>(m.ranks) * m.threads * most_rows * sizeof(SlotLoad<1>) * m.lanes;
+    return std::max(total / std::min(m.threads, m.cores), longest);
 }
 
 /// An automatic step divides this: what the scene names, or else its most frequent output, so that outputs fall on whole steps.
@@ -202,25 +267,27 @@ std::vector<RodGroup> make_groups(const SceneSpec& scene) {
     return groups;
 }
 
+Tiling tiling_of(const Plan& plan, std::span<const std::int64_t> counts) {
+    std::vector<TilingGroup> groups;
+    for (std::size_t g = 0; g < plan.groups.size(); ++g) groups.push_back({counts[g], plan.groups[g].elements, plan.groups[g].family});
+    return choose_tiling(groups, plan.machine.lanes, plan.machine.threads, plan.machine.mapping);
+}
+
 Plan make_plan(const SceneSpec& scene, std::span<const RodGroup> groups, const Machine& machine) {
     Plan plan{.title = scene.title, .machine = machine};
-    double ns = 0, frame_values = 0, tip_values = 0;
-    int most_slots = 0;
-    for (const RodGroup& group : groups) {
-        plan.groups.push_back(plan_group(scene, group, machine.lanes));
-        const GroupPlan& p = plan.groups.back();
+    double frame_values = 0, tip_values = 0;
+    for (const RodGroup& group : groups) plan.groups.push_back(plan_group(scene, group));
+    find_families(plan, groups, scene);
+    const double ns = lay_out(plan);
+    for (const GroupPlan& p : plan.groups) {
         plan.rods += p.rods;
         plan.elements += p.rods * p.elements;
-        plan.state_bytes += static_cast<double>(p.tiles) * (p.elements + 1) * slot_doubles * 8.0 * machine.lanes +
-                            static_cast<double>(p.rods) * sizeof(LocalRod);
+        plan.state_bytes += static_cast<double>(p.rods) * sizeof(LocalRod);
         if (scene.output.audit)
             plan.state_bytes += static_cast<double>(p.tiles) * (p.elements + 1) * (2 * sizeof(SlotLoad<1>) + sizeof(AuditBook<1>::Rates)) * machine.lanes;
-        ns += static_cast<double>(p.tiles) * 8.0 * p.elements * p.ns_per_element_step; // narrow tiles take as long as wide ones
-        most_slots = std::max(most_slots, p.elements + 1);
         frame_values += static_cast<double>(p.rods) * (3.0 * (p.elements + 1) + (scene.output.directors ? 9.0 * p.elements + 3.0 * (p.elements + 1) : 0.0));
         tip_values += 3.0 * static_cast<double>(p.rods);
     }
-    plan.state_bytes += static_cast<double>(machine.ranks) * machine.threads * most_slots * sizeof(SlotLoad<1>) * machine.lanes;
     choose_step(plan, scene);
     plan.cadence = cadence_of(scene.output, plan.dt);
     plan.audit = scene.output.audit;
@@ -230,7 +297,7 @@ Plan make_plan(const SceneSpec& scene, std::span<const RodGroup> groups, const M
     plan.output_bytes = value_bytes * (frames(plan.cadence.trajectory) * frame_values + frames(plan.cadence.tips) * tip_values);
     plan.frame_bytes = waiting_bytes(frames(plan.cadence.trajectory), value_bytes * frame_values, machine.ranks) +
                        waiting_bytes(frames(plan.cadence.tips), value_bytes * tip_values, machine.ranks);
-    plan.predicted_s = ns * 1e-9 * static_cast<double>(scheme_of(plan.integrator).stages.size()) * static_cast<double>(plan.steps) / (machine.ranks * std::min(machine.threads, machine.cores));
+    plan.predicted_s = ns * 1e-9 * static_cast<double>(scheme_of(plan.integrator).stages.size()) * static_cast<double>(plan.steps);
     list_absent(plan, scene);
     return plan;
 }

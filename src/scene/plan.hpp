@@ -3,6 +3,7 @@
 #pragma once
 
 #include "rod/kick.hpp"
+#include "rod/tiling.hpp"
 #include "rod/time_limits.hpp"
 #include "scene/scene_spec.hpp"
 
@@ -20,13 +21,18 @@ struct Machine {
     int cores = 1;   ///< that a rank may use
     int lanes = 8;   ///< SIMD width of a tile: rods side by side
     std::string which_cores; ///< by rank where known, e.g. "0-7 | 8-15"
+    Mapping mapping = Mapping::automatic; ///< of rods onto the lanes
 };
 
 struct GroupPlan {
     std::string name;
     std::int64_t rods = 0;
     int elements = 0;
-    std::int64_t tiles = 0;             ///< at least; ranks may each leave one tile part full
+    std::int64_t tiles = 0;             ///< across, at least; ranks may each leave one tile part full
+    std::int64_t along = 0;             ///< rods that lie along, on all ranks
+    std::string seats;                  ///< how these are cut
+    int family = -1;                    ///< groups with the same passes, which may share tiles along; -1: across only
+    std::vector<std::size_t> load_numbers; ///< of `loads` in the scene
     bool circular = true;
     KickKind kick = KickKind::undamped;
     DampingScheme damping_scheme = DampingScheme::exponential;
@@ -59,6 +65,7 @@ struct Plan {
     Cadence cadence;
     bool audit = false;                   ///< energy audit
     std::vector<std::string> observables; ///< sets that the scene adds to the series
+    int families = 0;
     double state_bytes = 0;    ///< all ranks, state and scratch
     double frame_bytes = 0;    ///< all ranks, frames on their way to disk
     double output_bytes = 0;   ///< all frames of the run
@@ -68,6 +75,9 @@ struct Plan {
 
 /// Throws InputError where the step is beyond the limit (naming group, element and mode) unless the scene forces it.
 Plan make_plan(const SceneSpec& scene, std::span<const RodGroup> groups, const Machine& machine);
+
+/// Which of a rank's rods, counted by group, lie across and which along.
+Tiling tiling_of(const Plan& plan, std::span<const std::int64_t> counts);
 
 /// The groups of a scene with their constants worked out.
 std::vector<RodGroup> make_groups(const SceneSpec& scene);

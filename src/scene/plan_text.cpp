@@ -25,6 +25,8 @@ std::string duration_text(double s) {
 
 template <class List> std::string joined(const List& list, const char* separator) { return fmt::format("{}", fmt::join(list, separator)); }
 
+std::string counted(std::int64_t count, const char* what) { return fmt::format("{} {}{}", count, what, count == 1 ? "" : "s"); }
+
 std::string every(std::int64_t steps, double dt) {
     return steps > 0 ? fmt::format("every {} steps ({:.4g} s)", steps, static_cast<double>(steps) * dt) : "none";
 }
@@ -37,12 +39,13 @@ std::string to_text(const Plan& p) {
     const auto line = [&](const char* label, const std::string& value) { fmt::format_to(out, "  {:<14}{}\n", label, value); };
 
     fmt::format_to(out, "Plan: {}\n", p.title.empty() ? "(untitled)" : p.title);
-    line("rods", fmt::format("{} with {} elements in {} group{}", p.rods, p.elements, p.groups.size(), p.groups.size() == 1 ? "" : "s"));
-    line("runs on", fmt::format("{} rank{} x {} thread{} ({} core{} per rank{}), {} lanes", p.machine.ranks, p.machine.ranks == 1 ? "" : "s", p.machine.threads,
-                                p.machine.threads == 1 ? "" : "s", p.machine.cores, p.machine.cores == 1 ? "" : "s",
+    line("rods", fmt::format("{} with {} elements in {}", p.rods, p.elements, counted(static_cast<std::int64_t>(p.groups.size()), "group")));
+    line("runs on", fmt::format("{} x {} ({} per rank{}), {} lanes", counted(p.machine.ranks, "rank"), counted(p.machine.threads, "thread"), counted(p.machine.cores, "core"),
                                 p.machine.which_cores.empty() ? "" : ": " + p.machine.which_cores, p.machine.lanes));
     for (const GroupPlan& g : p.groups) {
-        fmt::format_to(out, "  group '{}': {} rods x {} elements, {} tiles, ends {} / {}\n", g.name, g.rods, g.elements, g.tiles, g.start, g.end);
+        const std::string across = g.tiles > 0 ? counted(g.tiles, "tile") : "", along = g.along > 0 ? fmt::format("{} along tiles, {}", counted(g.along, "rod"), g.seats) : "";
+        fmt::format_to(out, "  group '{}': {} x {} elements, {}{}{}, ends {} / {}\n", g.name, counted(g.rods, "rod"), g.elements, across,
+                       across.empty() || along.empty() ? "" : " and ", along, g.start, g.end);
         line("  passes", joined(g.passes, " | "));
         std::vector<std::string> limits;
         for (const TimeLimit& l : g.limits) limits.push_back(fmt::format("{} {:.4g}", l.mode, l.dt));
@@ -74,7 +77,7 @@ std::string to_json(const Plan& p) {
     for (const GroupPlan& g : p.groups) {
         nlohmann::ordered_json limits;
         for (const TimeLimit& l : g.limits) limits[std::string(l.mode)] = {{"dt", l.dt}, {"element", l.element}};
-        groups.push_back({{"name", g.name}, {"rods", g.rods}, {"elements", g.elements}, {"tiles", g.tiles}, {"start", g.start}, {"end", g.end},
+        groups.push_back({{"name", g.name}, {"rods", g.rods}, {"elements", g.elements}, {"tiles", g.tiles}, {"along", g.along}, {"start", g.start}, {"end", g.end},
                           {"passes", g.passes}, {"limits", limits}, {"ns_per_element_step", g.ns_per_element_step},
                           {"hints", g.hints}, {"tension_limit", std::isfinite(g.tension_limit) ? nlohmann::ordered_json(g.tension_limit) : nlohmann::ordered_json()}});
     }

@@ -18,19 +18,29 @@ template <int W> std::unique_ptr<TilePass<W>> make_elastic(const RodGroup& group
     return with_energy_law(group.law(), [&]<class L>(L) -> std::unique_ptr<TilePass<W>> { return std::make_unique<ElasticPass<L, W>>(ends_of(group), moving); });
 }
 
-template <int W> std::unique_ptr<TilePass<W>> make_kick(const GroupPlan& plan, const RodGroup& group, Scheme scheme, double dt) {
-    std::vector<KickConstants> constants;
-    for (const double share : scheme.kicks) constants.emplace_back(group, damping_rates(group, plan.damping), share * dt, plan.damping_scheme);
-    const auto make = [&]<KickKind Kind> { return std::make_unique<KickPass<Kind, W>>(std::move(constants)); };
-    switch (plan.kick) {
+inline KicksOfGroup kicks_of(const GroupPlan& plan, const RodGroup& group, Scheme scheme, double dt) {
+    KicksOfGroup kicks;
+    for (const double share : scheme.kicks) kicks.emplace_back(group, damping_rates(group, plan.damping), share * dt, plan.damping_scheme);
+    return kicks;
+}
+
+/// Calls make.operator()<Kind>() with the kind of kick that a law with an energy has.
+template <class F> auto with_kick(KickKind kind, F&& make) {
+    switch (kind) {
     case KickKind::undamped: return make.template operator()<KickKind::undamped>();
     case KickKind::constant_rates: return make.template operator()<KickKind::constant_rates>();
     case KickKind::stretched_rates: return make.template operator()<KickKind::stretched_rates>();
     case KickKind::stretched_exponential: return make.template operator()<KickKind::stretched_exponential>();
-    case KickKind::stretched_after: return make.template operator()<KickKind::stretched_after>();
+    case KickKind::stretched_after:
     case KickKind::elastica: break;
     }
-    return make.template operator()<KickKind::elastica>();
+    return make.template operator()<KickKind::stretched_after>();
+}
+
+template <int W> std::unique_ptr<TilePass<W>> make_kick(const GroupPlan& plan, const RodGroup& group, Scheme scheme, double dt) {
+    KicksOfGroup kicks = kicks_of(plan, group, scheme, dt);
+    if (plan.kick == KickKind::elastica) return std::make_unique<KickPass<KickKind::elastica, W>>(std::move(kicks));
+    return with_kick(plan.kick, [&]<KickKind Kind>() -> std::unique_ptr<TilePass<W>> { return std::make_unique<KickPass<Kind, W>>(std::move(kicks)); });
 }
 
 template <int W>
@@ -61,6 +71,29 @@ TileProgram<W> make_program(const GroupPlan& plan, const RodGroup& group, Scheme
     return program;
 }
 
+/// The same along the rod, of a family of groups that differ in constants alone.
+template <int W> TileProgram<W> make_program_along(const Plan& plan, std::span<const RodGroup> groups, int family) {
+    const Scheme scheme = scheme_of(plan.integrator);
+    std::map<int, KicksOfGroup> kicks;
+    const RodGroup* any = nullptr;
+    Ends ends;
+    for (std::size_t g = 0; g < groups.size(); ++g) {
+        if (plan.groups[g].family != family) continue;
+        any = &groups[g];
+        kicks.emplace(groups[g].id(), kicks_of(plan.groups[g], groups[g], scheme, plan.dt));
+        ends.start_wall |= ends_of(groups[g]).start_wall;
+    }
+    const GroupPlan& one = plan.groups[static_cast<std::size_t>(any->id())];
+    using Map = Along<W>;
+    TileProgram<W> program;
+    with_top(*any, [&]<class Top>(Top) { program.push_back(std::make_unique<DriftPass<Top, W, Map>>()); });
+    program.push_back(std::make_unique<OrthonormalisePass<W, Map>>());
+    with_energy_law(any->law(), [&]<class L>(L) { program.push_back(std::make_unique<ElasticPass<L, W, Map>>(ends)); });
+    for (const Load& load : one.loads) program.push_back(make_pass<W, Map>(load, *any));
+    with_kick(one.kick, [&]<KickKind Kind> { program.push_back(std::make_unique<KickAlongPass<Kind, W>>(std::move(kicks))); });
+    return program;
+}
+
 template <int W>
 std::unique_ptr<Rods> make_rods_at(const Plan& plan, std::span<const RodGroup> groups, std::vector<LocalRod> owned, const Threads& threads) {
     std::vector<TileProgram<W>> programs;
@@ -70,8 +103,14 @@ std::unique_ptr<Rods> make_rods_at(const Plan& plan, std::span<const RodGroup> g
         programs.push_back(make_program<W>(plan.groups[g], groups[g], scheme_of(plan.integrator), plan.dt, audit));
         if (audit) audits.push_back(audit);
     }
+    std::vector<std::int64_t> counts(groups.size(), 0);
+    for (const LocalRod& rod : owned) ++counts[static_cast<std::size_t>(rod.group)];
+    const Tiling tiling = tiling_of(plan, counts);
+    if constexpr (W > 1)
+        if (!tiling.along.empty())
+            for (int family = 0; family < plan.families; ++family) programs.push_back(make_program_along<W>(plan, groups, family));
     return std::make_unique<RodTiles<W>>(
-        groups, std::move(owned), std::move(programs), threads, std::move(audits),
+        groups, std::move(owned), tiling, std::move(programs), threads, std::move(audits),
         StepWatch{.dt = plan.dt, .stability = scheme_of(plan.integrator).stability, .stops = !plan.force_dt});
 }
 

@@ -72,8 +72,6 @@ inline Momenta momenta(const RodGroup& group, const std::vector<Slot<1>>& state)
     return sum;
 }
 
-inline RodTile<1> tile_of(const RodGroup& group, std::vector<Slot<1>>& state) {
-    return {state.data(), group.element.data(), group.voronoi.data(), &group, group.elements(), 0, {0}, 1};
-}
+using skein::tile_of;
 
 } // namespace skein::test

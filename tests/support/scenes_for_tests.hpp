@@ -43,8 +43,8 @@ struct Stage {
     std::unique_ptr<Rods> rods;
     Clock clock;
 
-    explicit Stage(SceneSpec s, int lanes = 8, int thread_count = 1)
-        : scene(std::move(s)), groups(make_groups(scene)), plan(make_plan(scene, groups, {1, thread_count, thread_count, lanes})),
+    explicit Stage(SceneSpec s, int lanes = 8, int thread_count = 1, Mapping mapping = Mapping::automatic)
+        : scene(std::move(s)), groups(make_groups(scene)), plan(make_plan(scene, groups, {1, thread_count, thread_count, lanes, {}, mapping})),
           threads(thread_count), rods(make_rods(plan, groups, all_rods(groups), threads)), clock(plan.dt, 0, plan.integrator) {}
 
     /// Steps up to step `until` in batches of at most `batch` steps.

@@ -1,0 +1,86 @@
+// How rods lie in the lanes of a tile. A pass takes the mapping as a template argument: it tells where a lane's constants are.
+//   Across    a rod per lane, all of one group: constants are numbers, the same in all lanes
+//   Along     strands (rod/strands.hpp): constants are packs
+// Physics is written once for both, and gives the same bits.
+#pragma once
+
+#include "rod/tile.hpp"
+
+namespace skein {
+
+template <int W> struct Across {
+    static constexpr bool along = false;
+    SKEIN_INLINE static const ElementConstants& element(const RodTile<W>& rod, int k) { return rod.element[k]; }
+    SKEIN_INLINE static const VoronoiConstants& cell(const RodTile<W>& rod, int k) { return rod.voronoi[k]; }
+    SKEIN_INLINE static double node_mass(const RodTile<W>& rod, int i) { return rod.group->node_mass[static_cast<std::size_t>(i)]; }
+    SKEIN_INLINE static double node_length(const RodTile<W>& rod, int i) { return rod.group->node_length[static_cast<std::size_t>(i)]; }
+    static double length(const RodTile<W>& rod) { return rod.group->spec().shape.length; }
+    static double density(const RodTile<W>& rod) { return rod.group->spec().material.density; }
+    /// Of a table of the group by element.
+    SKEIN_INLINE static double of_element(const RodTile<W>&, const std::vector<double>& table, int k) { return table[static_cast<std::size_t>(k)]; }
+
+    /// Adds forces to the first and last nodes of the tile's rods.
+    static void add_to_ends(const RodTile<W>& rod, SlotLoad<W>* load, const Vec3d& start, const Vec3d& end) {
+        load[0].force += broadcast<W>(start);
+        load[rod.n].force += broadcast<W>(end);
+    }
+};
+
+template <int W> struct Along {
+    static constexpr bool along = true;
+    SKEIN_INLINE static const auto& element(const RodTile<W>& rod, int k) { return rod.strands->element[k]; }
+    SKEIN_INLINE static const auto& cell(const RodTile<W>& rod, int k) { return rod.strands->cell[k]; }
+    SKEIN_INLINE static Pack<W> node_mass(const RodTile<W>& rod, int i) { return rod.strands->node[i].mass; }
+    SKEIN_INLINE static Pack<W> node_length(const RodTile<W>& rod, int i) { return rod.strands->node[i].length; }
+    static Pack<W> length(const RodTile<W>& rod) { return rod.strands->length; }
+    static Pack<W> density(const RodTile<W>& rod) { return rod.strands->density; }
+    static Pack<W> of_element(const RodTile<W>& rod, const std::vector<double>& table, int k) {
+        Pack<W> all(0.0);
+        for (int i = 0; i < W; ++i)
+            if (const int slot = rod.strands->slot(i, k); slot >= 0 && static_cast<std::size_t>(slot) < table.size())
+                all.set(i, table[static_cast<std::size_t>(slot)]);
+        return all;
+    }
+
+    static void add_to_ends(const RodTile<W>& rod, SlotLoad<W>* load, const Vec3d& start, const Vec3d& end) {
+        const auto add = [&](int row, int lane_, const Vec3d& f) { set_lane(load[row].force, lane_, lane(load[row].force, lane_) + f); };
+        for (const Seat& seat : rod.strands->seats()) {
+            const int last = std::min(seat.group->elements() / rod.n, seat.lanes - 1);
+            add(0, seat.lane, start);
+            add(seat.group->elements() - last * rod.n, seat.lane + last, end);
+        }
+    }
+};
+
+/// Strain nu = Q dx/l0 of an element; that of rest where there is none.
+template <class Map, int W> SKEIN_INLINE Vec3<Pack<W>> element_strain(const RodTile<W>& rod, int k) {
+    const auto& c = Map::element(rod, k);
+    Vec3<Pack<W>> nu = Pack<W>(c.inv_rest_length) * (rod.slot[k].director * (rod.slot[k + 1].position - rod.slot[k].position));
+    if constexpr (Map::along) nu.z += c.absent;
+    return nu;
+}
+
+/// Frame of element `next` beside that of element k; where there is no cell between them, that of element k again.
+template <class Map, int W> SKEIN_INLINE decltype(auto) neighbour_frame(const RodTile<W>& rod, int k, int next) {
+    const Quaternion<Pack<W>>& q = rod.slot[next].director;
+    if constexpr (Map::along) return select(Map::cell(rod, k).present, q, rod.slot[k].director);
+    else return (q);
+}
+
+/// Of strands: row n of a lane whose rod goes on takes the next lane's first slot.
+template <int W> void join(const RodTile<W>& rod) {
+    const Slot<W>& first = rod.slot[0];
+    Slot<W>& last = rod.slot[rod.n];
+    const Mask<W> goes_on = rod.strands->goes_on;
+    last.position = select(goes_on, from_lane_after(first.position), last.position);
+    last.director = select(goes_on, from_lane_after(first.director), last.director);
+}
+
+/// Calls f.template operator()<Map>() with the tile's mapping.
+template <int W, class F> decltype(auto) with_mapping(const RodTile<W>& rod, F&& f) {
+    if constexpr (W > 1)
+        if (rod.strands) return f.template operator()<Along<W>>();
+    return f.template operator()<Across<W>>();
+}
+
+} // namespace skein

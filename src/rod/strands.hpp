@@ -1,0 +1,182 @@
+// The mapping along the rod: lanes of a tile carry strands. A strand is a rod, or one of the equal stretches that a rod is cut into,
+// so that a lone rod fills all lanes, and rods of other lengths and groups lie beside it.
+//   row       0           1           ...   m - 1             m
+//   lane j    slot j m    slot j m+1  ...   slot (j+1) m - 1  the next lane's row 0, where the rod goes on there
+// Constants differ from lane to lane. Slots behind a rod's last node are absent: without stiffness, of infinite mass, their strain
+// that of rest. The last node's slot has no element; its frame is that of the wall a clamped end is held by.
+#pragma once
+
+#include "core/aligned.hpp"
+#include "rod/rod_group.hpp"
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <cstring>
+#include <span>
+
+namespace skein {
+
+/// One row per slot of a strand. Rows that repeat are kept once: those of uniform rods stay in the first cache.
+template <class Row> class LaneRows {
+public:
+    void push_back(const Row& row) {
+        std::size_t at = distinct_.size();
+        while (at > 0 && std::memcmp(&distinct_[at - 1], &row, sizeof row) != 0) --at;
+        if (at == 0) distinct_.push_back(row), at = distinct_.size();
+        which_.push_back(at - 1);
+    }
+    /// When all rows are there.
+    void close() {
+        row_.clear();
+        for (const std::size_t i : which_) row_.push_back(&distinct_[i]);
+        which_ = {};
+    }
+    SKEIN_INLINE const Row& operator[](int k) const { return *row_[static_cast<std::size_t>(k)]; }
+    std::size_t bytes() const { return distinct_.size() * sizeof(Row) + row_.size() * sizeof(const Row*); }
+
+private:
+    AlignedVector<Row> distinct_;
+    std::vector<std::size_t> which_;
+    std::vector<const Row*> row_;
+};
+
+/// Puts one lane's numbers into a structure of packs that has the same members.
+template <template <class> class Constants, int W> void set_lane(Constants<Pack<W>>& all, int lane_, const Constants<double>& one) {
+    using Numbers = std::array<double, sizeof one / sizeof(double)>;
+    using Packs = std::array<Pack<W>, sizeof all / sizeof(Pack<W>)>;
+    static_assert(std::tuple_size_v<Numbers> == std::tuple_size_v<Packs>);
+    const auto numbers = std::bit_cast<Numbers>(one);
+    auto packs = std::bit_cast<Packs>(all);
+    for (std::size_t i = 0; i < numbers.size(); ++i) packs[i].set(lane_, numbers[i]);
+    all = std::bit_cast<Constants<Pack<W>>>(packs);
+}
+
+/// A rod's place in a tile along.
+struct Seat {
+    const RodGroup* group;
+    std::int64_t index; ///< in its group
+    int lane, lanes;    ///< where its first stretch lies, and how many there are
+};
+
+template <int W> class Strands {
+public:
+    using P = Pack<W>;
+    struct Element : ElementConstantsOf<P> {
+        P absent; ///< 1 where there is no element
+    };
+    struct Cell : VoronoiConstantsOf<P> {
+        Mask<W> present; ///< where there is a cell, between two elements or an element and a wall
+        Mask<W> inner;   ///< between two elements
+    };
+    struct Node {
+        P mass, length; ///< RodGroup::node_mass, node_length; 0 where there is none
+    };
+
+    Strands(std::span<const Seat> seats, int rows);
+
+    int rows() const { return rows_; }
+    std::span<const Seat> seats() const { return seats_; }
+    /// The slot of its rod that a lane has in a row, or -1; row `rows()` is a slot of its own where the rod does not go on.
+    int slot(int lane_, int row) const;
+    /// Of the rod in a lane; an empty one takes the first.
+    const RodGroup& group(int lane_) const { return *seat(lane_).group; }
+    std::int64_t index(int lane_) const { return seat(lane_).index; }
+
+    /// Stretches of the rod in this lane.
+    int lanes_of(int lane_) const { return seat(lane_).lanes; }
+
+    LaneRows<Element> element; ///< [rows]
+    LaneRows<Cell> cell;       ///< [rows]: between a row and the next
+    LaneRows<Node> node;       ///< [rows + 1]
+    Mask<W> first;             ///< lanes where a rod begins
+    Mask<W> goes_on;           ///< lanes whose rod goes on in the next
+    P length, density;         ///< of the lane's rod, m, kg/m^3
+    bool start_walls = false;  ///< half cells before some of the rods
+    Mask<W> start_wall;
+    Quaternion<P> start_frame;
+    Vec3<P> start_rest_curvature;
+
+    std::size_t bytes() const { return sizeof *this + element.bytes() + cell.bytes() + node.bytes() + seats_.size() * sizeof(Seat); }
+
+private:
+    const Seat& seat(int lane_) const { return seats_[static_cast<std::size_t>(std::max(0, seat_[lane_]))]; }
+
+    std::vector<Seat> seats_;
+    int rows_;
+    int seat_[W]; ///< of every lane; -1 where it is empty
+};
+
+/// Absent slots take harmless numbers from an element that is there.
+inline ElementConstants absent_element(ElementConstants c) {
+    c.inv_rest_length = 0;
+    c.stiffness = c.rest_strain = c.bending = {0, 0, 0};
+    c.rest_stretch = 1;
+    return c;
+}
+
+template <int W> int Strands<W>::slot(int lane_, int row) const {
+    if (seat_[lane_] < 0) return -1;
+    const Seat& seat = seats_[static_cast<std::size_t>(seat_[lane_])];
+    const int stretch = lane_ - seat.lane, at = stretch * rows_ + row;
+    if (row == rows_ && stretch + 1 < seat.lanes) return -1;
+    return at <= seat.group->elements() ? at : -1;
+}
+
+template <int W> Strands<W>::Strands(std::span<const Seat> seats, int rows) : seats_(seats.begin(), seats.end()), rows_(rows) {
+    std::fill(seat_, seat_ + W, -1);
+    for (std::size_t s = 0; s < seats_.size(); ++s)
+        for (int stretch = 0; stretch < seats_[s].lanes; ++stretch) seat_[seats_[s].lane + stretch] = static_cast<int>(s);
+
+    const auto mask = [](auto holds) {
+        P one(0.0);
+        for (int i = 0; i < W; ++i) one.set(i, holds(i) ? 1 : 0);
+        return one > P(0.0);
+    };
+    const auto begins = [&](int i) { return seat_[i] < 0 || seat(i).lane == i; };
+    first = mask(begins);
+    goes_on = mask([&](int i) { return seat_[i] >= 0 && i + 1 < seat(i).lane + seat(i).lanes; });
+    const auto walled = [&](int i) { return seat_[i] >= 0 && begins(i) && seat(i).group->spec().start == EndKind::clamped; };
+    start_wall = mask(walled);
+    start_walls = any(start_wall);
+    for (int i = 0; i < W; ++i) {
+        const RodGroup& group = *seat(i).group;
+        length.set(i, group.spec().shape.length);
+        density.set(i, group.spec().material.density);
+        set_lane(start_frame, i, group.frame());
+        set_lane(start_rest_curvature, i, group.start_wall_rest_curvature);
+    }
+
+    for (int row = 0; row <= rows_; ++row) {
+        Element e{};
+        Cell c{};
+        Node n{};
+        P present(0.0), inner(0.0);
+        for (int i = 0; i < W; ++i) {
+            const RodGroup& group = *seat(i).group;
+            const int k = slot(i, row), elements = group.elements();
+            const auto at = static_cast<std::size_t>(k);
+            const bool has_element = k >= 0 && k < elements, clamped_end = k == elements - 1 && group.spec().end == EndKind::clamped;
+            const ElementConstants& own = group.element[has_element ? at : 0];
+            set_lane<ElementConstantsOf>(e, i, has_element ? own : absent_element(own));
+            e.absent.set(i, has_element ? 0 : 1);
+            const bool has_next = has_element && k < elements - 1;
+            if (has_next) set_lane<VoronoiConstantsOf>(c, i, group.voronoi[at]);
+            else if (clamped_end) set_lane<VoronoiConstantsOf>(c, i, {2 * own.inv_rest_length, 1, 0, own.bending, group.end_wall_rest_curvature});
+            else set_lane<VoronoiConstantsOf>(c, i, {0, 1, 0, {0, 0, 0}, {0, 0, 0}});
+            present.set(i, has_next || clamped_end ? 1 : 0);
+            inner.set(i, has_next ? 1 : 0);
+            n.mass.set(i, k >= 0 ? group.node_mass[at] : 0);
+            n.length.set(i, k >= 0 ? group.node_length[at] : 0);
+        }
+        c.present = present > P(0.0);
+        c.inner = inner > P(0.0);
+        if (row < rows_) element.push_back(e), cell.push_back(c);
+        node.push_back(n);
+    }
+    element.close();
+    cell.close();
+    node.close();
+}
+
+} // namespace skein
