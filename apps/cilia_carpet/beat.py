@@ -166,9 +166,10 @@ def measure(turn):
         worst = turn.change.max(axis=0)
         figures["change_over_a_turn_L"] = float(worst.max())
         figures["periodic_share"] = float(np.mean(worst < REPEATS))
-        start = repeats_from(turn)
-        figures["repeats_from_s"] = {share: float(time) if np.isfinite(time) else None
-                                     for share, time in (("90 %", np.sort(start)[int(np.ceil(0.9 * len(start))) - 1]), ("all", start.max()))}
+        start = np.sort(repeats_from(turn))
+        for key, share in (("repeats_90_percent_from_s", 0.9), ("repeats_all_from_s", 1.0)):
+            time = float(start[int(np.ceil(share * len(start))) - 1])
+            figures[key] = time if np.isfinite(time) else None  # JSON has no infinity
     return figures
 
 
@@ -191,11 +192,11 @@ def table(figures):
         f"wave towards {f['wave']}, slow stroke {f['slow_stroke']} ({100 * f['slow_stroke_share']:.0f} % of the turn): {f['plectic_word']}",
     ]
     if "periodic_share" in f:
-        def since(share):
-            time = f["repeats_from_s"][share]
-            return "never" if time is None else f"from {time:g} s"
+        def since(key):
+            return "never" if f[key] is None else f"from {f[key]:g} s"
 
         lines += [f"tips differ from the turn before by {f['change_over_a_turn_L']:.2e} L at most; "
                   f"{100 * f['periodic_share']:.1f} % of them by less than 2 % L",
-                  f"what tips do comes back a turn later within 2 % L: 90 % of them {since('90 %')}, all {since('all')}"]
+                  "what tips do comes back a turn later within 2 % L: "
+                  f"90 % of them {since('repeats_90_percent_from_s')}, all {since('repeats_all_from_s')}"]
     return "\n".join(lines)
