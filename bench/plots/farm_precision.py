@@ -34,6 +34,7 @@ def draw_precision(axes, rows):
         axes.loglog(work, error, "o-", ms=4, **style)
         for row, x, y in zip(points, work, error):
             axes.annotate(row["n"], (x, y), (4, 2), textcoords="offset points", fontsize=7, color=style["color"])
+    axes.set_xlim(right=2e12)
     axes.set_ylim(1e-5, 0.5)
     axes.set_title("Tips of the farm, second turn, over n", fontsize=10)
     axes.set_xlabel("element-steps of 111 797 cilia, two turns", fontsize=9)
