@@ -63,7 +63,8 @@ def variations():
     cases |= {f"thrown_to_{name}": ten(velocity=velocity) for name, velocity in
               {"+x": [0.5, 0.0, 0.0], "-x": [-0.5, 0.0, 0.0], "+y": [0.0, 0.5, 0.0], "-y": [0.0, -0.5, 0.0]}.items()}
     cases["field_rises_for_36_s"] = ten(ramp=36.0)
-    cases |= {f"{pattern}_bond_{bond:g}": ten(pattern=pattern, strength=bond * BOND_1) for pattern in ("wave_xy", "wave_x") for bond in BONDS}
+    cases |= {f"{pattern}_bond_{bond:g}": ten(pattern=pattern, strength=bond * BOND_1)
+              for pattern in ("wave_xy", "wave_x") for bond in BONDS}
     return cases
 
 
