@@ -13,6 +13,7 @@ import numpy as np
 
 SHARE_OF_A_STROKE = 0.55  # of a turn; where the slower way takes less, there is no slow stroke
 STILL = 0.01              # L; a fundamental below it has no phase to speak of (wave_xy leaves a few cilia unmagnetised)
+REPEATS = 0.02            # L; tips closer than this to where they were a turn before repeat it
 
 
 def segments(directory, kind):
@@ -103,6 +104,16 @@ def expected_phase(turn):
     return np.exp(-1j * np.sign(turn.period) * (p + np.pi / 2))
 
 
+def repeats_from(turn):
+    """Time from which every frame of the turn before comes back within REPEATS a turn later, [rods], s; inf where none does.
+
+    In a run of two turns the first one holds the start from rest, so that the largest change over a turn tells of the start alone.
+    """
+    late = turn.change >= REPEATS
+    last = np.where(late.any(axis=0), len(late) - 1 - np.argmax(late[::-1], axis=0), -1)  # frame that does not repeat
+    return np.append(turn.time - abs(turn.period), np.inf)[last + 1]
+
+
 def spread(values):
     return {"mean": float(np.mean(values)), "min": float(np.min(values)), "max": float(np.max(values))}
 
@@ -154,7 +165,11 @@ def measure(turn):
     if len(turn.change):
         worst = turn.change.max(axis=0)
         figures["change_over_a_turn_L"] = float(worst.max())
-        figures["periodic_share"] = float(np.mean(worst < 0.02))
+        figures["periodic_share"] = float(np.mean(worst < REPEATS))
+        start = np.sort(repeats_from(turn))
+        for key, share in (("repeats_90_percent_from_s", 0.9), ("repeats_all_from_s", 1.0)):
+            time = float(start[int(np.ceil(share * len(start))) - 1])
+            figures[key] = time if np.isfinite(time) else None  # JSON has no infinity
     return figures
 
 
@@ -177,6 +192,11 @@ def table(figures):
         f"wave towards {f['wave']}, slow stroke {f['slow_stroke']} ({100 * f['slow_stroke_share']:.0f} % of the turn): {f['plectic_word']}",
     ]
     if "periodic_share" in f:
-        lines.append(f"tips differ from the turn before by {f['change_over_a_turn_L']:.2e} L at most; "
-                     f"{100 * f['periodic_share']:.1f} % of them by less than 2 % L")
+        def since(key):
+            return "never" if f[key] is None else f"from {f[key]:g} s"
+
+        lines += [f"tips differ from the turn before by {f['change_over_a_turn_L']:.2e} L at most; "
+                  f"{100 * f['periodic_share']:.1f} % of them by less than 2 % L",
+                  "what tips do comes back a turn later within 2 % L: "
+                  f"90 % of them {since('repeats_90_percent_from_s')}, all {since('repeats_all_from_s')}"]
     return "\n".join(lines)
