@@ -104,7 +104,7 @@ template <int W> void run_rotation(benchmark::State& state, double bytes) {
         rotate<W>(records.data(), count, 1e-3);
         benchmark::ClobberMemory();
     }
-    set_cost(state, static_cast<double>(count * W), 61, 8 * (7 + 4), static_cast<double>(count * sizeof(Turning<W>)));
+    set_cost(state, static_cast<double>(count * W), 59, 8 * (7 + 4), static_cast<double>(count * sizeof(Turning<W>)));
 }
 
 template <class Function> void add(const std::string& name, Function run) { benchmark::RegisterBenchmark(name.c_str(), run)->MinTime(0.01)->Repetitions(5); }
