@@ -142,7 +142,7 @@ template <int W> void add_width() {
             add_pass<W>("drift-circular", n, level, {112, 13, 9}, circular, [](const RodGroup&) { return new DriftPass<CircularTop, W>; });
             add_pass<W>("drift-elliptic", n, level, {189, 13, 10}, elliptic, [](const RodGroup&) { return new DriftPass<EllipticTop<1>, W>; });
             add_pass<W>("elastic", n, level, {211, 7, 0}, circular, [](const RodGroup&) { return new ElasticPass<IncompressibleLaw, W>(Ends{.start_wall = true}); });
-            add_pass<W>("magnetic-field", n, level, {24, 4, 0}, circular, [](const RodGroup& group) {
+            add_pass<W>("magnetic-field", n, level, {45, 4, 0}, circular, [](const RodGroup& group) {
                 return new LoadPass<MagneticField, W>({.constant = {0, 8e-4, 0}, .rotating = 0.08, .period = 72}, group);
             });
             add_pass<W>("kick-undamped", n, level, {12, 6, 6}, circular, kick(Undamped{}, {}));
@@ -150,7 +150,7 @@ template <int W> void add_width() {
             add_pass<W>("kick-stretched", n, level, {41, 6, 6}, circular, kick(Stretched{}, {{.kind = DampingKind::legacy, .rate = 0.5}}));
             for (const int per_visit : {1, Clock::largest_batch}) {
                 add_step<W>("uniform", n, level, {112 + 211 + 12, 13, 13}, uniform, per_visit);
-                add_step<W>("cilia", n, level, {112 + 211 + 24 + 41, 13, 13}, circular, per_visit);
+                add_step<W>("cilia", n, level, {112 + 211 + 45 + 41, 13, 13}, circular, per_visit);
             }
         }
     }

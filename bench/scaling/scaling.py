@@ -175,11 +175,11 @@ def main():
                 c.samples.append(sample)
                 print(f"{repeat + 1}/{args.repeats} {c.study} {c.protocol} {c.ranks}x{c.threads}: {1e3 * step_seconds(sample):.1f} ms a step, "
                       f"others {sample['others']:.2f} cores, digest {sample['digest']}", flush=True)
-    rows = list(table(todo))
-    with open(args.csv, "w", newline="") as file:
-        writer = csv.DictWriter(file, rows[0].keys(), lineterminator="\n")
-        writer.writeheader()
-        writer.writerows(rows)
+            rows = list(table(todo))  # after every repeat: a job may end before the last
+            with open(args.csv, "w", newline="") as file:
+                writer = csv.DictWriter(file, rows[0].keys(), lineterminator="\n")
+                writer.writeheader()
+                writer.writerows(rows)
     show(rows)
     digests = {}
     for c in todo:
