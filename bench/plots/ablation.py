@@ -50,7 +50,7 @@ def main():
     axes.invert_yaxis()
     axes.set_xlim(0, 1.2 * max(speed))
     axes.set_xlabel("speed over the textbook; wall time per element-step", fontsize=9)
-    axes.set_title(f"{int(run['cilia']):,} cilia of {run['elements']} elements, each line with those above".replace(",", " "), fontsize=10)
+    axes.set_title(f"{run['cilia']} cilia of {run['elements']} elements; each line with all above it", fontsize=10)
     axes.tick_params(axis="x", labelsize=8)
     axes.grid(True, axis="x", alpha=0.25)
     fig.savefig(picture, dpi=80)

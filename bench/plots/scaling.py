@@ -59,7 +59,7 @@ def draw_strong(axes, rows):
     axes.set_xlabel("cores", fontsize=9)
     axes.set_ylabel("speed over one core", fontsize=9)
     axes.legend(fontsize=8, loc="upper left")
-    axes.set_title(f"{int(rows[0]['rods']):,} rods of {int(rows[0]['elements']) // int(rows[0]['rods'])} elements".replace(",", " "), fontsize=10)
+    axes.set_title(f"{rows[0]['rods']} rods of {int(rows[0]['elements']) // int(rows[0]['rods'])} elements", fontsize=10)
 
 
 def draw_time(axes, rows):
