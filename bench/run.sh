@@ -1,8 +1,8 @@
 #!/bin/bash
 # Runs all benchmarks and keeps their tables in bench/results/<processor>/.
 #   bash bench/run.sh [build folder, default build] [folder for results]
-# Takes about seventeen minutes on one idle machine; needs 3 GB of memory, and PYTHON (default /usr/bin/python3) with numpy and
-# matplotlib for the figures of error against work.
+# Takes about forty minutes on one idle machine; needs 4 GB of memory, mpirun, and PYTHON (default /usr/bin/python3) with numpy and
+# matplotlib for the figures. Environment: LAYOUTS, ranks x threads of the scaling study ("1x1 1x2 2x1").
 set -euo pipefail
 here=$(cd "$(dirname "$0")" && pwd)
 build=${1:-$here/../build}
@@ -19,8 +19,16 @@ mkdir -p "$results"
   echo "load: $(cut -d ' ' -f 1-3 /proc/loadavg)"
 } > "$results/machine.txt"
 
+python=${PYTHON:-/usr/bin/python3}
+read -r -a layouts <<< "${LAYOUTS:-1x1 1x2 2x1}"
+
+"$python" "$here/scaling/scaling.py" --skein "$build/bin/skein" --layouts "${layouts[@]}" --csv "$results/scaling.csv" | tee "$results/scaling.txt"
+"$python" "$here/plots/scaling.py" "$results/scaling.csv"
 "$build/bin/bench_farm" --csv "$results/farm.csv" | tee "$results/farm.txt"
+"$python" "$here/plots/ablation.py" "$results/farm.csv"
+"$build/bin/bench_passes" --csv "$results/passes.csv" | tee "$results/passes.txt"
+"$python" "$here/plots/roofline.py" "$results/passes.csv"
+"$build/bin/bench_features" --csv "$results/features.csv" | tee "$results/features.txt"
 "$build/bin/bench_work_precision" --csv "$results/work_precision.csv" | tee "$results/work_precision.txt"
-"${PYTHON:-/usr/bin/python3}" "$here/plots/work_precision.py" "$results/work_precision.csv"
-"$build/bin/bench_passes" --benchmark_out="$results/passes.csv" --benchmark_out_format=csv
+"$python" "$here/plots/work_precision.py" "$results/work_precision.csv"
 "$build/bin/bench_step" --benchmark_out="$results/step.csv" --benchmark_out_format=csv | tee "$results/step.txt"

@@ -112,7 +112,8 @@ int run_command(const RunArguments& arguments, int& argc, char**& argv) {
         Simulation simulation(comm, threads, scene, std::move(groups), std::move(plan), options);
         const RunResult result = simulation.run();
         if (comm.root() && result.code == Exit::limit)
-            std::printf("Stopped at a limit, with a checkpoint of step %lld; the same command resumes.\n", static_cast<long long>(result.step));
+            std::printf(options.checkpoint ? "Stopped at a limit, with a checkpoint of step %lld; the same command resumes.\n" : "Stopped at a limit at step %lld.\n",
+                        static_cast<long long>(result.step));
         return static_cast<int>(result.code);
     });
 }

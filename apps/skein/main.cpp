@@ -26,6 +26,8 @@ bool first_process() {
     return true;
 }
 
+const std::map<std::string, skein::Protocol> protocols = {{"asynchronous", skein::Protocol::asynchronous}, {"synchronous", skein::Protocol::synchronous}};
+
 void add_scene_options(CLI::App& command, skein::SceneArguments& scene) {
     command.add_option("SCENE", scene.file, "scene file (TOML)")->required();
     command.add_option("--set", scene.overrides, "override a key, e.g. --set time.duration=10 (may be repeated)")->type_name("KEY=VALUE")->allow_extra_args(false);
@@ -55,6 +57,10 @@ int main(int argc, char** argv) {
     run_command->add_option("--steps", run.options.steps, "stop after this step")->check(CLI::PositiveNumber);
     run_command->add_option("--until", run.options.until, "stop at this time [s]")->check(CLI::PositiveNumber);
     run_command->add_option("--walltime", run.options.walltime, "stop with a checkpoint after this many seconds")->check(CLI::PositiveNumber);
+    run_command->add_option("--protocol", run.options.protocol, "synchronous: all threads and ranks meet after every step; the same bits, for scaling studies")
+        ->transform(CLI::CheckedTransformer(protocols))
+        ->option_text("{asynchronous,synchronous}=asynchronous");
+    run_command->add_flag_callback("--no-checkpoint", [&] { run.options.checkpoint = false; }, "write none, not even at the end; for timing");
     run_command->add_flag("--overwrite", run.options.overwrite, "start anew, removing earlier results");
     run_command->add_flag("-q,--quiet", run.options.quiet, "no plan, no progress, no table");
 

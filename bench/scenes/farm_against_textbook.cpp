@@ -1,6 +1,7 @@
 // The cilia farm, stepped by Skein and by the textbook (bench/textbook) in one run: time, and the difference of the two results
-// at the end, so that a speed never stands without the error at which it holds.
-//   bench_farm [--cilia 111797] [--elements 25] [--steps 100] [--textbook 4000] [--repeats 5] [--csv FILE]
+// at the end, so that a speed never stands without the error at which it holds. Skein's rows are what its speed is made of, one thing
+// after the other: one sweep with polynomials (W = 1), 2, 4 and 8 rods side by side, 64 steps while a tile is in cache, two threads.
+//   bench_farm [--cilia 111797] [--elements 25] [--steps 64] [--textbook 4000] [--repeats 5] [--csv FILE]
 // Each repeat times every row once, in turn, so that a busy machine slows all rows alike; the table holds medians of wall time
 // and of core time (processor time of all threads, which other programs disturb least).
 #include "core/timer.hpp"
@@ -13,7 +14,8 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <functional>
+#include <memory>
+#include <tuple>
 
 namespace {
 
@@ -28,16 +30,31 @@ double median(std::vector<double> values) {
     return *middle;
 }
 
+/// One code in one setting, with rods of its own.
 struct Row {
-    std::string code;
-    int threads;
-    std::int64_t per_visit;      ///< steps that a rod or tile makes before the next one's turn
-    std::int64_t element_steps;  ///< in one repeat
-    std::function<void(std::int64_t until)> advance;
-    std::vector<double> wall_s, core_s; ///< per repeat
+    int lanes, threads; ///< no lanes: the textbook
+    std::int64_t per_visit; ///< steps that a rod or tile makes before the next one's turn
+    std::unique_ptr<Stage> stage;
+    std::unique_ptr<bench::TextbookRods> textbook;
+    Clock textbook_clock;
+    std::int64_t elements;
+    std::vector<double> wall_s{}, core_s{}; ///< per repeat
 
-    double wall_ns() const { return 1e9 * median(wall_s) / static_cast<double>(element_steps); }
-    double core_ns() const { return 1e9 * median(core_s) / static_cast<double>(element_steps); }
+    void time(std::int64_t until) {
+        const double wall = wall_seconds(), core = core_seconds();
+        if (stage) stage->advance(until, per_visit);
+        while (textbook && textbook_clock.done() < until) {
+            const auto batch = textbook_clock.next(until, per_visit);
+            textbook->visit(batch);
+            textbook_clock.advance(batch);
+        }
+        wall_s.push_back(wall_seconds() - wall);
+        core_s.push_back(core_seconds() - core);
+    }
+    double ns(const std::vector<double>& seconds, std::int64_t steps) const { return 1e9 * median(seconds) / static_cast<double>(elements * steps); }
+    std::string code() const { return textbook ? "textbook" : "skein"; }
+    std::string digest() const { return textbook ? "-" : fmt::format("{:016x}", stage->rods->digest()); }
+    double bytes_per_element() const { return static_cast<double>(textbook ? textbook->bytes() : stage->rods->bytes()) / static_cast<double>(elements); }
 };
 
 /// Largest distance between nodes of the two codes' rods at synchronised time, over the rods' length.
@@ -67,7 +84,7 @@ double motion(const Stage& stage, std::size_t rods) {
 } // namespace
 
 int main(int argc, char** argv) {
-    long cilia = 111797, elements = 25, steps = 100, subset = 4000, repeats = 5;
+    long cilia = 111797, elements = 25, steps = 64, subset = 4000, repeats = 5;
     std::string csv;
     CLI::App app{"Skein against a textbook code on the cilia farm"};
     app.add_option("--cilia", cilia, "rods of the scene")->check(CLI::PositiveNumber);
@@ -79,64 +96,62 @@ int main(int argc, char** argv) {
     CLI11_PARSE(app, argc, argv);
     subset = std::min(subset, cilia);
 
-    const SceneSpec scene = test::cilia_scene(cilia, elements);
-    Stage one(scene, 8, 1), two(scene, 8, 2);
-    bench::TextbookRods textbook(one.groups[0], one.plan.groups[0], one.plan.dt, subset);
-    Clock textbook_clock(one.plan.dt, 0);
-
-    const auto advance_textbook = [&](std::int64_t until, std::int64_t per_visit) {
-        while (textbook_clock.done() < until) {
-            const auto batch = textbook_clock.next(std::min(until, textbook_clock.done() + per_visit));
-            textbook.visit(batch);
-            textbook_clock.advance(batch);
-        }
-    };
     std::vector<Row> rows;
+    const auto add_skein = [&](int lanes, int threads, std::int64_t per_visit) {
+        auto stage = std::make_unique<Stage>(test::cilia_scene(cilia, elements), lanes, threads);
+        const Clock unused(stage->plan.dt, 0);
+        rows.push_back({lanes, threads, per_visit, std::move(stage), nullptr, unused, cilia * elements});
+    };
+    for (const int lanes : {8, 1, 2, 4}) add_skein(lanes, 1, 1);
+    add_skein(8, 2, 1);
+    add_skein(8, 1, Clock::largest_batch);
+    add_skein(8, 2, Clock::largest_batch);
+    const Stage& scene = *rows[0].stage;
     for (const std::int64_t per_visit : {std::int64_t{1}, std::int64_t{Clock::largest_batch}}) {
-        rows.push_back({"textbook", 1, per_visit, subset * elements * steps, [&, per_visit](std::int64_t until) { advance_textbook(until, per_visit); }, {}, {}});
-        rows.push_back({"skein", 1, per_visit, cilia * elements * steps, [&, per_visit](std::int64_t until) { one.advance(until, per_visit); }, {}, {}});
-        rows.push_back({"skein", 2, per_visit, cilia * elements * steps, [&, per_visit](std::int64_t until) { two.advance(until, per_visit); }, {}, {}});
+        auto textbook = std::make_unique<bench::TextbookRods>(scene.groups[0], scene.plan.groups[0], scene.plan.dt, subset);
+        rows.push_back({0, 1, per_visit, nullptr, std::move(textbook), Clock(scene.plan.dt, 0), subset * elements});
     }
-    // All rods of a code go through the same steps: its rows take turns at them.
-    for (long repeat = 0; repeat < repeats; ++repeat)
-        for (Row& row : rows) {
-            const std::int64_t turns_done = 2 * repeat + (row.per_visit > 1 ? 1 : 0);
-            const double wall = wall_seconds(), core = core_seconds();
-            row.advance((turns_done + 1) * steps);
-            row.wall_s.push_back(wall_seconds() - wall);
-            row.core_s.push_back(core_seconds() - core);
-        }
+    for (long repeat = 1; repeat <= repeats; ++repeat)
+        for (Row& row : rows) row.time(repeat * steps);
+    std::stable_sort(rows.begin(), rows.end(), [](const Row& a, const Row& b) { return std::tuple(a.threads, a.per_visit, a.lanes) < std::tuple(b.threads, b.per_visit, b.lanes); });
 
+    const auto row_of = [&](int lanes, std::int64_t per_visit) -> const Row& {
+        return *std::find_if(rows.begin(), rows.end(), [&](const Row& r) { return r.lanes == lanes && r.threads == 1 && r.per_visit == per_visit; });
+    };
+    const Stage& one = *row_of(8, 1).stage;
+    const bench::TextbookRods& textbook = *row_of(0, 1).textbook;
+    const std::string digest = row_of(8, 1).digest();
     const double apart = difference(one, textbook), moved = motion(one, textbook.count());
-    const bool agree = one.rods->digest() == two.rods->digest();
-    const auto bytes_of = [&](const Row& row) {
-        return row.code == "skein" ? static_cast<double>((row.threads == 1 ? one : two).rods->bytes()) / static_cast<double>(cilia * elements)
-                                   : static_cast<double>(textbook.bytes()) / static_cast<double>(subset * elements);
-    };
-    const auto digest_of = [&](const Row& row) {
-        return row.code == "skein" ? fmt::format("{:016x}", (row.threads == 1 ? one : two).rods->digest()) : std::string("-");
-    };
+    const bool agree = std::all_of(rows.begin(), rows.end(), [&](const Row& row) { return row.textbook || row.digest() == digest; });
     // A row is compared with the textbook that takes as many steps per visit.
-    const auto twin_of = [&](const Row& row) -> const Row& {
-        return *std::find_if(rows.begin(), rows.end(), [&](const Row& r) { return r.code == "textbook" && r.per_visit == row.per_visit; });
+    struct Figures {
+        double wall_ns, wall_ratio, core_ns, core_ratio;
+    };
+    const auto figures = [&](const Row& row) {
+        const Row& twin = row_of(0, row.per_visit);
+        const double wall = row.ns(row.wall_s, steps), core = row.ns(row.core_s, steps);
+        return Figures{wall, twin.ns(twin.wall_s, steps) / wall, core, twin.ns(twin.core_s, steps) / core};
     };
 
     fmt::print("{}; ns per element-step\n{} cilia x {} elements ({} by the textbook), {} repeats of {} steps, dt = {:.4g} s\n\n", processor(), cilia, elements, subset,
                repeats, steps, one.plan.dt);
-    fmt::print("{:<9} {:>7} {:>11} {:>8} {:>7} {:>8} {:>7} {:>13}  {}\n", "code", "threads", "steps/visit", "wall ns", "ratio", "core ns", "ratio",
+    fmt::print("{:<9} {:>5} {:>7} {:>11} {:>8} {:>7} {:>8} {:>7} {:>13}  {}\n", "code", "lanes", "threads", "steps/visit", "wall ns", "ratio", "core ns", "ratio",
                "bytes/element", "digest");
-    for (const Row& row : rows)
-        fmt::print("{:<9} {:>7} {:>11} {:>8.2f} {:>7.2f} {:>8.2f} {:>7.2f} {:>13.1f}  {}\n", row.code, row.threads, row.per_visit, row.wall_ns(),
-                   twin_of(row).wall_ns() / row.wall_ns(), row.core_ns(), twin_of(row).core_ns() / row.core_ns(), bytes_of(row), digest_of(row));
-    fmt::print("\nafter {} steps: rods moved {:.3g} L; largest difference between Skein and the textbook {:.2g} L; digests {}\n", 2 * repeats * steps, moved,
-               apart, agree ? "agree" : "DIFFER");
+    for (const Row& row : rows) {
+        const auto [wall_ns, wall_ratio, core_ns, core_ratio] = figures(row);
+        fmt::print("{:<9} {:>5} {:>7} {:>11} {:>8.2f} {:>7.2f} {:>8.2f} {:>7.2f} {:>13.1f}  {}\n", row.code(), std::max(1, row.lanes), row.threads, row.per_visit,
+                   wall_ns, wall_ratio, core_ns, core_ratio, row.bytes_per_element(), row.digest());
+    }
+    fmt::print("\nafter {} steps: rods moved {:.3g} L; largest difference between Skein and the textbook {:.2g} L; digests {}\n", repeats * steps, moved, apart,
+               agree ? "agree" : "DIFFER");
     if (!csv.empty()) {
         auto file = fmt::output_file(csv);
-        file.print("cpu,cilia,elements,steps,code,threads,steps_per_visit,wall_ns,wall_ratio,core_ns,core_ratio,bytes_per_element,digest,difference_over_length\n");
-        for (const Row& row : rows)
-            file.print("\"{}\",{},{},{},{},{},{},{:.4g},{:.4g},{:.4g},{:.4g},{:.5g},{},{:.3g}\n", processor(), cilia, elements, steps, row.code,
-                       row.threads, row.per_visit, row.wall_ns(), twin_of(row).wall_ns() / row.wall_ns(), row.core_ns(),
-                       twin_of(row).core_ns() / row.core_ns(), bytes_of(row), digest_of(row), apart);
+        file.print("cpu,cilia,elements,steps,code,lanes,threads,steps_per_visit,wall_ns,wall_ratio,core_ns,core_ratio,bytes_per_element,digest,difference_over_length\n");
+        for (const Row& row : rows) {
+            const auto [wall_ns, wall_ratio, core_ns, core_ratio] = figures(row);
+            file.print("\"{}\",{},{},{},{},{},{},{},{:.4g},{:.4g},{:.4g},{:.4g},{:.5g},{},{:.3g}\n", processor(), cilia, elements, repeats * steps, row.code(),
+                       std::max(1, row.lanes), row.threads, row.per_visit, wall_ns, wall_ratio, core_ns, core_ratio, row.bytes_per_element(), row.digest(), apart);
+        }
     }
     return agree ? 0 : 1;
 }

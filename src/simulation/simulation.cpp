@@ -106,8 +106,10 @@ void Simulation::begin_audit(std::optional<double> audited_from) {
 std::uint64_t Simulation::digest() const { return comm_.sum_wrapping(rods_->digest()); }
 
 void Simulation::advance(std::int64_t until) {
-    while (clock_.done() < until && failure_.empty()) {
-        const auto steps = clock_.next(until);
+    const bool together = options_.protocol == Protocol::synchronous;
+    bool going = true;
+    while (clock_.done() < until && going) {
+        const auto steps = clock_.next(until, together ? 1 : Clock::largest_batch);
         const std::int64_t last = steps.back().index;
         const bool check = last == until || last / check_every > clock_.done() / check_every;
         bool fit = true;
@@ -122,8 +124,14 @@ void Simulation::advance(std::int64_t until) {
         }
         if (!fit) try {
                 rods_->inspect(clock_.done(), plan_.dt);
-            } catch (const NumericalError& e) { failure_ = e.what(); } // the other ranks learn of it at the next event
+            } catch (const NumericalError& e) { failure_ = e.what(); } // the other ranks learn of it when they meet
+        going = together ? meet() : failure_.empty();
     }
+}
+
+bool Simulation::meet() {
+    const auto timing = timers_.time(Phase::agree);
+    return comm_.max(static_cast<std::int64_t>(!failure_.empty())) == 0;
 }
 
 RunResult Simulation::run() {
@@ -254,6 +262,7 @@ void Simulation::checkpoint() {
             if (frames) frames->close_segment();
         if (plan_.cadence.series > 0) on_root(comm_, [&] { series_->flush(); });
     }
+    if (!options_.checkpoint) return;
     const auto timing = timers_.time(Phase::checkpoint);
     write_checkpoint(comm_, options_.out, groups_, *rods_, {clock_.done(), plan_.dt, digest(), physics_, {}, audited_from_});
     last_checkpoint_ = clock_.done();
@@ -261,7 +270,8 @@ void Simulation::checkpoint() {
 
 void Simulation::write_summary(const RunResult& result) {
     const std::vector<double> values = observables();
-    RunFigures figures{.plan = plan_, .result = result, .first_step = first_step_, .wall_s = wall_seconds() - started_, .names = names(), .observables = values};
+    RunFigures figures{.plan = plan_, .result = result, .first_step = first_step_, .protocol = options_.protocol, .wall_s = wall_seconds() - started_,
+                       .names = names(), .observables = values};
     for (std::size_t p = 0; p < phase_count; ++p) {
         const double mine = timers_.seconds(static_cast<Phase>(p));
         figures.phases.push_back({comm_.min(mine), static_cast<double>(comm_.sum(std::llround(mine * 1e6))) * 1e-6 / comm_.size(), comm_.max(mine)});

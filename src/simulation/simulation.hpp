@@ -17,9 +17,17 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace skein {
+
+/// How steps, threads and ranks meet; the bits are the same.
+enum class Protocol {
+    asynchronous, ///< a tile takes many steps per visit, ranks meet at events: where no rod feels another
+    synchronous   ///< one step per visit, all threads and ranks meet after it: what rods that feel each other would force
+};
+inline constexpr std::string_view protocol_names[] = {"asynchronous", "synchronous"};
 
 struct RunOptions {
     std::string out;              ///< directory of results
@@ -27,6 +35,8 @@ struct RunOptions {
     std::int64_t steps = 0;       ///< stop after this step; 0: the scene's end
     double until = 0;             ///< stop at this time, s; 0: the scene's end
     double walltime = 0;          ///< stop with a checkpoint after this many seconds; 0: never
+    Protocol protocol = Protocol::asynchronous;
+    bool checkpoint = true;       ///< false: none is written, not even at the end; for timing
     bool quiet = false;           ///< no progress line
 };
 
@@ -77,6 +87,8 @@ private:
     /// All ranks learn of failures, signals, limits and what to be warned of; sets the next tick. Throws NumericalError where a
     /// rank failed.
     Verdict agree();
+    /// Where ranks meet after every step: false on all of them as soon as one has failed.
+    bool meet();
     [[noreturn]] void throw_failure();
     void write_summary(const RunResult& result);
 

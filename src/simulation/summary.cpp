@@ -59,6 +59,7 @@ std::string summary_json(const RunFigures& f) {
         {"threads", f.plan.machine.threads},
         {"cores_per_rank", f.plan.machine.cores},
         {"lanes", f.plan.machine.lanes},
+        {"protocol", protocol_names[static_cast<std::size_t>(f.protocol)]},
         {"phases", phases},
         {"memory", {{"rods_bytes", f.rod_bytes}, {"rods_bytes_per_element", static_cast<double>(f.rod_bytes) / static_cast<double>(f.plan.elements)},
                     {"resident_bytes", f.resident_bytes}}},

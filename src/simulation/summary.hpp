@@ -19,6 +19,7 @@ struct RunFigures {
     const Plan& plan;
     RunResult result;
     std::int64_t first_step;  ///< of this run; > 0 after a restart
+    Protocol protocol;
     double wall_s;
     std::vector<std::string> names;      ///< of observables
     std::span<const double> observables; ///< at the end

@@ -40,10 +40,10 @@ public:
     /// How far positions are behind time(), s.
     double lag() const { return done_ == 0 ? 0.0 : scheme_.lag * dt_; }
 
-    /// The next whole steps, at most up to step `until`.
-    std::span<const Step> next(std::int64_t until) {
+    /// The next whole steps, at most up to step `until` and at most `steps` of them.
+    std::span<const Step> next(std::int64_t until, std::int64_t steps = largest_batch) {
         const auto stages = static_cast<std::int64_t>(scheme_.stages.size());
-        const std::int64_t last = std::min(until, done_ + largest_batch / stages);
+        const std::int64_t last = std::min(until, done_ + std::min(steps, largest_batch / stages));
         batch_.clear();
         for (std::int64_t index = done_ + 1; index <= last; ++index)
             for (const Substep& stage : scheme_.stages) {

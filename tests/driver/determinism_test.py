@@ -1,4 +1,4 @@
-"""The same bits for any ranks x threads, SIMD width and output cadence."""
+"""The same bits for any ranks x threads, SIMD width, protocol and output cadence."""
 
 import unittest
 
@@ -18,6 +18,15 @@ class Determinism(DriverTest):
         for lanes in (1, 2, 4):
             self.run_skein(f"w{lanes}", "--lanes", str(lanes))
             self.assertEqual(self.digest(f"w{lanes}"), self.digest("one"), f"{lanes} lanes")
+
+    def test_protocols(self):
+        self.run_skein("asynchronous")
+        for ranks, threads in ((1, 2), (2, 1)):
+            out = f"synchronous {ranks}x{threads}"
+            self.run_skein(out, "--protocol", "synchronous", ranks=ranks, threads=threads)
+            self.assertEqual(self.summary(out)["protocol"], "synchronous")
+            self.assertEqual(self.digest(out), self.digest("asynchronous"), out)
+            self.assertEqual(self.results(out), self.results("asynchronous"), out)
 
     def test_output_cadence_leaves_no_trace(self):
         quiet = [f"--set=output.{key}=0" for key in ("trajectory", "tips", "series", "checkpoint")] + ["--set=time.divide=0.36"]

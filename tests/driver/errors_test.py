@@ -21,13 +21,19 @@ class Errors(DriverTest):
     def test_instability_is_stopped_and_named(self):
         stable = self.run_skein("forced", "--until", "3.6")
         self.assertIn("checkpoint", stable.stdout)
-        done = self.run_skein("wild", "--set", "time.dt=0.02", "--set", "time.force_dt=true", ranks=2, expect=4)
-        for part in ("rod ", "element", "step", "likely cause", "limit"):
-            self.assertIn(part, done.stderr)
-        self.assertFalse(list((self.directory / "wild").glob("checkpoint_*")), "a broken state was kept")
+        for protocol in ("asynchronous", "synchronous"):
+            done = self.run_skein(protocol, "--protocol", protocol, "--set", "time.dt=0.02", "--set", "time.force_dt=true", ranks=2, expect=4)
+            for part in ("rod ", "element", "step", "likely cause", "limit"):
+                self.assertIn(part, done.stderr)
+            self.assertFalse(list((self.directory / protocol).glob("checkpoint_*")), "a broken state was kept")
+
+    def test_no_checkpoint(self):
+        self.run_skein("without", "--no-checkpoint", "--until", "3.6")
+        self.assertFalse(list((self.directory / "without").glob("checkpoint_*")))
+        self.assertEqual(self.summary("without")["time_s"], 3.6)
 
     def test_command_line(self):
-        for arguments, code in ((["--help"], 0), (["run", "--help"], 0), ([], 2), (["run"], 2), (["fly", "scene.toml"], 2), (["run", "x.toml", "--lanes", "3"], 2),
+        for arguments, code in ((["--help"], 0), (["run", "--help"], 0), ([], 2), (["run"], 2), (["fly", "scene.toml"], 2), (["run", "x.toml", "--lanes", "3"], 2), (["run", "x.toml", "--protocol", "loose"], 2),
                                 (["check", str(self.directory / "none.toml")], 2), (["describe", "rods.materail"], 2), (["describe", "rods.material"], 0),
                                 (["check", str(self.scene)], 0), (["plan", str(self.scene), "--json"], 0), (["info"], 0)):
             done = subprocess.run([SKEIN, *arguments], capture_output=True, text=True, timeout=60)

@@ -50,7 +50,7 @@ struct Stage {
     /// Steps up to step `until` in batches of at most `batch` steps.
     void advance(std::int64_t until, std::int64_t batch = Clock::largest_batch) {
         while (clock.done() < until) {
-            const auto steps = clock.next(std::min(until, clock.done() + batch));
+            const auto steps = clock.next(until, batch);
             rods->visit(steps, false);
             clock.advance(steps);
         }
