@@ -1,0 +1,81 @@
+// Contact at the density of a nest: rods of 20 elements, 31 times as long as thick, at random places and directions, 138 to a cube
+// of one length. Candidates by the grids and by looking at all pairs.
+//   names: candidates/<grids or all_pairs>/N<rods>[/threads<T>]
+#include "contact/broad_phase.hpp"
+
+#include <benchmark/benchmark.h>
+#include <fmt/format.h>
+
+#include <random>
+
+namespace {
+
+using namespace skein;
+
+constexpr int elements = 20;
+constexpr double diameter = 1.0 / 31;
+
+/// Along a space-filling order, as a run has them: the box in slices, to and fro.
+Capsules nest(int rods) {
+    std::mt19937 random(1);
+    std::uniform_real_distribution<double> uniform;
+    std::normal_distribution<double> normal;
+    const double side = std::cbrt(rods / 138.0);
+    const int cells = std::max(1, static_cast<int>(4 * side));
+    std::vector<std::pair<std::size_t, Vec3d>> places;
+    for (int r = 0; r < rods; ++r) {
+        const Vec3d x{side * uniform(random), side * uniform(random), side * uniform(random)};
+        std::size_t at[3] = {};
+        const double shares[3] = {x.z / side, x.y / side, x.x / side};
+        for (int i = 0; i < 3; ++i) {
+            at[i] = static_cast<std::size_t>(shares[i] * cells);
+            if (i > 0 && at[i - 1] % 2) at[i] = static_cast<std::size_t>(cells) - 1 - at[i];
+        }
+        places.emplace_back((at[0] * static_cast<std::size_t>(cells) + at[1]) * static_cast<std::size_t>(cells) + at[2], x);
+    }
+    std::stable_sort(places.begin(), places.end(), [](const auto& a, const auto& b) { return a.first < b.first; });
+    Capsules c;
+    for (int r = 0; r < rods; ++r) {
+        c.first_slot.push_back(static_cast<std::int32_t>(c.node.size()));
+        c.skip.push_back(-1);
+        const Vec3d along{normal(random), normal(random), normal(random)};
+        for (int k = 0; k <= elements; ++k) {
+            c.node.push_back({places[static_cast<std::size_t>(r)].second + ((k - 0.5 * elements) / elements / norm(along)) * along, k < elements ? 0.5 * diameter : -1, {0, 0, 0}});
+            c.rod.push_back(r);
+        }
+    }
+    c.first_slot.push_back(static_cast<std::int32_t>(c.node.size()));
+    c.spin.resize(c.node.size());
+    return c;
+}
+
+void candidates(benchmark::State& state, int rods, int thread_count, bool exhaustively) {
+    const Threads threads(thread_count);
+    const Capsules c = nest(rods);
+    BroadPhase search(c, threads);
+    Candidates found;
+    const double skin = 0.25 * diameter;
+    for (auto _ : state) {
+        if (exhaustively) BroadPhase::build_exhaustively(c, skin, search, found);
+        else search.build(c, skin, found);
+        benchmark::DoNotOptimize(found.partner.data());
+    }
+    const double count = static_cast<double>(rods) * elements;
+    state.counters["per element"] = benchmark::Counter(count, benchmark::Counter::kIsIterationInvariantRate | benchmark::Counter::kInvert);
+    state.counters["pairs per element"] = static_cast<double>(found.count()) / count;
+}
+
+} // namespace
+
+int main(int argc, char** argv) {
+    for (const int rods : {1000, 10000, 100000})
+        for (const int threads : {1, 2})
+            benchmark::RegisterBenchmark(fmt::format("candidates/grids/N{}/threads{}", rods, threads).c_str(), candidates, rods, threads, false)->UseRealTime();
+    for (const int rods : {250, 500, 1000, 2000})
+        for (const bool all : {false, true})
+            benchmark::RegisterBenchmark(fmt::format("candidates/{}/N{}", all ? "all_pairs" : "grids", rods).c_str(), candidates, rods, 1, all);
+    benchmark::Initialize(&argc, argv);
+    if (benchmark::ReportUnrecognizedArguments(argc, argv)) return 2;
+    benchmark::RunSpecifiedBenchmarks();
+    return 0;
+}

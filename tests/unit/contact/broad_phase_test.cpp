@@ -1,0 +1,131 @@
+// Candidates are those of a search through all pairs: always, and for any number of threads.
+#include "contact/broad_phase.hpp"
+
+#include "contact/closest_points.hpp"
+
+#include <gtest/gtest.h>
+
+#include <random>
+
+namespace skein {
+namespace {
+
+/// Rods that wander at random: `sizes` of element length and radius spread over a factor, in a box, or parallel in a bundle.
+Capsules random_rods(unsigned seed, int rods, double spread, bool bundle) {
+    std::mt19937 random(seed);
+    std::normal_distribution<double> normal;
+    std::uniform_real_distribution<double> uniform;
+    const auto vector = [&](double size) { return Vec3d{size * normal(random), size * normal(random), size * normal(random)}; };
+    Capsules c;
+    for (int r = 0; r < rods; ++r) {
+        c.first_slot.push_back(static_cast<std::int32_t>(c.node.size()));
+        c.skip.push_back(r % 3 - 1);
+        const double size = std::pow(spread, uniform(random)), length = 0.1 * size, radius = (0.01 + 0.03 * uniform(random)) * size;
+        const int elements = 1 + static_cast<int>(12 * uniform(random));
+        Vec3d x = bundle ? Vec3d{0.05 * r, 0.01 * normal(random), 0} : Vec3d{uniform(random), uniform(random), uniform(random)} + vector(0.3);
+        Vec3d along = bundle ? Vec3d{0, 1e-9 * normal(random), 1} : vector(1);
+        for (int k = 0; k <= elements; ++k) {
+            c.node.push_back({x, k < elements ? radius : -1, {0, 0, 0}});
+            c.rod.push_back(r);
+            if (!bundle) along += vector(0.5);
+            x += (length / norm(along)) * along;
+        }
+    }
+    c.first_slot.push_back(static_cast<std::int32_t>(c.node.size()));
+    c.spin.resize(c.node.size());
+    return c;
+}
+
+TEST(BroadPhase, FindsWhatASearchThroughAllPairsFinds) {
+    const Threads one(1), three(3);
+    std::size_t pairs = 0;
+    int grids = 0;
+    for (unsigned seed = 0; seed < 200; ++seed) {
+        const Capsules c = random_rods(seed, 10 + static_cast<int>(seed % 40), seed % 2 ? 20 : 1, seed % 5 == 0);
+        const double skin = seed % 3 ? 0.02 : 0;
+        BroadPhase search(c, one), parallel(c, three);
+        Candidates found, by_three, all;
+        search.build(c, skin, found);
+        parallel.build(c, skin, by_three);
+        BroadPhase::build_exhaustively(c, skin, search, all);
+        ASSERT_EQ(found.first, all.first) << seed;
+        ASSERT_EQ(found.partner, all.partner) << seed;
+        ASSERT_EQ(by_three.first, all.first) << seed;
+        ASSERT_EQ(by_three.partner, all.partner) << seed;
+        pairs += found.count();
+        grids = std::max(grids, search.grids());
+    }
+    EXPECT_GT(pairs, 10000u);
+    EXPECT_GE(grids, 4);
+}
+
+TEST(BroadPhase, NeedsNoBounds) {
+    const Threads one(1);
+    Capsules c = random_rods(3, 30, 5, false);
+    BroadPhase search(c, one);
+    Candidates near, far;
+    search.build(c, 0.02, near);
+    for (CapsuleNode& n : c.node)
+        if (n.position.x > 0.5) n.position.x += 4096; // cells wrap round on the way
+    search.build(c, 0.02, far);
+    Candidates all;
+    BroadPhase::build_exhaustively(c, 0.02, search, all);
+    EXPECT_EQ(far.partner, all.partner);
+    EXPECT_LT(far.count(), near.count());
+}
+
+/// The least distance by looking: the square of it is convex in s for the best t.
+double distance_by_search(const Vec3d& p1, const Vec3d& d1, const Vec3d& p2, const Vec3d& d2) {
+    const auto from_s = [&](double s) {
+        const Vec3d x = p1 + s * d1 - p2;
+        const double e = dot(d2, d2), t = e > 0 ? std::clamp(dot(x, d2) / e, 0.0, 1.0) : 0.0;
+        return norm(x - t * d2);
+    };
+    double low = 0, high = 1;
+    for (int i = 0; i < 200; ++i) {
+        const double a = low + (high - low) / 3, b = high - (high - low) / 3;
+        (from_s(a) < from_s(b) ? high : low) = from_s(a) < from_s(b) ? b : a;
+    }
+    return from_s(0.5 * (low + high));
+}
+
+TEST(ClosestPoints, AreTheNearest) {
+    std::mt19937 random(5);
+    std::normal_distribution<double> normal;
+    const auto vector = [&] { return Vec3d{normal(random), normal(random), normal(random)}; };
+    for (int i = 0; i < 3000; ++i) {
+        const Vec3d p1 = vector(), d1 = vector();
+        Vec3d p2 = vector(), d2 = vector();
+        switch (i % 8) { // general, crossing, parallel, nearly so, in line, end to end, points
+        case 1: p2 = p1 + 0.3 * d1 - 0.6 * d2; break;
+        case 2: d2 = -0.7 * d1; break;
+        case 3: d2 = d1 + 1e-9 * vector(); break;
+        case 4: d2 = d1, p2 = p1 + 1.5 * d1; break;
+        case 5: p2 = p1 + d1; break;
+        case 6: d2 = {0, 0, 0}; break;
+        default: break;
+        }
+        const auto c = closest_points(broadcast<1>(p1), broadcast<1>(d1), broadcast<1>(p2), broadcast<1>(d2));
+        const Vec3d apart = lane(c.apart, 0), expected = p2 + c.t[0] * d2 - (p1 + c.s[0] * d1);
+        EXPECT_NEAR(norm(apart), distance_by_search(p1, d1, p2, d2), 1e-7) << i;
+        EXPECT_NEAR(norm(apart - expected), 0, 1e-14 * 10);
+        for (const double share : {c.s[0], c.t[0]}) {
+            EXPECT_GE(share, 0);
+            EXPECT_LE(share, 1);
+        }
+    }
+}
+
+TEST(ClosestPoints, OfParallelSegmentsAreInTheMiddleOfTheirOverlap) {
+    const auto s = [](double shift, double length) {
+        return closest_points(broadcast<1>(Vec3d{0, 0, 0}), broadcast<1>(Vec3d{0, 0, 1}), broadcast<1>(Vec3d{0.1, 0, shift}), broadcast<1>(Vec3d{0, 0, length})).s[0];
+    };
+    EXPECT_DOUBLE_EQ(s(0, 1), 0.5);
+    EXPECT_DOUBLE_EQ(s(0.5, 1), 0.75);
+    EXPECT_DOUBLE_EQ(s(-0.5, 1), 0.25);
+    EXPECT_DOUBLE_EQ(s(0.8, -0.6), 0.5);
+    EXPECT_DOUBLE_EQ(s(2, 1), 1);
+}
+
+} // namespace
+} // namespace skein

@@ -1,0 +1,224 @@
+// Contacts push, are balanced, remember, and change with places without jumps.
+#include "contact/contacts.hpp"
+
+#include <gtest/gtest.h>
+
+#include <random>
+
+namespace skein {
+namespace {
+
+/// Straight rods of equal elements between two points each.
+Capsules rods_between(const std::vector<std::pair<Vec3d, Vec3d>>& ends, int elements, double radius) {
+    Capsules c;
+    for (std::size_t r = 0; r < ends.size(); ++r) {
+        c.first_slot.push_back(static_cast<std::int32_t>(c.node.size()));
+        c.skip.push_back(-1);
+        for (int k = 0; k <= elements; ++k) {
+            const double s = static_cast<double>(k) / elements;
+            c.node.push_back({ends[r].first + s * (ends[r].second - ends[r].first), k < elements ? radius : -1, {0, 0, 0}});
+            c.rod.push_back(static_cast<std::int32_t>(r));
+        }
+    }
+    c.first_slot.push_back(static_cast<std::int32_t>(c.node.size()));
+    c.spin.resize(c.node.size());
+    return c;
+}
+
+ContactLaw some_law(ContactNormal normal, ContactFriction friction) {
+    return {.normal = normal, .stiffness = 1e5, .damping = 20, .friction = friction, .static_friction = 0.5, .kinetic_friction = 0.4, .tangential_damping = 5, .slip_speed = 1e-3};
+}
+
+TEST(Contacts, AreBalanced) {
+    const Threads one(1);
+    std::mt19937 random(2);
+    std::normal_distribution<double> normal;
+    const auto vector = [&](double size) { return Vec3d{size * normal(random), size * normal(random), size * normal(random)}; };
+    for (const ContactNormal law : {ContactNormal::linear, ContactNormal::hertz})
+        for (const ContactFriction friction : {ContactFriction::none, ContactFriction::memory, ContactFriction::regularised})
+            for (int scene = 0; scene < 50; ++scene) {
+                // Two rods at a time: crossing, or side by side but for a small angle.
+                const Vec3d along = vector(1), other = scene % 2 ? along + vector(0.01) : vector(1), apart = vector(0.02);
+                Capsules c = rods_between({{-along, along}, {apart - other, apart + other}}, 7, 0.05);
+                for (CapsuleNode& n : c.node) n.velocity = vector(1);
+                for (CapsuleSpin& w : c.spin) w.spin = vector(10);
+                Contacts contacts(c, some_law(law, friction), one);
+                ContactLoads loads;
+                for (int step = 0; step < 3; ++step) contacts.evaluate(c, 1e-4, loads);
+                Vec3d force{0, 0, 0}, moment{0, 0, 0};
+                double size = 0;
+                for (std::size_t i = 0; i < c.slots(); ++i) {
+                    force += loads.force[i];
+                    moment += cross(c.node[i].position, loads.force[i]) + loads.couple[i];
+                    size += norm(loads.force[i]);
+                }
+                ASSERT_GT(size, 0);
+                EXPECT_LT(norm(force), 1e-12 * size);
+                EXPECT_LT(norm(moment), 1e-12 * size * norm(along));
+            }
+}
+
+TEST(Contacts, NeverPull) {
+    const Threads one(1);
+    for (const ContactNormal law : {ContactNormal::linear, ContactNormal::hertz}) {
+        Capsules c = rods_between({{{-1, 0, 0}, {1, 0, 0}}, {{0.03, -1, 0.09}, {0.03, 1, 0.09}}}, 1, 0.05);
+        Contacts contacts(c, {.normal = law, .stiffness = 1e5, .damping = 1e4}, one);
+        ContactLoads loads;
+        for (const double speed : {-100.0, -1.0, 0.0, 1.0, 100.0}) {
+            c.node[2].velocity = c.node[3].velocity = {0, 0, speed};
+            contacts.evaluate(c, 1e-4, loads);
+            EXPECT_GE(loads.force[2].z, 0) << speed;
+            EXPECT_LE(loads.force[0].z, 0) << speed;
+            if (speed <= 0) {
+                EXPECT_GT(loads.force[2].z, 0) << speed;
+            }
+        }
+    }
+}
+
+TEST(Contacts, OfALawKnownInClosedForm) {
+    const Threads one(1);
+    Capsules c = rods_between({{{-1, 0, 0}, {1, 0, 0}}, {{0.5, -1, 0.09}, {0.5, 1, 0.09}}}, 1, 0.05);
+    ContactLoads loads;
+    Contacts linear(c, {.normal = ContactNormal::linear, .stiffness = 1e5}, one);
+    linear.evaluate(c, 1e-4, loads);
+    EXPECT_NEAR(loads.force[2].z + loads.force[3].z, 1e5 * 0.01, 1e-8);
+    EXPECT_NEAR(loads.force[1].z, -0.75 * 1e5 * 0.01, 1e-8) << "three quarters along the first";
+    Contacts hertz(c, {.normal = ContactNormal::hertz, .stiffness = 1e5}, one);
+    hertz.evaluate(c, 1e-4, loads);
+    EXPECT_NEAR(loads.force[2].z + loads.force[3].z, 1e5 * 0.001, 1e-9);
+    EXPECT_EQ(hertz.figures().active, 1);
+    EXPECT_NEAR(hertz.figures().deepest, 0.1, 1e-12);
+}
+
+/// Largest change of the force on the second of two rods along a path of places, over the whole change: small for a smooth force.
+template <class Place> double largest_jump(Place place, int steps) {
+    const Threads one(1);
+    double jump = 0, sum = 0;
+    Vec3d before{0, 0, 0};
+    for (int i = 0; i <= steps; ++i) {
+        const Capsules c = place(static_cast<double>(i) / steps);
+        Contacts contacts(c, {.normal = ContactNormal::linear, .stiffness = 1e5}, one);
+        ContactLoads loads;
+        contacts.evaluate(c, 1e-4, loads);
+        Vec3d force{0, 0, 0}, moment{0, 0, 0};
+        for (std::size_t s = static_cast<std::size_t>(c.first_slot[1]); s < c.slots(); ++s) force += loads.force[s], moment += cross(c.node[s].position, loads.force[s]);
+        const Vec3d now = force + moment;
+        if (i > 0) jump = std::max(jump, norm(now - before)), sum += norm(now - before);
+        before = now;
+    }
+    EXPECT_GT(sum, 0);
+    return jump / sum;
+}
+
+TEST(Contacts, ChangeWithoutJumps) {
+    const auto turning = [](double x) { // about its middle, through parallel
+        const double angle = 0.3 * (x - 0.5);
+        const Vec3d along{std::cos(angle), std::sin(angle), 0};
+        return rods_between({{{-1, 0, 0}, {1, 0, 0}}, {Vec3d{0.1, 0, 0.09} - along, Vec3d{0.1, 0, 0.09} + along}}, 4, 0.05);
+    };
+    const auto sliding = [](double x) { // nearly parallel, end over end
+        const Vec3d at{4 * x - 2, 0, 0.09};
+        return rods_between({{{-1, 0, 0}, {1, 0, 0}}, {at - Vec3d{1, 0.001, 0}, at + Vec3d{1, 0.001, 0}}}, 4, 0.05);
+    };
+    const auto crossing = [](double x) { // over joints and ends
+        const double at = 2.4 * (x - 0.5);
+        return rods_between({{{-1, 0, 0}, {1, 0, 0}}, {{at, -1, 0.07}, {at + 0.2, 1, 0.09}}}, 4, 0.05);
+    };
+    EXPECT_LT(largest_jump(turning, 4000), 0.006);
+    EXPECT_LT(largest_jump(sliding, 4000), 0.006);
+    EXPECT_LT(largest_jump(crossing, 4000), 0.006);
+    // Jumps do not shrink with the steps; slopes do.
+    EXPECT_LT(largest_jump(turning, 16000), 0.4 * largest_jump(turning, 4000));
+    EXPECT_LT(largest_jump(sliding, 16000), 0.4 * largest_jump(sliding, 4000));
+    EXPECT_LT(largest_jump(crossing, 16000), 0.4 * largest_jump(crossing, 4000));
+}
+
+TEST(Contacts, StickUntilTheySlide) {
+    const Threads one(1);
+    Capsules c = rods_between({{{-1, 0, 0}, {1, 0, 0}}, {{0, -1, 0.09}, {0, 1, 0.09}}}, 1, 0.05);
+    const ContactLaw law{.normal = ContactNormal::linear, .stiffness = 1e5, .friction = ContactFriction::memory, .static_friction = 0.5, .kinetic_friction = 0.4};
+    Contacts contacts(c, law, one);
+    ContactLoads loads;
+    const double h = 1e-4, speed = 0.01, normal = 1e5 * 0.01;
+    for (CapsuleNode* n = &c.node[2]; n < &c.node[4]; ++n) n->velocity = {speed, 0, 0};
+    double slid = 0;
+    for (int step = 1; step <= 20000; ++step) {
+        contacts.evaluate(c, h, loads); // places stay, so that the normal force does
+        slid += h * speed;
+        const double drag = -(loads.force[2].x + loads.force[3].x), spring = 0.8e5 * slid;
+        if (spring <= 0.5 * normal) {
+            ASSERT_NEAR(drag, spring, 1e-9 * normal) << step;
+        } else {
+            ASSERT_GT(drag, 0.4 * normal * (1 - 1e-9)) << step;
+            ASSERT_LE(drag, 0.5 * normal * (1 + 1e-9)) << step;
+        }
+    }
+    // Turned round, the spring goes back before it slides the other way.
+    for (CapsuleNode* n = &c.node[2]; n < &c.node[4]; ++n) n->velocity = {-speed, 0, 0};
+    contacts.evaluate(c, h, loads);
+    EXPECT_GT(-(loads.force[2].x + loads.force[3].x), 0.3 * normal);
+}
+
+TEST(Contacts, KeepTheirSpringsOverJoints) {
+    const Threads one(1);
+    const ContactLaw law{.normal = ContactNormal::linear, .stiffness = 1e5, .friction = ContactFriction::memory, .static_friction = 0.5, .kinetic_friction = 0.5};
+    const auto crossing = [](double x, double speed) {
+        Capsules c = rods_between({{{-1, 0, 0}, {1, 0, 0}}, {{x, -0.9, 0.09}, {x, 1.1, 0.09}}}, 8, 0.05);
+        for (std::size_t i = 9; i < 18; ++i) c.node[i].velocity = {speed, 0, 0};
+        return c;
+    };
+    Contacts contacts(crossing(-0.13, 0), law, one);
+    ContactLoads loads;
+    const auto drag = [&] {
+        double sum = 0;
+        for (std::size_t i = 9; i < 18; ++i) sum -= loads.force[i].x;
+        return sum;
+    };
+    const double h = 1e-4, loaded = 0.8e5 * 30 * h;
+    for (int step = 0; step < 30; ++step) contacts.evaluate(crossing(-0.13, 1), h, loads); // in place: loads the spring
+    EXPECT_NEAR(drag(), loaded, 1e-9 * loaded);
+    for (const double x : {-0.08, -0.05, -0.02, -0.001, 0.001, 0.02, 0.05, 0.08, 0.13}) { // goes on without slip
+        contacts.evaluate(crossing(x, 0), h, loads);
+        contacts.evaluate(crossing(x, 0), h, loads);
+        EXPECT_GT(drag(), 0.9 * loaded) << x;
+        EXPECT_LT(drag(), 3 * loaded) << x; // while both elements touch: two springs, and the round end leans against the other rod
+    }
+    EXPECT_EQ(contacts.figures().active, 1);
+    EXPECT_EQ(contacts.active()[0].pair.a, 4u) << "the next element";
+    EXPECT_NEAR(drag(), loaded, 0.01 * loaded);
+}
+
+TEST(Contacts, AreTheSameForAnyThreads) {
+    std::mt19937 random(4);
+    std::uniform_real_distribution<double> uniform;
+    std::vector<std::pair<Vec3d, Vec3d>> ends;
+    const auto point = [&] { return Vec3d{uniform(random), uniform(random), uniform(random)}; };
+    for (int i = 0; i < 300; ++i) {
+        const Vec3d a = point(), along = point() - point();
+        ends.emplace_back(a, a + (0.4 / norm(along)) * along);
+    }
+    Capsules c = rods_between(ends, 6, 0.01);
+    for (CapsuleNode& n : c.node) n.velocity = point() - point();
+    const auto run = [&](int threads) {
+        const Threads team(threads);
+        Capsules moving = c;
+        Contacts contacts(moving, some_law(ContactNormal::hertz, ContactFriction::memory), team);
+        ContactLoads loads;
+        for (int step = 0; step < 60; ++step) {
+            for (CapsuleNode& n : moving.node) n.position += 1e-4 * n.velocity;
+            contacts.evaluate(moving, 1e-4, loads);
+        }
+        EXPECT_GT(contacts.figures().active, 100);
+        EXPECT_GT(contacts.figures().renewals, 1);
+        return loads;
+    };
+    const ContactLoads one = run(1), three = run(3);
+    for (std::size_t i = 0; i < one.force.size(); ++i) {
+        ASSERT_EQ(norm(one.force[i] - three.force[i]), 0) << i;
+        ASSERT_EQ(norm(one.couple[i] - three.couple[i]), 0) << i;
+    }
+}
+
+} // namespace
+} // namespace skein
