@@ -29,6 +29,8 @@ read -r -a layouts <<< "${LAYOUTS:-1x1 1x2 2x1}"
 "$build/bin/bench_passes" --csv "$results/passes.csv" | tee "$results/passes.txt"
 "$python" "$here/plots/roofline.py" "$results/passes.csv"
 "$build/bin/bench_features" --csv "$results/features.csv" | tee "$results/features.txt"
+"$build/bin/bench_mappings" --csv "$results/mappings.csv" | tee "$results/mappings.txt"
+"$build/bin/bench_contact" --benchmark_out="$results/contact.csv" --benchmark_out_format=csv
 "$build/bin/bench_work_precision" --csv "$results/work_precision.csv" | tee "$results/work_precision.txt"
 "$python" "$here/plots/work_precision.py" "$results/work_precision.csv"
 "$build/bin/bench_step" --benchmark_out="$results/step.csv" --benchmark_out_format=csv | tee "$results/step.txt"

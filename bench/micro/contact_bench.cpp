@@ -1,7 +1,7 @@
 // Contact at the density of a nest: rods of 20 elements, 31 times as long as thick, at random places and directions, 138 to a cube
-// of one length. Candidates by the grids and by looking at all pairs.
-//   names: candidates/<grids or all_pairs>/N<rods>[/threads<T>]
-#include "contact/broad_phase.hpp"
+// of one length. Candidates by the grids and by looking at all pairs; then all that contacts cost a step while the list lasts.
+//   names: candidates/<grids or all_pairs>/N<rods>[/threads<T>],  contacts/N<rods>/threads<T>
+#include "contact/contacts.hpp"
 
 #include <benchmark/benchmark.h>
 #include <fmt/format.h>
@@ -65,6 +65,30 @@ void candidates(benchmark::State& state, int rods, int thread_count, bool exhaus
     state.counters["pairs per element"] = static_cast<double>(found.count()) / count;
 }
 
+/// Closest points, forces with friction that remembers, loads gathered by rod; nothing moves, so the list stays.
+void contacts(benchmark::State& state, int rods, int thread_count) {
+    const Threads threads(thread_count);
+    Capsules c = nest(rods);
+    std::mt19937 random(2);
+    std::normal_distribution<double> normal;
+    for (CapsuleNode& n : c.node) n.velocity = {normal(random), normal(random), normal(random)};
+    Contacts all(c,
+                 {.normal = ContactNormal::hertz, .stiffness = 1e3, .damping = 1, .friction = ContactFriction::memory, .static_friction = 0.4, .kinetic_friction = 0.4},
+                 threads);
+    ContactLoads loads;
+    all.evaluate(c, 1e-6, loads);
+    for (auto _ : state) {
+        all.evaluate(c, 1e-6, loads);
+        benchmark::DoNotOptimize(loads.force.data());
+    }
+    const ContactFigures figures = all.figures();
+    const auto per = [&](double count) { return benchmark::Counter(count, benchmark::Counter::kIsIterationInvariantRate | benchmark::Counter::kInvert); };
+    state.counters["per listed pair"] = per(static_cast<double>(figures.listed));
+    state.counters["per contact"] = per(static_cast<double>(figures.active));
+    state.counters["per element"] = per(static_cast<double>(rods) * elements);
+    state.counters["contacts per rod"] = 2 * static_cast<double>(figures.active) / rods;
+}
+
 } // namespace
 
 int main(int argc, char** argv) {
@@ -74,6 +98,8 @@ int main(int argc, char** argv) {
     for (const int rods : {250, 500, 1000, 2000})
         for (const bool all : {false, true})
             benchmark::RegisterBenchmark(fmt::format("candidates/{}/N{}", all ? "all_pairs" : "grids", rods).c_str(), candidates, rods, 1, all);
+    for (const int rods : {1000, 10000, 100000})
+        for (const int threads : {1, 2}) benchmark::RegisterBenchmark(fmt::format("contacts/N{}/threads{}", rods, threads).c_str(), contacts, rods, threads)->UseRealTime();
     benchmark::Initialize(&argc, argv);
     if (benchmark::ReportUnrecognizedArguments(argc, argv)) return 2;
     benchmark::RunSpecifiedBenchmarks();

@@ -1,37 +1,19 @@
-// Rods along tiles against rods across them: lone rods of 1000, 200 and 50 elements, and rods of 5 to 100 elements in one scene, each
-// beside eight equal rods (as many tiles as the mixed scene has, in that case) of as many elements. Steps as of the cilia; medians of
-// interleaved turns; results of both mappings agree in every bit, which is checked.
-//   bench_mappings [turns]
+// What rods cost that do not fill tiles: lone rods of 1000, 200 and 50 elements, and rods of 5 to 100 elements in one scene, over the
+// same work on equal rods across tiles: 16 rods of 50 in L2 beside lone rods, as many rods of 52 beside the scenes. Cilia; medians of
+// interleaved turns. The bits are those of one lane across, which is checked first.
 #include "measure.hpp"
 #include "support/scenes_for_tests.hpp"
 
-#include <fmt/format.h>
+#include <CLI/CLI.hpp>
+#include <fmt/os.h>
 
 #include <algorithm>
-#include <cstdlib>
+#include <optional>
 
 namespace {
 
 using namespace skein;
-
-struct Contender {
-    std::string name;
-    std::unique_ptr<test::Stage> stage;
-    std::int64_t batch;
-    std::vector<double> ns; ///< per element-step, one per turn
-
-    void run(double seconds_worth) {
-        const double elements = static_cast<double>(stage->plan.elements);
-        const auto steps = std::max<std::int64_t>(64, static_cast<std::int64_t>(seconds_worth / (elements * 15e-9)) / 64 * 64);
-        const double before = bench::core_seconds();
-        stage->advance(stage->clock.done() + steps, batch);
-        ns.push_back((bench::core_seconds() - before) * 1e9 / (elements * static_cast<double>(steps)));
-    }
-    double median() {
-        std::sort(ns.begin(), ns.end());
-        return ns[ns.size() / 2];
-    }
-};
+using test::Stage;
 
 SceneSpec cilia(long count, long elements) {
     SceneSpec scene = test::cilia_scene(count, elements);
@@ -53,36 +35,71 @@ SceneSpec mixed(long count) {
     return scene;
 }
 
-Contender contender(std::string name, const SceneSpec& scene, std::int64_t batch, Mapping mapping = Mapping::automatic) {
-    return {std::move(name), std::make_unique<test::Stage>(scene, 8, 1, mapping), batch, {}};
+struct Row {
+    std::string name;
+    double bar;
+    SceneSpec scene, equal;
+    std::unique_ptr<Stage> stage{}, block{};
+    std::vector<double> ns{}, block_ns{};
+};
+
+/// ns per element-step of about 50 ms of stepping.
+double timed(Stage& stage, std::int64_t per_visit) {
+    const double elements = static_cast<double>(stage.plan.elements);
+    const auto steps = std::max<std::int64_t>(64, static_cast<std::int64_t>(0.05 / (elements * 13e-9)) / 64 * 64);
+    const double start = bench::core_seconds();
+    stage.advance(stage.clock.done() + steps, per_visit);
+    return (bench::core_seconds() - start) * 1e9 / (elements * static_cast<double>(steps));
+}
+
+double median(std::vector<double> all) {
+    std::nth_element(all.begin(), all.begin() + static_cast<std::ptrdiff_t>(all.size() / 2), all.end());
+    return all[all.size() / 2];
+}
+
+std::uint64_t digest_after(const SceneSpec& scene, int lanes, std::int64_t steps) {
+    Stage stage(scene, lanes);
+    stage.advance(steps);
+    return stage.rods->digest();
 }
 
 } // namespace
 
 int main(int argc, char** argv) {
-    const int turns = argc > 1 ? std::max(1, std::atoi(argv[1])) : 9;
-    for (const long n : {1000L, 200L, 100L, 50L, 20L}) {
-        test::Stage across(cilia(1, n), 1), along(cilia(1, n), 8, 1, Mapping::along);
-        across.advance(100), along.advance(100);
-        if (across.rods->digest() != along.rods->digest()) return fmt::print("lone rod of {}: bits differ\n", n), 1;
-    }
-    test::Stage across(mixed(1), 1), automatic(mixed(1));
-    across.advance(100), automatic.advance(100);
-    if (across.rods->digest() != automatic.rods->digest()) return fmt::print("mixed lengths: bits differ\n"), 1;
+    long turns = 15;
+    std::string csv;
+    CLI::App app{"Lone rods and rods of unlike lengths over equal rods"};
+    app.add_option("--turns", turns, "of which the table shows the median")->check(CLI::PositiveNumber);
+    app.add_option("--csv", csv, "file for the table");
+    CLI11_PARSE(app, argc, argv);
 
-    fmt::print("{:<46}{:>8}{:>14}{:>8}\n", "", "ns", "block's ns", "ratio");
-    for (const std::int64_t batch : {std::int64_t{1}, std::int64_t{64}}) {
-        std::vector<std::pair<Contender, Contender>> pairs;
-        for (const long n : {1000L, 200L, 50L})
-            pairs.emplace_back(contender(fmt::format("lone rod of {}, {} steps per visit", n, batch), cilia(1, n), batch), contender("", cilia(8, n), batch));
-        for (const long count : {1L, 2L, 4L, 8L, 20L})
-            pairs.emplace_back(contender(fmt::format("5 to 100 elements, {} of each, {} steps per visit", count, batch), mixed(count), batch),
-                               contender("", cilia(96 * count, 52), batch));
-        for (int turn = 0; turn < turns; ++turn)
-            for (auto& [one, block] : pairs) one.run(0.05), block.run(0.05);
-        for (auto& [one, block] : pairs) {
-            const double a = one.median(), b = block.median();
-            fmt::print("{:<46}{:>8.2f}{:>14.2f}{:>8.2f}\n", one.name, a, b, a / b);
+    std::optional<fmt::ostream> file;
+    if (!csv.empty()) {
+        file.emplace(fmt::output_file(csv));
+        file->print("scene,steps_per_visit,ns,equal_rods_ns,ratio,bar,digest_after_64_steps\n");
+    }
+    fmt::print("{}; ns per element-step\n\n{:<34}{:>12}{:>8}{:>12}{:>8}{:>7}  {}\n", bench::processor(), "", "steps/visit", "ns", "equal rods", "ratio", "bar",
+               "digest after 64 steps");
+    for (const std::int64_t per_visit : {std::int64_t{1}, std::int64_t{Clock::largest_batch}}) {
+        std::vector<Row> rows;
+        for (const auto& [n, bar] : {std::pair{1000L, 1.4}, std::pair{200L, 1.5}, std::pair{50L, 1.8}})
+            rows.push_back({fmt::format("a lone rod of {}", n), bar, cilia(1, n), cilia(16, 50)});
+        for (const long count : {1L, 2L, 4L, 8L, 20L}) rows.push_back({fmt::format("5 to 100 elements, {} of each", count), 1.3, mixed(count), cilia(96 * count, 52)});
+        for (Row& row : rows) {
+            row.stage = std::make_unique<Stage>(row.scene);
+            row.block = std::make_unique<Stage>(row.equal);
+        }
+        for (long turn = 0; turn <= turns; ++turn)
+            for (Row& row : rows) {
+                const double ns = timed(*row.stage, per_visit), block_ns = timed(*row.block, per_visit);
+                if (turn > 0) row.ns.push_back(ns), row.block_ns.push_back(block_ns); // the first one warms up
+            }
+        for (const Row& row : rows) {
+            const std::uint64_t digest = digest_after(row.scene, 8, 64);
+            if (digest != digest_after(row.scene, 1, 64)) return fmt::print("{}: the bits differ from those of one lane\n", row.name), 1;
+            const double ns = median(row.ns), block_ns = median(row.block_ns);
+            fmt::print("{:<34}{:>12}{:>8.2f}{:>12.2f}{:>8.2f}{:>7.1f}  {:016x}\n", row.name, per_visit, ns, block_ns, ns / block_ns, row.bar, digest);
+            if (file) file->print("\"{}\",{},{:.4g},{:.4g},{:.4g},{},{:016x}\n", row.name, per_visit, ns, block_ns, ns / block_ns, row.bar, digest);
         }
     }
     return 0;

@@ -168,7 +168,8 @@ def main():
     args = parser.parse_args()
 
     todo = configurations(args)
-    with tempfile.TemporaryDirectory(dir=".") as out:
+    Path("out").mkdir(exist_ok=True)  # here, because every node must see it
+    with tempfile.TemporaryDirectory(dir="out") as out:
         for repeat in range(args.repeats):
             for c in todo:
                 sample = run(args, c, out)

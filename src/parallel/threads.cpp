@@ -8,6 +8,8 @@
 
 #include <sched.h>
 
+#include <algorithm>
+
 namespace skein {
 
 struct Threads::Arena {
@@ -52,10 +54,11 @@ void Threads::for_each(std::size_t n, const std::function<void(std::size_t i, in
         for (std::size_t i = 0; i < n; ++i) body(i, 0);
         return;
     }
-    // One task per i: tiles cost microseconds, so a balanced end is worth more than fewer tasks.
-    arena_->arena.execute([n, &body] {
+    // A task costs a tenth of a microsecond, a tile one or more: some tiles to a task where there are many, and a balanced end.
+    const std::size_t grain = std::clamp<std::size_t>(n / (64 * static_cast<std::size_t>(count_)), 1, 16);
+    arena_->arena.execute([n, grain, &body] {
         tbb::parallel_for(
-            tbb::blocked_range<std::size_t>(0, n, 1),
+            tbb::blocked_range<std::size_t>(0, n, grain),
             [&body](const tbb::blocked_range<std::size_t>& range) {
                 const int thread = tbb::this_task_arena::current_thread_index();
                 for (std::size_t i = range.begin(); i != range.end(); ++i) body(i, thread);

@@ -72,12 +72,17 @@ public:
         const Slot<W>* next_tile = step.last ? slot + n + 1 : slot;
 
         Vec3<P> nu = strain(rod, 0), force_before{};
-        // Where a ring closes, or a lane's rod goes on in the next: worked out first, it serves both sides.
-        const CellLoads<P> joint = Map::along     ? loads(rod, n - 1, cell(rod, n - 1, n, strain(rod, n - 1).z, from_lane_after(nu.z)))
-                                   : ends_.closed ? loads(rod, n - 1, cell(rod, n - 1, 0, strain(rod, n - 1).z, nu.z))
-                                                  : CellLoads<P>{};
-        CellLoads<P> before = ends_.start_wall ? start_wall(rod, step, nu.z) : Map::along ? CellLoads<P>{} : joint;
-        if constexpr (Map::along) before = from_joint(rod.strands->first, joint, before);
+        // Where a ring closes, or a lane's rod goes on in the next, one cell is worked out first and serves both sides.
+        CellLoads<P> joint, before;
+        if constexpr (Map::along) {
+            joint = loads(rod, n - 1, cell(rod, n - 1, n, strain(rod, n - 1).z, from_lane_after(nu.z)));
+            before = from_joint(rod.strands->first, joint, ends_.start_wall ? start_wall(rod, step, nu.z) : CellLoads<P>{});
+        } else {
+            joint = ends_.closed       ? loads(rod, n - 1, cell(rod, n - 1, 0, strain(rod, n - 1).z, nu.z))
+                    : ends_.start_wall ? start_wall(rod, step, nu.z)
+                                       : CellLoads<P>{};
+            before = joint;
+        }
         const auto finish = [&](int k, const CellLoads<P>& after) __attribute__((always_inline)) {
             Vec3<P> n_body = Law::stress(Map::element(rod, k), nu);
             if constexpr (Law::bending_pulls) n_body.z += before.tension + after.tension;
@@ -146,7 +151,9 @@ private:
     CellLoads<P> start_wall(const RodTile<W>& rod, const Step& step, P e) const {
         if constexpr (Map::along) {
             const Strands<W>& s = *rod.strands;
-            const CellLoads<P> held = wall(s.element[0], rod.slot[0].director, s.start_frame, e, s.start_rest_curvature);
+            // Where no wall is, the element's frame stands for the wall's: no large angle to work out in vain.
+            const Quaternion<P>& first = rod.slot[0].director;
+            const CellLoads<P> held = wall(s.element[0], first, select(s.start_wall, s.start_frame, first), e, s.start_rest_curvature);
             return {held.before, select(s.start_wall, held.after, Vec3<P>{}), select(s.start_wall, held.tension, P(0.0))};
         } else {
             const Quaterniond& frame = moving_ ? moving_->start(step).frame : rod.group->frame();
