@@ -30,17 +30,18 @@ template <int W> struct LoadedVectors {
     Pack<W> behind;
 };
 template <int W> SKEIN_INLINE LoadedVectors<W> load_transposed(const double* const (&from)[W]) {
-#if defined(__AVX512F__)
     if constexpr (W == 8) {
-        const auto two = [&](int i) { return _mm512_insertf64x4(_mm512_castpd256_pd512(_mm256_load_pd(from[i])), _mm256_load_pd(from[i + 4]), 1); };
-        const __m512d r0 = two(0), r1 = two(1), r2 = two(2), r3 = two(3);
-        const __m512d even01 = _mm512_unpacklo_pd(r0, r1), odd01 = _mm512_unpackhi_pd(r0, r1), even23 = _mm512_unpacklo_pd(r2, r3), odd23 = _mm512_unpackhi_pd(r2, r3);
-        const __m512i low = _mm512_set_epi64(13, 12, 5, 4, 9, 8, 1, 0), high = _mm512_set_epi64(15, 14, 7, 6, 11, 10, 3, 2);
-        const auto pack = [](__m512d v) { return Pack<W>(std::bit_cast<typename Pack<W>::Doubles>(v)); };
-        return {{pack(_mm512_permutex2var_pd(even01, low, even23)), pack(_mm512_permutex2var_pd(odd01, low, odd23)), pack(_mm512_permutex2var_pd(even01, high, even23))},
-                pack(_mm512_permutex2var_pd(odd01, high, odd23))};
+        typedef double Four __attribute__((vector_size(32), may_alias));
+        const auto two = [&](int i) {
+            return __builtin_shufflevector(*reinterpret_cast<const Four*>(from[i]), *reinterpret_cast<const Four*>(from[i + 4]), 0, 1, 2, 3, 4, 5, 6, 7);
+        };
+        const auto r0 = two(0), r1 = two(1), r2 = two(2), r3 = two(3);
+        const auto even01 = __builtin_shufflevector(r0, r1, 0, 8, 2, 10, 4, 12, 6, 14), odd01 = __builtin_shufflevector(r0, r1, 1, 9, 3, 11, 5, 13, 7, 15);
+        const auto even23 = __builtin_shufflevector(r2, r3, 0, 8, 2, 10, 4, 12, 6, 14), odd23 = __builtin_shufflevector(r2, r3, 1, 9, 3, 11, 5, 13, 7, 15);
+        const auto low = [](auto a, auto b) { return Pack<W>(__builtin_shufflevector(a, b, 0, 1, 8, 9, 4, 5, 12, 13)); };
+        const auto high = [](auto a, auto b) { return Pack<W>(__builtin_shufflevector(a, b, 2, 3, 10, 11, 6, 7, 14, 15)); };
+        return {{low(even01, even23), low(odd01, odd23), high(even01, even23)}, high(odd01, odd23)};
     }
-#endif
     LoadedVectors<W> all;
     for (int i = 0; i < W; ++i) {
         set_lane(all.vector, i, {from[i][0], from[i][1], from[i][2]});
