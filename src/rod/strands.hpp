@@ -20,6 +20,8 @@ namespace skein {
 /// One row per slot of a strand. Rows that repeat are kept once: those of uniform rods stay in the first cache.
 template <class Row> class LaneRows {
 public:
+    LaneRows() = default;
+    LaneRows(LaneRows&&) = default; // its pointers are into itself, so that it cannot be copied
     void push_back(const Row& row) {
         std::size_t at = distinct_.size();
         while (at > 0 && std::memcmp(&distinct_[at - 1], &row, sizeof row) != 0) --at;
