@@ -3,8 +3,10 @@
 
 #include "support/core_seconds.hpp"
 
+#include <algorithm>
 #include <fstream>
 #include <string>
+#include <vector>
 
 namespace skein::bench {
 
@@ -15,6 +17,12 @@ inline std::string processor() {
     for (std::string line; std::getline(file, line);)
         if (line.starts_with("model name")) return line.substr(line.find(':') + 2);
     return "unknown";
+}
+
+inline double median(std::vector<double> values) {
+    const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+    std::nth_element(values.begin(), middle, values.end());
+    return *middle;
 }
 
 } // namespace skein::bench

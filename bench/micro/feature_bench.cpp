@@ -17,16 +17,11 @@ namespace {
 
 using namespace skein;
 using bench::core_seconds;
+using bench::median;
 using test::Stage;
 
 constexpr double state_bytes = 384e3; // in L2
 constexpr double bar_one = 0.10, bar_all = 0.20, bar_off = 0.02;
-
-double median(std::vector<double> values) {
-    const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-    std::nth_element(values.begin(), middle, values.end());
-    return *middle;
-}
 
 SceneSpec base(long elements) {
     const long tiles = static_cast<long>(state_bytes / static_cast<double>((elements + 1) * static_cast<long>(sizeof(Slot<8>))));

@@ -52,11 +52,6 @@ double timed(Stage& stage, std::int64_t per_visit) {
     return (bench::core_seconds() - start) * 1e9 / (elements * static_cast<double>(steps));
 }
 
-double median(std::vector<double> all) {
-    std::nth_element(all.begin(), all.begin() + static_cast<std::ptrdiff_t>(all.size() / 2), all.end());
-    return all[all.size() / 2];
-}
-
 std::uint64_t digest_after(const SceneSpec& scene, int lanes, std::int64_t steps) {
     Stage stage(scene, lanes);
     stage.advance(steps);
@@ -97,7 +92,7 @@ int main(int argc, char** argv) {
         for (const Row& row : rows) {
             const std::uint64_t digest = digest_after(row.scene, 8, 64);
             if (digest != digest_after(row.scene, 1, 64)) return fmt::print("{}: the bits differ from those of one lane\n", row.name), 1;
-            const double ns = median(row.ns), block_ns = median(row.block_ns);
+            const double ns = bench::median(row.ns), block_ns = bench::median(row.block_ns);
             fmt::print("{:<34}{:>12}{:>8.2f}{:>12.2f}{:>8.2f}{:>7.1f}  {:016x}\n", row.name, per_visit, ns, block_ns, ns / block_ns, row.bar, digest);
             if (file) file->print("\"{}\",{},{:.4g},{:.4g},{:.4g},{},{:016x}\n", row.name, per_visit, ns, block_ns, ns / block_ns, row.bar, digest);
         }

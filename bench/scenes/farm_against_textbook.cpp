@@ -21,14 +21,9 @@ namespace {
 
 using namespace skein;
 using bench::core_seconds;
+using bench::median;
 using bench::processor;
 using test::Stage;
-
-double median(std::vector<double> values) {
-    const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-    std::nth_element(values.begin(), middle, values.end());
-    return *middle;
-}
 
 /// One code in one setting, with rods of its own.
 struct Row {

@@ -21,12 +21,11 @@ double mean_diameter(const Capsules& c) {
     return count > 0 ? sum / static_cast<double>(count) : 0;
 }
 
-/// Direction of the smaller part of x where it has a length, else across a or any direction.
+/// From one axis to the other; where they meet, across both, or across one of them where they are parallel.
 template <int W> Vec3<Pack<W>> direction(const Vec3<Pack<W>>& apart, Pack<W> distance, const Vec3<Pack<W>>& d1, const Vec3<Pack<W>>& d2) {
     using P = Pack<W>;
     const auto some = distance > P(1e-150);
     if (!any(!some)) return (P(1.0) / distance) * apart;
-    // Axes that meet: across both, or across one of them.
     const Vec3<P> both = cross(d1, d2), one = cross(d1, select(abs(d1.x) < abs(d1.y), Vec3<P>{P(1.0), P(0.0), P(0.0)}, Vec3<P>{P(0.0), P(1.0), P(0.0)}));
     const Vec3<P> across = select(dot(both, both) > P(1e-24) * dot(d1, d1) * dot(d2, d2), both, one);
     return select(some, (P(1.0) / max(distance, P(1e-150))) * apart, (P(1.0) / max(norm(across), P(1e-300))) * across);
