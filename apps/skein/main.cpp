@@ -26,6 +26,7 @@ bool first_process() {
     return true;
 }
 
+const std::map<std::string, skein::Mapping> mappings = {{"auto", skein::Mapping::automatic}, {"across", skein::Mapping::across}, {"along", skein::Mapping::along}};
 const std::map<std::string, skein::Protocol> protocols = {{"asynchronous", skein::Protocol::asynchronous}, {"synchronous", skein::Protocol::synchronous}};
 
 void add_scene_options(CLI::App& command, skein::SceneArguments& scene) {
@@ -34,10 +35,9 @@ void add_scene_options(CLI::App& command, skein::SceneArguments& scene) {
 }
 
 void add_mapping(CLI::App& command, skein::Mapping& mapping) {
-    const std::map<std::string, skein::Mapping> names{{"auto", skein::Mapping::automatic}, {"across", skein::Mapping::across}, {"along", skein::Mapping::along}};
-    command.add_option("--mapping", mapping, "of rods onto lanes: one each, or cut and side by side with others; no bit depends on it")
-        ->transform(CLI::CheckedTransformer(names, CLI::ignore_case).description("auto, across or along"))
-        ->default_str("auto");
+    command.add_option("--mapping", mapping, "of rods onto lanes: one each, or cut and side by side with others; the same bits")
+        ->transform(CLI::CheckedTransformer(mappings))
+        ->option_text("{auto,across,along}=auto");
 }
 
 } // namespace

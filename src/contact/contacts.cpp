@@ -35,8 +35,8 @@ template <int W> Vec3<Pack<W>> between(const Vec3<Pack<W>>& a, const Vec3<Pack<W
 
 } // namespace
 
-Contacts::Contacts(const Capsules& capsules, const ContactLaw& law, const Threads& threads) : law_(law), threads_(threads), search_(capsules, threads) {
-    figures_.skin = 0.25 * mean_diameter(capsules);
+Contacts::Contacts(const Capsules& capsules, const ContactLaw& law, const Threads& threads) : law_(law), threads_(threads), search_(capsules, threads), diameter_(mean_diameter(capsules)) {
+    figures_.skin = 0.25 * diameter_;
 }
 
 bool Contacts::list_is_used_up(const Capsules& capsules) const {
@@ -63,7 +63,7 @@ std::optional<std::size_t> Contacts::find(std::uint32_t a, std::uint32_t b) cons
 
 void Contacts::renew_list(const Capsules& capsules) {
     // Few steps per list cost searches, many cost pairs that never meet.
-    if (figures_.renewals > 0) figures_.skin = std::clamp(figures_.skin * (age_ < 20 ? 1.25 : age_ > 80 ? 0.85 : 1.0), 0.02 * mean_diameter(capsules), mean_diameter(capsules));
+    if (figures_.renewals > 0) figures_.skin = std::clamp(figures_.skin * (age_ < 20 ? 1.25 : age_ > 80 ? 0.85 : 1.0), 0.02 * diameter_, diameter_);
     age_ = 0;
     ++figures_.renewals;
 

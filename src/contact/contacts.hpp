@@ -74,6 +74,7 @@ private:
     ContactLaw law_;
     const Threads& threads_;
     BroadPhase search_;
+    double diameter_; ///< mean of the elements', m
     Candidates candidates_;
     std::vector<Pair> pairs_;                          ///< the same, one by one
     std::vector<std::uint32_t> reverse_begin_, reverse_; ///< pairs in which an element is second

@@ -43,11 +43,13 @@ template <int W> struct Along {
     }
 
     static void add_to_ends(const RodTile<W>& rod, SlotLoad<W>* load, const Vec3d& start, const Vec3d& end) {
-        const auto add = [&](int row, int lane_, const Vec3d& f) { set_lane(load[row].force, lane_, lane(load[row].force, lane_) + f); };
         for (const Seat& seat : rod.strands->seats()) {
-            const int last = std::min(seat.group->elements() / rod.n, seat.lanes - 1);
-            add(0, seat.lane, start);
-            add(seat.group->elements() - last * rod.n, seat.lane + last, end);
+            const auto add = [&](int slot, const Vec3d& f) {
+                const auto [row, lane_] = rod.strands->place(seat.lane, slot);
+                set_lane(load[row].force, lane_, lane(load[row].force, lane_) + f);
+            };
+            add(0, start);
+            add(seat.group->elements(), end);
         }
     }
 };

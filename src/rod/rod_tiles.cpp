@@ -111,8 +111,6 @@ RodTiles<W>::RodTiles(std::span<const RodGroup> groups, std::vector<LocalRod> ro
       watch_(watch) {
     lay_out(tiling);
     take_start_states();
-    for (std::size_t p = 0; p < programs_.size(); ++p) // of groups that all lie along
-        if (std::none_of(tiles_.begin(), tiles_.end(), [p](const RodTile<W>& tile) { return tile.program == p; })) programs_[p].clear();
 
     int most_slots = 0;
     for (const RodTile<W>& tile : tiles_) most_slots = std::max(most_slots, tile.n + 1);
@@ -179,6 +177,8 @@ template <int W> void RodTiles<W>::lay_out(const Tiling& tiling) {
         strands_.emplace_back(seats, along.rows);
         open({.n = along.rows, .lanes = static_cast<int>(seats.size()), .strands = &strands_.back()}, groups_.size() + static_cast<std::size_t>(along.family));
     }
+    for (std::size_t p = 0; p < programs_.size(); ++p) // of groups that all lie along, or that have no rod here
+        if (tiles_of_program[p] == 0) programs_[p].clear();
     slots_.resize(slots);
     for (std::size_t t = 0; t < tiles_.size(); ++t) tiles_[t].slot = slots_.data() + first_slot[t];
 }
@@ -213,8 +213,8 @@ template <int W> template <class F> void RodTiles<W>::for_slots(std::size_t i, F
         return;
     }
     for (int k = 0; k < slots; ++k) {
-        const int stretch = std::min(k / tile.n, tile.strands->lanes_of(first) - 1);
-        f(k, tile.slot[k - stretch * tile.n], first + stretch);
+        const auto [row, lane_] = tile.strands->place(first, k);
+        f(k, tile.slot[row], lane_);
     }
 }
 

@@ -85,8 +85,14 @@ public:
     const RodGroup& group(int lane_) const { return *seat(lane_).group; }
     std::int64_t index(int lane_) const { return seat(lane_).index; }
 
-    /// Stretches of the rod in this lane.
-    int lanes_of(int lane_) const { return seat(lane_).lanes; }
+    /// Where a slot of the rod in this lane lies.
+    struct Place {
+        int row, lane;
+    };
+    Place place(int lane_, int slot_) const {
+        const int stretch = std::min(slot_ / rows_, seat(lane_).lanes - 1);
+        return {slot_ - stretch * rows_, seat(lane_).lane + stretch};
+    }
 
     LaneRows<Element> element; ///< [rows]
     LaneRows<Cell> cell;       ///< [rows]: between a row and the next
