@@ -60,6 +60,29 @@ Record works_record(const RodGroup& group) {
             }};
 }
 
+/// What passes remember of a rod (springs of friction at walls); no columns where they remember nothing.
+Record memory_record(const Communicator& comm, const RodGroup& group, const Rods& rods) {
+    std::size_t numbers = 0;
+    const auto local = rods.local();
+    for (std::size_t i = 0; i < local.size() && numbers == 0; ++i)
+        if (local[i].group == group.id()) numbers = rods.memory(i).size();
+    numbers = static_cast<std::size_t>(comm.max(static_cast<std::int64_t>(numbers)));
+    return {"/groups/" + group.name() + "/memory", 1, numbers,
+            [](const Rods& from, std::size_t i, std::span<double> out) {
+                const std::vector<double> all = from.memory(i);
+                std::copy(all.begin(), all.end(), out.begin());
+            },
+            [](Rods& to, std::size_t i, std::span<const double> in) { to.set_memory(i, in); }};
+}
+
+/// Every record that a group has.
+std::vector<Record> records_of(const Communicator& comm, const RodGroup& group, const Rods& rods, bool audited) {
+    std::vector<Record> all = {state_record(group)};
+    if (audited) all.push_back(works_record(group));
+    if (Record memory = memory_record(comm, group, rods); memory.columns > 0) all.push_back(std::move(memory));
+    return all;
+}
+
 std::vector<Slab> slabs(const Communicator& comm, const RodGroup& group, const Record& record) {
     const std::int64_t rods =
         comm.size() * std::max<std::int64_t>(1, slab_bytes_per_rank / static_cast<std::int64_t>(record.bytes()));
@@ -143,18 +166,48 @@ std::uint64_t read_record(const Communicator& comm, const H5File& file, const st
     return found;
 }
 
-std::uint64_t file_bytes(std::span<const RodGroup> groups, const CheckpointInfo& info) {
+std::string kept_dataset(const KeptNumbers& kept) { return "/kept/" + kept.name; }
+
+/// This rank's part of numbers that all ranks have.
+H5Box part_of(const Communicator& comm, std::size_t count) {
+    const auto begin = static_cast<std::uint64_t>(block_begin(static_cast<std::int64_t>(count), comm.rank(), comm.size()));
+    const auto end = static_cast<std::uint64_t>(block_begin(static_cast<std::int64_t>(count), comm.rank() + 1, comm.size()));
+    return {{begin}, {end - begin}};
+}
+
+void write_kept(const Communicator& comm, H5File& file, const KeptNumbers& kept) {
+    const std::string dataset = kept_dataset(kept);
+    file.make_dataset(dataset, H5Type::float64, {std::max<std::uint64_t>(1, kept.numbers.size())});
+    file.set(dataset, "digest", hash_numbers(0, kept.numbers));
+    file.set(dataset, "count", static_cast<std::int64_t>(kept.numbers.size()));
+    if (kept.numbers.empty()) return;
+    const H5Box box = part_of(comm, kept.numbers.size());
+    file.write(dataset, H5Type::float64, box, kept.numbers.data() + box.start[0]);
+}
+
+void read_kept(const H5File& file, const std::string& path, KeptNumbers& kept) {
+    const std::string dataset = kept_dataset(kept);
+    std::int64_t count = 0;
+    std::uint64_t written = 0;
+    file.get(dataset, "count", count);
+    file.get(dataset, "digest", written);
+    kept.numbers.resize(static_cast<std::size_t>(count));
+    if (count > 0) file.read(dataset, H5Type::float64, {{0}, {static_cast<std::uint64_t>(count)}}, kept.numbers.data());
+    if (hash_numbers(0, kept.numbers) != written) throw IoError(path + ": " + dataset + " is damaged");
+}
+
+std::uint64_t file_bytes(const Communicator& comm, std::span<const RodGroup> groups, const Rods& rods, const CheckpointInfo& info) {
     std::uint64_t bytes = info.scene.size();
     for (const RodGroup& group : groups)
-        bytes += static_cast<std::uint64_t>(group.count()) *
-                 (state_record(group).bytes() + (info.audited_from ? works_record(group).bytes() : 0));
+        for (const Record& record : records_of(comm, group, rods, info.audited_from.has_value())) bytes += static_cast<std::uint64_t>(group.count()) * record.bytes();
+    for (const KeptNumbers& kept : info.kept) bytes += kept.numbers.size() * sizeof(double);
     return bytes;
 }
 
 void write_state(const Communicator& comm, const std::string& path, std::span<const RodGroup> groups, const Rods& rods,
                  const CheckpointInfo& info) {
     H5File file(comm, path, H5File::Mode::create);
-    file.reserve(file_bytes(groups, info));
+    file.reserve(file_bytes(comm, groups, rods, info));
     file.set("/", "format", format_name);
     file.set("/", "version", format_version);
     file.set("/", "step", info.step);
@@ -167,9 +220,13 @@ void write_state(const Communicator& comm, const std::string& path, std::span<co
     std::uint64_t digest = 0;
     for (const RodGroup& group : groups) {
         file.make_group("/groups/" + group.name());
-        digest += write_record(comm, file, group, state_record(group), rods);
-        if (info.audited_from) write_record(comm, file, group, works_record(group), rods);
+        for (const Record& record : records_of(comm, group, rods, info.audited_from.has_value())) {
+            const std::uint64_t of_record = write_record(comm, file, group, record, rods);
+            if (record.dataset == state_record(group).dataset) digest += of_record;
+        }
     }
+    if (!info.kept.empty()) file.make_group("/kept");
+    for (const KeptNumbers& kept : info.kept) write_kept(comm, file, kept);
     if (digest != info.digest)
         throw IoError(
             fmt::format("{}: the state changed while it was written (digest {:016x}, was {:016x})", path, digest, info.digest));
@@ -180,8 +237,10 @@ std::uint64_t read_state(const Communicator& comm, const H5File& file, const std
                          bool audited, const Rods& owned_by, Rods* rods) {
     std::uint64_t digest = 0;
     for (const RodGroup& group : groups) {
-        digest += read_record(comm, file, path, group, state_record(group), owned_by, rods);
-        if (audited) read_record(comm, file, path, group, works_record(group), owned_by, rods);
+        for (const Record& record : records_of(comm, group, owned_by, audited)) {
+            const std::uint64_t of_record = read_record(comm, file, path, group, record, owned_by, rods);
+            if (record.dataset == state_record(group).dataset) digest += of_record;
+        }
     }
     return digest;
 }
@@ -208,7 +267,8 @@ void write_checkpoint(const Communicator& comm, const std::string& directory, st
     const std::string path = fmt::format("{}/checkpoint_{:012d}.h5", directory, info.step);
     const std::string temporary = path + ".tmp";
     try {
-        on_root(comm, [&] { require_space(directory, file_bytes(groups, info)); });
+        const std::uint64_t bytes = file_bytes(comm, groups, rods, info);
+        on_root(comm, [&] { require_space(directory, bytes); });
         write_state(comm, temporary, groups, rods, info);
         verify(comm, temporary, groups, info.audited_from.has_value(), rods);
         on_root(comm, [&] { publish(temporary, path); });
@@ -242,7 +302,7 @@ std::string scene_differences(const std::string& old_text, const std::string& ne
 }
 
 CheckpointInfo load(const Communicator& comm, const std::string& path, std::span<const RodGroup> groups, Rods& rods,
-                    const std::string& scene) {
+                    const std::string& scene, std::span<const std::string> kept) {
     H5File file(comm, path, H5File::Mode::read);
     std::string format;
     file.get("/", "format", format);
@@ -266,6 +326,7 @@ CheckpointInfo load(const Communicator& comm, const std::string& path, std::span
     if (audited) file.get("/", "audited_from", info.audited_from.emplace());
     if (read_state(comm, file, path, groups, info.audited_from.has_value(), rods, &rods) != info.digest)
         throw IoError(path + ": the digest of the whole state differs");
+    for (const std::string& name : kept) read_kept(file, path, info.kept.emplace_back(KeptNumbers{name, {}}));
     file.close();
     return info;
 }
@@ -288,11 +349,11 @@ std::vector<std::string> list_checkpoints(const Communicator& comm, const std::s
 
 std::optional<CheckpointInfo> read_checkpoint(const Communicator& comm, const std::string& directory,
                                               std::span<const RodGroup> groups, Rods& rods, const std::string& scene,
-                                              const std::function<void(const std::string&)>& warn) {
+                                              const std::function<void(const std::string&)>& warn, std::span<const std::string> kept) {
     const auto names = list_checkpoints(comm, directory);
     for (const std::string& name : names) {
         try {
-            return load(comm, directory + "/" + name, groups, rods, scene);
+            return load(comm, directory + "/" + name, groups, rods, scene, kept);
         } catch (const IoError& error) {
             if (comm.root()) warn(error.what());
         }

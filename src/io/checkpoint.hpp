@@ -11,8 +11,15 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <vector>
 
 namespace skein {
+
+/// Numbers of the scene as a whole that go with its rods, the same on all ranks.
+struct KeptNumbers {
+    std::string name;
+    std::vector<double> numbers;
+};
 
 struct CheckpointInfo {
     std::int64_t step = 0;
@@ -21,7 +28,8 @@ struct CheckpointInfo {
     std::string scene;        ///< canonical JSON of the scene; a run resumes only where it is equal
     std::string file;         ///< path it was read from
     std::optional<double> audited_from =
-        {}; ///< J, the energy that an audit began with; with it go the works of every rod. None: no audit
+        {    std::vector<KeptNumbers> kept = {};
+}; ///< J, the energy that an audit began with; with it go the works of every rod. None: no audit
 };
 
 /// Writes <directory>/checkpoint_<step, 12 digits>.h5, then removes all but it and the one before. Throws IoError on all ranks
@@ -32,9 +40,10 @@ void write_checkpoint(const Communicator& comm, const std::string& directory, st
 /// Loads the newest valid checkpoint of the directory into `rods`; nullopt where there is none at all. A file that is damaged
 /// (cannot be opened, wrong sizes, digest of a group differs) is named, with what is wrong, through `warn` (called on root), and
 /// the one before it is tried; where none is left, IoError is thrown. A sound one whose scene differs from `scene`, or of another
-/// version of the format, throws InputError saying what differs. `rods` is changed even where this throws.
+/// version of the format, throws InputError saying what differs. `kept`: names of what else to read. `rods` is changed even where
+/// this throws.
 std::optional<CheckpointInfo> read_checkpoint(const Communicator& comm, const std::string& directory,
                                               std::span<const RodGroup> groups, Rods& rods, const std::string& scene,
-                                              const std::function<void(const std::string&)>& warn);
+                                              const std::function<void(const std::string&)>& warn, std::span<const std::string> kept = {});
 
 } // namespace skein

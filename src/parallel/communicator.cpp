@@ -126,6 +126,13 @@ std::vector<std::string> Communicator::all_gather(const std::string& text) const
     return texts;
 }
 
+void Communicator::all_gather(std::span<const double> mine, std::span<const std::int64_t> counts, std::span<double> all) const {
+    const Layout layout(counts);
+    MPI_Allgatherv(mine.data(), static_cast<int>(mine.size()), MPI_DOUBLE, all.data(), layout.counts.data(), layout.offsets.data(), MPI_DOUBLE, native(handle_));
+    ++counted.calls;
+    counted.bytes += static_cast<std::int64_t>(mine.size_bytes()) * (size_ - 1);
+}
+
 std::vector<std::byte> Communicator::all_to_all(std::span<const std::byte> records, std::size_t record_bytes,
                                                 std::span<const std::int64_t> send_counts,
                                                 std::vector<std::int64_t>& receive_counts) const {

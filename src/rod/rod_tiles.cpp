@@ -110,6 +110,10 @@ RodTiles<W>::RodTiles(std::span<const RodGroup> groups, std::vector<LocalRod> ro
     : groups_(groups), local_(std::move(rods)), programs_(std::move(programs)), audits_(std::move(audits)), threads_(threads),
       watch_(watch) {
     lay_out(tiling);
+    for (const TileProgram<W>& program : programs_) {
+        const auto meet = std::find_if(program.begin(), program.end(), [](const auto& pass) { return pass->rods_meet(); });
+        meeting_.push_back(meet == program.end() ? 0 : static_cast<std::size_t>(meet - program.begin()) + 1);
+    }
     take_start_states();
 
     int most_slots = 0;
@@ -121,8 +125,11 @@ RodTiles<W>::RodTiles(std::span<const RodGroup> groups, std::vector<LocalRod> ro
     advance_tile_ = [this](std::size_t t, int thread) {
         const RodTile<W>& tile = tiles_[t];
         SlotLoad<W>* load = scratch_[static_cast<std::size_t>(thread)].data();
+        const TileProgram<W>& program = programs_[tile.program];
+        const std::size_t meeting = meeting_[tile.program];
+        const std::size_t first = part_ == Part::from_there ? meeting : 0, behind = part_ == Part::until_they_meet ? meeting : program.size();
         for (const Step& step : batch_)
-            for (const auto& pass : programs_[tile.program]) pass->run(tile, load, step);
+            for (std::size_t pass = first; pass < behind; ++pass) program[pass]->run(tile, load, step);
         if (check_ && !healthy(tile)) fit_.store(false, std::memory_order_relaxed);
     };
 }
@@ -221,12 +228,32 @@ template <int W> template <class F> void RodTiles<W>::for_slots(std::size_t i, F
 template <int W> bool RodTiles<W>::visit(std::span<const Step> steps, bool check) {
     for (auto& program : programs_)
         for (auto& pass : program) pass->prepare(steps);
-    batch_ = steps;
     check_ = check;
     fit_ = true;
     near_ = false;
-    threads_.for_each(tiles_.size(), advance_tile_);
+    run(Part::whole, steps);
     return fit_;
+}
+
+template <int W> void RodTiles<W>::move(const Step& step) {
+    for (auto& program : programs_)
+        for (auto& pass : program) pass->prepare({&step, 1});
+    check_ = false;
+    run(Part::until_they_meet, {&step, 1});
+}
+
+template <int W> bool RodTiles<W>::act(const Step& step, bool check) {
+    check_ = check;
+    fit_ = true;
+    near_ = false;
+    run(Part::from_there, {&step, 1});
+    return fit_;
+}
+
+template <int W> void RodTiles<W>::run(Part part, std::span<const Step> steps) {
+    part_ = part;
+    batch_ = steps;
+    threads_.for_each(tiles_.size(), advance_tile_);
 }
 
 template <int W> void RodTiles<W>::export_rod(std::size_t i, std::span<Slot<1>> out) const {
@@ -274,6 +301,27 @@ template <int W> void RodTiles<W>::set_works(std::size_t i, const RodWorks& work
     if (audits_.empty()) return;
     const auto [t, l] = place_[i];
     audits_[static_cast<std::size_t>(local_[i].group)]->set_works(tiles_[t].number, l, works);
+}
+
+template <int W> std::vector<double> RodTiles<W>::memory(std::size_t i) const {
+    std::vector<double> numbers;
+    const auto [t, l] = place_[i];
+    for (const auto& pass : programs_[tiles_[t].program])
+        for (const Vec3<Pack<W>>& v : pass->memory(tiles_[t]))
+            for (const double x : {v.x[l], v.y[l], v.z[l]}) numbers.push_back(x);
+    return numbers;
+}
+
+template <int W> void RodTiles<W>::set_memory(std::size_t i, std::span<const double> numbers) {
+    const auto [t, first] = place_[i];
+    const RodTile<W>& tile = tiles_[t];
+    const int last = first == tile.lanes - 1 ? W - 1 : first; // spare lanes do what the last rod does
+    std::size_t at = 0;
+    for (const auto& pass : programs_[tile.program])
+        for (Vec3<Pack<W>>& v : pass->memory(tile)) {
+            for (int l = first; l <= last; ++l) set_lane(v, l, {numbers[at], numbers[at + 1], numbers[at + 2]});
+            at += 3;
+        }
 }
 
 template <int W> std::size_t RodTiles<W>::bytes() const {

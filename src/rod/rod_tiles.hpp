@@ -29,6 +29,8 @@ public:
              const Threads& threads, std::vector<std::shared_ptr<AuditBook<W>>> audits = {}, StepWatch watch = {});
 
     bool visit(std::span<const Step> steps, bool check) override;
+    void move(const Step& step) override;
+    bool act(const Step& step, bool check) override;
     std::string near_limit() const override;
     std::span<const LocalRod> local() const override { return local_; }
     void export_rod(std::size_t i, std::span<Slot<1>> out) const override;
@@ -37,9 +39,14 @@ public:
     void inspect(std::int64_t step, double dt) const override;
     RodWorks works(std::size_t i) const override;
     void set_works(std::size_t i, const RodWorks& works) override;
+    std::vector<double> memory(std::size_t i) const override;
+    void set_memory(std::size_t i, std::span<const double> numbers) override;
     std::size_t bytes() const override;
 
 private:
+    enum class Part { whole, until_they_meet, from_there };
+    /// Runs part of every step of the batch over all tiles.
+    void run(Part part, std::span<const Step> steps);
     struct Place {
         std::size_t tile;
         int lane;
@@ -73,7 +80,9 @@ private:
     std::deque<Strands<W>> strands_;                  ///< of tiles along
     std::vector<Place> place_;                        ///< of local()[i]
     mutable std::vector<AlignedVector<SlotLoad<W>>> scratch_; ///< per thread
+    std::vector<std::size_t> meeting_;                ///< by program: passes until rods meet
     std::span<const Step> batch_;                     ///< steps of the visit under way
+    Part part_ = Part::whole;                         ///< of the visit under way
     bool check_ = false;                              ///< of the visit under way
     std::atomic<bool> fit_ = true, near_ = false;
     std::function<void(std::size_t, int)> advance_tile_;

@@ -31,6 +31,9 @@ public:
 
     /// Advances every rod by the given steps, tile by tile. With `check`, false if a rod came out unfit (see inspect).
     virtual bool visit(std::span<const Step> steps, bool check) = 0;
+    /// A step of rods that feel each other, in two halves: `move` until they meet, `act` from there; the second tells what visit does.
+    virtual void move(const Step& step) = 0;
+    virtual bool act(const Step& step, bool check) = 0;
     /// Names the rod whose strains leave the step least room, where the last check found one that is near its limit
     /// (rod/step_watch.hpp).
     virtual std::string near_limit() const = 0;
@@ -49,6 +52,9 @@ public:
     virtual RodWorks works(std::size_t i) const = 0;
     /// Goes on from sums that a checkpoint kept; nothing without an audit.
     virtual void set_works(std::size_t i, const RodWorks& works) = 0;
+    /// What passes remember of local()[i] from step to step: the same numbers for any width and lane.
+    virtual std::vector<double> memory(std::size_t i) const = 0;
+    virtual void set_memory(std::size_t i, std::span<const double> numbers) = 0;
     /// Bytes held for state, parameters and scratch.
     virtual std::size_t bytes() const = 0;
 };

@@ -57,6 +57,10 @@ public:
     /// Called once before the tiles of a batch of steps are visited; serial.
     virtual void prepare(std::span<const Step>) {}
     virtual void run(const RodTile<W>& rod, SlotLoad<W>* load, const Step& step) const = 0;
+    /// Rods that feel each other meet after this pass: all must have come here before any goes on.
+    virtual bool rods_meet() const { return false; }
+    /// What the pass remembers of a tile from step to step, lane by lane, for checkpoints.
+    virtual std::span<Vec3<Pack<W>>> memory(const RodTile<W>&) { return {}; }
 };
 
 } // namespace skein

@@ -1,5 +1,8 @@
 #include "scene/plan.hpp"
 
+#include "contact/contact_limits.hpp"
+#include "contact/contact_view.hpp"
+#include "contact/wall_pass.hpp"
 #include "core/error.hpp"
 #include "io/trajectory.hpp"
 #include "loads/laplacian_filter.hpp"
@@ -78,6 +81,23 @@ void limit_by_drag(GroupPlan& p, const RodGroup& group, const Scheme& scheme) {
     if (dt < 0.99 * fastest) p.limits.insert(p.limits.begin(), {"slender-body drag", dt, rate.element});
 }
 
+/// Told, and kept to, where contacts leave less than ten times what the rod does.
+void limit_by_contact(GroupPlan& p, const RodGroup& group, const SceneSpec& scene) {
+    TimeLimit least{"contact", HUGE_VAL, 0};
+    const auto consider = [&](const ContactLaw& law, double share) {
+        const TimeLimit limit = contact_time_limit(group, resolved(law, group), share);
+        if (limit.dt < least.dt) least = limit;
+    };
+    if (scene.contact) consider(scene.contact->law, scene.contact->overlap);
+    for (const ContactPair& pair : scene.contact_pairs)
+        if (acts_on(pair.between, group.name())) consider(pair.law, scene.contact->overlap);
+    for (const Wall& wall : scene.walls)
+        if (acts_on(wall.rods, group.name())) consider(wall.law, 0.1);
+    if (!std::isfinite(least.dt)) return;
+    p.limits.push_back(least);
+    std::stable_sort(p.limits.begin(), p.limits.end(), [](const TimeLimit& a, const TimeLimit& b) { return a.dt < b.dt; });
+}
+
 GroupPlan plan_group(const SceneSpec& scene, const RodGroup& group) {
     GroupPlan p{.name = group.name(), .rods = group.count(), .elements = group.elements()};
     for (std::size_t i = 0; i < scene.loads.size(); ++i) {
@@ -101,9 +121,14 @@ GroupPlan plan_group(const SceneSpec& scene, const RodGroup& group) {
     if (audit && group.spec().ends_move()) pass(AuditEndsPass<1>::pass_name);
     if (group.spec().ends_move()) pass(MoveEndsPass<1>::pass_name);
     pass(OrthonormalisePass<1>::pass_name);
+    if (scene.contact) pass(ShowPass<1>::pass_name);
     pass(group.law() == Law::elastica ? ElasticaPass<1>::pass_name : with_energy_law(group.law(), []<class L>(L) { return L::name; }));
     if (audit) pass(AuditInnerPass<IncompressibleLaw, 1>::pass_name);
     for (const Load& load : p.loads) pass(kind_of(load));
+    for (std::size_t w = 0; w < scene.walls.size(); ++w)
+        if (acts_on(scene.walls[w].rods, group.name())) p.walls = true;
+    if (p.walls) pass(WallPass<1>::pass_name);
+    if (scene.contact) pass(FeelPass<1>::pass_name);
     if (group.closed()) pass(FoldRingPass<1>::pass_name);
     if (audit) pass(AuditLoadsPass<1>::pass_name);
     pass(kick_names[static_cast<std::size_t>(p.kick)]);
@@ -115,6 +140,7 @@ GroupPlan plan_group(const SceneSpec& scene, const RodGroup& group) {
     p.ns_per_element_step = (p.circular ? drift_ns : elliptic_drift_ns) + elastic_ns + (p.kick == KickKind::undamped || p.kick == KickKind::constant_rates ? kick_ns : stretched_kick_ns) +
                             load_ns * static_cast<double>(p.loads.size());
     p.limits = time_limits(group);
+    limit_by_contact(p, group, scene);
     limit_by_drag(p, group, scheme_of(scene.time.integrator));
     p.tension_limit = tension_limit(group);
     p.hints = hints_for(group);
@@ -126,7 +152,7 @@ GroupPlan plan_group(const SceneSpec& scene, const RodGroup& group) {
 /// Strands are open, at rest at their ends, and looked at from slot to slot alone.
 bool can_lie_along(const GroupPlan& p, const RodGroup& group, const SceneSpec& scene) {
     const RodSpec& spec = group.spec();
-    if (group.closed() || group.law() == Law::elastica || spec.ends_move() || spec.hold.any() || scene.output.audit) return false;
+    if (scene.contact || p.walls || group.closed() || group.law() == Law::elastica || spec.ends_move() || spec.hold.any() || scene.output.audit) return false;
     for (const Load& load : p.loads)
         if (std::visit([]<class L>(const L&) { return needs_whole_rods<L>; }, load)) return false;
     return std::none_of(p.damping.begin(), p.damping.end(), [](const Damping& d) { return d.kind == DampingKind::laplacian; });
@@ -244,7 +270,8 @@ void list_absent(Plan& plan, const SceneSpec& scene) {
     need(plan.cadence.trajectory > 0, "trajectory");
     need(plan.cadence.tips > 0, "tips");
     need(plan.cadence.series > 0, "time series");
-    need(false, "coupling between rods (messages per step: 0)");
+    need(!plan.walls.empty(), "walls");
+    need(plan.contact.has_value(), "coupling between rods (messages per step: 0)");
 }
 
 /// Of frames that wait to be written together: as many as a rank's buffer holds of its share, but one at least.
@@ -252,6 +279,17 @@ double waiting_bytes(double frames, double frame_bytes, int ranks) {
     if (frames == 0) return 0;
     const double most = std::max(1.0, std::floor(static_cast<double>(FrameWriter::default_buffer_bytes) * ranks / frame_bytes));
     return std::min(frames, most) * frame_bytes;
+}
+
+} // namespace
+
+namespace {
+
+ContactLaws contact_laws(const SceneSpec& scene, std::span<const RodGroup> groups) {
+    ContactLaws laws(groups.size());
+    for (std::size_t a = 0; a < groups.size(); ++a)
+        for (std::size_t b = 0; b <= a; ++b) laws.set(a, b, resolved(scene.contact->law, groups[a], groups[b]));
+    return laws;
 }
 
 } // namespace
@@ -267,6 +305,10 @@ std::vector<RodGroup> make_groups(const SceneSpec& scene) {
     return groups;
 }
 
+bool steps_together(const Plan& plan) {
+    return plan.contact || std::any_of(plan.walls.begin(), plan.walls.end(), [](const Wall& wall) { return wall.servo.present(); });
+}
+
 Tiling tiling_of(const Plan& plan, std::span<const std::int64_t> counts) {
     std::vector<TilingGroup> groups;
     for (std::size_t g = 0; g < plan.groups.size(); ++g) groups.push_back({counts[g], plan.groups[g].elements, plan.groups[g].family});
@@ -278,6 +320,9 @@ Plan make_plan(const SceneSpec& scene, std::span<const RodGroup> groups, const M
     double frame_values = 0, tip_values = 0;
     for (const RodGroup& group : groups) plan.groups.push_back(plan_group(scene, group));
     find_families(plan, groups, scene);
+    plan.contact = scene.contact;
+    if (scene.contact) plan.contact_laws = contact_laws(scene, groups);
+    plan.walls = expanded(scene.walls);
     const double ns = lay_out(plan);
     for (const GroupPlan& p : plan.groups) {
         plan.rods += p.rods;

@@ -8,6 +8,7 @@
 #include "scene/scene_spec.hpp"
 
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -34,6 +35,7 @@ struct GroupPlan {
     int family = -1;                    ///< groups with the same passes, which may share tiles along; -1: across only
     std::vector<std::size_t> load_numbers; ///< of `loads` in the scene
     bool circular = true;
+    bool walls = false;                 ///< it may touch some
     KickKind kick = KickKind::undamped;
     DampingScheme damping_scheme = DampingScheme::exponential;
     std::vector<Damping> damping;       ///< that act on this group
@@ -63,6 +65,9 @@ struct Plan {
     std::size_t governing = 0; ///< group whose limit is smallest
     std::int64_t steps = 0;
     Cadence cadence;
+    std::optional<ContactSpec> contact;   ///< of rods with each other; absent: nothing is searched, kept or sent
+    ContactLaws contact_laws;             ///< by pair of groups
+    std::vector<Wall> walls;              ///< planes, tubes and balls: boxes are taken apart
     bool audit = false;                   ///< energy audit
     std::vector<std::string> observables; ///< sets that the scene adds to the series
     int families = 0;
@@ -78,6 +83,9 @@ Plan make_plan(const SceneSpec& scene, std::span<const RodGroup> groups, const M
 
 /// Which of a rank's rods, counted by group, lie across and which along.
 Tiling tiling_of(const Plan& plan, std::span<const std::int64_t> counts);
+
+/// Rods must wait for each other in every step: they touch, or a wall heeds what all of them do to it.
+bool steps_together(const Plan& plan);
 
 /// The groups of a scene with their constants worked out.
 std::vector<RodGroup> make_groups(const SceneSpec& scene);

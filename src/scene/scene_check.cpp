@@ -50,6 +50,8 @@ public:
             acted_on(scene_.damping[i].rods, path);
             damping(scene_.damping[i].damping, path);
         }
+        contact();
+        walls();
         return std::move(found_);
     }
 
@@ -342,6 +344,56 @@ private:
         if (!given(path + ".rate")) add(path, fmt::format("'rate' [1/s] is needed {}", where));
     }
 
+    void law(const ContactLaw& law, const std::string& path) {
+        if (law.stiffness <= 0 && !(law.restitution > 0 && law.collision_time > 0))
+            add(path, "a contact needs 'stiffness', or 'restitution' and 'collision_time' [s]");
+        if (law.friction == ContactFriction::none) unused(path, {"static_friction", "kinetic_friction", "friction_from"}, "without 'friction'");
+        else if (law.static_friction <= 0 && law.kinetic_friction <= 0) add(path, "friction needs 'static_friction' or 'kinetic_friction'");
+        const bool slips = law.friction == ContactFriction::regularised || law.friction == ContactFriction::published;
+        if (slips && law.slip_speed <= 0) add(path, "this friction needs 'slip_speed' [m/s]");
+        if (law.soft_until == 0) unused(path, {"soft_stiffness", "soft_damping"}, "without 'soft_until' [s]");
+    }
+
+    void contact() {
+        if (!scene_.contact) {
+            for (std::size_t i = 0; i < scene_.contact_pairs.size(); ++i) add(fmt::format("contact_pair.{}", i), "a [[contact_pair]] needs [contact]");
+            return;
+        }
+        law(scene_.contact->law, "contact");
+        if (!scene_.contact->self) unused("contact", {"self_gap"}, "without 'self'");
+        if (scene_.time.integrator != Integrator::verlet) add("contact", "contact needs integrator = \"verlet\": the kicks of \"pefrl\" go backwards too");
+        for (std::size_t i = 0; i < scene_.rods.size(); ++i)
+            if (scene_.contact->self && scene_.rods[i].shape.closed) add(fmt::format("rods.{}.shape.closed", i), "rings do not touch themselves: contact.self is for open rods");
+        for (std::size_t i = 0; i < scene_.contact_pairs.size(); ++i) {
+            const ContactPair& pair = scene_.contact_pairs[i];
+            const std::string path = fmt::format("contact_pair.{}", i);
+            if (pair.between.size() != 2) add(path + ".between", "'between' names two groups, or one group twice");
+            for (std::size_t j = 0; j < pair.between.size(); ++j) known_group(pair.between[j], fmt::format("{}.between.{}", path, j));
+            law(pair.law, path);
+            if (pair.law.normal != scene_.contact->law.normal || pair.law.friction != scene_.contact->law.friction)
+                add(path, "'normal' and 'friction' must be those of [contact]; the numbers may differ");
+        }
+    }
+
+    void known_group(const std::string& name, const std::string& path) {
+        std::vector<std::string_view> known;
+        for (const RodSpec& rods : scene_.rods) known.push_back(rods.name);
+        if (std::find(known.begin(), known.end(), name) == known.end()) add(path, fmt::format("there is no group of rods '{}'{}", name, suggestion(name, known, "the groups are")));
+    }
+
+    void walls() {
+        for (std::size_t i = 0; i < scene_.walls.size(); ++i) {
+            const Wall& wall = scene_.walls[i];
+            const std::string path = fmt::format("wall.{}", i);
+            if (!good_name(wall.name)) add(path + ".name", fmt::format("'{}' cannot name a wall: use letters, digits, _ and -", wall.name));
+            for (std::size_t j = 0; j < i; ++j)
+                if (scene_.walls[j].name == wall.name) add(path + ".name", fmt::format("two walls are named '{}'", wall.name));
+            acted_on(wall.rods, path);
+            law(wall.law, path);
+        }
+        if (!scene_.walls.empty() && scene_.time.integrator != Integrator::verlet) add("wall.0", "walls need integrator = \"verlet\"");
+    }
+
     const SceneSpec& scene_;
     const std::set<std::string>& given_;
     std::vector<Contradiction> found_;
@@ -356,6 +408,8 @@ std::string source_prefix(const SceneSpec& scene, const std::string& path) {
     if (path.starts_with("rods.")) return prefix(scene.rods, 5);
     if (path.starts_with("load.")) return prefix(scene.loads, 5);
     if (path.starts_with("damping.")) return prefix(scene.damping, 8);
+    if (path.starts_with("contact_pair.")) return prefix(scene.contact_pairs, 13);
+    if (path.starts_with("wall.")) return prefix(scene.walls, 5);
     return scene.file.empty() ? "" : scene.file + ": ";
 }
 

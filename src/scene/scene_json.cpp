@@ -68,6 +68,9 @@ std::string scene_json(const SceneSpec& scene, bool physics_only) {
     for (RodSpec& rods : copy.rods) json["rods"].push_back(echo([&](FieldVisitor& f) { rods.fields(f); }));
     for (LoadSpec& load : copy.loads) json["load"].push_back(echo([&](FieldVisitor& f) { load_fields(f, load); }));
     for (DampingSpec& damping : copy.damping) json["damping"].push_back(echo([&](FieldVisitor& f) { damping_fields(f, damping); }));
+    if (copy.contact) json["contact"] = echo([&](FieldVisitor& f) { copy.contact->fields(f); });
+    for (ContactPair& pair : copy.contact_pairs) json["contact_pair"].push_back(echo([&](FieldVisitor& f) { pair.fields(f); }));
+    for (Wall& wall : copy.walls) json["wall"].push_back(echo([&](FieldVisitor& f) { wall.fields(f); }));
     if (!physics_only) {
         json["title"] = scene.title;
         json["output"] = echo([&](FieldVisitor& f) { copy.output.fields(f); });

@@ -78,6 +78,15 @@ Keys keys_of(LoadSpec spec, const std::string& table) {
 Keys keys_of(DampingSpec spec, const std::string& table) {
     return listed(table, [&](FieldVisitor& f) { damping_fields(f, spec); });
 }
+Keys keys_of(ContactSpec spec, const std::string& table) {
+    return listed(table, [&](FieldVisitor& f) { spec.fields(f); });
+}
+Keys keys_of(ContactPair spec, const std::string& table) {
+    return listed(table, [&](FieldVisitor& f) { spec.fields(f); });
+}
+Keys keys_of(Wall spec, const std::string& table) {
+    return listed(table, [&](FieldVisitor& f) { spec.fields(f); });
+}
 Keys title_key(std::string title) {
     return listed("", [&](FieldVisitor& f) { f.visit(title_field, title); });
 }
@@ -99,6 +108,9 @@ std::vector<KeyEntry> all_keys() {
     for (std::size_t kind = 0; kind < load_kinds.size(); ++kind)
         append(all, keys_of(LoadSpec{.load = make_load(static_cast<int>(kind))}, fmt::format("load.{}", load_kinds[kind])));
     append(all, keys_of(DampingSpec{}, "damping"));
+    append(all, keys_of(ContactSpec{}, "contact"));
+    append(all, keys_of(ContactPair{}, "contact_pair"));
+    append(all, keys_of(Wall{}, "wall"));
     append(all, keys_of(OutputSpec{}, "output"));
     return all;
 }
@@ -113,13 +125,16 @@ std::set<std::string> changed_keys(const SceneSpec& scene) {
         add_changed(paths, scene.loads[i], defaults, fmt::format("load.{}", i));
     }
     for (std::size_t i = 0; i < scene.damping.size(); ++i) add_changed(paths, scene.damping[i], DampingSpec{}, fmt::format("damping.{}", i));
+    if (scene.contact) add_changed(paths, *scene.contact, ContactSpec{}, "contact");
+    for (std::size_t i = 0; i < scene.contact_pairs.size(); ++i) add_changed(paths, scene.contact_pairs[i], ContactPair{}, fmt::format("contact_pair.{}", i));
+    for (std::size_t i = 0; i < scene.walls.size(); ++i) add_changed(paths, scene.walls[i], Wall{}, fmt::format("wall.{}", i));
     return paths;
 }
 
 std::string table_heading(const std::string& table) {
     if (table.empty()) return "top level";
     if (table.starts_with("load.")) return fmt::format("[[load]] of kind \"{}\"", table.substr(5));
-    return table == "rods" || table == "damping" ? fmt::format("[[{}]]", table) : fmt::format("[{}]", table);
+    return table == "rods" || table == "damping" || table == "contact_pair" || table == "wall" ? fmt::format("[[{}]]", table) : fmt::format("[{}]", table);
 }
 
 std::string bounds_text(const Field& field) {

@@ -258,6 +258,10 @@ SceneSpec read_tables(const TomlValue& root, Problems& problems) {
     read_list(reader, problems, "rods", scene.rods, [](FieldVisitor& f, RodSpec& spec) { spec.fields(f); });
     read_list(reader, problems, "load", scene.loads, load_fields);
     read_list(reader, problems, "damping", scene.damping, damping_fields);
+    if (root.find("contact")) read_table(reader, problems, "contact", scene.contact.emplace(), false);
+    else reader.top_level("contact", false);
+    read_list(reader, problems, "contact_pair", scene.contact_pairs, [](FieldVisitor& f, ContactPair& spec) { spec.fields(f); });
+    read_list(reader, problems, "wall", scene.walls, [](FieldVisitor& f, Wall& spec) { spec.fields(f); });
     read_table(reader, problems, "output", scene.output, false);
     reader.leave();
     return scene;

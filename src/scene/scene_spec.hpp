@@ -1,11 +1,14 @@
 // A scene as plain data: what a TOML file or a C++ author says, before anything is decided about how to run it.
 #pragma once
 
+#include "contact/contact_spec.hpp"
+#include "contact/wall.hpp"
 #include "io/output_spec.hpp"
 #include "loads/load_spec.hpp"
 #include "rod/rod_spec.hpp"
 #include "time/time_spec.hpp"
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -17,6 +20,9 @@ struct SceneSpec {
     std::vector<RodSpec> rods;
     std::vector<LoadSpec> loads;
     std::vector<DampingSpec> damping;
+    std::optional<ContactSpec> contact; ///< absent: rods do not feel each other
+    std::vector<ContactPair> contact_pairs;
+    std::vector<Wall> walls;
     OutputSpec output;
 
     std::string file; ///< where the scene was read from; relative paths in it start there

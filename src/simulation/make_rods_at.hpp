@@ -1,6 +1,7 @@
 // make_rods at one SIMD width; instantiated once per width, each in a file of its own to keep builds parallel.
 #pragma once
 
+#include "contact/wall_pass.hpp"
 #include "loads/laplacian_filter.hpp"
 #include "loads/load_pass.hpp"
 #include "rod/audit.hpp"
@@ -50,7 +51,8 @@ std::unique_ptr<TilePass<W>> make_audit_inner(const RodGroup& group, const std::
 
 /// The step of one group: drift, forces, kick (theory.md (20)). `audit`: its book, or null.
 template <int W>
-TileProgram<W> make_program(const GroupPlan& plan, const RodGroup& group, Scheme scheme, double dt, const std::shared_ptr<AuditBook<W>>& audit = nullptr) {
+TileProgram<W> make_program(const GroupPlan& plan, const RodGroup& group, Scheme scheme, double dt, const std::shared_ptr<AuditBook<W>>& audit = nullptr,
+                            const Surroundings& around = {}) {
     TileProgram<W> program;
     with_top(group, [&]<class Top>(Top) { program.push_back(std::make_unique<DriftPass<Top, W>>()); });
     if (group.closed()) program.push_back(std::make_unique<CloseRingPass<W>>());
@@ -58,9 +60,12 @@ TileProgram<W> make_program(const GroupPlan& plan, const RodGroup& group, Scheme
     if (moving && audit) program.push_back(std::make_unique<AuditEndsPass<W>>(audit));
     if (moving) program.push_back(std::make_unique<MoveEndsPass<W>>(moving));
     program.push_back(std::make_unique<OrthonormalisePass<W>>());
+    if (around.others) program.push_back(std::make_unique<ShowPass<W>>(around.others, group));
     program.push_back(make_elastic<W>(group, moving));
     if (audit) program.push_back(make_audit_inner<W>(group, audit, moving));
     for (const Load& load : plan.loads) program.push_back(make_pass<W>(load, group));
+    if (plan.walls) program.push_back(std::make_unique<WallPass<W>>(around.walls, group));
+    if (around.others) program.push_back(std::make_unique<FeelPass<W>>(around.others));
     if (group.closed()) program.push_back(std::make_unique<FoldRingPass<W>>());
     if (audit) program.push_back(std::make_unique<AuditLoadsPass<W>>(audit));
     program.push_back(make_kick<W>(plan, group, scheme, dt));
@@ -95,12 +100,12 @@ template <int W> TileProgram<W> make_program_along(const Plan& plan, std::span<c
 }
 
 template <int W>
-std::unique_ptr<Rods> make_rods_at(const Plan& plan, std::span<const RodGroup> groups, std::vector<LocalRod> owned, const Threads& threads) {
+std::unique_ptr<Rods> make_rods_at(const Plan& plan, std::span<const RodGroup> groups, std::vector<LocalRod> owned, const Threads& threads, const Surroundings& around) {
     std::vector<TileProgram<W>> programs;
     std::vector<std::shared_ptr<AuditBook<W>>> audits;
     for (std::size_t g = 0; g < groups.size(); ++g) {
         const auto audit = plan.audit ? std::make_shared<AuditBook<W>>(groups[g]) : nullptr;
-        programs.push_back(make_program<W>(plan.groups[g], groups[g], scheme_of(plan.integrator), plan.dt, audit));
+        programs.push_back(make_program<W>(plan.groups[g], groups[g], scheme_of(plan.integrator), plan.dt, audit, around));
         if (audit) audits.push_back(audit);
     }
     std::vector<std::int64_t> counts(groups.size(), 0);
@@ -115,9 +120,9 @@ std::unique_ptr<Rods> make_rods_at(const Plan& plan, std::span<const RodGroup> g
 }
 
 #define SKEIN_MAKE_RODS_AT(W) \
-    template std::unique_ptr<Rods> make_rods_at<W>(const Plan&, std::span<const RodGroup>, std::vector<LocalRod>, const Threads&)
+    template std::unique_ptr<Rods> make_rods_at<W>(const Plan&, std::span<const RodGroup>, std::vector<LocalRod>, const Threads&, const Surroundings&)
 #define SKEIN_MAKE_PROGRAM(W) \
-    template TileProgram<W> make_program<W>(const GroupPlan&, const RodGroup&, Scheme, double, const std::shared_ptr<AuditBook<W>>&)
+    template TileProgram<W> make_program<W>(const GroupPlan&, const RodGroup&, Scheme, double, const std::shared_ptr<AuditBook<W>>&, const Surroundings&)
 extern SKEIN_MAKE_PROGRAM(1);
 extern SKEIN_MAKE_PROGRAM(2);
 extern SKEIN_MAKE_PROGRAM(4);

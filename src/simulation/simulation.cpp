@@ -68,11 +68,15 @@ Simulation::Simulation(const Communicator& comm, const Threads& threads, const S
         lock_ = std::make_unique<DirectoryLock>(options_.out);
         if (options_.overwrite) remove_results(options_.out);
     });
-    rods_ = make_rods(plan_, groups_, partition(comm_, groups_), threads_);
+    const Surroundings around = make_surroundings(plan_, groups_);
+    rods_ = make_rods(plan_, groups_, partition(comm_, groups_), threads_, around);
+    if (around.others || around.walls) interactions_ = std::make_unique<Interactions>(comm_, threads_, plan_, groups_, *rods_, around);
 
     const auto warn = [](const std::string& text) { std::fprintf(stderr, "warning: %s\n", text.c_str()); };
-    const auto found = read_checkpoint(comm_, options_.out, groups_, *rods_, physics_, warn);
+    const std::vector<std::string> kept = interactions_ ? interactions_->kept_names() : std::vector<std::string>();
+    const auto found = read_checkpoint(comm_, options_.out, groups_, *rods_, physics_, warn, kept);
     if (found) {
+        if (interactions_) interactions_->restore(found->kept);
         clock_ = Clock(plan_.dt, found->step, plan_.integrator);
         last_checkpoint_ = found->step;
         if (comm_.root())
@@ -106,17 +110,13 @@ void Simulation::begin_audit(std::optional<double> audited_from) {
 std::uint64_t Simulation::digest() const { return comm_.sum_wrapping(rods_->digest()); }
 
 void Simulation::advance(std::int64_t until) {
-    const bool together = options_.protocol == Protocol::synchronous;
+    const bool coupled = interactions_ && steps_together(plan_), together = coupled || options_.protocol == Protocol::synchronous;
     bool going = true;
     while (clock_.done() < until && going) {
         const auto steps = clock_.next(until, together ? 1 : Clock::largest_batch);
         const std::int64_t last = steps.back().index;
         const bool check = last == until || last / check_every > clock_.done() / check_every;
-        bool fit = true;
-        {
-            const auto timing = timers_.time(Phase::rods);
-            fit = rods_->visit(steps, check); // per tile: drift, forces, loads, kick
-        }
+        const bool fit = coupled ? step_together(steps.front(), check) : step_alone(steps, check);
         clock_.advance(steps);
         if (check && !told_limit_ && near_limit_.empty()) {
             near_limit_ = rods_->near_limit();
@@ -124,9 +124,31 @@ void Simulation::advance(std::int64_t until) {
         }
         if (!fit) try {
                 rods_->inspect(clock_.done(), plan_.dt);
+                interactions_->inspect(clock_.done());
             } catch (const NumericalError& e) { failure_ = e.what(); } // the other ranks learn of it when they meet
         going = together ? meet() : failure_.empty();
     }
+}
+
+bool Simulation::step_alone(std::span<const Step> steps, bool check) {
+    const auto timing = timers_.time(Phase::rods);
+    return rods_->visit(steps, check); // per tile: drift, forces, loads, kick
+}
+
+bool Simulation::step_together(const Step& step, bool check) {
+    interactions_->set_out(step); // walls
+    {
+        const auto timing = timers_.time(Phase::rods);
+        rods_->move(step); // per tile: drift
+    }
+    interactions_->meet(step, timers_); // contacts
+    bool fit = true;
+    {
+        const auto timing = timers_.time(Phase::rods);
+        fit = rods_->act(step, check); // per tile: forces, loads, walls, kick
+    }
+    interactions_->steer(step); // servos
+    return fit && (!check || interactions_->fit());
 }
 
 bool Simulation::meet() {
@@ -264,7 +286,9 @@ void Simulation::checkpoint() {
     }
     if (!options_.checkpoint) return;
     const auto timing = timers_.time(Phase::checkpoint);
-    write_checkpoint(comm_, options_.out, groups_, *rods_, {clock_.done(), plan_.dt, digest(), physics_, {}, audited_from_});
+    CheckpointInfo info{clock_.done(), plan_.dt, digest(), physics_, {}, audited_from_};
+    if (interactions_) info.kept = interactions_->kept();
+    write_checkpoint(comm_, options_.out, groups_, *rods_, info);
     last_checkpoint_ = clock_.done();
 }
 

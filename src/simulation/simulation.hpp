@@ -11,6 +11,7 @@
 #include "parallel/threads.hpp"
 #include "rod/rods.hpp"
 #include "scene/plan.hpp"
+#include "simulation/interactions.hpp"
 #include "simulation/progress.hpp"
 #include "time/clock.hpp"
 
@@ -67,6 +68,10 @@ public:
     void advance(std::int64_t until);
 
 private:
+    /// Steps of rods that do not, many in a visit.
+    bool step_alone(std::span<const Step> steps, bool check);
+    /// One step of rods that wait for each other. With `check`, false where a rod came out unfit.
+    bool step_together(const Step& step, bool check);
     enum class Verdict { go_on, warn, stop_at_limit, fail };
 
     void open_outputs(const SceneSpec& scene);
@@ -104,6 +109,7 @@ private:
     double started_, setup_s_ = 0;
     std::unique_ptr<DirectoryLock> lock_;
     std::unique_ptr<Rods> rods_;
+    std::unique_ptr<Interactions> interactions_; ///< null where rods heed nothing but their own loads
     Clock clock_;
     std::int64_t first_step_ = 0, last_step_ = 0; ///< of this run
     std::int64_t next_tick_ = 0;                  ///< step at which ranks agree next

@@ -69,6 +69,8 @@ public:
     }
 
     bool visit(std::span<const Step>, bool) override { return true; }
+    void move(const Step&) override {}
+    bool act(const Step&, bool) override { return true; }
     std::string near_limit() const override { return {}; }
     std::span<const LocalRod> local() const override { return local_; }
     void export_rod(std::size_t i, std::span<Slot<1>> out) const override {
@@ -83,6 +85,8 @@ public:
     void inspect(std::int64_t, double) const override {}
     RodWorks works(std::size_t i) const override { return works_[i]; }
     void set_works(std::size_t i, const RodWorks& works) override { works_[i] = works; }
+    std::vector<double> memory(std::size_t) const override { return {}; }
+    void set_memory(std::size_t, std::span<const double>) override {}
     std::size_t bytes() const override { return 0; }
 
 private:

@@ -1,0 +1,29 @@
+// The largest stable step that contacts leave.                                                                theory.md section 18
+//   normal     the end node of a rod, squeezed between two others of its kind:  (sqrt(c^2 + 4 k m) - c)/k with 2 k, 2 c and the reduced mass
+//   friction   the same for the tangential spring, which turns the element about its axis as well: 1/m + r^2/J3
+#pragma once
+
+#include "contact/response.hpp"
+#include "rod/time_limits.hpp"
+
+namespace skein {
+
+/// How light a group's lightest node is to what touches it.
+struct ContactMobility {
+    double normal = 0, tangential = 0; ///< 1/kg
+    double diameter = 0;               ///< m
+    int element = 0;
+};
+ContactMobility contact_mobility(const RodGroup& group);
+
+/// Tangent stiffness, N/m, and dashpot, N s/m, of a law at an overlap, m.
+double tangent_stiffness(const ContactLaw& law, double overlap);
+double tangent_damping(const ContactLaw& law, double overlap);
+
+/// s; `touching`: how many at once.
+double contact_limit(const ContactMobility& of, const ContactLaw& law, double stiffness, double damping, int touching = 2);
+
+/// Of a group under a law at overlaps up to a share of the diameter, as an entry of its plan.
+TimeLimit contact_time_limit(const RodGroup& group, const ContactLaw& law, double share);
+
+} // namespace skein

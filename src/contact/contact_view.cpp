@@ -1,0 +1,41 @@
+#include "contact/contact_view.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+namespace skein {
+
+ContactView::ContactView(std::span<const RodGroup> groups, const ContactSpec& spec) {
+    for (const RodGroup& group : groups) {
+        double longest = 0, widest = 0, shortest = HUGE_VAL;
+        for (const ElementConstants& c : group.element) {
+            shortest = std::min(shortest, c.rest_length);
+            longest = std::max(longest, c.rest_length);
+            widest = std::max(widest, c.radius);
+        }
+        // Elements nearer along the rod than half the way round its section touch only where it is folded.
+        const double gap = spec.self_gap > 0 ? spec.self_gap : std::numbers::pi * widest;
+        const auto skip = spec.self ? static_cast<std::int32_t>(std::ceil(gap / shortest)) + 1 : -1;
+        for (std::int64_t i = 0; i < group.count(); ++i) {
+            const auto rod = static_cast<std::int32_t>(capsules.first_slot.size());
+            capsules.first_slot.push_back(static_cast<std::int32_t>(capsules.node.size()));
+            capsules.skip.push_back(skip);
+            capsules.material.push_back(group.id());
+            for (int k = 0; k < group.slots(); ++k) {
+                const bool is_element = k < group.elements();
+                capsules.node.push_back({{}, is_element ? group.element[static_cast<std::size_t>(k)].radius : -1, {}});
+                capsules.rod.push_back(rod);
+            }
+        }
+    }
+    capsules.first_slot.push_back(static_cast<std::int32_t>(capsules.node.size()));
+    capsules.spin.resize(capsules.node.size());
+    load.resize(capsules.node.size());
+}
+
+std::size_t ContactView::bytes() const {
+    return capsules.slots() * (sizeof(CapsuleNode) + sizeof(CapsuleSpin) + sizeof(std::int32_t) + sizeof(ContactLoad));
+}
+
+} // namespace skein

@@ -1,0 +1,104 @@
+// What rods show of themselves to each other, and what they feel of each other: shared by the passes of all groups and by whoever works
+// contacts out. Rods stand in it by gid, so its order does not depend on who owns which.
+#pragma once
+
+#include "contact/contact_spec.hpp"
+#include "contact/contacts.hpp"
+#include "rod/mapping.hpp"
+
+#include <memory>
+
+namespace skein {
+
+struct ContactView {
+    Capsules capsules;               ///< of all rods of the scene
+    AlignedVector<ContactLoad> load; ///< by slot; only where rods are touched
+    std::span<const std::uint8_t> touched; ///< by rod
+
+    ContactView(std::span<const RodGroup> groups, const ContactSpec& spec);
+    std::size_t first_slot(std::int64_t gid) const { return static_cast<std::size_t>(capsules.first_slot[static_cast<std::size_t>(gid)]); }
+    std::size_t bytes() const;
+};
+
+/// Last before rods meet: nodes, radii as the law has them, spins in the lab.
+template <int W> class ShowPass final : public TilePass<W> {
+public:
+    static constexpr std::string_view pass_name = "show to others";
+    ShowPass(std::shared_ptr<ContactView> view, const RodGroup& group) : view_(std::move(view)), shrinks_(group.law() != Law::linear) {}
+    std::string_view name() const override { return pass_name; }
+    bool rods_meet() const override { return true; }
+
+    void run(const RodTile<W>& rod, SlotLoad<W>*, const Step&) const override {
+        using P = Pack<W>;
+        CapsuleNode* node[W];
+        CapsuleSpin* spin[W];
+        for (int l = 0; l < rod.lanes; ++l) {
+            const std::size_t first = view_->first_slot(rod.group->first_gid() + rod.index[l]);
+            node[l] = &view_->capsules.node[first];
+            spin[l] = &view_->capsules.spin[first];
+        }
+        for (int k = 0; k <= rod.n; ++k) {
+            const Slot<W>& s = rod.slot[k];
+            P radius(-1.0);
+            Vec3<P> turning{};
+            if (k < rod.n) {
+                const ElementConstants& c = rod.element[k];
+                radius = P(c.radius);
+                if (shrinks_) {
+                    const Vec3<P> edge = rod.slot[k + 1].position - s.position;
+                    radius = radius / sqrt(P(c.inv_rest_length) * norm(edge));
+                }
+                turning = transpose_times(s.director, s.spin);
+            }
+            for (int l = 0; l < rod.lanes; ++l) {
+                node[l][k].position = lane(s.position, l);
+                node[l][k].radius = radius[l];
+                node[l][k].velocity = lane(s.velocity, l);
+                spin[l][k].spin = lane(turning, l);
+            }
+        }
+    }
+
+private:
+    std::shared_ptr<ContactView> view_;
+    bool shrinks_; ///< as it stretches: r = r0/sqrt(e)
+};
+
+/// Before the kick: forces and couples of the others.
+template <int W> class FeelPass final : public TilePass<W> {
+public:
+    static constexpr std::string_view pass_name = "contact";
+    explicit FeelPass(std::shared_ptr<const ContactView> view) : view_(std::move(view)) {}
+    std::string_view name() const override { return pass_name; }
+
+    void run(const RodTile<W>& rod, SlotLoad<W>* load, const Step&) const override {
+        using P = Pack<W>;
+        static constexpr ContactLoad none{};
+        const ContactLoad* felt[W];
+        std::size_t step[W];
+        bool any = false;
+        for (int l = 0; l < W; ++l) {
+            const std::int64_t gid = rod.group->first_gid() + rod.index[l];
+            const bool touched = view_->touched[static_cast<std::size_t>(gid)];
+            felt[l] = touched ? &view_->load[view_->first_slot(gid)] : &none;
+            step[l] = touched;
+            any |= touched;
+        }
+        if (!any) return;
+        for (int k = 0; k <= rod.n; ++k) {
+            const double *force[W], *couple[W];
+            for (int l = 0; l < W; ++l) {
+                const ContactLoad& all = felt[l][step[l] * static_cast<std::size_t>(k)];
+                force[l] = &all.force.x;
+                couple[l] = &all.couple.x;
+            }
+            load[k].force += load_transposed<W>(force).vector;
+            if (k < rod.n) load[k].couple += rod.slot[k].director * Vec3<P>(load_transposed<W>(couple).vector);
+        }
+    }
+
+private:
+    std::shared_ptr<const ContactView> view_;
+};
+
+} // namespace skein

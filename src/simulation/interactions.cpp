@@ -1,0 +1,269 @@
+#include "simulation/interactions.hpp"
+
+#include "core/error.hpp"
+#include "parallel/exact_sum.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+
+namespace skein {
+
+namespace {
+
+constexpr std::size_t slot_numbers = 10;   ///< position, radius, velocity, spin
+constexpr std::size_t spring_numbers = 6;  ///< two slots, what, spring
+constexpr const char* springs_name = "springs";
+constexpr const char* walls_name = "walls";
+
+} // namespace
+
+Interactions::Interactions(const Communicator& comm, const Threads& threads, const Plan& plan, std::span<const RodGroup> groups, const Rods& rods, Surroundings around)
+    : comm_(comm), plan_(plan), groups_(groups), rods_(rods), around_(std::move(around)) {
+    for (const RodGroup& group : groups_) mobility_.push_back(contact_mobility(group));
+    std::size_t all_rods = 0;
+    for (const RodGroup& group : groups_) all_rods += static_cast<std::size_t>(group.count());
+    of_rod_.resize(all_rods);
+    if (comm_.size() > 1) know_all_rods();
+    if (around_.others) {
+        std::vector<std::uint8_t> owned;
+        if (comm_.size() > 1) {
+            owned.assign(all_rods, 0);
+            for (const LocalRod& rod : rods_.local()) owned[static_cast<std::size_t>(rod.gid)] = 1;
+        }
+        contacts_.emplace(around_.others->capsules, plan_.contact_laws, threads, std::move(owned));
+    }
+    if (!around_.walls) return;
+    work_.assign(around_.walls->count(), 0);
+    for (std::size_t w = 0; w < around_.walls->count(); ++w) {
+        const Wall& wall = around_.walls->wall[w];
+        if (wall.servo.drives()) driven_.push_back({static_cast<int>(w), around_.walls->find(wall.servo.watch), Servo(wall)});
+    }
+}
+
+void Interactions::know_all_rods() {
+    std::vector<double> mine;
+    for (const LocalRod& rod : rods_.local()) mine.push_back(static_cast<double>(rod.gid));
+    count_of_rank_ = comm_.all_gather(static_cast<std::int64_t>(mine.size()));
+    std::vector<double> all(of_rod_.size());
+    comm_.all_gather(mine, count_of_rank_, all);
+    std::size_t at = 0;
+    for (const std::int64_t count : count_of_rank_) {
+        std::vector<std::int64_t>& gids = rods_of_rank_.emplace_back();
+        for (std::int64_t i = 0; i < count; ++i) gids.push_back(static_cast<std::int64_t>(all[at++]));
+    }
+    if (!around_.others) return;
+    const Capsules& capsules = around_.others->capsules;
+    for (const auto& gids : rods_of_rank_) {
+        std::int64_t slots = 0;
+        for (const std::int64_t gid : gids) slots += capsules.first_slot[static_cast<std::size_t>(gid) + 1] - capsules.first_slot[static_cast<std::size_t>(gid)];
+        numbers_of_rank_.push_back(slots * static_cast<std::int64_t>(slot_numbers));
+    }
+    sent_.resize(static_cast<std::size_t>(numbers_of_rank_[static_cast<std::size_t>(comm_.rank())]));
+    received_.resize(static_cast<std::size_t>(std::accumulate(numbers_of_rank_.begin(), numbers_of_rank_.end(), std::int64_t{0})));
+}
+
+void Interactions::meet(const Step& step, Timers& timers) {
+    if (!contacts_) return;
+    if (comm_.size() > 1) {
+        const auto timing = timers.time(Phase::exchange);
+        exchange();
+    }
+    const auto timing = timers.time(Phase::contacts);
+    ContactView& view = *around_.others;
+    contacts_->evaluate(view.capsules, step.time, step.kick, view.load);
+    view.touched = contacts_->touched_rods();
+}
+
+void Interactions::exchange() {
+    Capsules& c = around_.others->capsules;
+    const auto for_slots = [&](std::size_t rank, auto&& f) {
+        for (const std::int64_t gid : rods_of_rank_[rank])
+            for (auto slot = static_cast<std::size_t>(c.first_slot[static_cast<std::size_t>(gid)]); slot < static_cast<std::size_t>(c.first_slot[static_cast<std::size_t>(gid) + 1]); ++slot)
+                f(c.node[slot], c.spin[slot]);
+    };
+    const auto me = static_cast<std::size_t>(comm_.rank());
+    double* to = sent_.data();
+    for_slots(me, [&](const CapsuleNode& n, const CapsuleSpin& s) {
+        for (const double x : {n.position.x, n.position.y, n.position.z, n.radius, n.velocity.x, n.velocity.y, n.velocity.z, s.spin.x, s.spin.y, s.spin.z}) *to++ = x;
+    });
+    comm_.all_gather(sent_, numbers_of_rank_, received_);
+    const double* from = received_.data();
+    for (std::size_t rank = 0; rank < rods_of_rank_.size(); ++rank) {
+        if (rank == me) {
+            from += numbers_of_rank_[rank];
+            continue;
+        }
+        for_slots(rank, [&](CapsuleNode& n, CapsuleSpin& s) {
+            n.position = {from[0], from[1], from[2]}, n.radius = from[3], n.velocity = {from[4], from[5], from[6]}, s.spin = {from[7], from[8], from[9]};
+            from += slot_numbers;
+        });
+    }
+}
+
+double Interactions::pressed(int wall) {
+    std::fill(of_rod_.begin(), of_rod_.end(), 0.0);
+    for (const auto& accounts : around_.accounts) accounts->normals(wall, of_rod_);
+    if (comm_.size() > 1) {
+        std::vector<double> mine, all(of_rod_.size());
+        for (const LocalRod& rod : rods_.local()) mine.push_back(of_rod_[static_cast<std::size_t>(rod.gid)]);
+        comm_.all_gather(mine, count_of_rank_, all);
+        std::size_t at = 0;
+        for (const auto& gids : rods_of_rank_)
+            for (const std::int64_t gid : gids) of_rod_[static_cast<std::size_t>(gid)] = all[at++];
+    }
+    return std::accumulate(of_rod_.begin(), of_rod_.end(), 0.0);
+}
+
+void Interactions::steer(const Step& step, Timers& timers) {
+    if (driven_.empty()) return;
+    const auto timing = timers.time(Phase::exchange);
+    for (DrivenWall& d : driven_) {
+        const auto w = static_cast<std::size_t>(d.wall);
+        // Of what the rods do to the wall only the part along its way does work.
+        if (d.servo.direction() != 0) work_[w] -= pressed(d.wall) * dot(around_.walls->normal_of(w), around_.walls->state[w].velocity) * -step.kick;
+        d.servo.step(pressed(d.watched), step.kick);
+        around_.walls->state[w] = d.servo.wall_state();
+    }
+}
+
+bool Interactions::finished() const {
+    bool any = false;
+    for (const DrivenWall& d : driven_) {
+        if (!around_.walls->wall[static_cast<std::size_t>(d.wall)].servo.ends_run) continue;
+        if (!d.servo.finished()) return false;
+        any = true;
+    }
+    return any;
+}
+
+std::string Interactions::complaint() const {
+    if (!contacts_ || plan_.force_dt) return {};
+    const ContactFigures f = contacts_->figures();
+    double limit = HUGE_VAL;
+    for (std::size_t g = 0; g < groups_.size(); ++g) limit = std::min(limit, contact_limit(mobility_[g], plan_.contact_laws.of(g, g), f.stiffest, 0, 1));
+    if (plan_.dt <= limit) return {};
+    return fmt::format("contacts are as stiff as {:.4g} N/m, where rods overlap by {:.3g} of their diameter: the step of {:.4g} s is beyond the {:.4g} s that they leave",
+                       f.stiffest, f.deepest, plan_.dt, limit);
+}
+
+void Interactions::inspect(std::int64_t step) const {
+    if (const std::string text = complaint(); !text.empty()) throw NumericalError(fmt::format("{} at step {}", text, step));
+}
+
+std::vector<std::string> Interactions::names() const {
+    std::vector<std::string> names;
+    if (contacts_) names = {"contacts[-]", "coordination[-]", "deepest_overlap[-]", "contact_energy[J]", "contact_rubbed[J]", "contact_damped[J]", "candidates[-]", "renewals[-]", "skin[m]"};
+    if (!around_.walls) return names;
+    for (const Wall& wall : around_.walls->wall) names.push_back(wall.name + "_force[N]");
+    for (const DrivenWall& d : driven_)
+        for (const char* what : {"_height[m]", "_work[J]", "_turns[-]"}) names.push_back(around_.walls->wall[static_cast<std::size_t>(d.wall)].name + what);
+    for (const char* what : {"wall_contacts[-]", "wall_overlap[-]", "wall_energy[J]", "wall_rubbed[J]", "wall_damped[J]"}) names.emplace_back(what);
+    return names;
+}
+
+std::vector<double> Interactions::values(double) const {
+    std::vector<double> values;
+    if (contacts_) {
+        const ContactFigures f = contacts_->figures();
+        const std::vector<std::vector<double>> mine = {{static_cast<double>(f.active)}, {f.stored}, {f.rubbed}, {f.damped}, {static_cast<double>(f.listed)}};
+        const std::vector<double> all = exact_sums(comm_, mine);
+        values = {all[0], 2 * all[0] / static_cast<double>(of_rod_.size()), comm_.max(f.deepest), all[1], all[2], all[3], all[4],
+                  static_cast<double>(comm_.max(f.renewals)), f.skin};
+    }
+    if (!around_.walls) return values;
+    const std::size_t count = around_.walls->count();
+    enum { touching, stored, rubbed, damped, sums };
+    std::vector<std::vector<double>> mine(count + sums);
+    double deepest = 0;
+    const auto local = rods_.local();
+    for (std::size_t i = 0; i < local.size(); ++i)
+        for (std::size_t w = 0; w < count; ++w) {
+            const WallAccount a = around_.accounts[static_cast<std::size_t>(local[i].group)]->account(rods_.place(i), static_cast<int>(w));
+            mine[w].push_back(a.normal);
+            mine[count + touching].push_back(a.touching);
+            mine[count + stored].push_back(a.stored);
+            mine[count + rubbed].push_back(a.rubbed);
+            mine[count + damped].push_back(a.damped);
+            deepest = std::max(deepest, a.deepest);
+        }
+    const std::vector<double> all = exact_sums(comm_, mine);
+    values.insert(values.end(), all.begin(), all.begin() + static_cast<std::ptrdiff_t>(count));
+    for (const DrivenWall& d : driven_)
+        for (const double x : {d.servo.height(), work_[static_cast<std::size_t>(d.wall)], static_cast<double>(d.servo.turns())}) values.push_back(x);
+    for (const double x : {all[count + touching], comm_.max(deepest), all[count + stored], all[count + rubbed], all[count + damped]}) values.push_back(x);
+    return values;
+}
+
+std::size_t Interactions::bytes() const { return around_.others ? around_.others->bytes() + contacts_->bytes() : 0; }
+
+std::vector<std::string> Interactions::kept_names() const {
+    std::vector<std::string> names;
+    if (contacts_) names.emplace_back(springs_name);
+    if (around_.walls) names.emplace_back(walls_name);
+    return names;
+}
+
+std::vector<KeptNumbers> Interactions::kept() const {
+    std::vector<KeptNumbers> all;
+    if (contacts_) all.push_back({springs_name, springs()});
+    if (around_.walls) all.push_back({walls_name, wall_numbers()});
+    return all;
+}
+
+/// Sums of the contacts' energies, then the springs of all ranks by pair.
+std::vector<double> Interactions::springs() const {
+    const ContactFigures f = contacts_->figures();
+    std::vector<double> mine;
+    for (const KeptContact& c : contacts_->kept())
+        for (const double x : {double(c.a), double(c.b), double(c.what), c.spring.x, c.spring.y, c.spring.z}) mine.push_back(x);
+    const auto counts = comm_.all_gather(static_cast<std::int64_t>(mine.size()));
+    std::vector<double> all(static_cast<std::size_t>(std::accumulate(counts.begin(), counts.end(), std::int64_t{0})));
+    comm_.all_gather(mine, counts, all);
+    using Record = std::array<double, spring_numbers>;
+    std::vector<Record> records(all.size() / spring_numbers);
+    for (std::size_t i = 0; i < all.size(); ++i) records[i / spring_numbers][i % spring_numbers] = all[i];
+    std::sort(records.begin(), records.end());
+    std::vector<double> numbers = exact_sums(comm_, std::vector<std::vector<double>>{{f.rubbed}, {f.damped}});
+    for (const Record& r : records) numbers.insert(numbers.end(), r.begin(), r.end());
+    return numbers;
+}
+
+/// Per driven wall its work and its servo, each with its length before it; then per wall what it has rubbed and damped.
+std::vector<double> Interactions::wall_numbers() const {
+    std::vector<double> numbers;
+    for (const DrivenWall& d : driven_) {
+        const std::vector<double> state = d.servo.state();
+        numbers.push_back(work_[static_cast<std::size_t>(d.wall)]);
+        numbers.push_back(static_cast<double>(state.size()));
+        numbers.insert(numbers.end(), state.begin(), state.end());
+    }
+    return numbers;
+}
+
+void Interactions::restore(std::span<const KeptNumbers> kept) {
+    for (const KeptNumbers& k : kept) {
+        if (k.name == springs_name) {
+            std::vector<KeptContact> springs;
+            for (std::size_t i = 2; i + spring_numbers <= k.numbers.size(); i += spring_numbers) {
+                const double* n = k.numbers.data() + i;
+                springs.push_back({static_cast<std::uint32_t>(n[0]), static_cast<std::uint32_t>(n[1]), static_cast<std::uint32_t>(n[2]), {n[3], n[4], n[5]}});
+            }
+            contacts_->restore(springs);
+            if (comm_.root()) contacts_->go_on_from(k.numbers[0], k.numbers[1]);
+        } else if (k.name == walls_name) {
+            std::size_t at = 0;
+            for (DrivenWall& d : driven_) {
+                work_[static_cast<std::size_t>(d.wall)] = k.numbers[at];
+                const auto count = static_cast<std::size_t>(k.numbers[at + 1]);
+                d.servo.restore({k.numbers.data() + at + 2, count});
+                at += 2 + count;
+                around_.walls->state[static_cast<std::size_t>(d.wall)] = d.servo.wall_state();
+            }
+        }
+    }
+}
+
+} // namespace skein

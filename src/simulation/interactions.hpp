@@ -1,0 +1,77 @@
+// What rods do to each other and what moving walls make of what rods do to them: all that a step needs between its two halves.
+#pragma once
+
+#include "contact/contact_limits.hpp"
+#include "contact/contacts.hpp"
+#include "contact/servo.hpp"
+#include "core/timer.hpp"
+#include "io/checkpoint.hpp"
+#include "parallel/communicator.hpp"
+#include "rod/rods.hpp"
+#include "simulation/make_rods.hpp"
+
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace skein {
+
+class Interactions {
+public:
+    /// Collective. `groups`, `threads`, `plan` and `rods` must outlive it.
+    Interactions(const Communicator& comm, const Threads& threads, const Plan& plan, std::span<const RodGroup> groups, const Rods& rods, Surroundings around);
+
+    /// When all rods have shown where they are: contacts. Collective, as all that follows.
+    void meet(const Step& step, Timers& timers);
+    /// After the kick: servos heed what rods did to their walls.
+    void steer(const Step& step, Timers& timers);
+    /// Every servo that ends the run has done its cycles.
+    bool finished() const;
+
+    /// Of this rank's contacts: none so stiff that the step is beyond its limit. Otherwise inspect throws NumericalError and says so.
+    bool fit() const { return complaint().empty(); }
+    void inspect(std::int64_t step) const;
+
+    /// What the time series tells of contacts and walls, and of weight where there is any.
+    std::vector<std::string> names() const;
+    std::vector<double> values(double time) const;
+
+    std::size_t bytes() const;
+
+    /// Springs of friction, accounts and places of walls, the same on any number of ranks: for checkpoints.
+    std::vector<std::string> kept_names() const;
+    std::vector<KeptNumbers> kept() const;
+    void restore(std::span<const KeptNumbers> kept);
+
+private:
+    void know_all_rods();
+    void exchange();
+    std::string complaint() const;
+    /// Sum over all rods, in their order, of the normal force on a wall, N.
+    double pressed(int wall);
+    std::vector<double> springs() const;
+    std::vector<double> wall_numbers() const;
+
+    const Communicator comm_;
+    const Plan& plan_;
+    std::span<const RodGroup> groups_;
+    const Rods& rods_;
+    Surroundings around_;
+    std::optional<Contacts> contacts_;
+    std::vector<ContactMobility> mobility_; ///< by group
+
+    struct DrivenWall {
+        int wall, watched;
+        Servo servo;
+    };
+    std::vector<DrivenWall> driven_;
+    std::vector<double> work_;  ///< of every wall on the rods since the start, J
+    std::vector<double> of_rod_; ///< scratch: by gid
+
+    // Of several ranks: rods of each, and numbers of their slots, in the order in which they are sent.
+    std::vector<std::vector<std::int64_t>> rods_of_rank_;
+    std::vector<std::int64_t> count_of_rank_, numbers_of_rank_;
+    std::vector<double> sent_, received_;
+};
+
+} // namespace skein
