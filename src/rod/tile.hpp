@@ -57,6 +57,8 @@ public:
     /// Called once before the tiles of a batch of steps are visited; serial.
     virtual void prepare(std::span<const Step>) {}
     virtual void run(const RodTile<W>& rod, SlotLoad<W>* load, const Step& step) const = 0;
+    /// What the pass remembers of a tile from step to step, for checkpoints to read and to put back.
+    virtual std::span<Vec3<Pack<W>>> memory(const RodTile<W>&) { return {}; }
 };
 
 } // namespace skein
