@@ -11,12 +11,14 @@
 // Cost: 150 flop, of which six divisions and roots.
 #pragma once
 
-#include "core/vec3.hpp"
+#include "core/fields.hpp"
 
 namespace skein {
 
 enum class ContactNormal { linear, hertz };
 enum class ContactFriction { none, memory, regularised };
+inline constexpr std::string_view contact_normal_names[] = {"linear", "hertz"};
+inline constexpr std::string_view contact_friction_names[] = {"none", "memory", "regularised"};
 
 struct ContactLaw {
     ContactNormal normal = ContactNormal::hertz;
@@ -28,6 +30,20 @@ struct ContactLaw {
     double tangential_share = 0.8; ///< kappa
     double tangential_damping = 0; ///< c_t, N s/m
     double slip_speed = 0;         ///< v_s, m/s
+
+    /// The law in force at a time, s.
+    ContactLaw at(double) const { return *this; }
+    void fields(FieldVisitor& f) {
+        f.choice({.name = "law", .unit = "", .text = "how the normal force follows from the overlap"}, normal, contact_normal_names);
+        f.visit({.name = "stiffness", .unit = "N/m, N/m^1.5", .text = "of the normal spring", .required = true, .above = 0}, stiffness);
+        f.visit({.name = "damping", .unit = "N s/m, N s/m^1.5", .text = "of the normal dashpot", .at_least = 0}, damping);
+        f.choice({.name = "friction", .unit = "", .text = "which friction"}, friction, contact_friction_names);
+        f.visit({.name = "static_friction", .unit = "-", .text = "coefficient up to which a contact with memory sticks", .at_least = 0}, static_friction);
+        f.visit({.name = "kinetic_friction", .unit = "-", .text = "coefficient of sliding", .at_least = 0}, kinetic_friction);
+        f.visit({.name = "tangential_share", .unit = "-", .text = "stiffness of the friction spring over the normal one", .above = 0}, tangential_share);
+        f.visit({.name = "tangential_damping", .unit = "N s/m", .text = "beside the friction spring", .at_least = 0}, tangential_damping);
+        f.visit({.name = "slip_speed", .unit = "m/s", .text = "regularised: speed of full friction", .at_least = 0}, slip_speed);
+    }
 };
 
 template <class P> struct ContactState {

@@ -1,0 +1,37 @@
+#include "contact/servo.hpp"
+
+namespace skein {
+
+Servo::Servo(const Wall& wall) : spec_(wall.servo), from_(wall.from) {
+    const double speed = norm(wall.velocity);
+    forth_ = speed > 0 ? (1 / speed) * wall.velocity : wall.normal;
+    start_height_ = -dot(wall.point, forth_);
+}
+
+void Servo::step(double force_on_watched, double h) {
+    if (direction_ == 0 && turns() == 0 && time_ >= from_) direction_ = 1;
+    const double stress = force_on_watched / spec_.area;
+    const bool turns_back = direction_ > 0 && stress > spec_.turn_back_above;
+    const bool turns_forth = direction_ < 0 && stress < spec_.turn_forth_below && height() > spec_.not_before;
+    if (turns_back || turns_forth) {
+        turned_at_.push_back(offset_);
+        direction_ = finished() ? 0 : -direction_;
+    }
+    offset_ += direction_ * spec_.speed * h;
+    time_ += h;
+}
+
+std::vector<double> Servo::state() const {
+    std::vector<double> all{time_, offset_, direction_};
+    all.insert(all.end(), turned_at_.begin(), turned_at_.end());
+    return all;
+}
+
+void Servo::restore(std::span<const double> state) {
+    time_ = state[0];
+    offset_ = state[1];
+    direction_ = state[2];
+    turned_at_.assign(state.begin() + 3, state.end());
+}
+
+} // namespace skein

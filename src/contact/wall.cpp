@@ -1,0 +1,115 @@
+#include "contact/wall.hpp"
+
+#include "core/error.hpp"
+
+#include <algorithm>
+
+namespace skein {
+
+namespace {
+
+[[noreturn]] void refuse(const Wall& wall, const std::string& what) {
+    throw InputError((wall.source.empty() ? "" : wall.source + ": ") + "wall '" + wall.name + "': " + what);
+}
+
+Vec3d unit(const Wall& wall, const Vec3d& a, const char* what) {
+    const double size = norm(a);
+    if (!(size > 0)) refuse(wall, std::string(what) + " has no direction");
+    return (1 / size) * a;
+}
+
+constexpr const char* side_names[] = {"x-", "x+", "y-", "y+", "z-", "z+"};
+
+void add_sides(const Wall& box, std::vector<Wall>& out) {
+    for (const std::string& side : box.open)
+        if (std::find(std::begin(side_names), std::end(side_names), side) == std::end(side_names))
+            refuse(box, "a box has no side '" + side + "'; sides are x-, x+, y-, y+, z-, z+");
+    const double lower[] = {box.lower.x, box.lower.y, box.lower.z}, upper[] = {box.upper.x, box.upper.y, box.upper.z};
+    for (int side = 0; side < 6; ++side) {
+        const int axis = side / 2;
+        if (!(lower[axis] < upper[axis])) refuse(box, "the upper corner must lie beyond the lower one in every direction");
+        if (std::find(box.open.begin(), box.open.end(), side_names[side]) != box.open.end()) continue;
+        const double inward = side % 2 ? -1 : 1;
+        Wall plane = box;
+        plane.name += std::string(" ") + side_names[side];
+        plane.kind = WallKind::plane;
+        plane.point = side % 2 ? box.upper : box.lower;
+        plane.normal = {axis == 0 ? inward : 0, axis == 1 ? inward : 0, axis == 2 ? inward : 0};
+        plane.open.clear();
+        out.push_back(plane);
+    }
+}
+
+} // namespace
+
+void ServoSpec::fields(FieldVisitor& f) {
+    f.visit({.name = "speed", .unit = "m/s", .text = "along the wall's velocity, or where it has none along the normal of a plane", .required = true, .above = 0}, speed);
+    f.visit({.name = "watch", .unit = "", .text = "name of the wall whose stress decides; of a box a side, as in \"box z-\"", .required = true}, watch);
+    f.visit({.name = "area", .unit = "m^2", .text = "over which the force on the watched wall is spread", .required = true, .above = 0}, area);
+    f.visit({.name = "turn_back_above", .unit = "Pa", .text = "stress at which it turns back, the weight of the rods included", .required = true}, turn_back_above);
+    f.visit({.name = "turn_forth_below", .unit = "Pa", .text = "stress below which it turns forth again, the weight of the rods included", .required = true}, turn_forth_below);
+    f.visit({.name = "not_before", .unit = "m", .text = "it turns forth only when its point, measured against its way forth, is beyond this: for a lid that goes down along z, above this height"},
+            not_before);
+    f.visit({.name = "cycles", .unit = "-", .text = "ways forth and back before it stops; 0: without end", .at_least = 0}, cycles);
+}
+
+void Wall::fields(FieldVisitor& f) {
+    f.visit({.name = "name", .unit = "", .text = "of the wall, in tables and for servos", .required = true}, name);
+    f.choice({.name = "kind", .unit = "", .text = "which shape", .required = true}, kind, wall_names);
+    f.visit({.name = "point", .unit = "m", .text = "on a plane, on a tube's axis, or a ball's centre"}, point);
+    f.visit({.name = "normal", .unit = "-", .text = "plane: direction of the side where rods are"}, normal);
+    f.visit({.name = "axis", .unit = "-", .text = "tube: its direction"}, axis);
+    f.visit({.name = "radius", .unit = "m", .text = "tube, ball", .at_least = 0}, radius);
+    f.choice({.name = "side", .unit = "", .text = "tube, ball: where rods are"}, side, wall_side_names);
+    f.visit({.name = "lower", .unit = "m", .text = "box: corner with the smallest coordinates; rods are inside"}, lower);
+    f.visit({.name = "upper", .unit = "m", .text = "box: corner with the largest coordinates"}, upper);
+    f.visit({.name = "open", .unit = "", .text = "box: sides left open, of x-, x+, y-, y+, z-, z+"}, open);
+    law.fields(f);
+    f.visit({.name = "rods", .unit = "", .text = "groups it acts on; all where absent"}, rods);
+    f.visit({.name = "velocity", .unit = "m/s", .text = "at which it moves steadily; with a servo the direction of its way forth"}, velocity);
+    f.visit({.name = "from", .unit = "s", .text = "time from which it moves", .at_least = 0}, from);
+    f.table({.name = "servo", .unit = "", .text = "moves the wall forth and back by the stress on a wall"}, servo);
+}
+
+bool Wall::acts_on(const std::string& group) const { return rods.empty() || std::find(rods.begin(), rods.end(), group) != rods.end(); }
+
+std::vector<Wall> expanded(const std::vector<Wall>& walls) {
+    std::vector<Wall> out;
+    for (const Wall& wall : walls) {
+        if (wall.servo.drives() && wall.kind != WallKind::plane && !(dot(wall.velocity, wall.velocity) > 0))
+            refuse(wall, "a servo needs a velocity for its direction, unless it drives a plane");
+        if (wall.kind == WallKind::box) {
+            add_sides(wall, out);
+            continue;
+        }
+        Wall& one = out.emplace_back(wall);
+        if (wall.kind == WallKind::plane) one.normal = unit(wall, wall.normal, "the normal");
+        if (wall.kind == WallKind::tube) one.axis = unit(wall, wall.axis, "the axis");
+        if (wall.kind != WallKind::plane && !(wall.radius > 0)) refuse(wall, "needs a radius above 0");
+    }
+    for (const Wall& wall : out) {
+        const auto named = [](const std::string& name) { return [&name](const Wall& w) { return w.name == name; }; };
+        if (std::count_if(out.begin(), out.end(), named(wall.name)) > 1) refuse(wall, "two walls have this name");
+        if (wall.servo.drives() && std::none_of(out.begin(), out.end(), named(wall.servo.watch))) refuse(wall, "there is no wall '" + wall.servo.watch + "' to watch");
+    }
+    return out;
+}
+
+WallState Walls::at(std::size_t w, double time) const {
+    const Wall& one = wall[w];
+    if (!one.moves_steadily()) return state[w];
+    if (time < one.from) return {};
+    return {(time - one.from) * one.velocity, one.velocity};
+}
+
+void Walls::move_to(double time) {
+    for (std::size_t w = 0; w < count(); ++w) state[w] = at(w, time);
+}
+
+int Walls::find(const std::string& name) const {
+    for (std::size_t w = 0; w < count(); ++w)
+        if (wall[w].name == name) return static_cast<int>(w);
+    return -1;
+}
+
+} // namespace skein

@@ -1,0 +1,80 @@
+// Walls that rods touch: planes, tubes, balls, and boxes, which are planes; at rest, moving steadily or driven by a servo. What a scene
+// says of them, and where they are. What they do to rods is in wall_pass.hpp. (A clamp's wall is another thing: rod/elastic.hpp.)
+#pragma once
+
+#include "contact/response.hpp"
+
+#include <string>
+#include <vector>
+
+namespace skein {
+
+enum class WallKind { plane, tube, ball, box };
+inline constexpr std::string_view wall_names[] = {"plane", "tube", "ball", "box"};
+enum class WallSide { inside, outside };
+inline constexpr std::string_view wall_side_names[] = {"inside", "outside"};
+
+/// A wall that goes forth until a watched wall is pressed, back until it is relieved, and so on (servo.hpp). None where speed is 0.
+struct ServoSpec {
+    double speed = 0;            ///< m/s
+    std::string watch;           ///< wall whose stress decides
+    double area = 0;             ///< m^2
+    double turn_back_above = 0;  ///< Pa
+    double turn_forth_below = 0; ///< Pa
+    double not_before = -1e9;     ///< m
+    long cycles = 0;             ///< 0: without end
+
+    bool drives() const { return speed > 0; }
+    void fields(FieldVisitor& f);
+};
+
+struct Wall {
+    std::string name;
+    WallKind kind = WallKind::plane;
+    Vec3d point{0, 0, 0};         ///< on a plane, on a tube's axis, a ball's centre; m
+    Vec3d normal{0, 0, 1};        ///< of a plane, towards the rods
+    Vec3d axis{0, 0, 1};          ///< of a tube
+    double radius = 0;            ///< of a tube or ball, m
+    WallSide side = WallSide::inside;
+    Vec3d lower{0, 0, 0}, upper{0, 0, 0}; ///< corners of a box, m
+    std::vector<std::string> open; ///< sides that a box lacks
+    std::vector<std::string> rods; ///< groups it acts on; empty: all
+    Vec3d velocity{0, 0, 0};      ///< m/s
+    double from = 0;              ///< s: when it begins to move
+    ContactLaw law;
+    ServoSpec servo;
+    std::string source; ///< file:line of the table, for messages
+
+    bool moves_steadily() const { return !servo.drives() && dot(velocity, velocity) > 0; }
+    bool acts_on(const std::string& group) const;
+    void fields(FieldVisitor& f);
+};
+
+/// Where a wall has gone to since the start.
+struct WallState {
+    Vec3d offset{0, 0, 0};   ///< m
+    Vec3d velocity{0, 0, 0}; ///< m/s
+};
+
+/// The walls of a scene without boxes, directions of length 1: their planes, named after the box and the side ("box z-"). Throws
+/// InputError where numbers contradict each other.
+std::vector<Wall> expanded(const std::vector<Wall>& walls);
+
+/// What passes and the conductor share. The conductor sets the states of driven walls before each step; steady walls follow time.
+struct Walls {
+    std::vector<Wall> wall;
+    std::vector<WallState> state; ///< one per wall
+
+    Walls() = default;
+    explicit Walls(const std::vector<Wall>& scene) : wall(expanded(scene)), state(wall.size()) {}
+
+    std::size_t count() const { return wall.size(); }
+    /// Where wall w is at `time`: a steady wall by its velocity, any other where its state says.
+    WallState at(std::size_t w, double time) const;
+    /// Brings the states of steady walls to `time`.
+    void move_to(double time);
+    /// Number of the wall of that name, or -1.
+    int find(const std::string& name) const;
+};
+
+} // namespace skein

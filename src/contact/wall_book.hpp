@@ -1,0 +1,82 @@
+// What walls and the rods of one group do to each other, per tile, lane and wall. Sums run along the rod and in time, lane by lane: the
+// same bits for any ranks, threads and lanes.
+//   stored    N and friction springs: k g^2/2 or (2/5) k g^(5/2), and k_t xi^2/2
+//   rubbed    h (-T.u_t) less what friction springs gain: what has slipped, and what springs lose that let go
+//   damped    h (N - N of the spring alone) u_n: the dashpot
+// Powers are taken at the velocities before the kick, so sums are of first order in h.
+#pragma once
+
+#include "contact/wall.hpp"
+#include "core/aligned.hpp"
+#include "rod/tile.hpp"
+
+#include <algorithm>
+
+namespace skein {
+
+/// One rod and one wall.
+struct WallAccount {
+    Vec3d force{0, 0, 0};  ///< of the rod on the wall at the last step, N
+    double normal = 0;     ///< sum of normal forces, N
+    double touching = 0;   ///< nodes
+    double deepest = 0;    ///< overlap over diameter
+    double stiffness = 0;  ///< largest tangent stiffness dN/dg of a node, N/m
+    double stored = 0;     ///< in all springs, J
+    double stored_by_friction = 0; ///< in friction springs alone, J
+    double rubbed = 0, damped = 0; ///< sums since the start, J
+};
+
+template <int W> class WallBook {
+public:
+    using P = Pack<W>;
+    /// The same, lane by lane.
+    struct Entry {
+        Vec3<P> force{};
+        P normal{}, touching{}, deepest{}, stiffness{}, stored_by_normal{}, stored_by_friction{};
+        P rubbed{}, damped{};
+    };
+    struct Page {
+        AlignedVector<Entry> entry; ///< one per wall that acts on the group
+        bool busy = false;          ///< entries of the last step may be other than zero
+    };
+
+    WallBook(const Walls& walls, const RodGroup& group) {
+        for (std::size_t w = 0; w < walls.count(); ++w) {
+            const bool acts = walls.wall[w].acts_on(group.name());
+            place_.push_back(acts ? static_cast<int>(acting_.size()) : -1);
+            if (acts) acting_.push_back(static_cast<int>(w));
+        }
+    }
+
+    /// Numbers of the walls that act on the group.
+    const std::vector<int>& acting() const { return acting_; }
+    void add_page() { pages_.emplace_back().entry.resize(acting_.size()); }
+    Page& page(std::size_t tile) { return pages_[tile]; }
+
+    /// Of lane `lane_` of a tile; spare lanes, which repeat the last rod, are for the reader to skip. Zeros where the wall does not act.
+    WallAccount account(std::size_t tile, int lane_, int wall) const {
+        const int at = place_[static_cast<std::size_t>(wall)];
+        if (at < 0) return {};
+        const Entry& e = pages_[tile].entry[static_cast<std::size_t>(at)];
+        return {lane(e.force, lane_),  e.normal[lane_], e.touching[lane_], e.deepest[lane_],
+                e.stiffness[lane_],    e.stored_by_normal[lane_] + e.stored_by_friction[lane_],
+                e.stored_by_friction[lane_], e.rubbed[lane_], e.damped[lane_]};
+    }
+    /// Goes on from what a checkpoint kept: both sums, and what friction springs held.
+    void restore(std::size_t tile, int lane_, int wall, const WallAccount& kept) {
+        const int at = place_[static_cast<std::size_t>(wall)];
+        if (at < 0) return;
+        Entry& e = pages_[tile].entry[static_cast<std::size_t>(at)];
+        e.stored_by_friction.set(lane_, kept.stored_by_friction);
+        e.rubbed.set(lane_, kept.rubbed);
+        e.damped.set(lane_, kept.damped);
+        pages_[tile].busy = true;
+    }
+    std::size_t bytes() const { return pages_.size() * (sizeof(Page) + acting_.size() * sizeof(Entry)); }
+
+private:
+    std::vector<int> acting_, place_;
+    std::vector<Page> pages_;
+};
+
+} // namespace skein

@@ -1,0 +1,429 @@
+// Rods on walls: at rest, bouncing, sliding, rolling, in tubes; what walls book; eight lanes against one.
+#include "contact/wall_pass.hpp"
+
+#include "diagnostics/observables.hpp"
+#include "loads/load_pass.hpp"
+#include "rod/elastic.hpp"
+#include "rod/kick.hpp"
+#include "rod/rod_tiles.hpp"
+#include "rod/top.hpp"
+#include "support/rods_for_tests.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <numbers>
+
+namespace skein {
+namespace {
+
+constexpr double pi = std::numbers::pi;
+using State = std::vector<Slot<1>>;
+
+/// W rods of one group under gravity, between walls.
+template <int W> class Stage {
+public:
+    Stage(const RodGroup& group, const std::vector<State>& states, const std::vector<Wall>& scene, const Vec3d& gravity, double dt)
+        : group_(group), walls(std::make_shared<Walls>(scene)), book(std::make_shared<WallBook<W>>(*walls, group)), slot_(states[0].size()), load_(states[0].size()),
+          clock_(dt, 0) {
+        for (std::size_t k = 0; k < slot_.size(); ++k)
+            for (int i = 0; i < W; ++i) set_lane(slot_[k], i, states[static_cast<std::size_t>(i)][k]);
+        tile_ = {slot_.data(), group.element.data(), group.voronoi.data(), &group, group.elements(), 0, {}, W};
+        with_top(group, [&]<class Top>(Top) { program_.push_back(std::make_unique<DriftPass<Top, W>>()); });
+        with_energy_law(group.law(), [&]<class L>(L) { program_.push_back(std::make_unique<ElasticPass<L, W>>(ends_of(group))); });
+        program_.push_back(make_pass<W>(Gravity{gravity}, group));
+        auto pass = std::make_unique<WallPass<W>>(walls, group, book);
+        wall_pass = pass.get();
+        program_.push_back(std::move(pass));
+        if (group.closed()) program_.push_back(std::make_unique<FoldRingPass<W>>());
+        program_.push_back(std::make_unique<KickPass<KickKind::undamped, W>>(KicksOfGroup{KickConstants(group, {}, dt)}));
+        if (group.closed()) program_.insert(program_.begin() + 1, std::make_unique<CloseRingPass<W>>());
+        for (const auto& p : program_) p->bind(tile_);
+    }
+    void advance(std::int64_t steps) {
+        for (std::int64_t until = clock_.done() + steps; clock_.done() < until;) {
+            const auto batch = clock_.next(until);
+            for (const auto& p : program_) p->prepare(batch);
+            for (const Step& step : batch)
+                for (const auto& p : program_) p->run(tile_, load_.data(), step);
+            clock_.advance(batch);
+        }
+    }
+    /// Of the time of the rates.
+    State state(int lane_ = 0) const {
+        State out;
+        for (const Slot<W>& s : slot_) out.push_back(lane(s, lane_));
+        synchronise(group_, out, clock_.lag());
+        return out;
+    }
+    WallAccount account(int wall = 0, int lane_ = 0) const { return book->account(0, lane_, wall); }
+    const AlignedVector<Slot<W>>& slots() const { return slot_; }
+    const RodTile<W>& tile() const { return tile_; }
+    double time() const { return clock_.time(); }
+
+private:
+    const RodGroup& group_;
+
+public:
+    std::shared_ptr<Walls> walls;
+    std::shared_ptr<WallBook<W>> book;
+    WallPass<W>* wall_pass = nullptr;
+
+private:
+    AlignedVector<Slot<W>> slot_;
+    AlignedVector<SlotLoad<W>> load_;
+    Clock clock_;
+    RodTile<W> tile_;
+    TileProgram<W> program_;
+};
+
+constexpr double radius = 0.02, gravity = 9.81;
+
+/// Lying along x at the given height; stiff, so that it moves as one body.
+RodSpec lying_rod(double height, long elements = 8, Law law = Law::incompressible) {
+    RodSpec spec = test::simple_rod(elements);
+    spec.material.law = law;
+    spec.placement.origin = {0, 0, height};
+    spec.placement.tangent = {1, 0, 0};
+    return spec;
+}
+State start(const RodGroup& group) {
+    State state(static_cast<std::size_t>(group.slots()));
+    group.start_state(0, state);
+    return state;
+}
+double mass_of(const RodGroup& group) {
+    double sum = 0;
+    for (const double m : group.node_mass) sum += m;
+    return sum;
+}
+Vec3d centre(const RodGroup& group, const State& state) {
+    Vec3d sum{0, 0, 0};
+    for (std::size_t i = 0; i < state.size(); ++i) sum += (group.node_mass[i] / mass_of(group)) * lane(state[i].position, 0);
+    return sum;
+}
+Vec3d velocity(const RodGroup& group, const State& state) { return (1 / mass_of(group)) * test::momenta(group, state).linear; }
+double energy(const RodGroup& group, const State& state) {
+    const RodEnergy e = rod_energy(group, state);
+    return e.translation + e.rotation + e.elastic();
+}
+
+Wall floor_of(ContactLaw law) {
+    Wall wall;
+    wall.name = "floor";
+    wall.law = law;
+    return wall;
+}
+ContactLaw sticky(double stiffness, double static_friction, double kinetic_friction) {
+    return {.normal = ContactNormal::linear, .stiffness = stiffness, .friction = ContactFriction::memory, .static_friction = static_friction, .kinetic_friction = kinetic_friction};
+}
+
+TEST(Walls, CarryARodAtTheOverlapOfTheirLaw) {
+    for (const ContactNormal normal : {ContactNormal::linear, ContactNormal::hertz}) {
+        // A ring lies flat with the same load on every node; its dashpot brings it to rest.
+        RodSpec spec = test::simple_rod(16);
+        spec.shape.closed = true;
+        spec.placement.tangent = {1, 0, 0};
+        spec.placement.normal = Vec3d{0, 0, 1};
+        const double k = normal == ContactNormal::linear ? 1e4 : 1e5;
+        spec.placement.origin = {0, 0, radius};
+        const RodGroup ring(spec, 0, 0, "");
+        ASSERT_LT(std::abs(lane(start(ring)[7].position, 0).z - radius), 1e-12) << "lies flat";
+        const double load = mass_of(ring) * gravity / 16, overlap = normal == ContactNormal::linear ? load / k : std::pow(load / k, 2.0 / 3);
+        Stage<1> stage(ring, {start(ring)}, {floor_of({.normal = normal, .stiffness = k, .damping = normal == ContactNormal::linear ? 40.0 : 2000.0})}, {0, 0, -gravity}, 2e-5);
+        stage.advance(150000);
+        EXPECT_NEAR(radius - lane(stage.state()[3].position, 0).z, overlap, 1e-6 * overlap);
+        const WallAccount account = stage.account();
+        EXPECT_NEAR(account.force.z, -mass_of(ring) * gravity, 1e-6 * mass_of(ring) * gravity);
+        EXPECT_NEAR(account.normal, mass_of(ring) * gravity, 1e-6 * mass_of(ring) * gravity);
+        EXPECT_EQ(account.touching, 16);
+        EXPECT_NEAR(account.deepest, overlap / (2 * radius), 1e-5 * account.deepest);
+        EXPECT_NEAR(account.stiffness, normal == ContactNormal::linear ? k : 1.5 * k * std::sqrt(overlap), 1e-5 * account.stiffness);
+    }
+    // A straight rod, so stiff that all nodes share its weight alike.
+    RodSpec spec = lying_rod(radius);
+    spec.material.youngs_modulus = 1e9;
+    const RodGroup group(spec, 0, 0, "");
+    Stage<1> stage(group, {start(group)}, {floor_of({.normal = ContactNormal::linear, .stiffness = 1e3, .damping = 10})}, {0, 0, -gravity}, 1e-5);
+    stage.advance(200000);
+    const double overlap = mass_of(group) * gravity / 9 / 1e3;
+    EXPECT_NEAR(radius - centre(group, stage.state()).z, overlap, 1e-3 * overlap);
+}
+
+TEST(Walls, GiveBackAllEnergyWithoutADashpot) {
+    RodSpec spec = lying_rod(radius + 0.01);
+    spec.shape.velocity = {0, 0, -1};
+    const RodGroup group(spec, 0, 0, "");
+    for (const ContactNormal normal : {ContactNormal::linear, ContactNormal::hertz}) {
+        Stage<1> stage(group, {start(group)}, {floor_of({.normal = normal, .stiffness = normal == ContactNormal::linear ? 2e4 : 2e5})}, {0, 0, 0}, 2e-6);
+        const double before = energy(group, stage.state());
+        double most = 0;
+        for (int look = 0; look < 60; ++look) {
+            stage.advance(1000);
+            if (stage.account().touching == 0) most = std::max(most, energy(group, stage.state()) / before - 1);
+        }
+        EXPECT_GT(velocity(group, stage.state()).z, 0.5) << "has bounced";
+        EXPECT_EQ(stage.account().touching, 0);
+        EXPECT_NEAR(energy(group, stage.state()) / before, 1, 1e-6);
+        EXPECT_LT(most, 1e-6);
+        EXPECT_EQ(stage.account().damped, 0);
+    }
+}
+
+TEST(Walls, BounceAsADampedOscillator) {
+    // A ring: m x'' = -c x' - k x per node, from x = 0 at speed -1 until the force is no longer a push.
+    RodSpec spec = test::simple_rod(16);
+    spec.shape.closed = true;
+    spec.shape.velocity = {0, 0, -1};
+    spec.placement.tangent = {1, 0, 0};
+    spec.placement.normal = Vec3d{0, 0, 1};
+    spec.placement.origin = {0, 0, radius + 0.005};
+    const RodGroup ring(spec, 0, 0, "");
+    const double m = mass_of(ring) / 16, k = 2e4, w = std::sqrt(k / m);
+    for (const double zeta : {0.05, 0.3}) {
+        Stage<1> stage(ring, {start(ring)}, {floor_of({.normal = ContactNormal::linear, .stiffness = k, .damping = 2 * zeta * w * m})}, {0, 0, 0}, 2e-6);
+        const double before = energy(ring, stage.state());
+        stage.advance(20000);
+        ASSERT_EQ(stage.account().touching, 0);
+        const double root = std::sqrt(1 - zeta * zeta), at = std::atan2(2 * zeta * root, 2 * zeta * zeta - 1) / (root * w); // where N = 0
+        const double out = -std::exp(-zeta * w * at) * (std::cos(root * w * at) - zeta / root * std::sin(root * w * at));
+        EXPECT_NEAR(velocity(ring, stage.state()).z, out, 2e-3 * out) << zeta;
+        EXPECT_NEAR(before - energy(ring, stage.state()), stage.account().damped, 2e-3 * before);
+        EXPECT_NEAR(stage.account().damped, before * (1 - out * out), 2e-3 * before);
+        EXPECT_EQ(stage.account().rubbed, 0);
+    }
+}
+
+/// A rod that lies in its overlap on a floor, with gravity turned by an angle towards x or y; speeds along that after a time.
+struct Incline {
+    double slope;
+    Vec3d down; ///< direction of the fall
+    ContactLaw law;
+};
+State lying(const RodGroup& group, double stiffness, double weight) {
+    State state = start(group);
+    for (std::size_t i = 0; i < state.size(); ++i) {
+        const double x = group.node_mass[i] * weight / stiffness;
+        Vec3d at = lane(state[i].position, 0);
+        at.z = radius - x;
+        set_lane(state[i].position, 0, at);
+    }
+    return state;
+}
+
+TEST(Walls, HoldARodOnAnIncline) {
+    const double mu = 0.5, kinetic = 0.4, k = 1e5;
+    const RodGroup group(lying_rod(radius), 0, 0, "");
+    for (const double share : {0.95, 1.05}) {
+        const double slope = std::atan(share * mu);
+        ContactLaw law = sticky(k, mu, kinetic);
+        law.damping = 10;
+        law.tangential_damping = 10;
+        Stage<1> stage(group, {lying(group, k, gravity * std::cos(slope))}, {floor_of(law)}, {0, 0, -gravity * std::cos(slope)}, 1e-5);
+        stage.advance(50000); // comes to rest, then is tilted
+        Stage<1> tilted(group, {stage.state()}, {floor_of(law)}, {gravity * std::sin(slope), 0, -gravity * std::cos(slope)}, 1e-5);
+        tilted.advance(100000);
+        const State before = tilted.state();
+        tilted.advance(100000);
+        const State after = tilted.state();
+        if (share < 1) {
+            EXPECT_LT(std::abs(centre(group, after).x - centre(group, before).x), 1e-6) << "creeps";
+        } else {
+            const double expected = gravity * (std::sin(slope) - kinetic * std::cos(slope));
+            EXPECT_NEAR(velocity(group, after).x - velocity(group, before).x, expected, 0.01 * expected);
+        }
+    }
+}
+
+TEST(Walls, LetARodRollUntilItSlips) {
+    const double k = 1e6;
+    const RodGroup group(lying_rod(radius), 0, 0, "");
+    for (const double slope : {0.2, 0.9}) {
+        const double mu = 0.3; // tan/3: 0.068 and 0.42
+        ContactLaw law = sticky(k, mu, mu);
+        law.damping = 20;
+        law.tangential_damping = 20;
+        const Vec3d down{0, gravity * std::sin(slope), -gravity * std::cos(slope)};
+        Stage<1> stage(group, {lying(group, k, gravity * std::cos(slope))}, {floor_of(law)}, down, 5e-6);
+        stage.advance(40000);
+        const State before = stage.state();
+        stage.advance(40000);
+        const State after = stage.state();
+        const double acceleration = (velocity(group, after).y - velocity(group, before).y) / 0.2;
+        const bool rolls = mu > std::tan(slope) / 3;
+        const double expected = rolls ? 2.0 / 3 * gravity * std::sin(slope) : gravity * (std::sin(slope) - mu * std::cos(slope));
+        EXPECT_NEAR(acceleration, expected, 0.01 * expected) << slope;
+        const double rim = norm(lane(after[4].spin, 0)) * radius;
+        if (rolls) EXPECT_NEAR(rim, velocity(group, after).y, 0.01 * rim);
+        else EXPECT_LT(rim, 0.9 * velocity(group, after).y);
+    }
+}
+
+TEST(Walls, OfATubeHoldARodAtItsLowestLine) {
+    const RodGroup group(lying_rod(0), 0, 0, "");
+    Wall tube;
+    tube.name = "tube";
+    tube.kind = WallKind::tube;
+    tube.point = {0.3, 0, 0};
+    tube.axis = {2, 0, 0};
+    tube.radius = 0.1;
+    tube.law = {.normal = ContactNormal::linear, .stiffness = 1e4, .damping = 60, .friction = ContactFriction::regularised, .kinetic_friction = 0.3, .slip_speed = 0.05};
+    State state = start(group);
+    for (Slot<1>& s : state) set_lane(s.position, 0, lane(s.position, 0) + Vec3d{0, 0.04, 0});
+    Stage<1> stage(group, {state}, {tube}, {0, 0, -gravity}, 2e-5);
+    stage.advance(800000);
+    const Vec3d at = centre(group, stage.state());
+    EXPECT_NEAR(at.y, 0, 1e-6);
+    EXPECT_NEAR(at.z, -(0.1 - radius) - mass_of(group) * gravity / 9 / 1e4, 1e-5);
+    // Around a tube and a ball the rod is pushed out.
+    for (const WallKind kind : {WallKind::tube, WallKind::ball}) {
+        Wall post = tube;
+        post.kind = kind;
+        post.side = WallSide::outside;
+        post.point = lane(start(group)[4].position, 0) + Vec3d{0, 0, -(0.1 + radius - 0.001)};
+        Stage<1> one(group, {start(group)}, {post}, {0, 0, 0}, 1e-6);
+        one.advance(1);
+        EXPECT_EQ(one.account().touching, kind == WallKind::tube ? 9 : 1);
+        EXPECT_NEAR(one.account().force.z, kind == WallKind::tube ? -90 : -10, 1e-6);
+    }
+}
+
+/// A box that shaken rods are thrown about in.
+std::vector<Wall> box_and_ball(ContactLaw law) {
+    Wall box = floor_of(law), ball = floor_of(law);
+    box.name = "box";
+    box.kind = WallKind::box;
+    box.lower = {-0.1, -0.15, 0};
+    box.upper = {1.1, 0.15, 0.3};
+    ball.name = "ball";
+    ball.kind = WallKind::ball;
+    ball.side = WallSide::outside;
+    ball.point = {0.5, 0, -0.05};
+    ball.radius = 0.1;
+    ball.velocity = {0.1, 0.2, 0.3};
+    ball.from = 0.01;
+    return {box, ball};
+}
+
+template <int W> void expect_lanes_alike(const ContactLaw& law) {
+    const RodGroup group(lying_rod(0.1), 0, 0, "");
+    std::vector<State> states;
+    for (int i = 0; i < W; ++i) states.push_back(test::shaken_state(group, 0.001, 0.01, i == 1 ? 0.0 : 1.0, static_cast<unsigned>(i)));
+    Stage<W> wide(group, states, box_and_ball(law), {0, 0, -gravity}, 2e-5);
+    wide.advance(20000);
+    for (int i = 0; i < W; ++i) {
+        Stage<1> one(group, {states[static_cast<std::size_t>(i)]}, box_and_ball(law), {0, 0, -gravity}, 2e-5);
+        one.advance(20000);
+        for (std::size_t k = 0; k < one.slots().size(); ++k) {
+            const Slot<1> a = lane(wide.slots()[k], i), b = one.slots()[k];
+            ASSERT_EQ(std::memcmp(&a, &b, sizeof a), 0) << "W " << W << " lane " << i << " slot " << k;
+        }
+        double rubbed = 0;
+        for (int w = 0; w < 7; ++w) {
+            const WallAccount a = wide.account(w, i), b = one.account(w, 0);
+            EXPECT_EQ(std::memcmp(&a, &b, sizeof a), 0) << "W " << W << " lane " << i << " wall " << w;
+            rubbed += a.rubbed;
+        }
+        EXPECT_TRUE(law.friction == ContactFriction::none || rubbed > 0);
+        if (i > 1) break;
+    }
+}
+TEST(Walls, GiveTheSameBitsInAllLanes) {
+    ContactLaw law{.normal = ContactNormal::hertz, .stiffness = 1e5, .damping = 100, .friction = ContactFriction::memory, .static_friction = 0.5, .kinetic_friction = 0.4};
+    law.slip_speed = 1e-2;
+    for (const ContactFriction friction : {ContactFriction::none, ContactFriction::memory, ContactFriction::regularised}) {
+        law.friction = friction;
+        expect_lanes_alike<2>(law);
+        expect_lanes_alike<4>(law);
+        expect_lanes_alike<8>(law);
+    }
+}
+
+TEST(Walls, TakeWhatRodsGive) {
+    // Momentum that a rod loses is what walls get.
+    const RodGroup group(lying_rod(0.05), 0, 0, "");
+    Stage<1> stage(group, {test::shaken_state(group, 0.001, 0.01, 1, 7)}, box_and_ball(sticky(1e4, 0.5, 0.4)), {0, 0, 0}, 2e-5);
+    Vec3d given{0, 0, 0};
+    const Vec3d before = test::momenta(group, stage.state()).linear;
+    double size = 0;
+    for (int step = 0; step < 20000; ++step) {
+        stage.advance(1);
+        for (int w = 0; w < 7; ++w) given += 2e-5 * stage.account(w).force, size += 2e-5 * norm(stage.account(w).force);
+    }
+    EXPECT_GT(size, 1);
+    EXPECT_LT(norm(before - test::momenta(group, stage.state()).linear - given), 1e-12 * size);
+}
+
+TEST(Walls, CloseTheEnergyAccount) {
+    for (const ContactNormal normal : {ContactNormal::linear, ContactNormal::hertz})
+        for (const ContactFriction friction : {ContactFriction::memory, ContactFriction::regularised}) {
+            RodSpec spec = lying_rod(radius + 0.002);
+            spec.shape.velocity = {0.3, 0.5, -1};
+            const RodGroup group(spec, 0, 0, "");
+            ContactLaw law{.normal = normal, .stiffness = normal == ContactNormal::linear ? 1e4 : 1e5, .damping = normal == ContactNormal::linear ? 3.0 : 100.0,
+                           .friction = friction, .static_friction = 0.3, .kinetic_friction = 0.3, .tangential_damping = 1, .slip_speed = 0.01};
+            Stage<1> stage(group, {start(group)}, {floor_of(law)}, {0, 0, -gravity}, 2e-6);
+            const double weight = mass_of(group) * gravity, before = energy(group, stage.state()) + weight * centre(group, stage.state()).z;
+            double worst = 0;
+            for (int look = 0; look < 100; ++look) {
+                stage.advance(500);
+                const WallAccount a = stage.account();
+                const double now = energy(group, stage.state()) + weight * centre(group, stage.state()).z;
+                if (a.touching == 0) worst = std::max(worst, std::abs(now + a.stored + a.rubbed + a.damped - before) / before);
+            }
+            EXPECT_GT(stage.account().rubbed, 0.05 * before);
+            EXPECT_GT(stage.account().damped, 0.05 * before);
+            EXPECT_EQ(stage.account().touching, 0);
+            EXPECT_LT(worst, 1e-3) << static_cast<int>(normal) << static_cast<int>(friction);
+        }
+}
+
+TEST(Walls, GoOnFromWhatTheyRemember) {
+    const RodGroup group(lying_rod(0.05), 0, 0, "");
+    const auto make = [&](const State& state) {
+        return Stage<1>(group, {state}, {floor_of(sticky(1e4, 0.5, 0.4))}, {0, 0, -gravity}, 2e-5);
+    };
+    Stage<1> whole = make(test::shaken_state(group, 0.001, 0.01, 1, 7));
+    whole.advance(9000);
+    ASSERT_GT(whole.account().touching, 0);
+    ASSERT_GT(whole.account().stored_by_friction, 0);
+    const auto springs = whole.wall_pass->memory(whole.tile());
+    ASSERT_EQ(springs.size(), 9u);
+    // A copy at the same place with the same springs meets the same forces.
+    Stage<1> other = make(start(group));
+    for (std::size_t k = 0; k < whole.slots().size(); ++k) other.tile().slot[k] = whole.slots()[k];
+    std::copy(springs.begin(), springs.end(), other.wall_pass->memory(other.tile()).begin());
+    other.book->restore(0, 0, 0, whole.account());
+    whole.advance(3000);
+    other.advance(1); // its first drift is half as long: places differ from here on, so only sums are compared
+    EXPECT_GE(other.account().rubbed, 0);
+    EXPECT_GT(other.account().stored_by_friction, 0);
+}
+
+TEST(Walls, ActOnTheGroupsTheyName) {
+    const RodGroup group(lying_rod(0), 0, 0, "");
+    Wall floor = floor_of(sticky(1e4, 0.5, 0.4));
+    floor.rods = {"others"};
+    Stage<1> stage(group, {start(group)}, {floor}, {0, 0, 0}, 1e-5);
+    stage.advance(10);
+    EXPECT_EQ(stage.account().touching, 0);
+    EXPECT_EQ(test::momenta(group, stage.state()).linear.z, 0);
+}
+
+TEST(Walls, ThatMoveCarryRodsAlong) {
+    // A floor that moves sideways drags the rod up to its own speed, one that rises lifts it.
+    const RodGroup group(lying_rod(radius), 0, 0, "");
+    ContactLaw law = sticky(1e5, 0.5, 0.5);
+    law.damping = 10;
+    law.tangential_damping = 10;
+    Wall floor = floor_of(law);
+    floor.velocity = {0.2, 0, 0.1};
+    floor.from = 0.1;
+    Stage<1> stage(group, {lying(group, 1e5, gravity)}, {floor}, {0, 0, -gravity}, 1e-5);
+    stage.advance(100000);
+    EXPECT_NEAR(velocity(group, stage.state()).x, 0.2, 1e-4);
+    EXPECT_NEAR(centre(group, stage.state()).z, radius + 0.9 * 0.1, 1e-3);
+}
+
+} // namespace
+} // namespace skein
