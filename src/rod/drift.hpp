@@ -1,7 +1,7 @@
 // Exact drift: positions at constant velocity, frames as free tops.                theory.md (16)-(19)
 //   x += h v
 //   circular (J1 = J2):  u = h (w1, w2, J3/J1 w3);  Q <- R(u) Q;  then Q and w turn about d3 by (1 - J3/J1) h w3
-//   elliptic:            half a turn of the rest about the axis r of smallest J by (h/2) p_r (1/J_r - 1/J_b); the top about d3 with
+//   elliptic:            half a turn of the rest about the axis r of the smaller of J1, J2 by (h/2) p_r (1/J_r - 1/J_b); the top about d3 with
 //                        transverse inertia J_b; the other half. p = J w, b the third axis. (The wrong choice of r fails.)
 // Both conserve the lab angular momentum to round-off; half drifts between two kicks merge into one (exactly for circles).
 // Cost: 112 flop per element (circular), 189 (elliptic).
@@ -33,7 +33,7 @@ template <int Axis, int W> SKEIN_INLINE void turn_about(Quaternion<Pack<W>>& q, 
 
 } // namespace detail
 
-/// J1 = J2.
+/// J1 = J2; J3/J1 is 2 for the inertia of the section itself, less where the rotary inertia is scaled.
 struct CircularTop {
     static constexpr std::string_view name = "drift (circular)";
     template <class C, int W> SKEIN_INLINE static void turn(const C& c, Quaternion<Pack<W>>& q, Vec3<Pack<W>>& w, Pack<W> h) {
@@ -45,7 +45,7 @@ struct CircularTop {
     }
 };
 
-/// J1 != J2; SmallAxis is the axis of smallest inertia, 0 or 1. J3 = J1 + J2 is always the largest.
+/// J1 != J2; SmallAxis is the axis of the smaller one, 0 or 1. J3 = J1 + J2 is the largest unless the others are scaled.
 template <int SmallAxis> struct EllipticTop {
     static constexpr std::string_view name = "drift (elliptic)";
     template <class C, int W> SKEIN_INLINE static void turn(const C& c, Quaternion<Pack<W>>& q, Vec3<Pack<W>>& w, Pack<W> h) {

@@ -3,9 +3,11 @@
 #include "core/error.hpp"
 #include "core/rotation.hpp"
 #include "rod/hold.hpp"
+#include "rod/time_limits.hpp"
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <filesystem>
 #include <fstream>
@@ -73,6 +75,23 @@ ElementConstants element_constants(const RodSpec& spec, std::size_t k, const Sha
             .inv_inertia = {1 / (mass * i1), 1 / (mass * i2), 1 / (mass * i3)},
             .inertia_ratio = i3 / i1,
             .bending = {m.youngs_modulus * i1, m.youngs_modulus * i2, shear * i3}};
+}
+
+/// Every element's j; empty where all are 1. `group` has its elements and cells, not scaled.
+std::vector<double> rotary_inertia_scales(const RodGroup& group) {
+    const Material& m = group.spec().material;
+    std::vector<double> scales;
+    if (m.rotary_inertia_for_dt > 0) scales = rotary_inertia_for(group, m.rotary_inertia_for_dt);
+    else if (m.rotary_inertia_scale > 1) scales.assign(group.element.size(), m.rotary_inertia_scale);
+    const bool scaled = std::any_of(scales.begin(), scales.end(), [](double j) { return j > 1; });
+    return scaled ? scales : std::vector<double>{};
+}
+
+/// Not the axial one: scaled too, it raises piles with friction by 2.5 to 2.9 %, the transverse ones alone by 0.3 %.
+void scale_rotary_inertia(ElementConstants& c, double j) {
+    c.inertia = {j * c.inertia.x, j * c.inertia.y, c.inertia.z};
+    c.inv_inertia = {1 / c.inertia.x, 1 / c.inertia.y, c.inv_inertia.z};
+    c.inertia_ratio = c.inertia.z / c.inertia.x;
 }
 
 VoronoiConstants voronoi_constants(const ElementConstants& before, const ElementConstants& after, const Vec3d& rest_curvature) {
@@ -155,6 +174,8 @@ RodGroup::RodGroup(const RodSpec& spec, int id, std::int64_t first_gid, const st
     const auto kappa0 = [&](long k) { return shape.rest_curvature_profile.empty() ? shape.rest_curvature : shape.rest_curvature_profile[static_cast<std::size_t>(k)]; };
     for (long k = 0; k < cells; ++k)
         voronoi.push_back(voronoi_constants(element[static_cast<std::size_t>(k)], element[static_cast<std::size_t>((k + 1) % n)], kappa0(k)));
+    rotary_inertia_scale = rotary_inertia_scales(*this);
+    for (std::size_t k = 0; k < rotary_inertia_scale.size(); ++k) scale_rotary_inertia(element[k], rotary_inertia_scale[k]);
     start_wall_rest_curvature = kappa0(0);
     end_wall_rest_curvature = kappa0(n - 2);
     const auto halve = [&](auto of_element) {

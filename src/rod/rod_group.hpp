@@ -22,7 +22,7 @@ template <class P> struct ElementConstantsOf {
     Vec3<P> stiffness;   ///< alpha_c G A, alpha_c G A, E A; N
     Vec3<P> rest_strain; ///< sigma0
     P rest_stretch;      ///< e0 = 1 + sigma0_3
-    Vec3<P> inertia;     ///< J_k = rho l_k (I1, I2, I3), kg m^2
+    Vec3<P> inertia;     ///< J_k = rho l_k (j I1, j I2, I3), kg m^2; j of rotary_inertia_scale
     Vec3<P> inv_inertia; ///< 1/J_k
     P inertia_ratio;     ///< J3/J1
     Vec3<P> bending;     ///< E I1, E I2, G I3 of the element; N m^2
@@ -79,6 +79,7 @@ public:
 
     std::vector<ElementConstants> element; ///< [n]
     std::vector<VoronoiConstants> voronoi; ///< [n - 1], a ring's [n]
+    std::vector<double> rotary_inertia_scale; ///< [n], j >= 1; empty where all are 1
     std::vector<double> node_mass;         ///< [n + 1], kg; 0 where a node takes no kick
     std::vector<double> node_length;       ///< [n + 1], m: half of the elements on both sides
     Vec3d start_wall_rest_curvature{0, 0, 0}; ///< kappa0 of the half cells at clamped ends

@@ -21,6 +21,10 @@ void Material::fields(FieldVisitor& f) {
     f.visit({.name = "shear_factor", .unit = "-", .text = "alpha_c, Timoshenko shear correction", .above = 0, .at_most = 2},
             shear_factor);
     f.choice({.name = "law", .unit = "", .text = "rod law (docs/theory.md 3); elastica: as published, without an energy, for comparison"}, law, law_names);
+    f.visit({.name = "rotary_inertia_scale", .unit = "-", .text = "factor on the rotary inertia about d1 and d2 (not d3): a longer step, slower bending; the plan tells by how much", .at_least = 1},
+            rotary_inertia_scale);
+    f.visit({.name = "rotary_inertia_for_dt", .unit = "s", .text = "the same factor, for every element the least that lifts its shear-rotation limit to this; 0: off", .at_least = 0},
+            rotary_inertia_for_dt);
 }
 
 void Section::fields(FieldVisitor& f) {

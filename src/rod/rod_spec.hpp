@@ -20,6 +20,8 @@ struct Material {
     double shear_modulus = 0;    ///< G, Pa; 0: E/3
     double shear_factor = 27.0 / 28.0; ///< alpha_c, Timoshenko shear correction
     Law law = Law::incompressible;
+    double rotary_inertia_scale = 1;  ///< j, on J1 and J2 of every element
+    double rotary_inertia_for_dt = 0; ///< s; 0: off; else each element takes the smallest j that lifts its shear-rotation limit to it
 
     void fields(FieldVisitor& f);
 };

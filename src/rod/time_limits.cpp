@@ -1,5 +1,9 @@
 #include "rod/time_limits.hpp"
 
+#include "core/error.hpp"
+
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -11,9 +15,9 @@ namespace {
 /// What the law divides B by at dilatation e.
 double bending_divisor(const RodGroup& g, double e) { return g.law() == Law::linear ? 1 : e * e * e; }
 
-/// Rotational stiffness over inertia that the cells and walls beside element k hold it with at rest, theory.md (26).
-double cell_term(const RodGroup& g, int k, double Vec3d::* axis) {
-    const auto j = [&](int i) { return g.element[static_cast<std::size_t>(i)].inertia.*axis; };
+/// Rotational stiffness over inertia that the cells and walls beside element k hold it with at rest, theory.md (26);
+/// `j(i)` is J of element i.
+template <class Inertia> double cell_term(const RodGroup& g, int k, double Vec3d::* axis, const Inertia& j) {
     const auto cell = [&](int v, int neighbour) {
         const VoronoiConstants& c = g.voronoi[static_cast<std::size_t>(v)];
         const int after = (v + 1) % g.elements();
@@ -32,6 +36,13 @@ double cell_term(const RodGroup& g, int k, double Vec3d::* axis) {
     return beta;
 }
 
+double cell_term(const RodGroup& g, int k, double Vec3d::* axis) {
+    return cell_term(g, k, axis, [&](int i) { return g.element[static_cast<std::size_t>(i)].inertia.*axis; });
+}
+
+/// 1/m of the stretching of element k: half of it on each side.
+double inverse_mass_of(const RodGroup& g, int k) { return 4 / (g.spec().material.density * g.element[static_cast<std::size_t>(k)].volume); }
+
 /// Largest eigenvalue of the element's shear and rotation about `axis`, sheared along `along`.
 double shear_rotation(const RodGroup& g, int k, double Vec3d::* axis, double Vec3d::* along, double inverse_mass) {
     const ElementConstants& c = g.element[static_cast<std::size_t>(k)];
@@ -40,6 +51,15 @@ double shear_rotation(const RodGroup& g, int k, double Vec3d::* axis, double Vec
     const double d = c.rest_length * s * e * e / j + cell_term(g, k, axis);
     const double b = s * e * std::sqrt(inverse_mass / j);
     return 0.5 * (a + d + std::sqrt((a - d) * (a - d) + 4 * b * b));
+}
+
+/// The j of element k at which (27) has the eigenvalue `aim`: there (aim - a)(aim - d) = b^2, and both d - others and b^2 go as 1/j.
+/// `own` and `others` are the parts of beta with 1/J of the element and of its neighbours. Not positive: there is none.
+double scale_at(const RodGroup& g, int k, double Vec3d::* axis, double Vec3d::* along, double own, double others, double aim) {
+    const ElementConstants& c = g.element[static_cast<std::size_t>(k)];
+    const double s = c.stiffness.*along, j = c.inertia.*axis, e = c.rest_stretch, inverse_mass = inverse_mass_of(g, k);
+    const double a = s * inverse_mass * c.inv_rest_length, d = c.rest_length * s * e * e / j + own, b_squared = s * s * e * e * inverse_mass / j;
+    return aim > a ? (d + b_squared / (aim - a)) / (aim - others) : -1;
 }
 
 } // namespace
@@ -53,7 +73,7 @@ std::vector<TimeLimit> time_limits(const RodGroup& g) {
     };
     for (int k = 0; k < g.elements(); ++k) {
         const ElementConstants& c = g.element[static_cast<std::size_t>(k)];
-        const double inverse_mass = 4 / (g.spec().material.density * c.volume); // 1/mL + 1/mR, half of the element on each side
+        const double inverse_mass = inverse_mass_of(g, k);
         const double axial = g.law() == Law::linear ? c.stiffness.z : c.stiffness.z / c.rest_stretch;
         lower(limits[0], axial * inverse_mass * c.inv_rest_length, k);
         lower(limits[1], shear_rotation(g, k, &Vec3d::x, &Vec3d::y, inverse_mass), k);
@@ -62,6 +82,37 @@ std::vector<TimeLimit> time_limits(const RodGroup& g) {
     }
     std::stable_sort(limits.begin(), limits.end(), [](const TimeLimit& a, const TimeLimit& b) { return a.dt < b.dt; });
     return limits;
+}
+
+std::vector<double> rotary_inertia_for(const RodGroup& g, double dt) {
+    const double aim = 4 / (dt * dt);
+    const auto n = static_cast<std::size_t>(g.elements());
+    std::vector<double> alike(n, 1.0), scale;
+    const auto raise = [&](double& j, int k, double Vec3d::* axis, double Vec3d::* along, const auto& beta_of) {
+        const auto [own, others] = beta_of(axis);
+        const double least = scale_at(g, k, axis, along, own, others, aim);
+        if (!(least > 0))
+            throw InputError(fmt::format("{}: 'rotary_inertia_for_dt' of {:g} s is out of reach for element {} of '{}': its shear has a limit that rotary inertia does not lift",
+                                         g.spec().source, dt, k, g.name()));
+        j = std::max(j, least * (1 + 1e-12)); // so that round-off leaves the limit above dt
+    };
+    const auto raise_both = [&](double& j, int k, const auto& beta_of) {
+        raise(j, k, &Vec3d::x, &Vec3d::y, beta_of);
+        raise(j, k, &Vec3d::y, &Vec3d::x, beta_of);
+    };
+    // First as if neighbours had the same j; then against what these have. More inertia only helps a neighbour, so twice is enough.
+    for (int k = 0; k < g.elements(); ++k)
+        raise_both(alike[static_cast<std::size_t>(k)], k, [&](double Vec3d::* axis) { return std::pair(cell_term(g, k, axis), 0.0); });
+    scale = alike;
+    for (int k = 0; k < g.elements(); ++k)
+        raise_both(scale[static_cast<std::size_t>(k)], k, [&](double Vec3d::* axis) {
+            constexpr double infinite = std::numeric_limits<double>::infinity();
+            const auto at = [&](int i) { return g.element[static_cast<std::size_t>(i)].inertia.*axis; };
+            const double own = cell_term(g, k, axis, [&](int i) { return i == k ? at(i) : infinite; });
+            const double others = cell_term(g, k, axis, [&](int i) { return i == k ? infinite : alike[static_cast<std::size_t>(i)] * at(i); });
+            return std::pair(own, others);
+        });
+    return scale;
 }
 
 double tension_limit(const RodGroup& g) {

@@ -7,6 +7,7 @@
 #include "io/trajectory.hpp"
 #include "loads/laplacian_filter.hpp"
 #include "rod/audit.hpp"
+#include "rod/bending_shift.hpp"
 #include "rod/hold.hpp"
 #include "rod/law.hpp"
 #include "rod/moving_ends.hpp"
@@ -143,6 +144,11 @@ GroupPlan plan_group(const SceneSpec& scene, const RodGroup& group) {
     limit_by_contact(p, group, scene);
     limit_by_drag(p, group, scheme_of(scene.time.integrator));
     p.tension_limit = tension_limit(group);
+    if (const auto& j = group.rotary_inertia_scale; !j.empty()) {
+        const auto [least, largest] = std::minmax_element(j.begin(), j.end());
+        p.least_rotary_scale = *least, p.largest_rotary_scale = *largest;
+        p.bending_shift = bending_shift(group);
+    }
     p.hints = hints_for(group);
     p.start = end_names[static_cast<std::size_t>(group.spec().start)];
     p.end = end_names[static_cast<std::size_t>(group.spec().end)];

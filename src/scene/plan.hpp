@@ -44,6 +44,8 @@ struct GroupPlan {
     double ns_per_element_step = 0;     ///< predicted, where all lanes of a tile carry a rod
     std::vector<TimeLimit> limits;      ///< smallest first
     double tension_limit = 0;
+    double least_rotary_scale = 1, largest_rotary_scale = 1; ///< j of the elements
+    double bending_shift = 0;           ///< what j does to the lowest bending frequency, relative, estimated
     std::vector<std::string> hints;     ///< where numbers cost time or accuracy for nothing (numerics.md)
     std::string start, end;
 };

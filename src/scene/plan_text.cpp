@@ -50,6 +50,11 @@ std::string to_text(const Plan& p) {
         std::vector<std::string> limits;
         for (const TimeLimit& l : g.limits) limits.push_back(fmt::format("{} {:.4g}", l.mode, l.dt));
         line("  limits [s]", joined(limits, ", "));
+        if (g.largest_rotary_scale > 1) {
+            const std::string least = g.least_rotary_scale < g.largest_rotary_scale ? fmt::format("{:.4g} to ", g.least_rotary_scale) : "";
+            line("  rotary", fmt::format("inertia about d1 and d2 times {}{:.4g}, which shifts the lowest bending frequency by {:.2g} %", least, g.largest_rotary_scale,
+                                         100 * g.bending_shift));
+        }
         for (const std::string& hint : g.hints) line("  hint", hint);
         if (std::isfinite(g.tension_limit)) line("  tension", fmt::format("directors flip beyond dilatation e_c = {:.4g}", g.tension_limit));
     }
@@ -79,7 +84,9 @@ std::string to_json(const Plan& p) {
         for (const TimeLimit& l : g.limits) limits[std::string(l.mode)] = {{"dt", l.dt}, {"element", l.element}};
         groups.push_back({{"name", g.name}, {"rods", g.rods}, {"elements", g.elements}, {"tiles", g.tiles}, {"along", g.along}, {"start", g.start}, {"end", g.end},
                           {"passes", g.passes}, {"limits", limits}, {"ns_per_element_step", g.ns_per_element_step},
-                          {"hints", g.hints}, {"tension_limit", std::isfinite(g.tension_limit) ? nlohmann::ordered_json(g.tension_limit) : nlohmann::ordered_json()}});
+                          {"hints", g.hints},
+                          {"rotary_inertia", {{"least_scale", g.least_rotary_scale}, {"largest_scale", g.largest_rotary_scale}, {"bending_shift", g.bending_shift}}},
+                          {"tension_limit", std::isfinite(g.tension_limit) ? nlohmann::ordered_json(g.tension_limit) : nlohmann::ordered_json()}});
     }
     const nlohmann::ordered_json json = {{"title", p.title},
                                          {"machine",

@@ -32,6 +32,8 @@ public:
         groups();
         time_and_output();
         for (std::size_t i = 0; i < scene_.rods.size(); ++i) {
+            if (scene_.rods[i].material.rotary_inertia_for_dt > 0)
+                unused(fmt::format("rods.{}.material", i), {"rotary_inertia_scale"}, "beside 'rotary_inertia_for_dt', which chooses it");
             section(scene_.rods[i], fmt::format("rods.{}.section", i));
             shape(scene_.rods[i], fmt::format("rods.{}.shape", i));
             placement(scene_.rods[i], fmt::format("rods.{}.placement", i));

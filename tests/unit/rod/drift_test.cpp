@@ -11,8 +11,9 @@ namespace skein {
 namespace {
 
 /// A rod group whose elements are tops: what matters here are their inertias.
-RodGroup tops(double semi_axis_1, double semi_axis_2) {
+RodGroup tops(double semi_axis_1, double semi_axis_2, double transverse_scale = 1) {
     RodSpec spec = test::simple_rod(2);
+    spec.material.rotary_inertia_scale = transverse_scale;
     spec.section = {.kind = SectionKind::elliptic, .radius = semi_axis_1, .radius_2 = semi_axis_2};
     return RodGroup(spec, 0, 0, "");
 }
@@ -39,10 +40,12 @@ double frame_distance(const Slot<1>& a, const Slot<1>& b) {
 }
 
 TEST(Drift, CircularTopIsExactWhateverTheStep) {
-    const RodGroup group = tops(0.02, 0.02);
-    const auto once = turned(group, 0.3, 1), often = turned(group, 0.3, 1000);
-    EXPECT_LT(frame_distance(once[0], often[0]), 1e-12);
-    EXPECT_LT(norm(lane(once[0].spin, 0) - lane(often[0].spin, 0)), 1e-12 * norm(lane(once[0].spin, 0)));
+    for (const double j : {1.0, 2.0, 25.0}) { // discs, spheres, rods
+        const RodGroup group = tops(0.02, 0.02, j);
+        const auto once = turned(group, 0.3, 1), often = turned(group, 0.3, 1000);
+        EXPECT_LT(frame_distance(once[0], often[0]), 1e-12) << "j = " << j;
+        EXPECT_LT(norm(lane(once[0].spin, 0) - lane(often[0].spin, 0)), 1e-12 * norm(lane(once[0].spin, 0))) << "j = " << j;
+    }
 }
 
 TEST(Drift, EllipticTopIsSecondOrder) {
@@ -54,12 +57,23 @@ TEST(Drift, EllipticTopIsSecondOrder) {
     }
 }
 
-TEST(Drift, AngularMomentumIsKept) {
-    for (const auto& [a, b] : {std::pair{0.02, 0.02}, std::pair{0.03, 0.01}, std::pair{0.01, 0.03}}) {
-        const RodGroup group = tops(a, b);
-        const Vec3d before = angular_momentum(group, spinning(group)[0]);
-        EXPECT_LT(norm(angular_momentum(group, turned(group, 20.0, 10000)[0]) - before), 1e-12 * norm(before));
+TEST(Drift, EllipticTopOfScaledInertiaIsSecondOrder) {
+    for (const auto& [a, b] : {std::pair{0.02, 0.01}, std::pair{0.01, 0.02}}) {
+        const RodGroup group = tops(a, b, 25); // d3 now has the smallest inertia
+        ASSERT_LT(group.element[0].inertia.z, std::min(group.element[0].inertia.x, group.element[0].inertia.y));
+        const auto exact = turned(group, 2.0, 16000);
+        const double coarse = frame_distance(turned(group, 2.0, 400)[0], exact[0]), fine = frame_distance(turned(group, 2.0, 800)[0], exact[0]);
+        EXPECT_NEAR(std::log2(coarse / fine), 2.0, 0.1) << a << " x " << b << ": " << coarse << ", " << fine;
     }
+}
+
+TEST(Drift, AngularMomentumIsKept) {
+    for (const double j : {1.0, 25.0})
+        for (const auto& [a, b] : {std::pair{0.02, 0.02}, std::pair{0.03, 0.01}, std::pair{0.01, 0.03}}) {
+            const RodGroup group = tops(a, b, j);
+            const Vec3d before = angular_momentum(group, spinning(group)[0]);
+            EXPECT_LT(norm(angular_momentum(group, turned(group, 20.0, 10000)[0]) - before), 1e-12 * norm(before));
+        }
 }
 
 TEST(Drift, IsReversible) {

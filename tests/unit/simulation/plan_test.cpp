@@ -76,6 +76,16 @@ TEST(Plan, HintsAtElementsThatGainNothing) {
     EXPECT_EQ(hints(9, EndKind::clamped_frozen).size(), 1u);
 }
 
+TEST(Plan, TellsScaledRotaryInertiaAndWhatItCosts) {
+    SceneSpec scene = test::cilia_scene(8);
+    EXPECT_EQ(to_text(make_plan(scene, make_groups(scene), {})).find("inertia"), std::string::npos);
+    scene.rods[0].material.rotary_inertia_scale = 25;
+    const Plan plan = make_plan(scene, make_groups(scene), {});
+    EXPECT_EQ(plan.groups[0].least_rotary_scale, 25);
+    EXPECT_LT(plan.groups[0].bending_shift, 0);
+    EXPECT_NE(to_text(plan).find("inertia about d1 and d2 times 25, which shifts the lowest bending frequency by -"), std::string::npos) << to_text(plan);
+}
+
 TEST(Plan, AbsentPhysicsHasNoPassAndNoArray) {
     SceneSpec bare = test::cilia_scene(8);
     bare.loads.clear();

@@ -1,0 +1,11 @@
+// How far scaled rotary inertia slows a group's lowest bending mode: an estimate for the plan.       docs/theory.md, end of section 9
+#pragma once
+
+#include "rod/rod_group.hpp"
+
+namespace skein {
+
+/// Relative shift of the lowest bending frequency, by the mode of the slender uniform rod with the group's ends; 0 without scaling.
+double bending_shift(const RodGroup& group);
+
+} // namespace skein
