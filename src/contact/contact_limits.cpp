@@ -19,6 +19,9 @@ ContactMobility contact_mobility(const RodGroup& group) {
     return most;
 }
 
+double element_mass(const RodGroup& group) { return group.spec().material.density * group.element[0].volume; }
+double reduced_mass(const RodGroup& a, const RodGroup& b) { return 1 / (1 / element_mass(a) + 1 / element_mass(b)); }
+
 double tangent_stiffness(const ContactLaw& law, double overlap) {
     return law.normal == ContactNormal::linear ? law.stiffness : 1.5 * law.stiffness * std::sqrt(overlap);
 }

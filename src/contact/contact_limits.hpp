@@ -16,6 +16,10 @@ struct ContactMobility {
 };
 ContactMobility contact_mobility(const RodGroup& group);
 
+/// Masses that a restitution is meant for, kg: of an element, and of two that collide.
+double element_mass(const RodGroup& group);
+double reduced_mass(const RodGroup& a, const RodGroup& b);
+
 /// Tangent stiffness, N/m, and dashpot, N s/m, of a law at an overlap, m.
 double tangent_stiffness(const ContactLaw& law, double overlap);
 double tangent_damping(const ContactLaw& law, double overlap);

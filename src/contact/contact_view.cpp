@@ -6,12 +6,11 @@
 
 namespace skein {
 
-ContactView::ContactView(std::span<const RodGroup> groups, const ContactSpec& spec) {
+ContactView::ContactView(std::span<const RodGroup> groups, const ContactSpec& spec, std::size_t materials) {
     for (const RodGroup& group : groups) {
-        double longest = 0, widest = 0, shortest = HUGE_VAL;
+        double widest = 0, shortest = HUGE_VAL;
         for (const ElementConstants& c : group.element) {
             shortest = std::min(shortest, c.rest_length);
-            longest = std::max(longest, c.rest_length);
             widest = std::max(widest, c.radius);
         }
         // Elements nearer along the rod than half the way round its section touch only where it is folded.
@@ -21,7 +20,7 @@ ContactView::ContactView(std::span<const RodGroup> groups, const ContactSpec& sp
             const auto rod = static_cast<std::int32_t>(capsules.first_slot.size());
             capsules.first_slot.push_back(static_cast<std::int32_t>(capsules.node.size()));
             capsules.skip.push_back(skip);
-            capsules.material.push_back(group.id());
+            if (materials > 1) capsules.material.push_back(group.id());
             for (int k = 0; k < group.slots(); ++k) {
                 const bool is_element = k < group.elements();
                 capsules.node.push_back({{}, is_element ? group.element[static_cast<std::size_t>(k)].radius : -1, {}});

@@ -4,6 +4,7 @@
 
 #include "contact/contact_spec.hpp"
 #include "contact/contacts.hpp"
+#include "contact/transposed.hpp"
 #include "rod/mapping.hpp"
 
 #include <memory>
@@ -15,7 +16,8 @@ struct ContactView {
     AlignedVector<ContactLoad> load; ///< by slot; only where rods are touched
     std::span<const std::uint8_t> touched; ///< by rod
 
-    ContactView(std::span<const RodGroup> groups, const ContactSpec& spec);
+    /// `materials`: of the laws; 1: all alike.
+    ContactView(std::span<const RodGroup> groups, const ContactSpec& spec, std::size_t materials);
     std::size_t first_slot(std::int64_t gid) const { return static_cast<std::size_t>(capsules.first_slot[static_cast<std::size_t>(gid)]); }
     std::size_t bytes() const;
 };

@@ -51,6 +51,7 @@ void ServoSpec::fields(FieldVisitor& f) {
     f.visit({.name = "not_before", .unit = "m", .text = "it turns forth only when its point, measured against its way forth, is beyond this: for a lid that goes down along z, above this height"},
             not_before);
     f.visit({.name = "cycles", .unit = "-", .text = "ways forth and back before it stops; 0: without end", .at_least = 0}, cycles);
+    f.visit({.name = "ends_run", .unit = "", .text = "the run ends when the last cycle is done"}, ends_run);
 }
 
 void Wall::fields(FieldVisitor& f) {

@@ -23,6 +23,7 @@ struct ServoSpec {
     double turn_forth_below = 0; ///< Pa
     double not_before = -1e9;     ///< m
     long cycles = 0;             ///< 0: without end
+    bool ends_run = false;       ///< with its last cycle
 
     bool drives() const { return speed > 0; }
     void fields(FieldVisitor& f);

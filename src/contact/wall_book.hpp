@@ -8,6 +8,7 @@
 
 #include "contact/wall.hpp"
 #include "core/aligned.hpp"
+#include "rod/rods.hpp"
 #include "rod/tile.hpp"
 
 #include <algorithm>
@@ -26,7 +27,18 @@ struct WallAccount {
     double rubbed = 0, damped = 0; ///< sums since the start, J
 };
 
-template <int W> class WallBook {
+/// The accounts of one group, whatever the width of its tiles.
+class WallAccounts {
+public:
+    virtual ~WallAccounts() = default;
+    /// Zeros where the wall does not act.
+    virtual WallAccount account(RodPlace rod, int wall) const = 0;
+    /// Adds what each rod pressed a wall with at the last step, N, at its gid: normal forces, and forces along a direction.
+    virtual void add_normal(int wall, std::span<double> of_rod) const = 0;
+    virtual void add_force(int wall, const Vec3d& direction, std::span<double> of_rod) const = 0;
+};
+
+template <int W> class WallBook final : public WallAccounts {
 public:
     using P = Pack<W>;
     /// The same, lane by lane.
@@ -38,6 +50,7 @@ public:
     struct Page {
         AlignedVector<Entry> entry; ///< one per wall that acts on the group
         bool busy = false;          ///< entries of the last step may be other than zero
+        std::vector<std::int64_t> gid; ///< of each lane that has a rod of its own
     };
 
     WallBook(const Walls& walls, const RodGroup& group) {
@@ -50,10 +63,21 @@ public:
 
     /// Numbers of the walls that act on the group.
     const std::vector<int>& acting() const { return acting_; }
-    void add_page() { pages_.emplace_back().entry.resize(acting_.size()); }
+    void add_page(const RodTile<W>& rod) {
+        Page& page = pages_.emplace_back();
+        page.entry.resize(acting_.size());
+        for (int l = 0; l < rod.lanes; ++l) page.gid.push_back(rod.group->first_gid() + rod.index[l]);
+    }
     Page& page(std::size_t tile) { return pages_[tile]; }
 
-    /// Of lane `lane_` of a tile; spare lanes, which repeat the last rod, are for the reader to skip. Zeros where the wall does not act.
+    WallAccount account(RodPlace rod, int wall) const override { return account(rod.tile, rod.lane, wall); }
+    void add_normal(int wall, std::span<double> of_rod) const override {
+        add(wall, of_rod, [](const Entry& e, int l) { return e.normal[l]; });
+    }
+    void add_force(int wall, const Vec3d& direction, std::span<double> of_rod) const override {
+        add(wall, of_rod, [&](const Entry& e, int l) { return dot(lane(e.force, l), direction); });
+    }
+    /// Of lane `lane_` of a tile; spare lanes, which repeat the last rod, are for the reader to skip.
     WallAccount account(std::size_t tile, int lane_, int wall) const {
         const int at = place_[static_cast<std::size_t>(wall)];
         if (at < 0) return {};
@@ -75,6 +99,16 @@ public:
     std::size_t bytes() const { return pages_.size() * (sizeof(Page) + acting_.size() * sizeof(Entry)); }
 
 private:
+    template <class F> void add(int wall, std::span<double> of_rod, F&& value) const {
+        const int at = place_[static_cast<std::size_t>(wall)];
+        if (at < 0) return;
+        for (const Page& page : pages_) {
+            if (!page.busy) continue;
+            const Entry& e = page.entry[static_cast<std::size_t>(at)];
+            for (std::size_t l = 0; l < page.gid.size(); ++l) of_rod[static_cast<std::size_t>(page.gid[l])] += value(e, static_cast<int>(l));
+        }
+    }
+
     std::vector<int> acting_, place_;
     std::vector<Page> pages_;
 };

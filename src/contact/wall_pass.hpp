@@ -41,7 +41,7 @@ public:
         const auto nodes = static_cast<std::size_t>(rod.n) + 1;
         s.touched.assign(nodes, 0);
         if (remembers_) s.spring.resize(nodes * book_->acting().size());
-        book_->add_page();
+        book_->add_page(rod);
     }
 
     /// Walls at all steps of the batch: driven ones where their states say now.

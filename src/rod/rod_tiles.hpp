@@ -33,6 +33,7 @@ public:
     bool act(const Step& step, bool check) override;
     std::string near_limit() const override;
     std::span<const LocalRod> local() const override { return local_; }
+    RodPlace place(std::size_t i) const override { return {tiles_[place_[i].tile].number, place_[i].lane}; }
     void export_rod(std::size_t i, std::span<Slot<1>> out) const override;
     void import_rod(std::size_t i, std::span<const Slot<1>> in) override;
     std::uint64_t digest() const override;

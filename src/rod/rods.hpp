@@ -20,6 +20,12 @@ struct LocalRod {
     std::int64_t index; ///< number of the rod in its group
 };
 
+/// Where a rod lies: a tile, by its number within its group, and a lane of it.
+struct RodPlace {
+    std::size_t tile;
+    int lane;
+};
+
 /// What has been done to a rod since the audit began, J. See rod/audit.hpp.
 struct RodWorks {
     double loads = 0, walls = 0, dissipated = 0;
@@ -40,6 +46,8 @@ public:
 
     /// Owned rods, ordered by group, within a group in space order.
     virtual std::span<const LocalRod> local() const = 0;
+    /// Of local()[i], where rods lie across.
+    virtual RodPlace place(std::size_t i) const = 0;
     /// Copies the canonical (staggered) state of local()[i] out or in; one slot per node.
     virtual void export_rod(std::size_t i, std::span<Slot<1>> out) const = 0;
     virtual void import_rod(std::size_t i, std::span<const Slot<1>> in) = 0;

@@ -20,6 +20,7 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
+#include <numeric>
 
 namespace skein {
 
@@ -85,15 +86,15 @@ void limit_by_drag(GroupPlan& p, const RodGroup& group, const Scheme& scheme) {
 /// Told, and kept to, where contacts leave less than ten times what the rod does.
 void limit_by_contact(GroupPlan& p, const RodGroup& group, const SceneSpec& scene) {
     TimeLimit least{"contact", HUGE_VAL, 0};
-    const auto consider = [&](const ContactLaw& law, double share) {
-        const TimeLimit limit = contact_time_limit(group, resolved(law, group), share);
+    const auto consider = [&](const ContactLaw& law, double share, double mass) {
+        const TimeLimit limit = contact_time_limit(group, law.resolved(mass), share);
         if (limit.dt < least.dt) least = limit;
     };
-    if (scene.contact) consider(scene.contact->law, scene.contact->overlap);
+    if (scene.contact) consider(scene.contact->law, scene.contact->overlap, reduced_mass(group, group));
     for (const ContactPair& pair : scene.contact_pairs)
-        if (acts_on(pair.between, group.name())) consider(pair.law, scene.contact->overlap);
+        if (acts_on(pair.between, group.name())) consider(pair.law, scene.contact->overlap, reduced_mass(group, group));
     for (const Wall& wall : scene.walls)
-        if (acts_on(wall.rods, group.name())) consider(wall.law, 0.1);
+        if (acts_on(wall.rods, group.name())) consider(wall.law, 0.1, element_mass(group));
     if (!std::isfinite(least.dt)) return;
     p.limits.push_back(least);
     std::stable_sort(p.limits.begin(), p.limits.end(), [](const TimeLimit& a, const TimeLimit& b) { return a.dt < b.dt; });
@@ -291,11 +292,29 @@ double waiting_bytes(double frames, double frame_bytes, int ranks) {
 
 namespace {
 
+/// That between two groups: of a [[contact_pair]], or else that of all.
+const ContactLaw& law_between(const SceneSpec& scene, const std::string& a, const std::string& b) {
+    for (const ContactPair& pair : scene.contact_pairs)
+        if ((pair.between[0] == a && pair.between[1] == b) || (pair.between[0] == b && pair.between[1] == a)) return pair.law;
+    return scene.contact->law;
+}
+
 ContactLaws contact_laws(const SceneSpec& scene, std::span<const RodGroup> groups) {
-    ContactLaws laws(groups.size());
-    for (std::size_t a = 0; a < groups.size(); ++a)
-        for (std::size_t b = 0; b <= a; ++b) laws.set(a, b, resolved(scene.contact->law, groups[a], groups[b]));
-    return laws;
+    if (scene.contact_pairs.empty() && groups.size() == 1) return scene.contact->law.resolved(reduced_mass(groups[0], groups[0]));
+    std::vector<ContactLaw> laws;
+    for (const RodGroup& a : groups)
+        for (const RodGroup& b : groups) laws.push_back(law_between(scene, a.name(), b.name()).resolved(reduced_mass(a, b)));
+    const bool alike = scene.contact_pairs.empty() && scene.contact->law.restitution == 0;
+    return alike ? ContactLaws(laws.front()) : ContactLaws(groups.size(), std::move(laws));
+}
+
+void weigh(Plan& plan, std::span<const RodGroup> groups, const SceneSpec& scene) {
+    for (const RodGroup& group : groups) plan.mass += static_cast<double>(group.count()) * std::accumulate(group.node_mass.begin(), group.node_mass.end(), 0.0);
+    if (!scene.contact && scene.walls.empty()) return;
+    int found = 0;
+    for (const LoadSpec& l : scene.loads)
+        if (const auto* gravity = std::get_if<Gravity>(&l.load); gravity && ++found == 1 && l.rods.empty()) plan.gravity = gravity->acceleration;
+    if (found > 1) plan.gravity.reset();
 }
 
 } // namespace
@@ -312,7 +331,7 @@ std::vector<RodGroup> make_groups(const SceneSpec& scene) {
 }
 
 bool steps_together(const Plan& plan) {
-    return plan.contact || std::any_of(plan.walls.begin(), plan.walls.end(), [](const Wall& wall) { return wall.servo.present(); });
+    return plan.contact || std::any_of(plan.walls.begin(), plan.walls.end(), [](const Wall& wall) { return wall.servo.drives(); });
 }
 
 Tiling tiling_of(const Plan& plan, std::span<const std::int64_t> counts) {
@@ -329,6 +348,7 @@ Plan make_plan(const SceneSpec& scene, std::span<const RodGroup> groups, const M
     plan.contact = scene.contact;
     if (scene.contact) plan.contact_laws = contact_laws(scene, groups);
     plan.walls = expanded(scene.walls);
+    weigh(plan, groups, scene);
     const double ns = lay_out(plan);
     for (const GroupPlan& p : plan.groups) {
         plan.rods += p.rods;

@@ -2,6 +2,8 @@
 // runs; printed before each run and by `skein plan`, and held by snapshot tests.
 #pragma once
 
+#include "contact/contact_spec.hpp"
+#include "contact/wall.hpp"
 #include "rod/kick.hpp"
 #include "rod/tiling.hpp"
 #include "rod/time_limits.hpp"
@@ -68,8 +70,10 @@ struct Plan {
     std::int64_t steps = 0;
     Cadence cadence;
     std::optional<ContactSpec> contact;   ///< of rods with each other; absent: nothing is searched, kept or sent
-    ContactLaws contact_laws;             ///< by pair of groups
+    std::optional<ContactLaws> contact_laws; ///< by pair of groups
     std::vector<Wall> walls;              ///< planes, tubes and balls: boxes are taken apart
+    double mass = 0;                      ///< of all rods, kg
+    std::optional<Vec3d> gravity;         ///< that of rods which touch something, where it is one for all; m/s^2
     bool audit = false;                   ///< energy audit
     std::vector<std::string> observables; ///< sets that the scene adds to the series
     int families = 0;

@@ -14,7 +14,7 @@ namespace skein {
 namespace {
 
 constexpr std::size_t slot_numbers = 10;   ///< position, radius, velocity, spin
-constexpr std::size_t spring_numbers = 6;  ///< two slots, what, spring
+constexpr std::size_t spring_numbers = 7;  ///< two slots, what, energy, spring
 constexpr const char* springs_name = "springs";
 constexpr const char* walls_name = "walls";
 
@@ -33,7 +33,7 @@ Interactions::Interactions(const Communicator& comm, const Threads& threads, con
             owned.assign(all_rods, 0);
             for (const LocalRod& rod : rods_.local()) owned[static_cast<std::size_t>(rod.gid)] = 1;
         }
-        contacts_.emplace(around_.others->capsules, plan_.contact_laws, threads, std::move(owned));
+        contacts_.emplace(around_.others->capsules, *plan_.contact_laws, threads, std::move(owned));
     }
     if (!around_.walls) return;
     work_.assign(around_.walls->count(), 0);
@@ -103,9 +103,10 @@ void Interactions::exchange() {
     }
 }
 
-double Interactions::pressed(int wall) {
+double Interactions::pressed(int wall, const Vec3d* along) {
     std::fill(of_rod_.begin(), of_rod_.end(), 0.0);
-    for (const auto& accounts : around_.accounts) accounts->normals(wall, of_rod_);
+    for (const auto& accounts : around_.accounts)
+        if (accounts) along ? accounts->add_force(wall, *along, of_rod_) : accounts->add_normal(wall, of_rod_);
     if (comm_.size() > 1) {
         std::vector<double> mine, all(of_rod_.size());
         for (const LocalRod& rod : rods_.local()) mine.push_back(of_rod_[static_cast<std::size_t>(rod.gid)]);
@@ -122,8 +123,8 @@ void Interactions::steer(const Step& step, Timers& timers) {
     const auto timing = timers.time(Phase::exchange);
     for (DrivenWall& d : driven_) {
         const auto w = static_cast<std::size_t>(d.wall);
-        // Of what the rods do to the wall only the part along its way does work.
-        if (d.servo.direction() != 0) work_[w] -= pressed(d.wall) * dot(around_.walls->normal_of(w), around_.walls->state[w].velocity) * -step.kick;
+        const Vec3d velocity = around_.walls->state[w].velocity;
+        if (d.servo.direction() != 0) work_[w] -= step.kick * pressed(d.wall, &velocity);
         d.servo.step(pressed(d.watched), step.kick);
         around_.walls->state[w] = d.servo.wall_state();
     }
@@ -143,7 +144,7 @@ std::string Interactions::complaint() const {
     if (!contacts_ || plan_.force_dt) return {};
     const ContactFigures f = contacts_->figures();
     double limit = HUGE_VAL;
-    for (std::size_t g = 0; g < groups_.size(); ++g) limit = std::min(limit, contact_limit(mobility_[g], plan_.contact_laws.of(g, g), f.stiffest, 0, 1));
+    for (std::size_t g = 0; g < groups_.size(); ++g) limit = std::min(limit, contact_limit(mobility_[g], plan_.contact_laws->between(g, g), f.stiffest, 0, 1));
     if (plan_.dt <= limit) return {};
     return fmt::format("contacts are as stiff as {:.4g} N/m, where rods overlap by {:.3g} of their diameter: the step of {:.4g} s is beyond the {:.4g} s that they leave",
                        f.stiffest, f.deepest, plan_.dt, limit);
@@ -164,13 +165,13 @@ std::vector<std::string> Interactions::names() const {
     return names;
 }
 
-std::vector<double> Interactions::values(double) const {
+std::vector<double> Interactions::values() const {
     std::vector<double> values;
     if (contacts_) {
         const ContactFigures f = contacts_->figures();
         const std::vector<std::vector<double>> mine = {{static_cast<double>(f.active)}, {f.stored}, {f.rubbed}, {f.damped}, {static_cast<double>(f.listed)}};
         const std::vector<double> all = exact_sums(comm_, mine);
-        values = {all[0], 2 * all[0] / static_cast<double>(of_rod_.size()), comm_.max(f.deepest), all[1], all[2], all[3], all[4],
+        values = {all[0], 2 * all[0] / static_cast<double>(of_rod_.size()), comm_.max(f.deepest), all[1], all[2] + rubbed_before_, all[3] + damped_before_, all[4],
                   static_cast<double>(comm_.max(f.renewals)), f.skin};
     }
     if (!around_.walls) return values;
@@ -181,7 +182,9 @@ std::vector<double> Interactions::values(double) const {
     const auto local = rods_.local();
     for (std::size_t i = 0; i < local.size(); ++i)
         for (std::size_t w = 0; w < count; ++w) {
-            const WallAccount a = around_.accounts[static_cast<std::size_t>(local[i].group)]->account(rods_.place(i), static_cast<int>(w));
+            const WallAccounts* accounts = around_.accounts[static_cast<std::size_t>(local[i].group)].get();
+            if (!accounts) continue;
+            const WallAccount a = accounts->account(rods_.place(i), static_cast<int>(w));
             mine[w].push_back(a.normal);
             mine[count + touching].push_back(a.touching);
             mine[count + stored].push_back(a.stored);
@@ -197,7 +200,7 @@ std::vector<double> Interactions::values(double) const {
     return values;
 }
 
-std::size_t Interactions::bytes() const { return around_.others ? around_.others->bytes() + contacts_->bytes() : 0; }
+std::size_t Interactions::bytes() const { return around_.others ? around_.others->bytes() : 0; }
 
 std::vector<std::string> Interactions::kept_names() const {
     std::vector<std::string> names;
@@ -218,7 +221,7 @@ std::vector<double> Interactions::springs() const {
     const ContactFigures f = contacts_->figures();
     std::vector<double> mine;
     for (const KeptContact& c : contacts_->kept())
-        for (const double x : {double(c.a), double(c.b), double(c.what), c.spring.x, c.spring.y, c.spring.z}) mine.push_back(x);
+        for (const double x : {double(c.a), double(c.b), double(c.what), c.energy, c.spring.x, c.spring.y, c.spring.z}) mine.push_back(x);
     const auto counts = comm_.all_gather(static_cast<std::int64_t>(mine.size()));
     std::vector<double> all(static_cast<std::size_t>(std::accumulate(counts.begin(), counts.end(), std::int64_t{0})));
     comm_.all_gather(mine, counts, all);
@@ -227,6 +230,7 @@ std::vector<double> Interactions::springs() const {
     for (std::size_t i = 0; i < all.size(); ++i) records[i / spring_numbers][i % spring_numbers] = all[i];
     std::sort(records.begin(), records.end());
     std::vector<double> numbers = exact_sums(comm_, std::vector<std::vector<double>>{{f.rubbed}, {f.damped}});
+    numbers[0] += rubbed_before_, numbers[1] += damped_before_;
     for (const Record& r : records) numbers.insert(numbers.end(), r.begin(), r.end());
     return numbers;
 }
@@ -249,10 +253,10 @@ void Interactions::restore(std::span<const KeptNumbers> kept) {
             std::vector<KeptContact> springs;
             for (std::size_t i = 2; i + spring_numbers <= k.numbers.size(); i += spring_numbers) {
                 const double* n = k.numbers.data() + i;
-                springs.push_back({static_cast<std::uint32_t>(n[0]), static_cast<std::uint32_t>(n[1]), static_cast<std::uint32_t>(n[2]), {n[3], n[4], n[5]}});
+                springs.push_back({static_cast<std::uint32_t>(n[0]), static_cast<std::uint32_t>(n[1]), static_cast<std::uint32_t>(n[2]), n[3], {n[4], n[5], n[6]}});
             }
             contacts_->restore(springs);
-            if (comm_.root()) contacts_->go_on_from(k.numbers[0], k.numbers[1]);
+            rubbed_before_ = k.numbers[0], damped_before_ = k.numbers[1];
         } else if (k.name == walls_name) {
             std::size_t at = 0;
             for (DrivenWall& d : driven_) {

@@ -34,7 +34,7 @@ public:
 
     /// What the time series tells of contacts and walls, and of weight where there is any.
     std::vector<std::string> names() const;
-    std::vector<double> values(double time) const;
+    std::vector<double> values() const;
 
     std::size_t bytes() const;
 
@@ -47,8 +47,8 @@ private:
     void know_all_rods();
     void exchange();
     std::string complaint() const;
-    /// Sum over all rods, in their order, of the normal force on a wall, N.
-    double pressed(int wall);
+    /// Sum over all rods, in their order, of their normal forces on a wall, N; or, with `along`, of their forces times that.
+    double pressed(int wall, const Vec3d* along = nullptr);
     std::vector<double> springs() const;
     std::vector<double> wall_numbers() const;
 
@@ -65,6 +65,7 @@ private:
         Servo servo;
     };
     std::vector<DrivenWall> driven_;
+    double rubbed_before_ = 0, damped_before_ = 0; ///< by contacts, before this run; J
     std::vector<double> work_;  ///< of every wall on the rods since the start, J
     std::vector<double> of_rod_; ///< scratch: by gid
 

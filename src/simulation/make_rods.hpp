@@ -2,7 +2,7 @@
 #pragma once
 
 #include "contact/contact_view.hpp"
-#include "contact/wall.hpp"
+#include "contact/wall_book.hpp"
 #include "parallel/threads.hpp"
 #include "rod/rods.hpp"
 #include "scene/plan.hpp"
@@ -17,11 +17,13 @@ namespace skein {
 struct Surroundings {
     std::shared_ptr<ContactView> others;
     std::shared_ptr<Walls> walls;
+    std::vector<std::shared_ptr<const WallAccounts>> accounts; ///< by group, once the rods are made; null where no wall acts
 };
 Surroundings make_surroundings(const Plan& plan, std::span<const RodGroup> groups);
 
 /// Rods at plan.machine.lanes (1, 2, 4 or 8) in their start state. `groups` and `threads` must outlive them.
 std::unique_ptr<Rods> make_rods(const Plan& plan, std::span<const RodGroup> groups, std::vector<LocalRod> owned, const Threads& threads,
-                                const Surroundings& around = {});
+                                Surroundings& around);
+std::unique_ptr<Rods> make_rods(const Plan& plan, std::span<const RodGroup> groups, std::vector<LocalRod> owned, const Threads& threads);
 
 } // namespace skein

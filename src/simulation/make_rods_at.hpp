@@ -52,7 +52,7 @@ std::unique_ptr<TilePass<W>> make_audit_inner(const RodGroup& group, const std::
 /// The step of one group: drift, forces, kick (theory.md (20)). `audit`: its book, or null.
 template <int W>
 TileProgram<W> make_program(const GroupPlan& plan, const RodGroup& group, Scheme scheme, double dt, const std::shared_ptr<AuditBook<W>>& audit = nullptr,
-                            const Surroundings& around = {}) {
+                            const Surroundings& around = {}, const std::shared_ptr<WallBook<W>>& walls = nullptr) {
     TileProgram<W> program;
     with_top(group, [&]<class Top>(Top) { program.push_back(std::make_unique<DriftPass<Top, W>>()); });
     if (group.closed()) program.push_back(std::make_unique<CloseRingPass<W>>());
@@ -64,7 +64,7 @@ TileProgram<W> make_program(const GroupPlan& plan, const RodGroup& group, Scheme
     program.push_back(make_elastic<W>(group, moving));
     if (audit) program.push_back(make_audit_inner<W>(group, audit, moving));
     for (const Load& load : plan.loads) program.push_back(make_pass<W>(load, group));
-    if (plan.walls) program.push_back(std::make_unique<WallPass<W>>(around.walls, group));
+    if (walls) program.push_back(std::make_unique<WallPass<W>>(around.walls, group, walls));
     if (around.others) program.push_back(std::make_unique<FeelPass<W>>(around.others));
     if (group.closed()) program.push_back(std::make_unique<FoldRingPass<W>>());
     if (audit) program.push_back(std::make_unique<AuditLoadsPass<W>>(audit));
@@ -100,12 +100,14 @@ template <int W> TileProgram<W> make_program_along(const Plan& plan, std::span<c
 }
 
 template <int W>
-std::unique_ptr<Rods> make_rods_at(const Plan& plan, std::span<const RodGroup> groups, std::vector<LocalRod> owned, const Threads& threads, const Surroundings& around) {
+std::unique_ptr<Rods> make_rods_at(const Plan& plan, std::span<const RodGroup> groups, std::vector<LocalRod> owned, const Threads& threads, Surroundings& around) {
     std::vector<TileProgram<W>> programs;
     std::vector<std::shared_ptr<AuditBook<W>>> audits;
     for (std::size_t g = 0; g < groups.size(); ++g) {
         const auto audit = plan.audit ? std::make_shared<AuditBook<W>>(groups[g]) : nullptr;
-        programs.push_back(make_program<W>(plan.groups[g], groups[g], scheme_of(plan.integrator), plan.dt, audit, around));
+        const auto walls = plan.groups[g].walls ? std::make_shared<WallBook<W>>(*around.walls, groups[g]) : nullptr;
+        around.accounts.push_back(walls);
+        programs.push_back(make_program<W>(plan.groups[g], groups[g], scheme_of(plan.integrator), plan.dt, audit, around, walls));
         if (audit) audits.push_back(audit);
     }
     std::vector<std::int64_t> counts(groups.size(), 0);
@@ -120,9 +122,10 @@ std::unique_ptr<Rods> make_rods_at(const Plan& plan, std::span<const RodGroup> g
 }
 
 #define SKEIN_MAKE_RODS_AT(W) \
-    template std::unique_ptr<Rods> make_rods_at<W>(const Plan&, std::span<const RodGroup>, std::vector<LocalRod>, const Threads&, const Surroundings&)
+    template std::unique_ptr<Rods> make_rods_at<W>(const Plan&, std::span<const RodGroup>, std::vector<LocalRod>, const Threads&, Surroundings&)
 #define SKEIN_MAKE_PROGRAM(W) \
-    template TileProgram<W> make_program<W>(const GroupPlan&, const RodGroup&, Scheme, double, const std::shared_ptr<AuditBook<W>>&, const Surroundings&)
+    template TileProgram<W> make_program<W>(const GroupPlan&, const RodGroup&, Scheme, double, const std::shared_ptr<AuditBook<W>>&, const Surroundings&, \
+                                        const std::shared_ptr<WallBook<W>>&)
 extern SKEIN_MAKE_PROGRAM(1);
 extern SKEIN_MAKE_PROGRAM(2);
 extern SKEIN_MAKE_PROGRAM(4);

@@ -68,7 +68,7 @@ Simulation::Simulation(const Communicator& comm, const Threads& threads, const S
         lock_ = std::make_unique<DirectoryLock>(options_.out);
         if (options_.overwrite) remove_results(options_.out);
     });
-    const Surroundings around = make_surroundings(plan_, groups_);
+    Surroundings around = make_surroundings(plan_, groups_);
     rods_ = make_rods(plan_, groups_, partition(comm_, groups_), threads_, around);
     if (around.others || around.walls) interactions_ = std::make_unique<Interactions>(comm_, threads_, plan_, groups_, *rods_, around);
 
@@ -124,9 +124,10 @@ void Simulation::advance(std::int64_t until) {
         }
         if (!fit) try {
                 rods_->inspect(clock_.done(), plan_.dt);
-                interactions_->inspect(clock_.done());
+                if (interactions_) interactions_->inspect(clock_.done());
             } catch (const NumericalError& e) { failure_ = e.what(); } // the other ranks learn of it when they meet
-        going = together ? meet() : failure_.empty();
+        going = coupled && !check ? true : together ? meet() : failure_.empty(); // without a look nothing is found unfit
+        going = going && !ended();
     }
 }
 
@@ -136,7 +137,6 @@ bool Simulation::step_alone(std::span<const Step> steps, bool check) {
 }
 
 bool Simulation::step_together(const Step& step, bool check) {
-    interactions_->set_out(step); // walls
     {
         const auto timing = timers_.time(Phase::rods);
         rods_->move(step); // per tile: drift
@@ -147,9 +147,11 @@ bool Simulation::step_together(const Step& step, bool check) {
         const auto timing = timers_.time(Phase::rods);
         fit = rods_->act(step, check); // per tile: forces, loads, walls, kick
     }
-    interactions_->steer(step); // servos
+    interactions_->steer(step, timers_); // servos
     return fit && (!check || interactions_->fit());
 }
+
+bool Simulation::ended() const { return interactions_ && interactions_->finished(); }
 
 bool Simulation::meet() {
     const auto timing = timers_.time(Phase::agree);
@@ -161,7 +163,7 @@ RunResult Simulation::run() {
     Verdict verdict = Verdict::go_on;
     next_tick_ = clock_.done() + tick_multiple;
     setup_s_ = wall_seconds() - started_;
-    while (clock_.done() < last_step_ && verdict == Verdict::go_on) {
+    while (clock_.done() < last_step_ && verdict == Verdict::go_on && !ended()) {
         advance(next_event());
         verdict = agree();
         write_due();
@@ -170,7 +172,7 @@ RunResult Simulation::run() {
     progress_->finish();
     checkpoint();
 
-    const RunResult result{clock_.done() < last_step_ ? Exit::limit : Exit::done, clock_.done(), digest()};
+    const RunResult result{clock_.done() < last_step_ && !ended() ? Exit::limit : Exit::done, clock_.done(), digest()};
     write_summary(result);
     return result;
 }
@@ -235,6 +237,9 @@ void Simulation::write_due() {
 std::vector<std::string> Simulation::names() const {
     auto all = observable_names(sets_);
     if (plan_.audit) all.insert(all.end(), std::begin(audit_names), std::end(audit_names));
+    if (interactions_)
+        for (std::string& name : interactions_->names()) all.push_back(std::move(name));
+    if (plan_.gravity) all.emplace_back("potential[J]");
     return all;
 }
 
@@ -244,6 +249,10 @@ std::vector<double> Simulation::observables() const {
         const EnergyAudit a = audit_scene(comm_, *rods_, observed_energy(values));
         values.insert(values.end(), {a.loads, a.walls, a.dissipated, a.defect(*audited_from_)});
     }
+    const Vec3d centre{values[observed_centre], values[observed_centre + 1], values[observed_centre + 2]};
+    if (interactions_)
+        for (const double x : interactions_->values()) values.push_back(x);
+    if (plan_.gravity) values.push_back(-plan_.mass * dot(*plan_.gravity, centre));
     return values;
 }
 

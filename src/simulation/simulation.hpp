@@ -92,6 +92,8 @@ private:
     /// All ranks learn of failures, signals, limits and what to be warned of; sets the next tick. Throws NumericalError where a
     /// rank failed.
     Verdict agree();
+    /// By what happens in the scene, before its duration is over.
+    bool ended() const;
     /// Where ranks meet after every step: false on all of them as soon as one has failed.
     bool meet();
     [[noreturn]] void throw_failure();

@@ -73,6 +73,7 @@ public:
     bool act(const Step&, bool) override { return true; }
     std::string near_limit() const override { return {}; }
     std::span<const LocalRod> local() const override { return local_; }
+    RodPlace place(std::size_t i) const override { return {i, 0}; }
     void export_rod(std::size_t i, std::span<Slot<1>> out) const override {
         std::copy(states_[i].begin(), states_[i].end(), out.begin());
     }
