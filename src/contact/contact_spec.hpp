@@ -1,7 +1,7 @@
 // What a scene says about rods that touch each other.
 #pragma once
 
-#include "contact/response.hpp"
+#include "contact/contact_law.hpp"
 
 #include <string>
 #include <vector>

@@ -2,7 +2,7 @@
 // says of them, and where they are. What they do to rods is in wall_pass.hpp. (A clamp's wall is another thing: rod/elastic.hpp.)
 #pragma once
 
-#include "contact/response.hpp"
+#include "contact/contact_law.hpp"
 
 #include <string>
 #include <vector>

@@ -28,8 +28,8 @@ struct CheckpointInfo {
     std::string scene;        ///< canonical JSON of the scene; a run resumes only where it is equal
     std::string file;         ///< path it was read from
     std::optional<double> audited_from =
-        {    std::vector<KeptNumbers> kept = {};
-}; ///< J, the energy that an audit began with; with it go the works of every rod. None: no audit
+        {}; ///< J, the energy that an audit began with; with it go the works of every rod. None: no audit
+    std::vector<KeptNumbers> kept = {};
 };
 
 /// Writes <directory>/checkpoint_<step, 12 digits>.h5, then removes all but it and the one before. Throws IoError on all ranks
