@@ -206,7 +206,7 @@ private:
 
     static void enter(Entry& e, const ContactLaw& law, const ContactState<P>& in, const ContactForce<P>& out, const Vec3<P>& spring, Mask<W> touches, double h) {
         const P zero(0.0), depth = max(in.radius_1 - in.distance, zero), k(law.stiffness), diameter = in.radius_1 + in.radius_1;
-        const P root = law.normal == ContactNormal::hertz ? sqrt(depth) : P(1.0);
+        const P root = law.normal == ContactNormal::hertz ? sqrt(depth) : P(1.0), of_spring = root * (k * depth);
         const Vec3<P> slip = in.velocity_1 - in.velocity_2 + cross(out.arm_1 * in.spin_1, in.normal);
         const P approach = dot(slip, in.normal), power = dot(out.on_1, slip) + out.normal * approach; // of friction
         e.force -= out.on_1;
@@ -214,10 +214,10 @@ private:
         e.touching += select(touches, P(1.0), zero);
         e.deepest = max(e.deepest, depth / diameter);
         e.stiffness = max(e.stiffness, select(touches, P(law.normal == ContactNormal::hertz ? 1.5 : 1.0) * k * root, zero));
-        e.stored_by_normal += P(law.normal == ContactNormal::hertz ? 0.4 : 0.5) * k * root * depth * depth;
+        e.stored_by_normal += P(law.normal == ContactNormal::hertz ? 0.4 : 0.5) * of_spring * depth;
         e.stored_by_friction += P(0.5 * law.tangential_share) * k * root * dot(spring, spring);
         e.rubbed -= P(h) * power;
-        e.damped += select(touches, P(h) * (out.normal - k * root * depth) * approach, zero);
+        e.damped += select(touches, P(h) * (out.normal - of_spring) * approach, zero);
     }
 
     std::shared_ptr<const Walls> walls_;

@@ -30,7 +30,9 @@ TEST(Servo, CyclesBetweenTwoStresses) {
     EXPECT_EQ(servo.direction(), 0);
     for (int step = 0; step < 30000 && !servo.finished(); ++step) {
         servo.step(base_force(servo.height()), h);
-        if (servo.turns() == 1) EXPECT_EQ(servo.wall_state().velocity.z, 5e-3) << "up";
+        if (servo.turns() == 1) {
+            EXPECT_EQ(servo.wall_state().velocity.z, 5e-3) << "up";
+        }
         if (servo.turns() > 0) lowest = std::min(lowest, servo.height()), highest = std::max(highest, servo.height());
     }
     EXPECT_TRUE(servo.finished());
