@@ -1,9 +1,5 @@
-// What walls and the rods of one group do to each other, per tile, lane and wall. Sums run along the rod and in time, lane by lane: the
-// same bits for any ranks, threads and lanes.
-//   stored    N and friction springs: k g^2/2 or (2/5) k g^(5/2), and k_t xi^2/2
-//   rubbed    h (-T.u_t) less what friction springs gain: what has slipped, and what springs lose that let go
-//   damped    h (N - N of the spring alone) u_n: the dashpot
-// Powers are taken at the velocities before the kick, so sums are of first order in h.
+// What walls and the rods of one group do to each other, per tile, lane and wall: forces of the last step, sums since the start, and the
+// springs of friction. Sums run along the rod and in time, lane by lane: the same bits for any ranks, threads and lanes.
 #pragma once
 
 #include "contact/wall.hpp"
@@ -23,7 +19,6 @@ struct WallAccount {
     double deepest = 0;    ///< overlap over diameter
     double stiffness = 0;  ///< largest tangent stiffness dN/dg of a node, N/m
     double stored = 0;     ///< in all springs, J
-    double stored_by_friction = 0; ///< in friction springs alone, J
     double rubbed = 0, damped = 0; ///< sums since the start, J
 };
 
@@ -41,15 +36,21 @@ public:
 template <int W> class WallBook final : public WallAccounts {
 public:
     using P = Pack<W>;
-    /// The same, lane by lane.
+    /// Of the last step, lane by lane.
     struct Entry {
         Vec3<P> force{};
-        P normal{}, touching{}, deepest{}, stiffness{}, stored_by_normal{}, stored_by_friction{};
-        P rubbed{}, damped{};
+        P normal{}, touching{}, deepest{}, stiffness{}, stored{};
+    };
+    /// What a node keeps of a wall from step to step.
+    struct Kept {
+        Vec3<P> spring; ///< m
+        Vec3<P> sums;   ///< energy of the spring; rubbed, damped; J
     };
     struct Page {
-        AlignedVector<Entry> entry; ///< one per wall that acts on the group
-        bool busy = false;          ///< entries of the last step may be other than zero
+        AlignedVector<Entry> entry;    ///< one per wall that acts on the group
+        AlignedVector<Kept> kept;      ///< [node][wall]
+        std::vector<std::uint8_t> touched; ///< [node]: springs may be other than zero
+        bool busy = false;             ///< entries of the last step may be other than zero
         std::vector<std::int64_t> gid; ///< of each lane that has a rod of its own
     };
 
@@ -65,7 +66,10 @@ public:
     const std::vector<int>& acting() const { return acting_; }
     void add_page(const RodTile<W>& rod) {
         Page& page = pages_.emplace_back();
+        const auto nodes = static_cast<std::size_t>(rod.n) + 1;
         page.entry.resize(acting_.size());
+        page.kept.resize(nodes * acting_.size());
+        page.touched.assign(nodes, 0);
         for (int l = 0; l < rod.lanes; ++l) page.gid.push_back(rod.group->first_gid() + rod.index[l]);
     }
     Page& page(std::size_t tile) { return pages_[tile]; }
@@ -81,22 +85,20 @@ public:
     WallAccount account(std::size_t tile, int lane_, int wall) const {
         const int at = place_[static_cast<std::size_t>(wall)];
         if (at < 0) return {};
-        const Entry& e = pages_[tile].entry[static_cast<std::size_t>(at)];
-        return {lane(e.force, lane_),  e.normal[lane_], e.touching[lane_], e.deepest[lane_],
-                e.stiffness[lane_],    e.stored_by_normal[lane_] + e.stored_by_friction[lane_],
-                e.stored_by_friction[lane_], e.rubbed[lane_], e.damped[lane_]};
+        const Page& page = pages_[tile];
+        const Entry& e = page.entry[static_cast<std::size_t>(at)];
+        WallAccount all{lane(e.force, lane_), e.normal[lane_], e.touching[lane_], e.deepest[lane_], e.stiffness[lane_], e.stored[lane_]};
+        for (std::size_t i = static_cast<std::size_t>(at); i < page.kept.size(); i += acting_.size()) {
+            all.rubbed += page.kept[i].sums.y[lane_];
+            all.damped += page.kept[i].sums.z[lane_];
+        }
+        return all;
     }
-    /// Goes on from what a checkpoint kept: both sums, and what friction springs held.
-    void restore(std::size_t tile, int lane_, int wall, const WallAccount& kept) {
-        const int at = place_[static_cast<std::size_t>(wall)];
-        if (at < 0) return;
-        Entry& e = pages_[tile].entry[static_cast<std::size_t>(at)];
-        e.stored_by_friction.set(lane_, kept.stored_by_friction);
-        e.rubbed.set(lane_, kept.rubbed);
-        e.damped.set(lane_, kept.damped);
-        pages_[tile].busy = true;
+    std::size_t bytes() const {
+        std::size_t sum = 0;
+        for (const Page& page : pages_) sum += sizeof(Page) + page.entry.size() * sizeof(Entry) + page.kept.size() * sizeof(Kept) + page.touched.size();
+        return sum;
     }
-    std::size_t bytes() const { return pages_.size() * (sizeof(Page) + acting_.size() * sizeof(Entry)); }
 
 private:
     template <class F> void add(int wall, std::span<double> of_rod, F&& value) const {

@@ -8,6 +8,7 @@
 // Cost: per plane 4 flop, per tube 18, per ball 9 where nothing is near; some 250 flop per node and wall that touch.
 #pragma once
 
+#include "contact/response.hpp"
 #include "contact/wall_book.hpp"
 
 #include <memory>
@@ -22,7 +23,8 @@ struct WallNow {
     double level;           ///< direction.point
     double radius;
     Vec3d velocity;
-    ContactLaw law;
+    ContactKinds kinds;
+    ContactNumbers<double> law;
 };
 
 template <int W> class WallPass final : public TilePass<W> {
@@ -31,18 +33,11 @@ public:
 
     WallPass(std::shared_ptr<const Walls> walls, const RodGroup& group, std::shared_ptr<WallBook<W>> book)
         : walls_(std::move(walls)), book_(std::move(book)), section_shrinks_(group.law() == Law::incompressible) {
-        for (const int w : book_->acting()) remembers_ = remembers_ || walls_->wall[static_cast<std::size_t>(w)].law.friction == ContactFriction::memory;
         for (const ElementConstants& e : group.element) largest_radius_ = std::max(largest_radius_, e.radius);
     }
     std::string_view name() const override { return pass_name; }
 
-    void bind(const RodTile<W>& rod) override {
-        Springs& s = springs_.emplace_back();
-        const auto nodes = static_cast<std::size_t>(rod.n) + 1;
-        s.touched.assign(nodes, 0);
-        if (remembers_) s.spring.resize(nodes * book_->acting().size());
-        book_->add_page(rod);
-    }
+    void bind(const RodTile<W>& rod) override { book_->add_page(rod); }
 
     /// Walls at all steps of the batch: driven ones where their states say now.
     void prepare(std::span<const Step> steps) override {
@@ -53,63 +48,55 @@ public:
                 const Wall& wall = walls_->wall[at];
                 const WallState state = walls_->at(at, step.time);
                 const Vec3d point = wall.point + state.offset, direction = wall.kind == WallKind::tube ? wall.axis : wall.normal;
-                now_.push_back({wall.kind, wall.side, point, direction, dot(direction, point), wall.radius, state.velocity, wall.law.at(step.time)});
+                now_.push_back({wall.kind, wall.side, point, direction, dot(direction, point), wall.radius, state.velocity, {wall.law.normal, wall.law.friction}, wall.law.at(step.time).numbers()});
             }
     }
 
     std::span<Vec3<Pack<W>>> memory(const RodTile<W>& rod) override {
-        Springs& s = springs_[rod.number];
-        if (remembers_) s.touched.assign(s.touched.size(), 1); // what is put back has to be looked at
-        return s.spring;
+        typename WallBook<W>::Page& page = book_->page(rod.number);
+        std::fill(page.touched.begin(), page.touched.end(), std::uint8_t{1}); // what is put back has to be looked at
+        return {&page.kept.data()->spring, 2 * page.kept.size()};
     }
 
     void run(const RodTile<W>& rod, SlotLoad<W>* load, const Step& step) const override {
         if (acting() == 0) return;
         const WallNow* wall = &now_[static_cast<std::size_t>(step.slot) * acting()];
-        Springs& springs = springs_[rod.number];
-        typename WallBook<W>::Page& page = book_->page(rod.number);
+        Page& page = book_->page(rod.number);
         const P reach = largest_present_radius(rod, load);
         const int nodes = rod.group->closed() ? rod.n : rod.n + 1;
 
         if (page.busy) {
-            begin(page);
+            std::fill(page.entry.begin(), page.entry.end(), Entry{});
             page.busy = false;
         }
         for (int i = 0; i < nodes; ++i) {
             if (any(margin(wall, rod.slot[i].position, reach) < P(0.0))) {
                 page.busy = true;
-                touch(rod, load, step.kick, wall, i, springs, page);
-            } else if (springs.touched[static_cast<std::size_t>(i)]) {
-                forget(springs, i);
+                touch(rod, load, step.kick, wall, i, page);
+            } else if (page.touched[static_cast<std::size_t>(i)]) {
+                forget(page, i);
             }
         }
-        if (page.busy)
-            for (Entry& e : page.entry) e.rubbed -= e.stored_by_friction;
     }
 
 private:
     using P = Pack<W>;
     using Entry = typename WallBook<W>::Entry;
-    struct Springs {
-        AlignedVector<Vec3<P>> spring;      ///< [node][wall], m; none where no wall remembers
-        std::vector<unsigned char> touched; ///< [node]: springs may be other than zero
-    };
+    using Kept = typename WallBook<W>::Kept;
+    using Page = typename WallBook<W>::Page;
+    static_assert(sizeof(Kept) == 2 * sizeof(Vec3<P>));
 
     std::size_t acting() const { return book_->acting().size(); }
 
-    /// Clears what is of the last step; what friction springs held then counts as rubbed but for what they still hold.
-    static void begin(typename WallBook<W>::Page& page) {
-        for (Entry& e : page.entry) {
-            const P rubbed = e.rubbed + e.stored_by_friction, damped = e.damped;
-            e = {};
-            e.rubbed = rubbed;
-            e.damped = damped;
-        }
+    /// What springs held when a node leaves its walls is lost to friction.
+    static void let_go(Kept& kept) {
+        kept.spring = {};
+        kept.sums.y += kept.sums.x;
+        kept.sums.x = P(0.0);
     }
-    void forget(Springs& springs, int i) const {
-        const auto first = springs.spring.begin() + static_cast<std::ptrdiff_t>(static_cast<std::size_t>(i) * acting());
-        std::fill(first, first + static_cast<std::ptrdiff_t>(acting()), Vec3<P>{});
-        springs.touched[static_cast<std::size_t>(i)] = 0;
+    void forget(Page& page, int i) const {
+        for (std::size_t w = 0; w < acting(); ++w) let_go(page.kept[static_cast<std::size_t>(i) * acting() + w]);
+        page.touched[static_cast<std::size_t>(i)] = 0;
     }
 
     /// No node is thicker, by a margin for round-off: |dx|/l0 is never below the dilatation.
@@ -123,7 +110,7 @@ private:
 
     /// From the axis of a tube or the centre of a ball.
     SKEIN_INLINE static Vec3<P> away(const WallNow& wall, const Vec3<P>& x) {
-        const Vec3<P> y = x - broadcast<W>(wall.point), a = broadcast<W>(wall.direction);
+        const Vec3<P> y = x - skein::broadcast<W>(wall.point), a = skein::broadcast<W>(wall.direction);
         return wall.kind == WallKind::tube ? y - dot(y, a) * a : y;
     }
     /// Below 0 where a node of radius `reach` would touch a wall.
@@ -133,7 +120,7 @@ private:
             const WallNow& one = wall[w];
             P here;
             if (one.kind == WallKind::plane) {
-                here = dot(broadcast<W>(one.direction), x) - P(one.level) - reach;
+                here = dot(skein::broadcast<W>(one.direction), x) - P(one.level) - reach;
             } else {
                 const Vec3<P> y = away(one, x);
                 const P bound = one.side == WallSide::inside ? P(one.radius) - reach : P(one.radius) + reach;
@@ -149,7 +136,7 @@ private:
         Vec3<P> towards;  ///< the wall
     };
     static Surface surface(const WallNow& wall, const Vec3<P>& x) {
-        if (wall.kind == WallKind::plane) return {dot(broadcast<W>(wall.direction), x) - P(wall.level), -broadcast<W>(wall.direction)};
+        if (wall.kind == WallKind::plane) return {dot(skein::broadcast<W>(wall.direction), x) - P(wall.level), -skein::broadcast<W>(wall.direction)};
         const Vec3<P> y = away(wall, x);
         const P from = norm(y);
         const double sign = wall.side == WallSide::inside ? 1 : -1;
@@ -163,7 +150,7 @@ private:
     }
     static Vec3<P> lab_spin(const RodTile<W>& rod, int k) { return transpose_times(rod.slot[k].director, rod.slot[k].spin); }
 
-    [[gnu::noinline]] void touch(const RodTile<W>& rod, SlotLoad<W>* load, double h, const WallNow* wall, int i, Springs& springs, typename WallBook<W>::Page& page) const {
+    [[gnu::noinline]] void touch(const RodTile<W>& rod, SlotLoad<W>* load, double h, const WallNow* wall, int i, Page& page) const {
         const int n = rod.n;
         // At an end both are the one element there.
         const int before = i > 0 ? i - 1 : rod.group->closed() ? n - 1 : 0, after = i < n ? i : n - 1;
@@ -177,25 +164,28 @@ private:
         Vec3<P> force{}, couple{};
         Mask<W> touched = zero > zero;
         for (std::size_t w = 0; w < acting(); ++w) {
-            Vec3<P>* kept = remembers_ ? &springs.spring[static_cast<std::size_t>(i) * acting() + w] : nullptr;
+            Kept& kept = page.kept[static_cast<std::size_t>(i) * acting() + w];
             const Surface s = surface(wall[w], node.position);
             const Mask<W> touches = state.radius_1 > s.distance;
             if (!any(touches)) {
-                if (kept) *kept = {};
+                let_go(kept);
                 continue;
             }
             touched = touched | touches;
             state.normal = s.towards;
             state.distance = s.distance;
-            state.velocity_2 = broadcast<W>(wall[w].velocity);
-            Vec3<P> spring = kept ? *kept : Vec3<P>{};
-            const ContactForce<P> out = contact_force<W>(wall[w].law, state, h, spring);
-            if (kept) *kept = spring;
+            state.velocity_2 = skein::broadcast<W>(wall[w].velocity);
+            ContactSpring<P> spring{kept.spring, kept.sums.x};
+            const ContactForce<P> out = contact_force<W>(wall[w].kinds, broadcast(wall[w].law), state, h, spring);
+            kept.spring = spring.x;
+            kept.sums.x = spring.energy;
+            kept.sums.y += out.rubbed;
+            kept.sums.z += out.damped;
             force += out.on_1;
             couple += out.arm_1 * out.moment;
-            enter(page.entry[w], wall[w].law, state, out, spring, touches, h);
+            enter(page.entry[w], state, out, touches);
         }
-        springs.touched[static_cast<std::size_t>(i)] = remembers_;
+        page.touched[static_cast<std::size_t>(i)] = 1;
         // Where nothing touches not even a zero is added: it would turn -0 into 0, and other lanes decide whether this is reached.
         load[i].force = select(touched, load[i].force + force, load[i].force);
         for (const int k : {before, after}) {
@@ -204,28 +194,25 @@ private:
         }
     }
 
-    static void enter(Entry& e, const ContactLaw& law, const ContactState<P>& in, const ContactForce<P>& out, const Vec3<P>& spring, Mask<W> touches, double h) {
-        const P zero(0.0), depth = max(in.radius_1 - in.distance, zero), k(law.stiffness), diameter = in.radius_1 + in.radius_1;
-        const P root = law.normal == ContactNormal::hertz ? sqrt(depth) : P(1.0), of_spring = root * (k * depth);
-        const Vec3<P> slip = in.velocity_1 - in.velocity_2 + cross(out.arm_1 * in.spin_1, in.normal);
-        const P approach = dot(slip, in.normal), power = dot(out.on_1, slip) + out.normal * approach; // of friction
+    static void enter(Entry& e, const ContactState<P>& in, const ContactForce<P>& out, Mask<W> touches) {
+        const P zero(0.0);
         e.force -= out.on_1;
         e.normal += out.normal;
         e.touching += select(touches, P(1.0), zero);
-        e.deepest = max(e.deepest, depth / diameter);
-        e.stiffness = max(e.stiffness, select(touches, P(law.normal == ContactNormal::hertz ? 1.5 : 1.0) * k * root, zero));
-        e.stored_by_normal += P(law.normal == ContactNormal::hertz ? 0.4 : 0.5) * of_spring * depth;
-        e.stored_by_friction += P(0.5 * law.tangential_share) * k * root * dot(spring, spring);
-        e.rubbed -= P(h) * power;
-        e.damped += select(touches, P(h) * (out.normal - of_spring) * approach, zero);
+        e.deepest = max(e.deepest, max(in.radius_1 - in.distance, zero) / (in.radius_1 + in.radius_1));
+        e.stiffness = max(e.stiffness, out.stiffness);
+        e.stored += out.stored;
     }
+    static ContactNumbers<P> broadcast(const ContactNumbers<double>& n) {
+        return {n.stiffness, n.damping, n.static_friction, n.kinetic_friction, n.tangential_stiffness, n.tangential_damping, n.slip_speed};
+    }
+    static Vec3<P> broadcast(const Vec3d& v) { return skein::broadcast<W>(v); }
 
     std::shared_ptr<const Walls> walls_;
     std::shared_ptr<WallBook<W>> book_;
-    bool section_shrinks_, remembers_ = false;
+    bool section_shrinks_;
     double largest_radius_ = 0;
     std::vector<WallNow> now_; ///< [step of the batch][wall]
-    mutable std::vector<Springs> springs_;
 };
 
 } // namespace skein
