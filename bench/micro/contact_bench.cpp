@@ -56,7 +56,7 @@ void candidates(benchmark::State& state, int rods, int thread_count, bool exhaus
     Candidates found;
     const double skin = 0.25 * diameter;
     for (auto _ : state) {
-        if (exhaustively) BroadPhase::build_exhaustively(c, skin, search, found);
+        if (exhaustively) BroadPhase::build_exhaustively(c, skin, found);
         else search.build(c, skin, found);
         benchmark::DoNotOptimize(found.partner.data());
     }
@@ -73,13 +73,13 @@ void contacts(benchmark::State& state, int rods, int thread_count) {
     std::normal_distribution<double> normal;
     for (CapsuleNode& n : c.node) n.velocity = {normal(random), normal(random), normal(random)};
     Contacts all(c,
-                 {.normal = ContactNormal::hertz, .stiffness = 1e3, .damping = 1, .friction = ContactFriction::memory, .static_friction = 0.4, .kinetic_friction = 0.4},
+                 ContactLaw{.normal = ContactNormal::hertz, .stiffness = 1e3, .damping = 1, .friction = ContactFriction::memory, .static_friction = 0.4, .kinetic_friction = 0.4},
                  threads);
-    ContactLoads loads;
-    all.evaluate(c, 1e-6, loads);
+    AlignedVector<ContactLoad> loads;
+    all.evaluate(c, 0, 1e-6, loads);
     for (auto _ : state) {
-        all.evaluate(c, 1e-6, loads);
-        benchmark::DoNotOptimize(loads.force.data());
+        all.evaluate(c, 0, 1e-6, loads);
+        benchmark::DoNotOptimize(loads.data());
     }
     const ContactFigures figures = all.figures();
     const auto per = [&](double count) { return benchmark::Counter(count, benchmark::Counter::kIsIterationInvariantRate | benchmark::Counter::kInvert); };

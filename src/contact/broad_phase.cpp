@@ -1,13 +1,13 @@
 #include "contact/broad_phase.hpp"
 
 #include "contact/closest_points.hpp"
-#include "parallel/blocks.hpp"
+#include "contact/compress.hpp"
+#include "contact/group.hpp"
+#include "contact/transposed.hpp"
 
 #include <algorithm>
-#include <atomic>
 #include <bit>
 #include <cmath>
-#include <cstring>
 #include <limits>
 
 namespace skein {
@@ -16,143 +16,124 @@ namespace {
 
 Vec3d middle(const Capsules& c, std::size_t slot) { return 0.5 * (c.node[slot].position + c.node[slot + 1].position); }
 double half_length(const Capsules& c, std::size_t slot) { return 0.5 * norm(c.node[slot + 1].position - c.node[slot].position); }
+Vec3d least_of(const Vec3d& a, const Vec3d& b) { return {std::min(a.x, b.x), std::min(a.y, b.y), std::min(a.z, b.z)}; }
+Vec3d most_of(const Vec3d& a, const Vec3d& b) { return {std::max(a.x, b.x), std::max(a.y, b.y), std::max(a.z, b.z)}; }
 
-/// Keeps of a list of pairs those whose capsules are less than `skin` apart. `pairs` has room for one tile more.
-std::size_t keep_near(const Capsules& c, double skin, Pair* pairs, std::size_t count) {
-    constexpr int W = 8;
-    using P = Pack<W>;
-    if (count == 0) return 0;
-    std::fill(pairs + count, pairs + count + W, pairs[count - 1]);
-    std::size_t kept = 0;
+/// Of pairs (a[i], b[i]) those that may touch and whose capsules are less than `skin` apart. a and b have room for a tile more.
+void append_near(const Capsules& c, double skin, std::span<const std::uint8_t> owned, std::uint32_t* a, std::uint32_t* b, std::size_t count, std::vector<Pair>& near) {
+    constexpr std::size_t W = 8;
+    if (count == 0) return;
+    std::fill(a + count, a + count + W, a[0]);
+    std::fill(b + count, b + count + W, b[0]);
     for (std::size_t i = 0; i < count; i += W) {
-        Pair tile[W];
-        std::copy(pairs + i, pairs + i + W, tile);
         const double* nodes[4][W];
-        for (int l = 0; l < W; ++l) {
-            const CapsuleNode *a = &c.node[tile[l].a], *b = &c.node[tile[l].b];
-            nodes[0][l] = &a->position.x, nodes[1][l] = &(a + 1)->position.x, nodes[2][l] = &b->position.x, nodes[3][l] = &(b + 1)->position.x;
+        for (std::size_t l = 0; l < W; ++l) {
+            const CapsuleNode *first = &c.node[a[i + l]], *second = &c.node[b[i + l]];
+            nodes[0][l] = &first->position.x, nodes[1][l] = &(first + 1)->position.x, nodes[2][l] = &second->position.x, nodes[3][l] = &(second + 1)->position.x;
+            const CapsuleNode* later = &c.node[b[std::min(i + l + 2 * W, count)]];
+            __builtin_prefetch(later);
+            __builtin_prefetch(later + 1);
         }
-        const auto a = load_transposed<W>(nodes[0]), a_end = load_transposed<W>(nodes[1]), b = load_transposed<W>(nodes[2]), b_end = load_transposed<W>(nodes[3]);
-        const Vec3<P> apart = closest_points(a.vector, a_end.vector - a.vector, b.vector, b_end.vector - b.vector).apart;
-        const P reach = a.behind + b.behind + P(skin);
-        const auto near = dot(apart, apart) < reach * reach;
-        for (int l = 0; l < W; ++l) {
-            pairs[kept] = tile[l];
-            kept += near[l] && i + static_cast<std::size_t>(l) < count;
+        const auto p = load_transposed<W>(nodes[0]), p_end = load_transposed<W>(nodes[1]), q = load_transposed<W>(nodes[2]), q_end = load_transposed<W>(nodes[3]);
+        const auto apart = closest_points(p.vector, p_end.vector - p.vector, q.vector, q_end.vector - q.vector).apart;
+        const auto reach = p.behind + q.behind + Pack<W>(skin);
+        unsigned bits = bits_of(dot(apart, apart) < reach * reach) & (count - i < W ? (1u << (count - i)) - 1 : 0xffu);
+        for (; bits != 0; bits &= bits - 1) {
+            const std::size_t l = i + static_cast<std::size_t>(std::countr_zero(bits));
+            if (!c.may_touch(a[l], b[l])) continue;
+            if (!owned.empty() && !owned[static_cast<std::size_t>(c.rod[a[l]])] && !owned[static_cast<std::size_t>(c.rod[b[l]])]) continue;
+            near.push_back({std::min(a[l], b[l]), std::max(a[l], b[l])});
         }
     }
-    return kept;
 }
 
 } // namespace
 
-/// What a task has found: runs of partners, one run for each of its elements that have any.
-struct BroadPhase::Block {
-    struct Run {
-        std::uint32_t a, count;
-    };
-    std::vector<Run> runs;
-    std::vector<Pair> pairs; ///< of the runs, and what is left from before
-
-    void clear() { runs.clear(); }
+/// Where the elements of some cells are.
+struct BroadPhase::Ranges {
+    Range range[27];
+    int count = 0;
+    void add(std::uint32_t begin, std::uint32_t end) {
+        if (begin < end) range[count++] = {begin, end};
+    }
 };
 
-/// The elements of a cell and its neighbours, side by side.
-class BroadPhase::Neighbourhood {
-public:
-    void clear() { count_ = 0; }
-    void append(const BroadPhase& from, std::uint32_t begin, std::uint32_t end) {
-        if (begin == end) return;
-        const std::size_t more = end - begin, room = count_ + more + 16;
-        if (room > slot_.size()) {
-            for (auto* component : {&x_, &y_, &z_, &reach_}) component->resize(2 * room);
-            slot_.resize(2 * room);
-        }
-        const auto copy = [&](const auto& source, auto& target) { // in sixteens: rows are short, and calls cost more than numbers
-            for (std::size_t i = 0; i < more; i += 16) std::memcpy(&target[count_ + i], &source[begin + i], 64);
-        };
-        copy(from.x_, x_), copy(from.y_, y_), copy(from.z_, z_), copy(from.reach_, reach_), copy(from.slot_, slot_);
-        count_ += more;
-    }
-    /// Those whose spheres touch one at x, y, z of radius `reach`. `out` has room for all and 16 more.
-    std::size_t touching(float x, float y, float z, float reach, std::uint32_t* out) const {
-        std::size_t found = 0;
-#if defined(__AVX512F__)
-        for (std::size_t i = 0; i < count_; i += 16) {
-            const auto less = [i](const AlignedVector<float>& v, float by) { return _mm512_sub_ps(_mm512_loadu_ps(&v[i]), _mm512_set1_ps(by)); };
-            const __m512 dx = less(x_, x), dy = less(y_, y), dz = less(z_, z), r = less(reach_, -reach);
-            const __m512 squared = _mm512_fmadd_ps(dx, dx, _mm512_fmadd_ps(dy, dy, _mm512_mul_ps(dz, dz)));
-            const auto inside = static_cast<__mmask16>(count_ - i >= 16 ? 0xffffu : (1u << (count_ - i)) - 1);
-            const __mmask16 near = _mm512_mask_cmp_ps_mask(inside, squared, _mm512_mul_ps(r, r), _CMP_LT_OQ);
-            _mm512_storeu_si512(out + found, _mm512_maskz_compress_epi32(near, _mm512_loadu_si512(&slot_[i])));
-            found += static_cast<std::size_t>(std::popcount(static_cast<unsigned>(near)));
-        }
-#else
-        for (std::size_t i = 0; i < count_; ++i) {
-            const float dx = x_[i] - x, dy = y_[i] - y, dz = z_[i] - z, r = reach_[i] + reach;
-            out[found] = slot_[i];
-            found += dx * dx + dy * dy + dz * dz < r * r;
-        }
-#endif
-        return found;
-    }
-    std::size_t count() const { return count_; }
+/// Pairs whose spheres meet, on their way to those whose capsules do.
+struct BroadPhase::Found {
+    static constexpr std::size_t most = 1024;
+    const Capsules& capsules;
+    double skin;
+    std::span<const std::uint8_t> owned;
+    std::vector<Pair>& near;
+    std::size_t count = 0;
+    std::uint32_t a[most + 32], b[most + 32];
 
-private:
-    AlignedVector<float> x_, y_, z_, reach_;
-    AlignedVector<std::uint32_t> slot_;
-    std::size_t count_ = 0;
+    void flush() {
+        append_near(capsules, skin, owned, a, b, count, near);
+        count = 0;
+    }
 };
+
+std::uint32_t BroadPhase::Grid::cell_at(float x) const { return static_cast<std::uint32_t>(static_cast<std::int32_t>(std::floor(x * cells_per_metre))); }
 
 BroadPhase::BroadPhase(const Capsules& capsules, const Threads& threads) : threads_(threads), grid_of_(capsules.slots(), 0) {
-    double least = std::numeric_limits<double>::infinity();
+    double smallest = std::numeric_limits<double>::infinity();
+    Vec3d least{HUGE_VAL, HUGE_VAL, HUGE_VAL}, most = -least;
     const auto size = [&](std::size_t s) { return half_length(capsules, s) + capsules.node[s].radius; };
+    for (std::size_t s = 0; s < capsules.slots(); ++s) {
+        least = least_of(least, capsules.node[s].position), most = most_of(most, capsules.node[s].position);
+        if (capsules.has_element(s)) smallest = std::min(smallest, size(s));
+    }
+    next_origin_ = 0.5 * (least + most);
+    std::uint8_t coarsest = 0;
     for (std::size_t s = 0; s < capsules.slots(); ++s)
-        if (capsules.has_element(s)) least = std::min(least, size(s));
-    std::uint8_t most = 0;
-    for (std::size_t s = 0; s < capsules.slots(); ++s)
-        if (capsules.has_element(s)) most = std::max(most, grid_of_[s] = static_cast<std::uint8_t>(std::min(31.0, std::log2(size(s) / least))));
-    grids_.resize(static_cast<std::size_t>(most) + 1);
+        if (capsules.has_element(s)) coarsest = std::max(coarsest, grid_of_[s] = static_cast<std::uint8_t>(std::min(31.0, std::log2(size(s) / smallest))));
+    grids_.resize(static_cast<std::size_t>(coarsest) + 1);
 }
 
-void BroadPhase::size_grids(const Capsules& capsules, double skin) {
+BroadPhase::~BroadPhase() = default;
+
+void BroadPhase::measure(const Capsules& capsules, double skin) {
     struct Extent {
         Vec3d least{HUGE_VAL, HUGE_VAL, HUGE_VAL}, most{-HUGE_VAL, -HUGE_VAL, -HUGE_VAL};
         double reach[32] = {};
         std::size_t count[32] = {};
     };
+    origin_ = next_origin_;
+    sphere_.resize(capsules.slots());
     std::vector<Extent> parts(blocks_of(capsules.slots()));
     for_blocks(threads_, capsules.slots(), [&](std::size_t begin, std::size_t end, std::size_t block) {
         Extent& e = parts[block];
         for (std::size_t s = begin; s < end; ++s) {
             if (!capsules.has_element(s)) continue;
-            const Vec3d m = middle(capsules, s);
-            e.least = {std::min(e.least.x, m.x), std::min(e.least.y, m.y), std::min(e.least.z, m.z)};
-            e.most = {std::max(e.most.x, m.x), std::max(e.most.y, m.y), std::max(e.most.z, m.z)};
-            e.reach[grid_of_[s]] = std::max(e.reach[grid_of_[s]], half_length(capsules, s) + capsules.node[s].radius + 0.5 * skin);
+            const Vec3d m = middle(capsules, s) - origin_;
+            const double reach = half_length(capsules, s) + capsules.node[s].radius;
+            sphere_[s] = {static_cast<float>(m.x), static_cast<float>(m.y), static_cast<float>(m.z), static_cast<float>(reach)};
+            e.least = least_of(e.least, m), e.most = most_of(e.most, m);
+            e.reach[grid_of_[s]] = std::max(e.reach[grid_of_[s]], reach);
             ++e.count[grid_of_[s]];
         }
     });
     Extent all;
     for (const Extent& e : parts) {
-        all.least = {std::min(e.least.x, all.least.x), std::min(e.least.y, all.least.y), std::min(e.least.z, all.least.z)};
-        all.most = {std::max(e.most.x, all.most.x), std::max(e.most.y, all.most.y), std::max(e.most.z, all.most.z)};
+        all.least = least_of(e.least, all.least), all.most = most_of(e.most, all.most);
         for (std::size_t g = 0; g < 32; ++g) all.reach[g] = std::max(all.reach[g], e.reach[g]), all.count[g] += e.count[g];
     }
-    origin_ = 0.5 * (all.least + all.most);
-    const Vec3d extent = all.most - all.least;
-    slack_ = static_cast<float>(4e-7 * std::max({extent.x, extent.y, extent.z}));
-
+    next_origin_ = origin_ + 0.5 * (all.least + all.most); // next time; what moves meanwhile counts in the slack
+    const Vec3d extent = all.most - all.least, outermost = most_of(-all.least, all.most);
     double reach = 0;
+    for (const double r : all.reach) reach = std::max(reach, r);
+    slack_ = static_cast<float>(1e-6 * (std::max({outermost.x, outermost.y, outermost.z}) + reach));
+
     std::uint32_t cells = 0;
+    reach = 0;
     for (std::size_t g = 0; g < grids_.size(); ++g) {
         Grid& grid = grids_[g];
         reach = std::max(reach, all.reach[g]);
-        const double cell = 2 * (reach + slack_);
+        const double cell = 2 * (reach + 0.5 * skin + slack_);
         grid.cells_per_metre = static_cast<float>(1 / cell);
         const double sides[3] = {extent.x, extent.y, extent.z};
-        for (int i = 0; i < 3; ++i)
-            grid.size[i] = std::bit_ceil(static_cast<std::uint32_t>(std::clamp(sides[i] / cell + 2, 4.0, 1048576.0)));
+        for (int i = 0; i < 3; ++i) grid.size[i] = std::bit_ceil(static_cast<std::uint32_t>(std::clamp(sides[i] / cell + 2, 4.0, 1048576.0)));
         const std::uint64_t most = std::max<std::uint64_t>(64, 4 * all.count[g]);
         while (std::uint64_t{grid.size[0]} * grid.size[1] * grid.size[2] > most) *std::max_element(grid.size, grid.size + 3) /= 2;
         grid.first_cell = cells;
@@ -163,104 +144,108 @@ void BroadPhase::size_grids(const Capsules& capsules, double skin) {
 
 void BroadPhase::fill_grids(const Capsules& capsules) {
     const std::size_t slots = capsules.slots();
+    const bool alone = threads_.count() == 1;
     cell_of_.resize(slots);
-    std::vector<std::uint32_t> place(slots); // of an element among those of its cell
+    place_.resize(slots); // of an element among those of its cell
     for_blocks(threads_, slots, [&](std::size_t begin, std::size_t end, std::size_t) {
         for (std::size_t s = begin; s < end; ++s) {
             if (!capsules.has_element(s)) continue;
             const Grid& grid = grids_[grid_of_[s]];
-            const Vec3d m = middle(capsules, s) - origin_;
-            const auto cell = [&](double x, int i) { return cell_at(grid, static_cast<float>(x)) & (grid.size[i] - 1); };
-            cell_of_[s] = grid.first_cell + (cell(m.z, 2) * grid.size[1] + cell(m.y, 1)) * grid.size[0] + cell(m.x, 0);
-            place[s] = std::atomic_ref(cell_begin_[cell_of_[s]]).fetch_add(1, std::memory_order_relaxed);
+            const Sphere& sphere = sphere_[s];
+            const auto cell = [&](float x, int i) { return grid.cell_at(x) & (grid.size[i] - 1); };
+            cell_of_[s] = grid.first_cell + (cell(sphere.z, 2) * grid.size[1] + cell(sphere.y, 1)) * grid.size[0] + cell(sphere.x, 0);
+            place_[s] = count_one(cell_begin_[cell_of_[s]], alone);
         }
     });
-    const std::uint32_t elements = begins_from_counts(threads_, cell_begin_);
-    slot_.resize(elements + 16);
+    const std::size_t room = begins_from_counts(threads_, cell_begin_) + 16; // read in sixteens
+    for (auto* component : {&x_, &y_, &z_, &reach_}) component->resize(room);
+    rod_.resize(room);
+    slot_.resize(room);
     for_blocks(threads_, slots, [&](std::size_t begin, std::size_t end, std::size_t) {
-        for (std::size_t s = begin; s < end; ++s)
-            if (capsules.has_element(s)) slot_[cell_begin_[cell_of_[s]] + place[s]] = static_cast<std::uint32_t>(s);
-    });
-    // In order within each cell, whichever thread came first.
-    for_blocks(threads_, cell_begin_.size() - 1, [&](std::size_t begin, std::size_t end, std::size_t) {
-        for (std::size_t cell = begin; cell < end; ++cell)
-            if (cell_begin_[cell + 1] - cell_begin_[cell] > 1) std::sort(slot_.begin() + cell_begin_[cell], slot_.begin() + cell_begin_[cell + 1]);
-    });
-    for (auto* component : {&x_, &y_, &z_, &reach_}) component->resize(elements + 16); // read in sixteens
-    for_blocks(threads_, elements, [&](std::size_t begin, std::size_t end, std::size_t) {
-        for (std::size_t i = begin; i < end; ++i) {
-            const std::size_t s = slot_[i];
-            const Vec3d m = middle(capsules, s) - origin_;
-            x_[i] = static_cast<float>(m.x);
-            y_[i] = static_cast<float>(m.y);
-            z_[i] = static_cast<float>(m.z);
-            reach_[i] = static_cast<float>(half_length(capsules, s) + capsules.node[s].radius);
+        for (std::size_t s = begin; s < end; ++s) {
+            if (!capsules.has_element(s)) continue;
+            const std::size_t i = cell_begin_[cell_of_[s]] + place_[s];
+            const Sphere& sphere = sphere_[s];
+            x_[i] = sphere.x, y_[i] = sphere.y, z_[i] = sphere.z, reach_[i] = sphere.reach;
+            slot_[i] = static_cast<std::uint32_t>(s);
+            const std::int32_t rod = capsules.rod[s];
+            rod_[i] = capsules.skip[static_cast<std::size_t>(rod)] < 0 ? rod : -1 - static_cast<std::int32_t>(s);
         }
     });
 }
 
-void BroadPhase::collect(const Grid& grid, const std::uint32_t (&cell)[3], Neighbourhood& near) const {
-    const std::uint32_t mask = grid.size[0] - 1, west = (cell[0] - 1) & mask, here = cell[0] & mask, east = (cell[0] + 1) & mask;
-    near.clear();
-    for (std::uint32_t dz = 0; dz < 3; ++dz)
-        for (std::uint32_t dy = 0; dy < 3; ++dy) {
-            const std::uint32_t z = (cell[2] + dz - 1) & (grid.size[2] - 1), y = (cell[1] + dy - 1) & (grid.size[1] - 1);
-            const std::uint32_t* row = &cell_begin_[grid.first_cell + (z * grid.size[1] + y) * grid.size[0]];
-            if (west < here && here < east) {
-                near.append(*this, row[west], row[east + 1]);
-            } else {
-                for (const std::uint32_t c : {west, here, east}) near.append(*this, row[c], row[c + 1]);
-            }
-        }
+/// The elements of a cell and those east and west of it.
+void BroadPhase::add_row(const Grid& grid, std::uint32_t x, std::uint32_t y, std::uint32_t z, Ranges& ranges) const {
+    const std::uint32_t mask = grid.size[0] - 1, west = (x - 1) & mask, here = x & mask, east = (x + 1) & mask;
+    const std::uint32_t* row = &cell_begin_[grid.first_cell + ((z & (grid.size[2] - 1)) * grid.size[1] + (y & (grid.size[1] - 1))) * grid.size[0]];
+    if (west < here && here < east) {
+        ranges.add(row[west], row[east + 1]);
+    } else {
+        for (const std::uint32_t c : {west, here, east}) ranges.add(row[c], row[c + 1]);
+    }
 }
 
-void BroadPhase::look(const Capsules& capsules, double skin, const Grid& grid, std::uint32_t begin, std::uint32_t end, Block& block) const {
-    Neighbourhood near, far;
-    std::vector<std::uint32_t> touching;
-    const float margin = static_cast<float>(skin) + slack_;
-    block.clear();
-    std::size_t count = 0;
-    const auto take = [&](const Neighbourhood& among, std::uint32_t i, bool one_size) {
-        if (among.count() + 16 > touching.size()) touching.resize(2 * (among.count() + 16));
-        const std::size_t found = among.touching(x_[i], y_[i], z_[i], reach_[i] + margin, touching.data());
-        if (count + found + 8 > block.pairs.size()) block.pairs.resize(2 * (count + found + 8));
-        const std::uint32_t a = slot_[i];
-        const auto rod = static_cast<std::size_t>(capsules.rod[a]);
-        const auto own_first = static_cast<std::uint32_t>(capsules.first_slot[rod]), own_last = static_cast<std::uint32_t>(capsules.first_slot[rod + 1]);
-        Pair* out = block.pairs.data();
-        for (std::size_t t = 0; t < found; ++t) {
-            const std::uint32_t b = touching[t];
-            out[count] = {a, b};
-            count += (b > a || !one_size) && (b < own_first || b >= own_last || capsules.may_touch(a, b));
+/// Spheres that meet the one at place i.
+SKEIN_INLINE void BroadPhase::meet(std::uint32_t i, Range range, float margin, Found& found) const {
+    const float x = x_[i], y = y_[i], z = z_[i], reach = reach_[i] + margin;
+    const std::int32_t rod = rod_[i];
+    for (std::uint32_t j = range.begin; j < range.end; j += 16) {
+#if defined(__AVX512F__)
+        const auto less = [j](const AlignedVector<float>& v, float by) { return _mm512_sub_ps(_mm512_loadu_ps(&v[j]), _mm512_set1_ps(by)); };
+        const __m512 dx = less(x_, x), dy = less(y_, y), dz = less(z_, z), r = less(reach_, -reach);
+        const __m512 squared = _mm512_fmadd_ps(dx, dx, _mm512_fmadd_ps(dy, dy, _mm512_mul_ps(dz, dz)));
+        const std::uint32_t left = range.end - j;
+        const auto valid = static_cast<__mmask16>(left >= 16 ? 0xffffu : (1u << left) - 1);
+        const __mmask16 others = _mm512_mask_cmpneq_epi32_mask(valid, _mm512_loadu_si512(&rod_[j]), _mm512_set1_epi32(rod));
+        const __mmask16 near = _mm512_mask_cmp_ps_mask(others, squared, _mm512_mul_ps(r, r), _CMP_LT_OQ);
+        _mm512_storeu_si512(found.b + found.count, _mm512_maskz_compress_epi32(near, _mm512_loadu_si512(&slot_[j])));
+        found.count += static_cast<std::size_t>(std::popcount(static_cast<unsigned>(near)));
+#else
+        for (std::uint32_t k = j; k < std::min(j + 16, range.end); ++k) {
+            const float dx = x_[k] - x, dy = y_[k] - y, dz = z_[k] - z, r = reach_[k] + reach;
+            found.b[found.count] = slot_[k];
+            found.count += (dx * dx + dy * dy + dz * dz < r * r) & (rod_[k] != rod);
+        }
+#endif
+    }
+}
+
+void BroadPhase::look(const Grid& grid, std::uint32_t begin, std::uint32_t end, float margin, Found& found) const {
+    const auto all_of = [&](std::uint32_t i, Range range) {
+        for (; range.begin < range.end; range.begin += 512) {
+            const std::size_t before = found.count;
+            meet(i, {range.begin, std::min(range.end, range.begin + 512)}, margin, found);
+            std::fill(found.a + before, found.a + found.count, slot_[i]);
+            if (found.count > Found::most - 512) found.flush();
         }
     };
     for (std::uint32_t c = begin; c < end; ++c) {
         const std::uint32_t* cell = &cell_begin_[grid.first_cell + c];
         if (cell[0] == cell[1]) continue;
-        collect(grid, {c & (grid.size[0] - 1), c / grid.size[0] & (grid.size[1] - 1), c / grid.size[0] / grid.size[1]}, near);
+        const std::uint32_t x = c & (grid.size[0] - 1), y = c / grid.size[0] & (grid.size[1] - 1), z = c / grid.size[0] / grid.size[1];
+        // Half of the neighbours; the others look here.
+        Ranges ranges;
+        const std::uint32_t* east = x + 1 < grid.size[0] ? cell + 1 : cell - x;
+        if (x + 1 == grid.size[0]) ranges.add(east[0], east[1]);
+        add_row(grid, x, y + 1, z, ranges);
+        for (const std::uint32_t dy : {~0u, 0u, 1u}) add_row(grid, x, y + dy, z + 1, ranges);
         for (std::uint32_t i = cell[0]; i < cell[1]; ++i) {
-            take(near, i, true);
+            all_of(i, {i + 1, x + 1 < grid.size[0] ? cell[2] : cell[1]});
+            for (int r = 0; r < ranges.count; ++r) all_of(i, ranges.range[r]);
             for (const Grid* coarser = &grid + 1; coarser < grids_.data() + grids_.size(); ++coarser) {
-                const auto at = [&](float x) { return cell_at(*coarser, x); };
-                collect(*coarser, {at(x_[i]), at(y_[i]), at(z_[i])}, far);
-                take(far, i, false);
+                Ranges all;
+                for (const std::uint32_t dz : {~0u, 0u, 1u})
+                    for (const std::uint32_t dy : {~0u, 0u, 1u})
+                        add_row(*coarser, coarser->cell_at(x_[i]), coarser->cell_at(y_[i]) + dy, coarser->cell_at(z_[i]) + dz, all);
+                for (int r = 0; r < all.count; ++r) all_of(i, all.range[r]);
             }
         }
     }
-    if (count == 0) return;
-    count = keep_near(capsules, skin, block.pairs.data(), count);
-    Pair* pairs = block.pairs.data();
-    for (std::size_t begin = 0, end = 0; begin < count; begin = end) {
-        while (end < count && pairs[end].a == pairs[begin].a) ++end;
-        std::sort(pairs + begin, pairs + end);
-        block.runs.push_back({pairs[begin].a, static_cast<std::uint32_t>(end - begin)});
-    }
+    found.flush();
 }
 
-BroadPhase::~BroadPhase() = default;
-
-void BroadPhase::build(const Capsules& capsules, double skin, Candidates& candidates) {
-    size_grids(capsules, skin);
+void BroadPhase::build(const Capsules& capsules, double skin, Candidates& candidates, std::span<const std::uint8_t> owned) {
+    measure(capsules, skin);
     fill_grids(capsules);
     struct Task {
         const Grid* grid;
@@ -269,35 +254,38 @@ void BroadPhase::build(const Capsules& capsules, double skin, Candidates& candid
     std::vector<Task> tasks;
     for (const Grid& grid : grids_)
         for (std::uint32_t c = 0; c < grid.cells(); c += block_size) tasks.push_back({&grid, c, std::min<std::uint32_t>(grid.cells(), c + block_size)});
-    blocks_.resize(tasks.size());
-    candidates.first.assign(capsules.slots() + 1, 0);
+    pairs_.resize(tasks.size());
     threads_.for_each(tasks.size(), [&](std::size_t t, int) {
-        look(capsules, skin, *tasks[t].grid, tasks[t].begin, tasks[t].end, blocks_[t]);
-        for (const Block::Run& run : blocks_[t].runs) candidates.first[run.a] = run.count;
+        pairs_[t].clear();
+        Found found{.capsules = capsules, .skin = skin, .owned = owned, .near = pairs_[t]};
+        look(*tasks[t].grid, tasks[t].begin, tasks[t].end, static_cast<float>(skin) + slack_, found);
     });
-    candidates.partner.resize(begins_from_counts(threads_, candidates.first));
-    threads_.for_each(tasks.size(), [&](std::size_t t, int) {
-        const Pair* pair = blocks_[t].pairs.data();
-        for (const Block::Run& run : blocks_[t].runs)
-            for (std::uint32_t i = 0; i < run.count; ++i) candidates.partner[candidates.first[run.a] + i] = (pair++)->b;
-    });
+    const auto visit = [&](auto&& body) {
+        threads_.for_each(pairs_.size(), [&](std::size_t t, int) {
+            for (const Pair& pair : pairs_[t]) body(pair.a, pair.b);
+        });
+    };
+    group(threads_, capsules.slots(), visit, candidates.first, candidates.partner);
 }
 
-void BroadPhase::build_exhaustively(const Capsules& capsules, double skin, const BroadPhase& sizes, Candidates& candidates) {
+void BroadPhase::build_exhaustively(const Capsules& capsules, double skin, Candidates& candidates) {
     const auto slots = static_cast<std::uint32_t>(capsules.slots());
     candidates.first.assign(slots + 1, 0);
     candidates.partner.clear();
-    std::vector<Pair> pairs;
+    std::vector<std::uint32_t> first, second;
+    std::vector<Pair> near;
     for (std::uint32_t a = 0; a < slots; ++a) {
         candidates.first[a] = static_cast<std::uint32_t>(candidates.partner.size());
         if (!capsules.has_element(a)) continue;
-        pairs.clear();
-        for (std::uint32_t b = 0; b < slots; ++b)
-            if (b != a && capsules.has_element(b) && sizes.comes_first(a, b) && capsules.may_touch(a, b)) pairs.push_back({a, b});
-        const std::size_t count = pairs.size();
-        pairs.resize(count + 8);
-        pairs.resize(keep_near(capsules, skin, pairs.data(), count));
-        for (const Pair& pair : pairs) candidates.partner.push_back(pair.b);
+        second.clear();
+        near.clear();
+        for (std::uint32_t b = a + 1; b < slots; ++b)
+            if (capsules.has_element(b)) second.push_back(b);
+        const std::size_t count = second.size();
+        first.assign(count + 8, a);
+        second.resize(count + 8);
+        append_near(capsules, skin, {}, first.data(), second.data(), count, near);
+        for (const Pair& pair : near) candidates.partner.push_back(pair.b);
     }
     candidates.first[slots] = static_cast<std::uint32_t>(candidates.partner.size());
 }

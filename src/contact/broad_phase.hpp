@@ -1,14 +1,15 @@
 // Candidate pairs: elements nearer to each other than their radii and a skin.
-// A grid per size of elements, each twice as coarse as the one before; an element looks into its own grid and all coarser ones. Cells
-// wrap round, so space has no bounds. The grids are built by counting, all threads at once; within a cell elements are put in order, so
-// that the list is the same for any number of threads.
+//   1. spheres round the elements, in single precision, sorted into cells by counting
+//   2. each against those of half its neighbouring cells, sixteen at a time
+//   3. of those that meet, capsules against capsules, eight pairs at a time
+// There is a grid per size of elements, each twice as coarse as the one before; an element looks into its own grid and all coarser
+// ones. Cells wrap round, so space has no bounds. Pairs are put in order at the end: the list is the same for any number of threads.
 // Cost per element at nest density: see docs/performance.md.
 #pragma once
 
 #include "contact/capsules.hpp"
 #include "parallel/threads.hpp"
 
-#include <cmath>
 #include <span>
 
 namespace skein {
@@ -18,14 +19,12 @@ struct Pair {
     friend auto operator<=>(const Pair&, const Pair&) = default;
 };
 
-/// Pairs by their first element: partners[first[a]] .. partners[first[a + 1] - 1], in rising order. Of two elements of one size the
-/// first is the one with the lower slot, of others the smaller.
+/// Pairs by their first element, which is that with the lower slot: partner[first[a]] .. partner[first[a + 1] - 1], in rising order.
 struct Candidates {
     std::vector<std::uint32_t> first; ///< [slots + 1]
     std::vector<std::uint32_t> partner;
 
     std::size_t count() const { return partner.size(); }
-    std::span<const std::uint32_t> of(std::size_t a) const { return {partner.data() + first[a], partner.data() + first[a + 1]}; }
 };
 
 class BroadPhase {
@@ -35,11 +34,11 @@ public:
     BroadPhase(const Capsules& capsules, const Threads& threads);
     ~BroadPhase();
 
-    /// All pairs whose capsules are less than `skin` apart, m, and that may touch.
-    void build(const Capsules& capsules, double skin, Candidates& candidates);
+    /// All pairs whose capsules are less than `skin` apart, m, and that may touch. `owned`: by rod; pairs of two others are left out.
+    void build(const Capsules& capsules, double skin, Candidates& candidates, std::span<const std::uint8_t> owned = {});
 
     /// The same by looking at every pair: what `build` is held against.
-    static void build_exhaustively(const Capsules& capsules, double skin, const BroadPhase& sizes, Candidates& candidates);
+    static void build_exhaustively(const Capsules& capsules, double skin, Candidates& candidates);
 
     int grids() const { return static_cast<int>(grids_.size()); }
 
@@ -49,26 +48,36 @@ private:
         std::uint32_t size[3] = {4, 4, 4}; ///< powers of two
         std::uint32_t first_cell = 0;      ///< in cell_begin_
         std::uint32_t cells() const { return size[0] * size[1] * size[2]; }
+        std::uint32_t cell_at(float x) const;
     };
-    struct Block;
-    class Neighbourhood;
-    bool comes_first(std::uint32_t a, std::uint32_t b) const { return grid_of_[a] != grid_of_[b] ? grid_of_[a] < grid_of_[b] : a < b; }
-    static std::uint32_t cell_at(const Grid& grid, float x) { return static_cast<std::uint32_t>(static_cast<std::int32_t>(std::floor(x * grid.cells_per_metre))); }
-    void size_grids(const Capsules& capsules, double skin);
+    /// In cells' order: begin and behind.
+    struct Range {
+        std::uint32_t begin, end;
+    };
+    struct Sphere {
+        float x, y, z; ///< from origin_, m
+        float reach;   ///< m
+    };
+    struct Ranges;
+    struct Found;
+    void measure(const Capsules& capsules, double skin);
     void fill_grids(const Capsules& capsules);
-    void collect(const Grid& grid, const std::uint32_t (&cell)[3], Neighbourhood& near) const;
-    void look(const Capsules& capsules, double skin, const Grid& grid, std::uint32_t begin, std::uint32_t end, Block& block) const;
+    void add_row(const Grid& grid, std::uint32_t x, std::uint32_t y, std::uint32_t z, Ranges& ranges) const;
+    void look(const Grid& grid, std::uint32_t begin, std::uint32_t end, float margin, Found& found) const;
+    void meet(std::uint32_t i, Range range, float margin, Found& found) const;
 
     const Threads& threads_;
     std::vector<std::uint8_t> grid_of_; ///< of each slot
     std::vector<Grid> grids_;
-    Vec3d origin_{0, 0, 0};
+    Vec3d origin_{0, 0, 0}, next_origin_{0, 0, 0};
     float slack_ = 0; ///< what single precision may lose, m
-    // Elements by cell, as spheres about their middles; one array per component, as vector instructions want them.
+    AlignedVector<Sphere> sphere_; ///< by slot
+    // By cell; one array per component, as vector instructions want them.
     AlignedVector<float> x_, y_, z_, reach_;
-    std::vector<std::uint32_t> slot_;
-    std::vector<std::uint32_t> cell_of_, cell_begin_;
-    std::vector<Block> blocks_;
+    AlignedVector<std::int32_t> rod_; ///< elements with the same one do not touch; others' own where a rod touches itself
+    AlignedVector<std::uint32_t> slot_;
+    std::vector<std::uint32_t> cell_of_, place_, cell_begin_;
+    std::vector<std::vector<Pair>> pairs_; ///< by task
 };
 
 } // namespace skein

@@ -24,32 +24,6 @@ struct CapsuleSpin {
 };
 static_assert(sizeof(CapsuleSpin) == 32);
 
-/// Four numbers of W records each, transposed: a vector and what lies behind it.
-template <int W> struct LoadedVectors {
-    Vec3<Pack<W>> vector;
-    Pack<W> behind;
-};
-template <int W> SKEIN_INLINE LoadedVectors<W> load_transposed(const double* const (&from)[W]) {
-    if constexpr (W == 8) {
-        typedef double Four __attribute__((vector_size(32), may_alias));
-        const auto two = [&](int i) {
-            return __builtin_shufflevector(*reinterpret_cast<const Four*>(from[i]), *reinterpret_cast<const Four*>(from[i + 4]), 0, 1, 2, 3, 4, 5, 6, 7);
-        };
-        const auto r0 = two(0), r1 = two(1), r2 = two(2), r3 = two(3);
-        const auto even01 = __builtin_shufflevector(r0, r1, 0, 8, 2, 10, 4, 12, 6, 14), odd01 = __builtin_shufflevector(r0, r1, 1, 9, 3, 11, 5, 13, 7, 15);
-        const auto even23 = __builtin_shufflevector(r2, r3, 0, 8, 2, 10, 4, 12, 6, 14), odd23 = __builtin_shufflevector(r2, r3, 1, 9, 3, 11, 5, 13, 7, 15);
-        const auto low = [](auto a, auto b) { return Pack<W>(__builtin_shufflevector(a, b, 0, 1, 8, 9, 4, 5, 12, 13)); };
-        const auto high = [](auto a, auto b) { return Pack<W>(__builtin_shufflevector(a, b, 2, 3, 10, 11, 6, 7, 14, 15)); };
-        return {{low(even01, even23), low(odd01, odd23), high(even01, even23)}, high(odd01, odd23)};
-    }
-    LoadedVectors<W> all;
-    for (int i = 0; i < W; ++i) {
-        set_lane(all.vector, i, {from[i][0], from[i][1], from[i][2]});
-        all.behind.set(i, from[i][3]);
-    }
-    return all;
-}
-
 /// Rods of a scene as they touch.
 struct Capsules {
     AlignedVector<CapsuleNode> node;
@@ -57,6 +31,7 @@ struct Capsules {
     std::vector<std::int32_t> rod;        ///< of each slot
     std::vector<std::int32_t> first_slot; ///< of each rod, and behind the last
     std::vector<std::int32_t> skip;       ///< per rod: its elements touch where their numbers differ by more; below 0: never
+    std::vector<std::int32_t> material;   ///< per rod; none where one law holds for all
 
     std::size_t slots() const { return node.size(); }
     bool has_element(std::size_t slot) const { return node[slot].radius >= 0; }

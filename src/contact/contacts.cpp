@@ -1,17 +1,23 @@
 #include "contact/contacts.hpp"
 
 #include "contact/closest_points.hpp"
+#include "contact/compress.hpp"
+#include "contact/transposed.hpp"
 #include "parallel/blocks.hpp"
 
 #include <algorithm>
 #include <atomic>
 #include <cmath>
+#include <cstring>
+#include <numeric>
 
 namespace skein {
 
 namespace {
 
-constexpr double blend = 0.05;           // sine of the angle below which elements meet at both ends of their overlap as well
+constexpr int W = 8;
+using P = Pack<W>;
+constexpr double blend = 0.05; // sine of the angle below which elements meet at both ends of their overlap as well
 
 double mean_diameter(const Capsules& c) {
     double sum = 0;
@@ -21,21 +27,59 @@ double mean_diameter(const Capsules& c) {
     return count > 0 ? sum / static_cast<double>(count) : 0;
 }
 
-/// From one axis to the other; where they meet, across both, or across one of them where they are parallel.
-template <int W> Vec3<Pack<W>> direction(const Vec3<Pack<W>>& apart, Pack<W> distance, const Vec3<Pack<W>>& d1, const Vec3<Pack<W>>& d2) {
-    using P = Pack<W>;
-    const auto some = distance > P(1e-150);
-    if (!any(!some)) return (P(1.0) / distance) * apart;
-    const Vec3<P> both = cross(d1, d2), one = cross(d1, select(abs(d1.x) < abs(d1.y), Vec3<P>{P(1.0), P(0.0), P(0.0)}, Vec3<P>{P(0.0), P(1.0), P(0.0)}));
-    const Vec3<P> across = select(dot(both, both) > P(1e-24) * dot(d1, d1) * dot(d2, d2), both, one);
-    return select(some, (P(1.0) / max(distance, P(1e-150))) * apart, (P(1.0) / max(norm(across), P(1e-300))) * across);
+/// From one axis to the other where they meet: across both, or across one of them where they are parallel.
+template <int N> Vec3<Pack<N>> across(const Vec3<Pack<N>>& d1, const Vec3<Pack<N>>& d2) {
+    using Q = Pack<N>;
+    const Vec3<Q> both = cross(d1, d2), one = cross(d1, select(abs(d1.x) < abs(d1.y), Vec3<Q>{Q(1.0), Q(0.0), Q(0.0)}, Vec3<Q>{Q(0.0), Q(1.0), Q(0.0)}));
+    const Vec3<Q> some = select(dot(both, both) > Q(1e-24) * dot(d1, d1) * dot(d2, d2), both, one);
+    return (Q(1.0) / max(norm(some), Q(1e-300))) * some;
 }
 
-template <int W> Vec3<Pack<W>> between(const Vec3<Pack<W>>& a, const Vec3<Pack<W>>& b, Pack<W> share) { return fma(share, b - a, a); }
+template <int N> SKEIN_INLINE Vec3<Pack<N>> between(const Vec3<Pack<N>>& a, const Vec3<Pack<N>>& b, Pack<N> share) { return fma(share, b - a, a); }
+
+Vec3d edge(const Capsules& c, std::size_t slot) { return c.node[slot + 1].position - c.node[slot].position; }
+
+P lanes(const double* from) {
+    P p;
+    std::memcpy(&p.v, from, sizeof p.v);
+    return p;
+}
+double sum(P p) {
+    double all = 0;
+    for (int l = 0; l < W; ++l) all += p[l];
+    return all;
+}
+double largest(P p) {
+    double most = p[0];
+    for (int l = 1; l < W; ++l) most = std::max(most, p[l]);
+    return most;
+}
+
+/// Bit i: whether bit 0 of byte i is set.
+unsigned low_bits(const std::uint8_t* bytes) {
+    std::uint64_t eight;
+    std::memcpy(&eight, bytes, 8);
+    return static_cast<unsigned>((eight & 0x0101010101010101u) * 0x0102040810204080u >> 56);
+}
 
 } // namespace
 
-Contacts::Contacts(const Capsules& capsules, const ContactLaw& law, const Threads& threads) : law_(law), threads_(threads), search_(capsules, threads), diameter_(mean_diameter(capsules)) {
+/// Pairs that touch, one after another.
+struct Contacts::Packed {
+    static constexpr std::uint32_t most = 256;
+    alignas(64) double s[most + W], t[most + W], x[most + W], y[most + W], z[most + W], squared[most + W], radius_1[most + W], radius_2[most + W];
+    std::uint32_t pair[most + W];
+    std::uint32_t count = 0;
+    std::vector<std::uint32_t> side_by_side; ///< which of them
+};
+
+struct Contacts::Sums {
+    P deepest{0.0}, stiffest{0.0}, stored{0.0}, rubbed{0.0}, damped{0.0};
+};
+
+Contacts::Contacts(const Capsules& capsules, ContactLaws laws, const Threads& threads, std::vector<std::uint8_t> owned_rods)
+    : laws_(std::move(laws)), kinds_{laws_.normal(), laws_.friction()}, threads_(threads), owned_(std::move(owned_rods)), search_(capsules, threads), diameter_(mean_diameter(capsules)),
+      first_slot_(capsules.first_slot), touched_(capsules.first_slot.size() - 1, 0) {
     figures_.skin = 0.25 * diameter_;
 }
 
@@ -54,11 +98,24 @@ bool Contacts::list_is_used_up(const Capsules& capsules) const {
     return far;
 }
 
-std::optional<std::size_t> Contacts::find(std::uint32_t a, std::uint32_t b) const {
-    const auto partners = candidates_.of(a);
-    const auto at = std::lower_bound(partners.begin(), partners.end(), b);
-    if (at == partners.end() || *at != b) return std::nullopt;
-    return static_cast<std::size_t>(at - partners.begin()) + candidates_.first[a];
+void Contacts::carry_over(const PairList& fresh) {
+    AlignedVector<Spring> spring(fresh.count(), Spring{{0, 0, 0}, 0});
+    std::vector<std::uint8_t> what(fresh.count() + PairList::padding, 0);
+    const std::size_t slots = list_.count() > 0 ? fresh.first.size() - 1 : 0;
+    std::vector<double> lost(blocks_of(slots), 0.0);
+    for_blocks(threads_, slots, [&](std::size_t begin, std::size_t end, std::size_t block) {
+        for (std::size_t a = begin; a < end; ++a) {
+            std::uint32_t i = fresh.first[a];
+            for (std::uint32_t old = list_.first[a]; old < list_.first[a + 1]; ++old) {
+                while (i < fresh.first[a + 1] && fresh.pair[i].b < list_.pair[old].b) ++i;
+                if (i < fresh.first[a + 1] && fresh.pair[i].b == list_.pair[old].b) what[i] = what_[old], spring[i] = spring_[old];
+                else if (what_[old] & touching) lost[block] += spring_[old].energy;
+            }
+        }
+    });
+    for (const double energy : lost) figures_.rubbed += energy;
+    spring_ = std::move(spring);
+    what_ = std::move(what);
 }
 
 void Contacts::renew_list(const Capsules& capsules) {
@@ -67,207 +124,378 @@ void Contacts::renew_list(const Capsules& capsules) {
     age_ = 0;
     ++figures_.renewals;
 
-    Candidates fresh;
-    search_.build(capsules, figures_.skin, fresh);
-    std::vector<Pair> pairs(fresh.count());
-    std::vector<Vec3d> spring(fresh.count(), Vec3d{0, 0, 0});
-    std::vector<std::uint8_t> active(fresh.count(), 0);
-    std::vector<std::uint32_t> seconds(capsules.slots() + 1, 0);
-    for_blocks(threads_, capsules.slots(), [&](std::size_t begin, std::size_t end, std::size_t) {
-        for (std::size_t a = begin; a < end; ++a)
-            for (std::size_t i = fresh.first[a]; i < fresh.first[a + 1]; ++i) {
-                pairs[i] = {static_cast<std::uint32_t>(a), fresh.partner[i]};
-                std::atomic_ref(seconds[pairs[i].b]).fetch_add(1, std::memory_order_relaxed);
-                if (pairs_.empty()) continue;
-                if (const auto old = find(pairs[i].a, pairs[i].b)) spring[i] = spring_[*old], active[i] = active_[*old];
-            }
-    });
-    candidates_ = std::move(fresh);
-    pairs_ = std::move(pairs);
-    spring_ = std::move(spring);
-    active_ = std::move(active);
-    last_spring_.resize(pairs_.size());
-    was_active_.resize(pairs_.size());
-    force_.resize(pairs_.size());
-    overlap_.resize(pairs_.size());
-
-    reverse_begin_ = std::move(seconds);
-    begins_from_counts(threads_, reverse_begin_);
-    reverse_.resize(pairs_.size());
-    std::vector<std::uint32_t> filled(reverse_begin_);
-    for_blocks(threads_, pairs_.size(), [&](std::size_t begin, std::size_t end, std::size_t) {
-        for (std::size_t i = begin; i < end; ++i)
-            reverse_[std::atomic_ref(filled[pairs_[i].b]).fetch_add(1, std::memory_order_relaxed)] = static_cast<std::uint32_t>(i);
-    });
-    for_blocks(threads_, capsules.slots(), [&](std::size_t begin, std::size_t end, std::size_t) {
-        for (std::size_t b = begin; b < end; ++b) std::sort(reverse_.begin() + reverse_begin_[b], reverse_.begin() + reverse_begin_[b + 1]);
-    });
-
+    Candidates candidates;
+    search_.build(capsules, figures_.skin, candidates, owned_);
+    PairList fresh(std::move(candidates), capsules, threads_, kinds_.friction == ContactFriction::memory);
+    carry_over(fresh);
+    list_ = std::move(fresh);
+    last_spring_.resize(list_.count());
+    was_.assign(list_.count() + PairList::padding, 0);
+    on_second_.resize(list_.count());
+    blocks_.resize(list_.tasks.size());
+    task_of_rod_.resize(capsules.first_slot.size() - 1);
+    for (std::uint32_t task = 0; task < list_.tasks.size(); ++task)
+        for (std::uint32_t rod = list_.tasks[task].first_rod; rod < list_.tasks[task].last_rod; ++rod) task_of_rod_[rod] = task;
     place_.resize(capsules.slots());
     for (std::size_t i = 0; i < place_.size(); ++i) place_[i] = capsules.node[i].position;
 }
 
-Vec3d Contacts::spring_before(const Capsules& capsules, std::size_t index, double s, double t) const {
-    const Pair& pair = pairs_[index];
-    const int da = s <= 0 ? -1 : s >= 1 ? 1 : 0, db = t <= 0 ? -1 : t >= 1 ? 1 : 0;
-    const auto on_rod = [&](std::uint32_t slot, int step) {
-        const std::int64_t other = std::int64_t{slot} + step;
-        return other >= 0 && other < static_cast<std::int64_t>(capsules.slots()) && capsules.rod[static_cast<std::size_t>(other)] == capsules.rod[slot];
-    };
-    for (const auto& [step_a, step_b] : {std::pair{da, 0}, std::pair{0, db}, std::pair{da, db}}) {
-        if ((step_a == 0 && step_b == 0) || !on_rod(pair.a, step_a) || !on_rod(pair.b, step_b)) continue;
-        const auto a = static_cast<std::uint32_t>(static_cast<int>(pair.a) + step_a), b = static_cast<std::uint32_t>(static_cast<int>(pair.b) + step_b);
-        if (const auto i = find(a, b); i && (was_active_[*i] & inside)) return last_spring_[*i];
-        if (const auto i = find(b, a); i && (was_active_[*i] & inside)) return -last_spring_[*i];
+void Contacts::restore(std::span<const KeptContact> kept) {
+    // As if it were the list of the step before; as nobody knows how far things have moved since, it is renewed at once.
+    std::vector<KeptContact> sorted(kept.begin(), kept.end());
+    std::sort(sorted.begin(), sorted.end(), [](const KeptContact& x, const KeptContact& y) { return std::pair(x.a, x.b) < std::pair(y.a, y.b); });
+    list_ = {};
+    list_.first.assign(static_cast<std::size_t>(first_slot_.back()) + 1, 0);
+    what_.clear();
+    spring_.clear();
+    for (const KeptContact& c : sorted) {
+        ++list_.first[c.a + 1];
+        list_.pair.push_back({c.a, c.b});
+        what_.push_back(static_cast<std::uint8_t>(c.what));
+        spring_.push_back({c.spring, c.energy});
     }
-    return was_active_[index] ? last_spring_[index] : Vec3d{0, 0, 0};
+    std::partial_sum(list_.first.begin(), list_.first.end(), list_.first.begin());
+    place_.clear();
 }
 
-void Contacts::meet(const Capsules& capsules, double h, std::size_t begin, std::size_t end, Block& block) {
-    constexpr int W = 8;
-    using P = Pack<W>;
-    block = {};
-    for (std::size_t i = begin; i < end; i += W) {
-        const double *x[4][W], *v[4][W], *w[2][W];
-        for (int l = 0; l < W; ++l) {
-            const Pair& pair = pairs_[std::min(i + static_cast<std::size_t>(l), end - 1)];
+std::vector<KeptContact> Contacts::kept() const {
+    std::vector<KeptContact> all;
+    for (std::size_t rod = 0; rod + 1 < first_slot_.size(); ++rod) {
+        if (!owns(rod)) continue;
+        for (std::uint32_t i = list_.first[static_cast<std::size_t>(first_slot_[rod])]; i < list_.first[static_cast<std::size_t>(first_slot_[rod + 1])]; ++i)
+            if (what_[i] & touching) all.push_back({list_.pair[i].a, list_.pair[i].b, what_[i], spring_[i].energy, spring_[i].x});
+    }
+    return all;
+}
+
+/// Those of some pairs that touch.
+void Contacts::pack(const Capsules& capsules, std::uint32_t begin, std::uint32_t end, Packed& packed, Block& block) const {
+    packed.count = 0;
+    packed.side_by_side.clear();
+    for (std::uint32_t i = begin; i < end; i += W) {
+        const double* x[4][W];
+        for (std::uint32_t l = 0; l < W; ++l) {
+            const Pair pair = list_.pair[i + l];
             const CapsuleNode *a = &capsules.node[pair.a], *b = &capsules.node[pair.b];
-            const CapsuleNode* nodes[4] = {a, a + 1, b, b + 1};
-            for (int n = 0; n < 4; ++n) x[n][l] = &nodes[n]->position.x, v[n][l] = &nodes[n]->velocity.x;
-            w[0][l] = &capsules.spin[pair.a].spin.x, w[1][l] = &capsules.spin[pair.b].spin.x;
+            x[0][l] = &a->position.x, x[1][l] = &(a + 1)->position.x, x[2][l] = &b->position.x, x[3][l] = &(b + 1)->position.x;
+            const std::uint32_t later = list_.pair[i + l + 48].b;
+            __builtin_prefetch(&capsules.node[later]);
+            __builtin_prefetch(&capsules.node[later + 1]);
+            __builtin_prefetch(&capsules.spin[later]);
         }
         const auto a = load_transposed<W>(x[0]), a_end = load_transposed<W>(x[1]), b = load_transposed<W>(x[2]), b_end = load_transposed<W>(x[3]);
-        const Vec3<P> d1 = a_end.vector - a.vector, d2 = b_end.vector - b.vector;
-        const auto closest = closest_points(a.vector, d1, b.vector, d2);
+        const auto closest = closest_points(a.vector, a_end.vector - a.vector, b.vector, b_end.vector - b.vector);
         const P reach = a.behind + b.behind, squared = dot(closest.apart, closest.apart);
-        const auto touches = squared < reach * reach;
-        const int count = static_cast<int>(std::min<std::size_t>(W, end - i));
-        if (!any(touches)) {
-            std::fill_n(active_.begin() + static_cast<std::ptrdiff_t>(i), count, std::uint8_t{0});
-            continue;
+        const unsigned valid = end - i >= W ? 0xffu : (1u << (end - i)) - 1, touch = bits_of(squared < reach * reach) & valid;
+        if (const unsigned ended = low_bits(&was_[i]) & ~touch & valid)
+            for (std::uint32_t l = 0; l < W; ++l)
+                if (ended >> l & 1 && owns(static_cast<std::size_t>(capsules.rod[list_.pair[i + l].a]))) block.rubbed += last_spring_[i + l].energy;
+        const std::uint32_t n = packed.count;
+        compress_store(packed.s + n, touch, closest.s);
+        compress_store(packed.t + n, touch, closest.t);
+        compress_store(packed.x + n, touch, closest.apart.x);
+        compress_store(packed.y + n, touch, closest.apart.y);
+        compress_store(packed.z + n, touch, closest.apart.z);
+        compress_store(packed.squared + n, touch, squared);
+        compress_store(packed.radius_1 + n, touch, a.behind);
+        compress_store(packed.radius_2 + n, touch, b.behind);
+        for (std::uint32_t l = 0; l < W; ++l) {
+            packed.pair[packed.count] = i + l;
+            packed.count += touch >> l & 1;
         }
-        Vec3<P> spring{P(0.0), P(0.0), P(0.0)};
-        if (law_.friction == ContactFriction::memory)
-            for (int l = 0; l < count; ++l) {
-                const std::size_t pair = i + static_cast<std::size_t>(l);
-                if (touches[l]) set_lane(spring, l, spring_before(capsules, pair, closest.s[l], closest.t[l]));
-            }
-        const P distance = sqrt(squared);
-        const ContactState<P> state{direction(closest.apart, distance, d1, d2),
-                                    distance,
-                                    a.behind,
-                                    b.behind,
-                                    between(load_transposed<W>(v[0]).vector, load_transposed<W>(v[1]).vector, closest.s),
-                                    load_transposed<W>(w[0]).vector,
-                                    between(load_transposed<W>(v[2]).vector, load_transposed<W>(v[3]).vector, closest.t),
-                                    load_transposed<W>(w[1]).vector};
-        const ContactForce<P> force = contact_force(law_, state, h, spring);
-        for (int l = 0; l < count; ++l) {
-            const std::size_t pair = i + static_cast<std::size_t>(l);
-            active_[pair] = 0;
-            if (!touches[l]) continue;
-            const bool within = closest.s[l] > 0 && closest.s[l] < 1 && closest.t[l] > 0 && closest.t[l] < 1;
-            active_[pair] = within ? touching | inside : touching;
-            force_[pair] = {lane(force.on_1, l), lane(force.moment, l), closest.s[l], closest.t[l], force.arm_1[l], force.arm_2[l]};
-            spring_[pair] = lane(spring, l);
-            overlap_[pair] = reach[l] - distance[l];
-            ++block.active;
-            block.deepest = std::max(block.deepest, overlap_[pair] / (2 * std::min(a.behind[l], b.behind[l])));
-            if (closest.sine_squared[l] < blend * blend && closest.last[l] > closest.first[l])
-                meet_side_by_side(capsules, h, static_cast<std::uint32_t>(pair), closest.sine_squared[l], closest.first[l], closest.last[l], block);
-        }
+        if (const unsigned side = bits_of((closest.sine_squared < P(blend * blend)) & (closest.last > closest.first)) & touch)
+            for (std::uint32_t l = 0; l < W; ++l)
+                if (side >> l & 1) packed.side_by_side.push_back(n + static_cast<std::uint32_t>(std::popcount(touch & ((1u << l) - 1))));
+    }
+    // The last tile is filled up with its first.
+    for (std::uint32_t i = packed.count, first = packed.count / W * W; i % W != 0; ++i) {
+        for (double* of : {packed.s, packed.t, packed.x, packed.y, packed.z, packed.squared, packed.radius_1, packed.radius_2}) of[i] = of[first];
+        packed.pair[i] = packed.pair[first];
     }
 }
 
-void Contacts::meet_side_by_side(const Capsules& capsules, double h, std::uint32_t pair, double sine_squared, double first, double last, Block& block) {
-    const auto [a, b] = pairs_[pair];
+const Contacts::Spring& Contacts::spring_before(std::uint32_t pair, int da, int db) const {
+    static constexpr Spring nothing{{0, 0, 0}, 0};
+    // At a joint: that of the neighbour beyond, if that touched within its elements.
+    const auto beyond = [&](int step_a, int step_b) {
+        const std::uint32_t other = step_a == 0 && step_b == 0 ? PairList::none : list_.neighbour(pair, step_a, step_b);
+        return other != PairList::none && (was_[other] & inside) ? &last_spring_[other] : nullptr;
+    };
+    if (const Spring* s = beyond(da, 0)) return *s;
+    if (const Spring* s = beyond(0, db)) return *s;
+    if (const Spring* s = da != 0 && db != 0 ? beyond(da, db) : nullptr) return *s;
+    return was_[pair] & touching ? last_spring_[pair] : nothing;
+}
+
+/// x of contacts before this step, and what energy theirs had.
+template <int N> SKEIN_INLINE ContactSpring<Pack<N>> Contacts::springs_before(const std::uint32_t (&pair)[N], Pack<N> s, Pack<N> t) const {
+    using Q = Pack<N>;
+    const unsigned a_low = bits_of(s <= Q(0.0)), a_high = bits_of(s >= Q(1.0)), b_low = bits_of(t <= Q(0.0)), b_high = bits_of(t >= Q(1.0));
+    const unsigned at_joint = a_low | a_high | b_low | b_high;
+    const double* from[N];
+    Q energy;
+    for (int l = 0; l < N; ++l) {
+        const Spring& own = spring_before(pair[l], 0, 0);
+        energy.set(l, own.energy);
+        const auto step = [l](unsigned low, unsigned high) { return static_cast<int>(high >> l & 1) - static_cast<int>(low >> l & 1); };
+        from[l] = at_joint >> l & 1 ? &spring_before(pair[l], step(a_low, a_high), step(b_low, b_high)).x.x : &own.x.x;
+    }
+    return {load_transposed<N>(from).vector, energy};
+}
+
+template <int N> SKEIN_INLINE ContactNumbers<Pack<N>> Contacts::numbers(const Capsules& capsules, const std::uint32_t (&pair)[N]) const {
+    using Q = Pack<N>;
+    const ContactNumbers<double>& one = numbers_[0];
+    ContactNumbers<Q> all{one.stiffness, one.damping, one.static_friction, one.kinetic_friction, one.tangential_stiffness, one.tangential_damping, one.slip_speed};
+    if (laws_.materials() == 1) return all;
+    for (int l = 0; l < N; ++l) {
+        const auto material = [&](std::uint32_t slot) { return static_cast<std::size_t>(capsules.material[static_cast<std::size_t>(capsules.rod[slot])]); };
+        const ContactNumbers<double>& law = numbers_[material(list_.pair[pair[l]].a) * laws_.materials() + material(list_.pair[pair[l]].b)];
+        all.stiffness.set(l, law.stiffness);
+        all.damping.set(l, law.damping);
+        all.static_friction.set(l, law.static_friction);
+        all.kinetic_friction.set(l, law.kinetic_friction);
+        all.tangential_stiffness.set(l, law.tangential_stiffness);
+        all.tangential_damping.set(l, law.tangential_damping);
+        all.slip_speed.set(l, law.slip_speed);
+    }
+    return all;
+}
+
+/// Forces at the two ends of the overlap, and that at the nearest point again, with what is left of the normal force and all friction.
+Contacts::Ends Contacts::side_by_side(const Capsules& capsules, double h, std::uint32_t pair, int l, ContactForce<P>& force, ContactSpring<P>& spring) const {
+    using Q = Pack<1>;
+    const auto [a, b] = list_.pair[pair];
     const CapsuleNode *a0 = &capsules.node[a], *a1 = a0 + 1, *b0 = &capsules.node[b], *b1 = b0 + 1;
-    const Vec3d d1 = a1->position - a0->position, d2 = b1->position - b0->position;
-    const double share = 1 - sine_squared / (blend * blend); // of the normal force that the two ends take
+    const Vec3d d1 = edge(capsules, a), d2 = edge(capsules, b);
+    const auto closest = closest_points(broadcast<1>(a0->position), broadcast<1>(d1), broadcast<1>(b0->position), broadcast<1>(d2));
+    const double share = 1 - closest.sine_squared[0] / (blend * blend); // of the normal force that the two ends take
     const auto at = [&](double s, double t) {
         const Vec3d apart = b0->position + t * d2 - (a0->position + s * d1);
         const double distance = norm(apart);
-        const Vec3d n = lane(direction(broadcast<1>(apart), Pack<1>(distance), broadcast<1>(d1), broadcast<1>(d2)), 0);
-        return ContactState<Pack<1>>{broadcast<1>(n),
-                                     distance,
-                                     a0->radius,
-                                     b0->radius,
-                                     broadcast<1>(a0->velocity + s * (a1->velocity - a0->velocity)),
-                                     broadcast<1>(capsules.spin[a].spin),
-                                     broadcast<1>(b0->velocity + t * (b1->velocity - b0->velocity)),
-                                     broadcast<1>(capsules.spin[b].spin)};
+        const Vec3<Q> n = distance > 1e-150 ? broadcast<1>((1 / distance) * apart) : across<1>(broadcast<1>(d1), broadcast<1>(d2));
+        return ContactState<Q>{n,
+                               distance,
+                               a0->radius,
+                               b0->radius,
+                               broadcast<1>(a0->velocity + s * (a1->velocity - a0->velocity)),
+                               broadcast<1>(capsules.spin[a].spin),
+                               broadcast<1>(b0->velocity + t * (b1->velocity - b0->velocity)),
+                               broadcast<1>(capsules.spin[b].spin)};
     };
-    const auto point = [](const ContactForce<Pack<1>>& f, double s, double t) {
-        return PointForce{lane(f.on_1, 0), lane(f.moment, 0), s, t, f.arm_1[0], f.arm_2[0]};
-    };
-    ContactLaw smooth = law_;
-    smooth.friction = ContactFriction::none;
-    Ends ends;
-    double elsewhere = 0;
-    Vec3<Pack<1>> none = broadcast<1>(Vec3d{0, 0, 0});
+    const ContactNumbers<Q> law = numbers<1>(capsules, {pair});
+    Ends ends{.pair = pair, .first = {}, .second = {}};
+    double elsewhere = 0, stored = 0, damped = 0, stiffest = 0;
     for (int i = 0; i < 2; ++i) {
-        const double s = i == 0 ? first : last, t = std::clamp(dot(a0->position + s * d1 - b0->position, d2) / dot(d2, d2), 0.0, 1.0);
-        const auto f = contact_force(smooth, at(s, t), h, none, Pack<1>(0.5 * share));
-        elsewhere += f.normal[0];
-        ends.at[i] = point(f, s, t);
+        const double s = i == 0 ? closest.first[0] : closest.last[0], t = std::clamp(dot(a0->position + s * d1 - b0->position, d2) / dot(d2, d2), 0.0, 1.0);
+        ContactSpring<Q> none{broadcast<1>(Vec3d{0, 0, 0}), 0.0};
+        const auto f = contact_force<1>({kinds_.normal, ContactFriction::none}, law, at(s, t), h, none, 0.5 * share);
+        elsewhere += f.normal[0], stored += f.stored[0], damped += f.damped[0], stiffest = std::max(stiffest, f.stiffness[0]);
+        const Vec3d on_1 = lane(f.on_1, 0), moment = lane(f.moment, 0);
+        ends.first[i] = {on_1, s, f.arm_1[0] * moment, t};
+        ends.second[i] = {-on_1, t, f.arm_2[0] * moment, s};
     }
-    // The nearest point again, with what is left of the normal force and all of the friction.
-    const double s = force_[pair].s, t = force_[pair].t;
-    Vec3<Pack<1>> spring = broadcast<1>(spring_before(capsules, pair, s, t));
-    force_[pair] = point(contact_force(law_, at(s, t), h, spring, Pack<1>(1 - share), Pack<1>(elsewhere)), s, t);
-    spring_[pair] = lane(spring, 0);
-    active_[pair] |= side_by_side;
-    block.ends.push_back({pair, ends});
+    ContactSpring<Q> one{broadcast<1>(Vec3d{0, 0, 0}), 0.0};
+    if (kinds_.friction == ContactFriction::memory) one = springs_before<1>({pair}, closest.s, closest.t);
+    const auto f = contact_force<1>(kinds_, law, at(closest.s[0], closest.t[0]), h, one, 1 - share, elsewhere);
+    set_lane(force.on_1, l, lane(f.on_1, 0));
+    set_lane(force.moment, l, lane(f.moment, 0));
+    force.stored.set(l, f.stored[0] + stored);
+    force.rubbed.set(l, f.rubbed[0]);
+    force.damped.set(l, f.damped[0] + damped);
+    force.stiffness.set(l, std::max(f.stiffness[0], stiffest));
+    set_lane(spring.x, l, lane(one.x, 0));
+    spring.energy.set(l, one.energy[0]);
+    return ends;
 }
 
-void Contacts::gather(const Capsules& capsules, std::size_t rod, ContactLoads& loads) const {
+namespace {
+
+/// What a point does to the slots of its element.
+template <class Point> SKEIN_INLINE void take(ContactLoad* at, const Point& p) {
+    using Four = detail::FourDoubles;
+    const Four force = *reinterpret_cast<const Four*>(&p.force), couple = *reinterpret_cast<const Four*>(&p.couple);
+    *reinterpret_cast<Four*>(&at[0].force) += (1 - p.share) * force;
+    *reinterpret_cast<Four*>(&at[1].force) += p.share * force;
+    *reinterpret_cast<Four*>(&at[0].couple) += couple;
+}
+
+} // namespace
+
+void Contacts::push_packed(const Capsules& capsules, double h, const Packed& packed, Block& block, Sums& sums, AlignedVector<ContactLoad>& loads) {
+    std::size_t next_side = 0;
+    for (std::uint32_t i = 0; i < packed.count; i += W) {
+        const int count = static_cast<int>(std::min<std::uint32_t>(W, packed.count - i));
+        std::uint32_t index[W];
+        Pair pair[W];
+        const double *v[4][W], *w[2][W];
+        for (int l = 0; l < W; ++l) {
+            index[l] = packed.pair[i + static_cast<std::uint32_t>(l)];
+            pair[l] = list_.pair[index[l]];
+            const CapsuleNode *a = &capsules.node[pair[l].a], *b = &capsules.node[pair[l].b];
+            v[0][l] = &a->velocity.x, v[1][l] = &(a + 1)->velocity.x, v[2][l] = &b->velocity.x, v[3][l] = &(b + 1)->velocity.x;
+            w[0][l] = &capsules.spin[pair[l].a].spin.x, w[1][l] = &capsules.spin[pair[l].b].spin.x;
+        }
+        const P s = lanes(packed.s + i), t = lanes(packed.t + i), radius_1 = lanes(packed.radius_1 + i), radius_2 = lanes(packed.radius_2 + i);
+        ContactSpring<P> spring{broadcast<W>(Vec3d{0, 0, 0}), 0.0};
+        if (kinds_.friction == ContactFriction::memory) spring = springs_before<W>(index, s, t);
+        const P distance = sqrt(lanes(packed.squared + i)), smaller = min(radius_1, radius_2), some = max(distance, P(1e-150));
+        const P inverse = P(1.0) / (some * smaller); // one division for two
+        Vec3<P> normal = (smaller * inverse) * Vec3<P>{lanes(packed.x + i), lanes(packed.y + i), lanes(packed.z + i)};
+        if (const auto met = distance < P(1e-150); any(met))
+            for (int l = 0; l < count; ++l)
+                if (met[l]) set_lane(normal, l, lane(across<1>(broadcast<1>(edge(capsules, pair[l].a)), broadcast<1>(edge(capsules, pair[l].b))), 0));
+        const ContactState<P> state{normal,
+                                    distance,
+                                    radius_1,
+                                    radius_2,
+                                    between(load_transposed<W>(v[0]).vector, load_transposed<W>(v[1]).vector, s),
+                                    load_transposed<W>(w[0]).vector,
+                                    between(load_transposed<W>(v[2]).vector, load_transposed<W>(v[3]).vector, t),
+                                    load_transposed<W>(w[1]).vector};
+        ContactForce<P> force = contact_force<W>(kinds_, numbers<W>(capsules, index), state, h, spring);
+
+        unsigned sides = 0;
+        const std::size_t first_ends = block.ends.size();
+        for (; next_side < packed.side_by_side.size() && packed.side_by_side[next_side] < i + W; ++next_side) {
+            const int l = static_cast<int>(packed.side_by_side[next_side] - i);
+            block.ends.push_back(side_by_side(capsules, h, index[l], l, force, spring));
+            sides |= 1u << l;
+        }
+
+        alignas(64) PointLoad on_first[W];
+        double *first_force[W], *first_couple[W], *second_force[W], *second_couple[W], *kept[W];
+        PointLoad unused;
+        Spring unused_spring;
+        for (int l = 0; l < W; ++l) {
+            PointLoad& second = l < count ? on_second_[index[l]] : unused;
+            first_force[l] = &on_first[l].force.x, first_couple[l] = &on_first[l].couple.x;
+            second_force[l] = &second.force.x, second_couple[l] = &second.couple.x;
+            kept[l] = l < count ? &spring_[index[l]].x.x : &unused_spring.x.x;
+        }
+        store_transposed<W>(force.on_1, s, first_force);
+        store_transposed<W>(force.arm_1 * force.moment, t, first_couple);
+        store_transposed<W>(-force.on_1, t, second_force);
+        store_transposed<W>(force.arm_2 * force.moment, s, second_couple);
+        if (kinds_.friction == ContactFriction::memory) store_transposed<W>(spring.x, spring.energy, kept);
+
+        const unsigned within = bits_of((s > P(0.0)) & (s < P(1.0)) & (t > P(0.0)) & (t < P(1.0)));
+        const Ends* ends = block.ends.data() + first_ends;
+        P counts(0.0);
+        for (int l = 0; l < count; ++l) {
+            what_[index[l]] = static_cast<std::uint8_t>(touching | (within >> l & 1 ? inside : 0) | (sides >> l & 1 ? has_ends : 0));
+            const auto rod = static_cast<std::size_t>(capsules.rod[pair[l].a]);
+            if (!owns(rod)) {
+                ends += sides >> l & 1;
+                continue;
+            }
+            counts.set(l, 1);
+            ++block.active;
+            touched_[rod] = 1;
+            ContactLoad* at = &loads[pair[l].a];
+            take(at, on_first[l]);
+            if (sides >> l & 1) {
+                for (const PointLoad& end : ends->first) take(at, end);
+                ++ends;
+            }
+        }
+        const auto counted = counts > P(0.0);
+        const auto of = [&](P value) { return select(counted, value, P(0.0)); };
+        sums.deepest = max(sums.deepest, of(P(0.5) * (radius_1 + radius_2 - distance) * (some * inverse)));
+        sums.stiffest = max(sums.stiffest, of(force.stiffness));
+        sums.stored += of(force.stored);
+        sums.rubbed += of(force.rubbed);
+        sums.damped += of(force.damped);
+    }
+}
+
+void Contacts::push(const Capsules& capsules, double h, const PairList::Task& task, Block& block, AlignedVector<ContactLoad>& loads) {
+    block.ends.clear();
+    block.listed = block.active = 0;
+    block.deepest = block.stiffest = block.stored = block.rubbed = block.damped = 0;
+    const auto slot = [&](std::uint32_t rod) { return static_cast<std::size_t>(capsules.first_slot[rod]); };
+    for (std::uint32_t rod = task.first_rod; rod < task.last_rod; ++rod) {
+        touched_[rod] = 0;
+        const std::uint32_t listed = list_.first[slot(rod + 1)] - list_.first[slot(rod)];
+        if (!owns(rod)) continue;
+        block.listed += listed;
+        if (listed == 0 && list_.reverse_begin[slot(rod + 1)] == list_.reverse_begin[slot(rod)]) continue;
+        std::memset(static_cast<void*>(&loads[slot(rod)]), 0, (slot(rod + 1) - slot(rod)) * sizeof(ContactLoad));
+    }
+    const std::uint32_t begin = list_.first[slot(task.first_rod)], end = list_.first[slot(task.last_rod)];
+    if (begin == end) return;
+    std::fill(what_.begin() + begin, what_.begin() + end, std::uint8_t{0});
+    Packed packed;
+    Sums sums;
+    for (std::uint32_t i = begin; i < end; i += Packed::most) {
+        pack(capsules, i, std::min(end, i + Packed::most), packed, block);
+        push_packed(capsules, h, packed, block, sums, loads);
+    }
+    block.deepest = largest(sums.deepest);
+    block.stiffest = largest(sums.stiffest);
+    block.stored = sum(sums.stored);
+    block.rubbed += sum(sums.rubbed);
+    block.damped = sum(sums.damped);
+}
+
+const Contacts::Ends* Contacts::ends_of(std::size_t pair, std::size_t a, const Capsules& capsules) const {
+    const auto& ends = blocks_[task_of_rod_[static_cast<std::size_t>(capsules.rod[a])]].ends;
+    return &*std::lower_bound(ends.begin(), ends.end(), pair, [](const Ends& e, std::size_t p) { return e.pair < p; });
+}
+
+void Contacts::gather(const Capsules& capsules, std::size_t rod, AlignedVector<ContactLoad>& loads) {
     const auto first = static_cast<std::size_t>(capsules.first_slot[rod]), behind = static_cast<std::size_t>(capsules.first_slot[rod + 1]);
-    for (std::size_t slot = first; slot < behind; ++slot) loads.force[slot] = loads.couple[slot] = {0, 0, 0};
-    const auto take = [&](std::size_t slot, const PointForce& f, bool second) {
-        const Vec3d force = second ? -f.force : f.force;
-        const double share = second ? f.t : f.s;
-        loads.force[slot] += (1 - share) * force;
-        loads.force[slot + 1] += share * force;
-        loads.couple[slot] += (second ? f.arm_b : f.arm_a) * f.moment;
-    };
-    const auto take_all = [&](std::size_t slot, std::size_t pair, bool second) {
-        if (!active_[pair]) return;
-        take(slot, force_[pair], second);
-        if (!(active_[pair] & side_by_side)) return;
-        const auto& ends = blocks_[pair / block_size].ends;
-        const auto at = std::lower_bound(ends.begin(), ends.end(), pair, [](const auto& entry, std::size_t p) { return entry.first < p; });
-        for (const PointForce& f : at->second.at) take(slot, f, second);
-    };
-    for (std::size_t slot = first; slot + 1 < behind; ++slot) {
-        for (std::size_t i = reverse_begin_[slot]; i < reverse_begin_[slot + 1]; ++i) take_all(slot, reverse_[i], true);
-        for (std::size_t i = candidates_.first[slot]; i < candidates_.first[slot + 1]; ++i) take_all(slot, i, false);
-    }
+    const std::uint32_t last = list_.reverse_begin[behind];
+    bool touched = false;
+    for (std::size_t slot = first; slot + 1 < behind; ++slot)
+        for (std::uint32_t i = list_.reverse_begin[slot]; i < list_.reverse_begin[slot + 1]; ++i) {
+            __builtin_prefetch(&on_second_[list_.reverse[std::min(i + 16, last - 1)]]);
+            const std::uint32_t pair = list_.reverse[i];
+            if (!what_[pair]) continue;
+            touched = true;
+            take(&loads[slot], on_second_[pair]);
+            if (what_[pair] & has_ends)
+                for (const PointLoad& end : ends_of(pair, list_.pair[pair].a, capsules)->second) take(&loads[slot], end);
+        }
+    if (touched) touched_[rod] = 1;
 }
 
-void Contacts::evaluate(const Capsules& capsules, double h, ContactLoads& loads) {
+void Contacts::evaluate(const Capsules& capsules, double time, double h, AlignedVector<ContactLoad>& loads) {
     if (list_is_used_up(capsules)) renew_list(capsules);
     ++age_;
+    numbers_ = laws_.numbers(time);
     std::swap(spring_, last_spring_);
-    std::swap(active_, was_active_);
-    blocks_.resize(blocks_of(pairs_.size()));
-    for_blocks(threads_, pairs_.size(), [&](std::size_t begin, std::size_t end, std::size_t block) { meet(capsules, h, begin, end, blocks_[block]); });
-    loads.force.resize(capsules.slots());
-    loads.couple.resize(capsules.slots());
-    const std::size_t rods = capsules.first_slot.size() - 1;
-    constexpr std::size_t rods_per_task = 64;
-    threads_.for_each((rods + rods_per_task - 1) / rods_per_task, [&](std::size_t task, int) {
-        for (std::size_t rod = task * rods_per_task; rod < std::min(rods, (task + 1) * rods_per_task); ++rod) gather(capsules, rod, loads);
+    std::swap(what_, was_);
+    loads.resize(capsules.slots());
+    threads_.for_each(list_.tasks.size(), [&](std::size_t task, int) { push(capsules, h, list_.tasks[task], blocks_[task], loads); });
+    threads_.for_each(list_.tasks.size(), [&](std::size_t task, int) {
+        for (std::uint32_t rod = list_.tasks[task].first_rod; rod < list_.tasks[task].last_rod; ++rod)
+            if (owns(rod)) gather(capsules, rod, loads);
     });
-    figures_.listed = static_cast<std::int64_t>(pairs_.size());
-    figures_.active = 0;
-    figures_.deepest = 0;
-    for (const Block& block : blocks_) figures_.active += block.active, figures_.deepest = std::max(figures_.deepest, block.deepest);
+    ContactFigures& f = figures_;
+    f.listed = f.active = 0;
+    f.deepest = f.stiffest = f.stored = 0;
+    for (const Block& block : blocks_) {
+        f.listed += block.listed, f.active += block.active;
+        f.deepest = std::max(f.deepest, block.deepest), f.stiffest = std::max(f.stiffest, block.stiffest);
+        f.stored += block.stored, f.rubbed += block.rubbed, f.damped += block.damped;
+    }
 }
 
-std::vector<Contact> Contacts::active() const {
+std::vector<Contact> Contacts::active(const Capsules& capsules) const {
     std::vector<Contact> all;
-    for (std::size_t i = 0; i < pairs_.size(); ++i)
-        if (active_[i]) all.push_back({pairs_[i], force_[i].s, force_[i].t, force_[i].force, overlap_[i]});
+    for (std::size_t i = 0; i < list_.count(); ++i) {
+        const Pair pair = list_.pair[i];
+        if (!(what_[i] & touching) || !owns(static_cast<std::size_t>(capsules.rod[pair.a]))) continue;
+        const PointLoad& on = on_second_[i];
+        const double s = on.share_of_other, t = on.share;
+        const CapsuleNode &a = capsules.node[pair.a], &b = capsules.node[pair.b];
+        const Vec3d apart = b.position + t * edge(capsules, pair.b) - (a.position + s * edge(capsules, pair.a));
+        Vec3d force = -on.force;
+        if (what_[i] & has_ends)
+            for (const PointLoad& end : ends_of(i, pair.a, capsules)->first) force += end.force;
+        all.push_back({pair, s, t, force, a.radius + b.radius - norm(apart)});
+    }
     return all;
 }
 

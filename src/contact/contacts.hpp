@@ -1,30 +1,36 @@
 // Contacts between rods: who may touch, who does, and what that does to them.                                theory.md section 18
-//   evaluate: list of candidates, renewed when elements have moved half its skin; closest points and forces of eight pairs at a time;
-//   each rod then gathers its own, in the order of the list
-// No atomic, no order among threads: the bits depend on the rods alone. A contact's friction spring is kept by pair. Where a contact
-// passes over a joint both elements touch, one at its end: that one follows the other's spring, and has it when it takes over.
+//   list of candidates, renewed when elements have moved half its skin
+//   push:   of a rod's pairs those that touch, packed; their forces eight at a time; loads of first elements, in order of pairs
+//   gather: loads of second elements, rod by rod, in order of pairs
+// No atomic, no order among threads: the bits of a rod's loads depend on the rods alone. A contact's friction spring is kept by pair.
+// Where a contact passes over a joint both elements touch, one at its end: that one follows the other's spring, and has it when it
+// takes over.
+// Cost: see docs/performance.md.
 #pragma once
 
-#include "contact/broad_phase.hpp"
+#include "contact/pair_list.hpp"
 #include "contact/response.hpp"
-
-#include <memory>
-#include <optional>
 
 namespace skein {
 
-/// What contacts do to rods, by slot.
-struct ContactLoads {
-    std::vector<Vec3d> force;  ///< at nodes, lab, N
-    std::vector<Vec3d> couple; ///< on elements, lab, N m
+/// What contacts do to a slot.
+struct alignas(64) ContactLoad {
+    Vec3d force;  ///< at the node, lab, N
+    double scrap; ///< means nothing
+    Vec3d couple; ///< on the element, lab, N m
+    double more_scrap;
 };
+static_assert(sizeof(ContactLoad) == 64);
 
-/// Of the last evaluation, but for the number of renewals.
+/// Of the last evaluation, but for the number of renewals and what is lost; of pairs whose first rod is owned.
 struct ContactFigures {
     std::int64_t listed = 0, active = 0; ///< pairs
     double deepest = 0;                  ///< largest overlap over the smaller diameter
     std::int64_t renewals = 0;           ///< of the list, since the beginning
     double skin = 0;                     ///< m
+    double stiffest = 0;                 ///< largest slope of the normal force over the overlap, N/m
+    double stored = 0;                   ///< energy of normal and tangential springs, J
+    double rubbed = 0, damped = 0;       ///< by friction and by dashpots since the beginning, J; what handing over of springs gives counts against the former
 };
 
 /// A contact that is, for those who look.
@@ -35,57 +41,91 @@ struct Contact {
     double overlap; ///< m
 };
 
+/// What a contact remembers from step to step.
+struct KeptContact {
+    std::uint32_t a, b; ///< slots
+    std::uint32_t what; ///< bits, as Contacts means them
+    double energy;      ///< of the spring, J
+    Vec3d spring;       ///< lab, m
+};
+
 class Contacts {
 public:
-    Contacts(const Capsules& capsules, const ContactLaw& law, const Threads& threads);
+    /// `owned_rods`: those whose loads are wanted; none: all. Pairs without any are left out.
+    Contacts(const Capsules& capsules, ContactLaws laws, const Threads& threads, std::vector<std::uint8_t> owned_rods = {});
 
-    /// Loads of all contacts, over a step of length h, s.
-    void evaluate(const Capsules& capsules, double h, ContactLoads& loads);
+    /// Goes on from what another left, before the first evaluation. May hold pairs of rods that are not owned.
+    void restore(std::span<const KeptContact> kept);
+    /// Of pairs whose first rod is owned, in order.
+    std::vector<KeptContact> kept() const;
+
+    /// Loads of all contacts, over a step of length h, s. Those of rods that nothing touches are not written.
+    void evaluate(const Capsules& capsules, double time, double h, AlignedVector<ContactLoad>& loads);
+    /// Not 0 for rods that are touched, of those owned.
+    std::span<const std::uint8_t> touched_rods() const { return touched_; }
 
     ContactFigures figures() const { return figures_; }
-    std::vector<Contact> active() const;
+    /// Of the last evaluation, which was of these capsules.
+    std::vector<Contact> active(const Capsules& capsules) const;
 
 private:
-    /// At one point of a pair.
-    struct PointForce {
-        Vec3d force, moment; ///< as in ContactForce
-        double s, t, arm_a, arm_b;
+    struct alignas(32) Spring {
+        Vec3d x;       ///< m
+        double energy; ///< J
     };
-    /// The two ends between which near-parallel elements lie side by side.
+    /// What one element feels at one point.
+    struct alignas(64) PointLoad {
+        Vec3d force;
+        double share; ///< of the force that its second node takes
+        Vec3d couple;
+        double share_of_other;
+    };
+    /// At the two ends between which near-parallel elements lie side by side.
     struct Ends {
-        PointForce at[2];
+        std::uint32_t pair;
+        PointLoad first[2], second[2];
     };
-    /// What a task finds, and where.
+    /// What a task finds.
     struct Block {
-        std::vector<std::pair<std::uint32_t, Ends>> ends; ///< by pair
-        std::int64_t active = 0;
-        double deepest = 0;
+        std::vector<Ends> ends; ///< by pair
+        std::int64_t listed = 0, active = 0;
+        double deepest = 0, stiffest = 0, stored = 0, rubbed = 0, damped = 0;
     };
+    struct Packed;
+    struct Sums;
 
+    bool owns(std::size_t rod) const { return owned_.empty() || owned_[rod]; }
     bool list_is_used_up(const Capsules& capsules) const;
     void renew_list(const Capsules& capsules);
-    void meet(const Capsules& capsules, double h, std::size_t begin, std::size_t end, Block& block);
-    void meet_side_by_side(const Capsules& capsules, double h, std::uint32_t pair, double sine_squared, double first, double last, Block& block);
-    void gather(const Capsules& capsules, std::size_t rod, ContactLoads& loads) const;
-    /// x of a contact before this step. One at a joint has that of its neighbour beyond the joint, if that lies within its elements.
-    Vec3d spring_before(const Capsules& capsules, std::size_t index, double s, double t) const;
-    std::optional<std::size_t> find(std::uint32_t a, std::uint32_t b) const;
+    void carry_over(const PairList& fresh);
+    void push(const Capsules& capsules, double h, const PairList::Task& task, Block& block, AlignedVector<ContactLoad>& loads);
+    void pack(const Capsules& capsules, std::uint32_t begin, std::uint32_t end, Packed& packed, Block& block) const;
+    void push_packed(const Capsules& capsules, double h, const Packed& packed, Block& block, Sums& sums, AlignedVector<ContactLoad>& loads);
+    template <int W> ContactSpring<Pack<W>> springs_before(const std::uint32_t (&pair)[W], Pack<W> s, Pack<W> t) const;
+    const Spring& spring_before(std::uint32_t pair, int da, int db) const;
+    Ends side_by_side(const Capsules& capsules, double h, std::uint32_t pair, int lane, ContactForce<Pack<8>>& force, ContactSpring<Pack<8>>& spring) const;
+    const Ends* ends_of(std::size_t pair, std::size_t a, const Capsules& capsules) const;
+    void gather(const Capsules& capsules, std::size_t rod, AlignedVector<ContactLoad>& loads);
+    template <int W> ContactNumbers<Pack<W>> numbers(const Capsules& capsules, const std::uint32_t (&pair)[W]) const;
 
-    ContactLaw law_;
+    ContactLaws laws_;
+    ContactKinds kinds_;
+    std::vector<ContactNumbers<double>> numbers_; ///< now, as the laws are ordered
     const Threads& threads_;
+    std::vector<std::uint8_t> owned_; ///< by rod; none: all
     BroadPhase search_;
     double diameter_; ///< mean of the elements', m
-    Candidates candidates_;
-    std::vector<Pair> pairs_;                          ///< the same, one by one
-    std::vector<std::uint32_t> reverse_begin_, reverse_; ///< pairs in which an element is second
-    std::vector<Vec3d> place_;                         ///< of nodes when the list was made
-    std::vector<PointForce> force_;                    ///< by pair
+    std::vector<std::int32_t> first_slot_; ///< as in the capsules
+    PairList list_;
+    AlignedVector<Vec3d> place_; ///< of nodes when the list was made
     /// What a pair is doing, as bits.
-    enum : std::uint8_t { touching = 1, side_by_side = 2, inside = 4 }; ///< inside: at no end of either element
-    std::vector<std::uint8_t> active_, was_active_;
-    std::vector<Vec3d> spring_, last_spring_;
-    std::vector<double> overlap_;
-    std::vector<Block> blocks_;
+    enum : std::uint8_t { touching = 1, has_ends = 2, inside = 4 }; ///< inside: at no end of either element
+    std::vector<std::uint8_t> what_, was_; ///< by pair; now and before; padded
+    AlignedVector<Spring> spring_, last_spring_;
+    AlignedVector<PointLoad> on_second_; ///< by pair, of those touching
+    std::vector<Block> blocks_;          ///< by task
+    std::vector<std::uint32_t> task_of_rod_;
+    std::vector<std::uint8_t> touched_;
     std::int64_t age_ = 0; ///< steps since the list was made
     ContactFigures figures_;
 };

@@ -6,29 +6,17 @@
 //   memory        x <- (x + h u_t) in the tangent plane,  T* = -k_t x - c_t u_t,  k_t = kappa k (linear), kappa k sqrt(g) (Hertz)
 //                 T = T* while |T*| <= mu_s N;  else T = mu_k N T*/|T*| and x = -T/k_t
 //   regularised   T = -mu_k N u_t/max(|u_t|, v_s)
+//   published     T = -(1 - f) mu_k N u_t/|u_t|,  f = 1 up to v_s, 0 from 1.5 v_s on, linear between
 //   on 1: force -N n + T, couple a1 x T;  on 2: force N n - T, couple -a2 x T
-// A contact pushes, whatever its dashpot says. Source: Cundall, Strack 1979 (Geotechnique 29, 47).
-// Cost: 150 flop, of which six divisions and roots.
+// A contact pushes, whatever its dashpot says. Energy: springs store k g^2/2 (Hertz 2 k g^2.5/5) and k_t x^2/2; dashpots damp
+// (N - spring's) u_n h and c_t u_t^2 h; the rest of what goes, goes by rubbing: that of slip, and of springs that change otherwise than
+// by motion. Source: Cundall, Strack 1979 (Geotechnique 29, 47).
+// Cost: 190 flop, of which six divisions and roots.
 #pragma once
 
-#include "core/vec3.hpp"
+#include "contact/contact_law.hpp"
 
 namespace skein {
-
-enum class ContactNormal { linear, hertz };
-enum class ContactFriction { none, memory, regularised };
-
-struct ContactLaw {
-    ContactNormal normal = ContactNormal::hertz;
-    double stiffness = 0;          ///< k, N/m or N/m^1.5
-    double damping = 0;            ///< c, N s/m or N s/m^1.5
-    ContactFriction friction = ContactFriction::none;
-    double static_friction = 0;    ///< mu_s
-    double kinetic_friction = 0;   ///< mu_k
-    double tangential_share = 0.8; ///< kappa
-    double tangential_damping = 0; ///< c_t, N s/m
-    double slip_speed = 0;         ///< v_s, m/s
-};
 
 template <class P> struct ContactState {
     Vec3<P> normal; ///< from 1 to 2
@@ -36,22 +24,37 @@ template <class P> struct ContactState {
     Vec3<P> velocity_1, spin_1, velocity_2, spin_2; ///< of the axes beside the contact; lab
 };
 
+/// x of a contact's memory and its energy, J.
+template <class P> struct ContactSpring {
+    Vec3<P> x;
+    P energy;
+};
+
 template <class P> struct ContactForce {
     Vec3<P> on_1;   ///< N; on 2 the opposite
     Vec3<P> moment; ///< n x T, N: the couple on i is arm_i times this
     P arm_1, arm_2; ///< m
     P normal;       ///< N
+    P stiffness;    ///< of the normal spring as it is, N/m
+    P stored;       ///< J, now
+    P rubbed, damped; ///< J, in this step
+};
+
+struct ContactKinds {
+    ContactNormal normal;
+    ContactFriction friction;
 };
 
 /// `weight`: of the normal force, where a contact has several points; `elsewhere`: normal force of the others, which friction counts
-/// too. `spring`: x of the memory, 0 in a new contact; 0 again where nothing touches.
+/// too. `spring`: x as it comes, 0 in a new contact, and the energy that its contact had; then as it leaves, 0 where nothing touches.
 template <int W>
-SKEIN_INLINE ContactForce<Pack<W>> contact_force(const ContactLaw& law, const ContactState<Pack<W>>& in, double h, Vec3<Pack<W>>& spring, Pack<W> weight = 1.0,
-                                                 Pack<W> elsewhere = 0.0) {
+SKEIN_INLINE ContactForce<Pack<W>> contact_force(ContactKinds kinds, const ContactNumbers<Pack<W>>& law, const ContactState<Pack<W>>& in, double h,
+                                                 ContactSpring<Pack<W>>& spring, Pack<W> weight = 1.0, Pack<W> elsewhere = 0.0) {
     using P = Pack<W>;
-    const P zero(0.0), half(0.5), tiny(1e-300);
+    const P zero(0.0), half(0.5), one(1.0), tiny(1e-150), step(h);
     const P overlap = in.radius_1 + in.radius_2 - in.distance, depth = max(overlap, zero);
     const auto touches = overlap > zero;
+    const bool hertz = kinds.normal == ContactNormal::hertz;
     ContactForce<P> out;
     out.arm_1 = fnma(half, overlap, in.radius_1);
     out.arm_2 = fnma(half, overlap, in.radius_2);
@@ -59,23 +62,47 @@ SKEIN_INLINE ContactForce<Pack<W>> contact_force(const ContactLaw& law, const Co
     const Vec3<P> slip = in.velocity_1 - in.velocity_2 + cross(out.arm_1 * in.spin_1 + out.arm_2 * in.spin_2, n);
     const P approach = dot(slip, n);
     const Vec3<P> tangential = slip - approach * n;
-    const P root = law.normal == ContactNormal::hertz ? sqrt(depth) : P(1.0);
-    out.normal = select(touches, max(zero, weight * root * fma(P(law.stiffness), depth, P(law.damping) * approach)), zero);
+    const P root = hertz ? sqrt(depth) : one, weighted = weight * root, elastic = weighted * law.stiffness * depth;
+    out.normal = select(touches, max(zero, fma(weighted * law.damping, approach, elastic)), zero);
+    out.stiffness = select(touches, hertz ? P(1.5) * root * law.stiffness : law.stiffness, zero);
+    out.stored = P(hertz ? 0.4 : 0.5) * elastic * depth;
+    out.damped = (out.normal - elastic) * approach * step;
+    out.rubbed = zero;
     const P pressed = out.normal + elsewhere;
 
     const Vec3<P> none{zero, zero, zero};
     Vec3<P> friction = none;
-    if (law.friction == ContactFriction::memory) {
-        const P stiffness = P(law.tangential_share * law.stiffness) * root;
-        const Vec3<P> moved = fma(P(h), tangential, spring), in_plane = moved - dot(moved, n) * n;
-        const Vec3<P> trial = -(stiffness * in_plane) - P(law.tangential_damping) * tangential;
-        const P size = norm(trial);
-        const auto sticks = size <= P(law.static_friction) * pressed;
-        const Vec3<P> slides = (P(law.kinetic_friction) * pressed / max(size, tiny)) * trial;
-        friction = select(touches, select(sticks, trial, slides), none);
-        spring = select(touches, select(sticks, in_plane, -((P(1.0) / max(stiffness, tiny)) * slides)), none);
-    } else if (law.friction == ContactFriction::regularised) {
-        friction = -((P(law.kinetic_friction) * pressed / max(norm(tangential), P(law.slip_speed))) * tangential);
+    if (kinds.friction == ContactFriction::memory) {
+        const P stiffness = law.tangential_stiffness * root, along = dot(spring.x, n), before = dot(spring.x, spring.x);
+        const Vec3<P> in_plane = fma(step, tangential, spring.x) - along * n;
+        const Vec3<P> trial = -(stiffness * in_plane) - law.tangential_damping * tangential;
+        const P squared = dot(trial, trial), limit = law.static_friction * pressed;
+        const auto sticks = squared <= limit * limit;
+        friction = trial;
+        Vec3<P> after = in_plane;
+        P rubbed = zero, damped = law.tangential_damping * dot(tangential, tangential) * step;
+        if (any(!sticks)) {
+            const P size = max(sqrt(squared), tiny), some_stiffness = max(stiffness, tiny), inverse = one / (size * some_stiffness);
+            const Vec3<P> slides = (law.kinetic_friction * pressed * some_stiffness * inverse) * trial, stretch = -((size * inverse) * slides);
+            rubbed = select(sticks, zero, dot(slides, stretch - in_plane));
+            damped = select(sticks, damped, zero);
+            friction = select(sticks, trial, slides);
+            after = select(sticks, in_plane, stretch);
+        }
+        friction = select(touches, friction, none);
+        spring.x = select(touches, after, none);
+        // In from the spring as it was, less what its turning into the plane takes.
+        out.rubbed = spring.energy + select(touches, fma(half * stiffness, along * along - before, rubbed), zero);
+        out.damped += select(touches, damped, zero);
+        spring.energy = half * stiffness * dot(spring.x, spring.x);
+        out.stored += spring.energy;
+    } else if (kinds.friction != ContactFriction::none) {
+        const P speed = norm(tangential);
+        P share = law.kinetic_friction * pressed / max(speed, max(kinds.friction == ContactFriction::regularised ? law.slip_speed : zero, tiny));
+        if (kinds.friction == ContactFriction::published)
+            share *= min(max((speed - law.slip_speed) / max(half * law.slip_speed, tiny), zero), one);
+        friction = -(share * tangential);
+        out.rubbed = -(dot(friction, tangential) * step);
     }
     out.moment = cross(n, friction);
     out.on_1 = friction - out.normal * n;

@@ -1,0 +1,81 @@
+// How rods push and rub: the law of a contact as scenes state it, and one law per pair of materials.          theory.md section 18
+//   linear  N = max(0, k g + c u_n)        Hertz  N = max(0, sqrt(g) (k g + c u_n))        friction: contact/response.hpp
+// A law may begin softly, so that rods placed into each other part slowly, and its friction later. Instead of k and c a restitution e
+// and a time t_c may be given, for which bodies of a known effective mass m push each other:
+//   linear  e = exp(-2 z acos(z)/sqrt(1 - z^2)) with z = c/(2 sqrt(k m)), as a contact does not pull;  -ln e = z w t_c, k = m w^2
+//   Hertz   x'' = -max(0, sqrt(x) (x + D x')), x(0) = 0, x'(0) = 1 leaves at -e after T; lengths in G = v t_c/T, times in t_c/T.
+//           e and t_c depend on the speed v: both are those at the one given.
+// Source: Schwager, Poeschel 2007 (Granular Matter 9, 465) for the linear law.
+#pragma once
+
+#include "core/fields.hpp"
+
+#include <string_view>
+#include <vector>
+
+namespace skein {
+
+enum class ContactNormal { linear, hertz };
+inline constexpr std::string_view contact_normal_names[] = {"linear", "hertz"};
+enum class ContactFriction { none, memory, regularised, published };
+inline constexpr std::string_view contact_friction_names[] = {"none", "memory", "regularised", "published"};
+
+/// What the forces of a contact are made of. P: double, or a pack where it differs from pair to pair.
+template <class P> struct ContactNumbers {
+    P stiffness;            ///< k, N/m or N/m^1.5
+    P damping;              ///< c, N s/m or N s/m^1.5
+    P static_friction;      ///< mu_s
+    P kinetic_friction;     ///< mu_k
+    P tangential_stiffness; ///< kappa k
+    P tangential_damping;   ///< c_t, N s/m
+    P slip_speed;           ///< v_s, m/s
+};
+
+struct ContactLaw {
+    ContactNormal normal = ContactNormal::hertz;
+    double stiffness = 0; ///< k, N/m or N/m^1.5
+    double damping = 0;   ///< c, N s/m or N s/m^1.5
+    ContactFriction friction = ContactFriction::none;
+    double static_friction = 0;    ///< mu_s
+    double kinetic_friction = -1;  ///< mu_k; below 0: mu_s
+    double tangential_share = 0.8; ///< kappa
+    double tangential_damping = 0; ///< c_t, N s/m
+    double slip_speed = 0;         ///< v_s, m/s
+    double soft_until = 0;         ///< s
+    double soft_stiffness = 0, soft_damping = 0;
+    double friction_from = 0;   ///< s
+    double restitution = 0;     ///< e; 0: stiffness and damping as they are
+    double collision_time = 0;  ///< t_c, s
+    double collision_speed = 0; ///< v, m/s
+
+    void fields(FieldVisitor& f);
+
+    double kinetic() const { return kinetic_friction < 0 ? static_friction : kinetic_friction; }
+    /// With k and c for this restitution and time of bodies whose effective mass m1 m2/(m1 + m2) is known, kg. Itself without.
+    ContactLaw resolved(double effective_mass) const;
+    /// At a time: soft or not, with friction or not yet; mu_k is said.
+    ContactLaw at(double time) const;
+    ContactNumbers<double> numbers() const;
+};
+
+/// A law per pair of materials; all of one kind of normal force and one kind of friction.
+class ContactLaws {
+public:
+    /// One for all.
+    ContactLaws(const ContactLaw& law);
+    /// That of materials i and j at [i * materials + j], the same as at [j * materials + i]. Throws where kinds differ.
+    ContactLaws(std::size_t materials, std::vector<ContactLaw> laws);
+
+    std::size_t materials() const { return materials_; }
+    const ContactLaw& between(std::size_t i, std::size_t j) const { return laws_[i * materials_ + j]; }
+    ContactNormal normal() const { return laws_[0].normal; }
+    ContactFriction friction() const { return laws_[0].friction; }
+    /// At a time, in the order of the laws.
+    std::vector<ContactNumbers<double>> numbers(double time) const;
+
+private:
+    std::size_t materials_;
+    std::vector<ContactLaw> laws_;
+};
+
+} // namespace skein

@@ -1,0 +1,48 @@
+// Candidate pairs one by one, in order, as the steps go through them until the list is renewed: who is second in which, and which
+// pairs lie beyond the joints of a pair.
+#pragma once
+
+#include "contact/broad_phase.hpp"
+
+#include <bit>
+
+namespace skein {
+
+struct PairList {
+    static constexpr std::uint32_t none = ~0u;
+    static constexpr std::size_t padding = 64; ///< copies of a pair behind the last, for those who read in tiles and ahead
+
+    /// Whole rods, of about 512 pairs.
+    struct Task {
+        std::uint32_t first_rod, last_rod; ///< the latter is behind them
+    };
+
+    std::vector<std::uint32_t> first;   ///< of the pairs whose first element is a slot's, and behind the last
+    AlignedVector<Pair> pair;           ///< rising; padded
+    std::vector<std::uint32_t> reverse_begin, reverse; ///< of a slot: pairs in which it is second, rising
+    std::vector<Task> tasks;
+
+    PairList() = default;
+    PairList(Candidates&& candidates, const Capsules& capsules, const Threads& threads, bool with_neighbours);
+
+    std::size_t count() const { return first.empty() ? 0 : first.back(); }
+    /// The pair of elements a + da and b + db, each -1, 0 or 1 and not both 0, if it is listed.
+    std::uint32_t neighbour(std::uint32_t i, int da, int db) const {
+        if (da == 0) {
+            const std::uint32_t j = i + static_cast<std::uint32_t>(db);
+            return j < count() && pair[j].a == pair[i].a && pair[j].b == pair[i].b + static_cast<std::uint32_t>(db) ? j : none;
+        }
+        const std::uint32_t word = beyond_[da > 0][i], bit = 1u << (db + 1);
+        return word & bit ? (word >> 3) + static_cast<std::uint32_t>(std::popcount(word & (bit - 1))) : none;
+    }
+
+private:
+    void find_neighbours(const Threads& threads);
+    void reverse_pairs(const Threads& threads);
+    void cut(const Capsules& capsules);
+
+    /// Of pair (a, b), for a - 1 and a + 1: which of b - 1, b, b + 1 are its partners (three bits), and where the first of these is.
+    std::vector<std::uint32_t> beyond_[2];
+};
+
+} // namespace skein
