@@ -78,7 +78,7 @@ struct MagneticField {
         for (int k = 0; k < static_cast<int>(data.moment.size()); ++k)
             for (int i = 0; i < W; ++i) {
                 const RodGroup& group = rod.group_of(i);
-                const Quaterniond& start = group.start_directors()[static_cast<std::size_t>(rod.element_of(i, k))];
+                const Quaterniond start = group.start_director(rod.index_of(i), static_cast<std::size_t>(rod.element_of(i, k)));
                 set_lane(data.moment[static_cast<std::size_t>(k)], i, group.spec().magnetisation.strength * (start * group.magnetisation(rod.index_of(i))));
             }
         return data;

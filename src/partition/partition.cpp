@@ -1,5 +1,7 @@
 #include "partition/partition.hpp"
 
+#include "core/hilbert.hpp"
+
 #include <algorithm>
 #include <bit>
 #include <limits>

@@ -21,9 +21,6 @@ std::vector<LocalRod> partition(const Communicator& comm, std::span<const RodGro
 /// First of the items that part `part` of `parts` holds when `count` items are dealt out in order: floor(part count / parts).
 std::int64_t block_begin(std::int64_t count, int part, int parts);
 
-/// Hilbert index of a point in the unit cube, 21 bits per axis.
-std::uint64_t hilbert_key(const double (&unit)[3]);
-
 /// Moves fixed-size records between the owners of a group's rods and contiguous blocks of rod index, one block per rank
 /// (rank r holds indices [r N/P, (r+1) N/P)): the order in which files are written and read. Every index in [0, count) is owned
 /// by one rank. Collective calls.

@@ -54,6 +54,12 @@ double radius_factor(const Section& section, std::size_t k, const Share& share) 
     return section.profile.empty() ? 1 + (section.taper - 1) * share.middle : section.profile[k];
 }
 
+/// Of the largest section, whichever way it lies.
+double outer_radius(const RodSpec& spec, std::size_t k, const Share& share) {
+    const Section& s = spec.section;
+    return radius_factor(s, k, share) * (s.kind == SectionKind::elliptic ? std::max(s.radius, s.radius_2) : s.radius);
+}
+
 /// Constants of one element from its section: A, I1 = integral of y^2, I2, I3 = I1 + I2.      theory.md (3)
 ElementConstants element_constants(const RodSpec& spec, std::size_t k, const Share& share) {
     const Material& m = spec.material;
@@ -157,6 +163,7 @@ std::vector<Vec3d> placement_origins(const RodSpec& spec, const std::string& dir
         origins = read_mask((std::filesystem::path(directory) / p.file).string(), spec.source, p.spacing.at(0), p.spacing.at(1));
         break;
     case PlacementKind::list: origins = p.origins; break;
+    case PlacementKind::packing: return {}; // once the rod is known
     }
     for (Vec3d& o : origins) o += p.origin;
     return origins;
@@ -164,7 +171,7 @@ std::vector<Vec3d> placement_origins(const RodSpec& spec, const std::string& dir
 
 } // namespace
 
-RodGroup::RodGroup(const RodSpec& spec, int id, std::int64_t first_gid, const std::string& directory)
+RodGroup::RodGroup(const RodSpec& spec, int id, std::int64_t first_gid, const std::string& directory, std::vector<Capsule>* occupied)
     : spec_(with_ring_curvature(spec)), id_(id), first_gid_(first_gid), frame_(frame_of(spec.placement)),
       origins_(placement_origins(spec, directory)) {
     const Shape& shape = spec_.shape;
@@ -196,11 +203,11 @@ RodGroup::RodGroup(const RodSpec& spec, int id, std::int64_t first_gid, const st
 
     // The start shape: the frame at s = 0 turned by the curvature of every cell, half cells at both ends.
     const auto start_curvature = [&](long k) { return shape.start_curvature ? *shape.start_curvature : kappa0(k); };
-    const auto turned = [&](const Quaterniond& q, const Vec3d& curvature, double length) { return rotation(length * curvature) * q; };
-    Quaterniond q = turned(frame_, start_curvature(0), 0.5 * element[0].rest_length);
+    const auto bent = [&](const Quaterniond& q, const Vec3d& curvature, double length) { return rotation(length * curvature) * q; };
+    Quaterniond q = bent(frame_, start_curvature(0), 0.5 * element[0].rest_length);
     Vec3d x{0, 0, 0}, sum{0, 0, 0};
     for (std::size_t k = 0; k < static_cast<std::size_t>(n); ++k) {
-        if (k > 0) q = turned(q, start_curvature(static_cast<long>(k) - 1), 1 / voronoi[k - 1].inv_length);
+        if (k > 0) q = bent(q, start_curvature(static_cast<long>(k) - 1), 1 / voronoi[k - 1].inv_length);
         start_directors_.push_back(q);
         start_offsets_.push_back(x);
         sum += x;
@@ -209,9 +216,9 @@ RodGroup::RodGroup(const RodSpec& spec, int id, std::int64_t first_gid, const st
     }
     start_offsets_.push_back(x);
     centre_offset_ = (1 / static_cast<double>(n + 1)) * (sum + x);
-    end_frame_ = turned(q, start_curvature(n - 2), 0.5 * element.back().rest_length);
+    end_frame_ = bent(q, start_curvature(n - 2), 0.5 * element.back().rest_length);
     if (closed()) {
-        const Quaterniond joined = turned(q, start_curvature(n - 1), 1 / voronoi.back().inv_length);
+        const Quaterniond joined = bent(q, start_curvature(n - 1), 1 / voronoi.back().inv_length);
         const double gap = norm(x) / shape.length, misfit = norm(relative_rotation(joined, start_directors_.front()));
         if (gap > 1e-6 || misfit > 1e-6)
             throw InputError(fmt::format("{}: the ring '{}' does not close: its ends are {:.3g} of its length apart and turned by {:.3g} rad; a circle has the "
@@ -219,18 +226,37 @@ RodGroup::RodGroup(const RodSpec& spec, int id, std::int64_t first_gid, const st
         start_offsets_.back() = start_offsets_.front();
     }
 
+    if (spec_.placement.kind == PlacementKind::packing) pack_rods(occupied);
     corner_ = origins_.front();
     for (const Vec3d& o : origins_) corner_ = {std::min(corner_.x, o.x), std::min(corner_.y, o.y), std::min(corner_.z, o.z)};
+}
+
+void RodGroup::pack_rods(std::vector<Capsule>* occupied) {
+    std::vector<Capsule> none;
+    const auto share = shares(spec_.shape);
+    double radius = 0;
+    for (std::size_t k = 0; k < share.size(); ++k) radius = std::max(radius, outer_radius(spec_, k, share[k]));
+    PackedRods packed = pack(spec_.placement.packing, norm(start_offsets_.back()), radius, occupied ? *occupied : none, fmt::format("{}: group '{}'", spec_.source, spec_.name));
+    origins_ = std::move(packed.origins);
+    turns_ = std::move(packed.frames);
+    packed_fill_ = packed.fill;
+    packed_top_ = packed.top;
+}
+
+void RodGroup::append_capsules(std::int64_t i, std::vector<Capsule>& capsules) const {
+    const auto share = shares(spec_.shape);
+    for (std::size_t k = 0; k < share.size(); ++k)
+        capsules.push_back({origin(i) + turned(i, start_offsets_[k]), origin(i) + turned(i, start_offsets_[k + 1]), outer_radius(spec_, k, share[k])});
 }
 
 void RodGroup::start_state(std::int64_t i, std::span<Slot<1>> out) const {
     const int n = elements();
     for (int k = 0; k <= n; ++k) {
         Slot<1>& s = out[static_cast<std::size_t>(k)];
-        set_lane(s.position, 0, origin(i) + start_offsets_[static_cast<std::size_t>(k)]);
+        set_lane(s.position, 0, origin(i) + turned(i, start_offsets_[static_cast<std::size_t>(k)]));
         set_lane(s.velocity, 0, holds_node(k) ? Vec3d{0, 0, 0} : spec_.shape.velocity);
         if (k < n) {
-            set_lane(s.director, 0, start_directors_[static_cast<std::size_t>(k)]);
+            set_lane(s.director, 0, start_director(i, static_cast<std::size_t>(k)));
             set_lane(s.spin, 0, holds_element(k) ? Vec3d{0, 0, 0} : spec_.shape.angular_velocity);
         } else {
             set_lane(s.director, 0, no_turn);

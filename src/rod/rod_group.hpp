@@ -2,6 +2,7 @@
 #pragma once
 
 #include "core/quaternion.hpp"
+#include "rod/packing.hpp"
 #include "rod/rod_spec.hpp"
 #include "rod/slot.hpp"
 
@@ -42,8 +43,9 @@ using VoronoiConstants = VoronoiConstantsOf<double>;
 class RodGroup {
 public:
     /// Works out constants and placements. Throws InputError (with the source line of the table) where numbers contradict
-    /// each other. `directory` is where a mask file is looked for; `first_gid` is the number of rods in earlier groups.
-    RodGroup(const RodSpec& spec, int id, std::int64_t first_gid, const std::string& directory);
+    /// each other. `directory` is where a mask file is looked for; `first_gid` is the number of rods in earlier groups. Rods that are
+    /// packed keep clear of `occupied`, and join it.
+    RodGroup(const RodSpec& spec, int id, std::int64_t first_gid, const std::string& directory, std::vector<Capsule>* occupied = nullptr);
 
     const RodSpec& spec() const { return spec_; }
     const std::string& name() const { return spec_.name; }
@@ -62,20 +64,30 @@ public:
         return (k == 0 && spec_.start == EndKind::clamped_frozen) || (k == elements() - 1 && spec_.end == EndKind::clamped_frozen);
     }
 
-    /// Lab position and frame of rod i at s = 0.
+    /// Lab position of rod i at s = 0.
     const Vec3d& origin(std::int64_t i) const { return origins_[static_cast<std::size_t>(i)]; }
+    /// Lab frame of the start shape at s = 0, which all rods share but packed ones. Walls have it: packed rods have none.
     const Quaterniond& frame() const { return frame_; }
     /// Frame of the wall at the end, s = length, of an undeformed rod: the start shape's end frame.
     const Quaterniond& end_frame() const { return end_frame_; }
 
     /// State of rod i at t = 0.
     void start_state(std::int64_t i, std::span<Slot<1>> out) const;
-    /// Directors at t = 0, one per element; alike for all rods of the group.
+    /// Directors of the start shape, one per element; those of every rod at t = 0 unless it is packed.
     std::span<const Quaterniond> start_directors() const { return start_directors_; }
+    /// Of element k of rod i at t = 0.
+    Quaterniond start_director(std::int64_t i, std::size_t k) const {
+        return turns_.empty() ? start_directors_[k] : start_directors_[k] * turns_[static_cast<std::size_t>(i)];
+    }
     /// Unit vector of rod i's magnetisation, lab components at t = 0.
     Vec3d magnetisation(std::int64_t i) const;
     /// Centre of rod i at t = 0, the point that partitioning uses.
-    Vec3d centre(std::int64_t i) const { return origin(i) + centre_offset_; }
+    Vec3d centre(std::int64_t i) const { return origin(i) + turned(i, centre_offset_); }
+    /// Elements of rod i at t = 0 as capsules that hold all of their sections.
+    void append_capsules(std::int64_t i, std::vector<Capsule>& capsules) const;
+    /// Of packed rods: share of the region's volume, and its upper end, m.
+    double packed_fill() const { return packed_fill_; }
+    double packed_top() const { return packed_top_; }
 
     std::vector<ElementConstants> element; ///< [n]
     std::vector<VoronoiConstants> voronoi; ///< [n - 1], a ring's [n]
@@ -86,11 +98,17 @@ public:
     Vec3d end_wall_rest_curvature{0, 0, 0};
 
 private:
+    /// A lab vector of the start shape as rod i has it.
+    Vec3d turned(std::int64_t i, const Vec3d& offset) const { return turns_.empty() ? offset : transpose_times(turns_[static_cast<std::size_t>(i)], offset); }
+    void pack_rods(std::vector<Capsule>* occupied);
+
     RodSpec spec_;
     int id_;
     std::int64_t first_gid_;
     Quaterniond frame_, end_frame_;
     std::vector<Vec3d> origins_;
+    std::vector<Quaterniond> turns_; ///< packed rods: from the lab's axes to the start shape's; else empty, as all are alike
+    double packed_fill_ = 0, packed_top_ = 0;
     std::vector<Vec3d> start_offsets_; ///< node positions at t = 0, relative to the origin
     std::vector<Quaterniond> start_directors_;
     Vec3d centre_offset_;

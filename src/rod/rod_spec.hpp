@@ -4,6 +4,7 @@
 #include "core/fields.hpp"
 #include "rod/end_motion.hpp"
 #include "rod/hold_spec.hpp"
+#include "rod/packing_spec.hpp"
 
 #include <optional>
 #include <string>
@@ -62,10 +63,10 @@ struct Shape {
 enum class EndKind { free, pinned, clamped, clamped_frozen };
 inline constexpr std::string_view end_names[] = {"free", "pinned", "clamped", "clamped_frozen"};
 
-enum class PlacementKind { single, line, lattice, mask, list };
-inline constexpr std::string_view placement_names[] = {"single", "line", "lattice", "mask", "list"};
+enum class PlacementKind { single, line, lattice, mask, list, packing };
+inline constexpr std::string_view placement_names[] = {"single", "line", "lattice", "mask", "list", "packing"};
 
-/// Where the rods start and which way they point. All rods share tangent and normal (d1); `origins` come from the kind.
+/// Where the rods start and which way they point. All rods share tangent and normal (d1), unless packed; `origins` come from the kind.
 struct Placement {
     PlacementKind kind = PlacementKind::single;
     Vec3d origin{0, 0, 0};
@@ -75,6 +76,7 @@ struct Placement {
     std::vector<double> spacing;  ///< m, one per count
     std::string file;             ///< mask: PBM (P1) bitmap, its "1" pixels carry a rod; first row is the largest y
     std::vector<Vec3d> origins;   ///< list
+    Packing packing;              ///< packing
 
     void fields(FieldVisitor& f);
 };

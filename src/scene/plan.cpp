@@ -150,6 +150,7 @@ GroupPlan plan_group(const SceneSpec& scene, const RodGroup& group) {
         p.least_rotary_scale = *least, p.largest_rotary_scale = *largest;
         p.bending_shift = bending_shift(group);
     }
+    if (group.spec().placement.kind == PlacementKind::packing) p.packed_fill = group.packed_fill(), p.packed_top = group.packed_top();
     p.hints = hints_for(group);
     p.start = end_names[static_cast<std::size_t>(group.spec().start)];
     p.end = end_names[static_cast<std::size_t>(group.spec().end)];
@@ -323,9 +324,13 @@ std::vector<RodGroup> make_groups(const SceneSpec& scene) {
     std::vector<RodGroup> groups;
     std::int64_t first = 0;
     const std::string directory = std::filesystem::path(scene.file).parent_path().string();
-    for (const RodSpec& spec : scene.rods) {
-        groups.emplace_back(spec, static_cast<int>(groups.size()), first, directory);
+    std::vector<Capsule> occupied;
+    for (std::size_t g = 0; g < scene.rods.size(); ++g) {
+        const auto packed = [](const RodSpec& spec) { return spec.placement.kind == PlacementKind::packing; };
+        groups.emplace_back(scene.rods[g], static_cast<int>(g), first, directory, &occupied);
         first += groups.back().count();
+        if (packed(scene.rods[g]) || std::none_of(scene.rods.begin() + static_cast<long>(g), scene.rods.end(), packed)) continue;
+        for (std::int64_t i = 0; i < groups.back().count(); ++i) groups.back().append_capsules(i, occupied);
     }
     return groups;
 }

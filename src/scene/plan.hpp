@@ -47,6 +47,7 @@ struct GroupPlan {
     std::vector<TimeLimit> limits;      ///< smallest first
     double tension_limit = 0;
     double least_rotary_scale = 1, largest_rotary_scale = 1; ///< j of the elements
+    double packed_fill = 0, packed_top = 0; ///< of packed rods: share of the region's volume; its upper end, m
     double bending_shift = 0;           ///< what j does to the lowest bending frequency, relative, estimated
     std::vector<std::string> hints;     ///< where numbers cost time or accuracy for nothing (numerics.md)
     std::string start, end;

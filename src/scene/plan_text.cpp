@@ -50,6 +50,7 @@ std::string to_text(const Plan& p) {
         std::vector<std::string> limits;
         for (const TimeLimit& l : g.limits) limits.push_back(fmt::format("{} {:.4g}", l.mode, l.dt));
         line("  limits [s]", joined(limits, ", "));
+        if (g.packed_fill > 0) line("  packed", fmt::format("{:.3g} % of the volume of their region, which ends at z = {:.4g} m", 100 * g.packed_fill, g.packed_top));
         if (g.largest_rotary_scale > 1) {
             const std::string least = g.least_rotary_scale < g.largest_rotary_scale ? fmt::format("{:.4g} to ", g.least_rotary_scale) : "";
             line("  rotary", fmt::format("inertia about d1 and d2 times {}{:.4g}, which shifts the lowest bending frequency by {:.2g} %", least, g.largest_rotary_scale,

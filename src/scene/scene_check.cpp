@@ -88,6 +88,7 @@ private:
         for (std::size_t i = 0; i < scene_.rods.size(); ++i) {
             double here = 1;
             for (const long n : scene_.rods[i].placement.counts) here *= static_cast<double>(n);
+            if (scene_.rods[i].placement.kind == PlacementKind::packing) here = static_cast<double>(scene_.rods[i].placement.packing.count);
             rods += here;
             if (rods <= most) continue;
             add(fmt::format("rods.{}.placement.counts", i), fmt::format("{:.3g} rods are more than 2^40", rods));
@@ -187,6 +188,8 @@ private:
         else if (p.normal && parallel(p.tangent, *p.normal))
             add(path + ".normal", "'tangent' and 'normal' are parallel; d1 needs a direction across the rod");
         const std::string where = fmt::format("for a placement of kind \"{}\"", placement_names[static_cast<std::size_t>(p.kind)]);
+        if (p.kind != PlacementKind::packing)
+            unused(path, {"count", "seed", "region", "lower", "upper", "point", "radius", "height", "elevation", "azimuth", "elevation_law", "gap", "attempts"}, where);
         switch (p.kind) {
         case PlacementKind::single: unused(path, {"counts", "spacing", "file", "origins"}, where); break;
         case PlacementKind::line:
@@ -206,7 +209,34 @@ private:
             unused(path, {"counts", "spacing", "file"}, where);
             if (p.origins.empty()) add(path, fmt::format("'origins' are needed {}", where));
             break;
+        case PlacementKind::packing:
+            unused(path, {"origin", "tangent", "normal", "counts", "spacing", "file", "origins"}, where);
+            packing(rods, path, where);
+            break;
         }
+    }
+
+    /// Packed rods start straight, each in a frame of its own: there are no walls for them.
+    void packing(const RodSpec& rods, const std::string& path, const std::string& where) {
+        const Packing& p = rods.placement.packing;
+        if (p.count == 0) add(path, fmt::format("'count', the number of rods, is needed {}", where));
+        if (rods.start != EndKind::free || rods.end != EndKind::free) add(path, fmt::format("the ends of the rods must be free {}", where));
+        const Shape& s = rods.shape;
+        const bool curved = s.start_curvature ? !zero(*s.start_curvature) : !zero(s.rest_curvature) || !s.rest_curvature_profile.empty();
+        if (s.closed || curved || !zero(s.rest_strain))
+            add(path, fmt::format("the rods must start straight, without rest_strain, {}: curved ones can with start_curvature = [0, 0, 0]", where));
+        for (const auto& [key, range] : {std::pair{"elevation", &p.elevation}, std::pair{"azimuth", &p.azimuth}})
+            if (range->size() != 2 || (*range)[0] > (*range)[1])
+                add(path + "." + key, fmt::format("'{}' needs two angles, the least and the largest", key));
+        if (p.region == PackingRegion::cylinder) {
+            unused(path, {"lower", "upper"}, "for the region \"cylinder\"");
+            if (p.radius == 0 || p.height == 0) add(path, "'radius' and 'height' [m] are needed for the region \"cylinder\"");
+            return;
+        }
+        const std::string region = fmt::format("for the region \"{}\"", packing_region_names[static_cast<std::size_t>(p.region)]);
+        unused(path, {"point", "radius", "height"}, region);
+        if (!(p.upper.x > p.lower.x && p.upper.y > p.lower.y && (p.region == PackingRegion::slab || p.upper.z > p.lower.z)))
+            add(given(path + ".upper") ? path + ".upper" : path, fmt::format("'upper' must lie beyond 'lower' {}", region));
     }
 
     void counts_and_spacing(const Placement& p, const std::string& path, const std::string& where, std::size_t fewest, std::size_t most) {

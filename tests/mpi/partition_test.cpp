@@ -1,5 +1,6 @@
 #include "partition/partition.hpp"
 
+#include "core/hilbert.hpp"
 #include "support/fake_rods.hpp"
 
 #include <gtest/gtest.h>

@@ -1,7 +1,7 @@
 // Hilbert index in three dimensions by J. Skilling, "Programming the Hilbert curve", AIP Conf. Proc. 707, 381 (2004): the cell's
 // coordinates become the index's bits by undoing, level by level, the turns of the curve, then a Gray code.
 // Cost: 60 bit operations per level of 3 bits.
-#include "partition/partition.hpp"
+#include "core/hilbert.hpp"
 
 #include <algorithm>
 #include <array>
