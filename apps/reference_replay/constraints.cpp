@@ -73,8 +73,8 @@ private:
 /// components of the line between the ends, taken as body components without transformation: as published.
 class HelicalBuckling final : public Constraint {
 public:
-    HelicalBuckling(std::span<const Slot<1>> start, std::size_t last_node, double time, double slack, double rotations)
-        : time_(time), last_(last_node), last_element_(start.size() - 2) {
+    HelicalBuckling(std::span<const Slot<1>> start, std::size_t last_node, std::size_t last_element, double time, double slack, double rotations)
+        : time_(time), last_(last_node), last_element_(last_element) {
         const Vec3d first = lane(start.front().position, 0), end = lane(start[last_].position, 0);
         const Vec3d d = (1 / norm(end - first)) * (end - first);
         const double angle = rotations * std::numbers::pi;
@@ -107,25 +107,24 @@ private:
     Quaterniond first_director_, end_director_;
 };
 
-std::vector<int> places(const Entry& e, const std::string& key, int size) {
+std::vector<int> places(const Entry& e, const std::string& key, std::size_t size) {
     std::vector<int> at;
     if (e.has(key))
-        for (const Entry& i : e[key].list()) at.push_back(i.index(size));
+        for (const Entry& i : e[key].list()) at.push_back(i.index(static_cast<int>(size)));
     return at;
 }
 
 } // namespace
 
-std::shared_ptr<const Constraint> make_constraint(const Entry& e, std::span<const Slot<1>> start, bool closed) {
+std::shared_ptr<const Constraint> make_constraint(const Entry& e, std::span<const Slot<1>> start, std::size_t node_count, std::size_t element_count) {
     const std::string kind = e["kind"].text();
-    const int n = static_cast<int>(start.size()) - 1, nodes_in_file = closed ? n : n + 1;
     if (kind == "one_end_fixed") return std::make_shared<Fixed>(held_nodes({0}, start), held_elements({0}, start));
-    if (kind == "helical_buckling")
-        return std::make_shared<HelicalBuckling>(start, static_cast<std::size_t>(nodes_in_file) - 1, e["twisting_time"].positive(),
-                                                 e["slack"].number(), e["number_of_rotations"].number());
+    if (kind == "helical_buckling" && node_count > 1)
+        return std::make_shared<HelicalBuckling>(start, node_count - 1, element_count - 1, e["twisting_time"].positive(), e["slack"].number(),
+                                                 e["number_of_rotations"].number());
     if (kind != "fixed" && kind != "general") throw NotBuilt("constraint '" + kind + "' (" + e.path() + ")");
-    auto nodes = held_nodes(places(e, "position_index", nodes_in_file), start);
-    auto elements = held_elements(places(e, "director_index", n), start);
+    auto nodes = held_nodes(places(e, "position_index", node_count), start);
+    auto elements = held_elements(places(e, "director_index", element_count), start);
     if (kind == "fixed") return std::make_shared<Fixed>(std::move(nodes), std::move(elements));
     return std::make_shared<General>(std::move(nodes), std::move(elements), e["translation_fixed"].flags(), e["rotation_fixed_lab"].flags());
 }

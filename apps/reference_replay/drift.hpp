@@ -15,24 +15,28 @@ struct PublishedTop {
     }
 };
 
+/// The drifts of a stage: that which opens a step closes the one before as well, and is two.
+struct Drifts {
+    int count;
+    double length; ///< s, of each
+};
+inline Drifts drifts_of(const Step& step, std::size_t stages) {
+    const bool opens = step.index > 1 && static_cast<std::size_t>(step.slot) % stages == 0;
+    return opens ? Drifts{2, 0.5 * step.drift} : Drifts{1, step.drift};
+}
+
 class PublishedDrift final : public TilePass<1> {
 public:
-    /// `stages`: of a step; its first drift is the closing one of the step before and its own.
+    /// `stages`: of a step.
     explicit PublishedDrift(std::size_t stages) : stages_(stages) {}
     std::string_view name() const override { return "drift (as published)"; }
     void run(const RodTile<1>& rod, SlotLoad<1>*, const Step& step) const override {
-        const bool two = step.index > 1 && static_cast<std::size_t>(step.slot) % stages_ == 0;
-        for (int i = 0; i <= two; ++i) drift<PublishedTop>(rod, two ? 0.5 * step.drift : step.drift);
+        const auto [count, length] = drifts_of(step, stages_);
+        for (int i = 0; i < count; ++i) drift<PublishedTop>(rod, length);
     }
 
 private:
     std::size_t stages_;
 };
-
-/// Copies moved on to the end of their step; constraints and the closing of rings come after.
-inline void close_step(const RodGroup& group, std::span<Slot<1>> state, double h) {
-    const RodTile<1> rod{state.data(), group.element.data(), group.voronoi.data(), &group, group.elements(), 0, {0}, 1};
-    drift<PublishedTop>(rod, h);
-}
 
 } // namespace skein::replay

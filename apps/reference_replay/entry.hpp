@@ -6,7 +6,10 @@
 
 #include <nlohmann/json.hpp>
 
+#include <algorithm>
+#include <initializer_list>
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace skein::replay {
@@ -71,6 +74,13 @@ public:
         if (c.size() != 3) fail("does not have 3 components");
         return {flag(c[0]), flag(c[1]), flag(c[2])};
     }
+    /// A number, or a list of one.
+    double scalar() const { return json_->is_array() && json_->size() == 1 ? list().front().number() : number(); }
+    double positive_scalar() const {
+        const double value = scalar();
+        if (!(value > 0)) fail("is not positive");
+        return value;
+    }
     Mat3d matrix() const {
         const auto row = list();
         if (row.size() != 3) fail("does not have 3 rows");
@@ -80,6 +90,12 @@ public:
     std::vector<double> positives(std::size_t size) const { return items<double>(size, &Entry::positive); }
     std::vector<Vec3d> vectors(std::size_t size) const { return items<Vec3d>(size, &Entry::vector); }
     std::vector<Mat3d> matrices(std::size_t size) const { return items<Mat3d>(size, &Entry::matrix); }
+
+    /// A value under any other key would be physics that is passed over; texts are remarks.
+    void expect_keys(std::initializer_list<std::string_view> known) const {
+        for (const auto& [key, value] : json_->items())
+            if (!value.is_string() && std::find(known.begin(), known.end(), key) == known.end()) fail("has an unknown key '" + key + "'");
+    }
 
     [[noreturn]] void fail(const std::string& what) const { throw InputError(path_ + " " + what); }
 

@@ -28,7 +28,7 @@ int replay_file(const std::string& path) {
     const Entry file(json, path);
     if (!json.is_object()) file.fail("is not an object");
     if (file.has("case")) fmt::print("{}: {}\n", file["case"].text(), file.has("description") ? file["description"].text() : "");
-    const auto deviations = file.has("systems") ? replay_rods(file) : replay_curves(file);
+    const auto deviations = file.has("systems") ? replay_systems(file) : replay_curves(file);
     print(deviations);
     std::size_t beyond = 0;
     for (const Deviation& d : deviations) beyond += !d.agrees();

@@ -14,8 +14,8 @@ struct Deviation {
     bool agrees() const { return value <= tolerance; }
 };
 
-/// Replays the rods of a file. Throws InputError, NotBuilt.
-std::vector<Deviation> replay_rods(const Entry& file);
+/// Replays the systems of a file. Throws InputError, NotBuilt.
+std::vector<Deviation> replay_systems(const Entry& file);
 
 /// Twist, writhe and link of the framed curves of a file (curves.cpp); the field is the path of the value in the file, step 0.
 std::vector<Deviation> replay_curves(const Entry& file);
