@@ -27,7 +27,7 @@ template <int W> SKEIN_INLINE LoadedVectors<W> load_transposed(const double* con
         const auto high = [](auto a, auto b) __attribute__((always_inline)) { return Pack<W>(__builtin_shufflevector(a, b, 2, 3, 10, 11, 6, 7, 14, 15)); };
         return {{low(even01, even23), low(odd01, odd23), high(even01, even23)}, high(odd01, odd23)};
     } else {
-        LoadedVectors<W> all;
+        LoadedVectors<W> all{};
         for (int i = 0; i < W; ++i) {
             set_lane(all.vector, i, {from[i][0], from[i][1], from[i][2]});
             all.behind.set(i, from[i][3]);

@@ -289,6 +289,10 @@ private:
     void check(const UniformForce&, const Groups&, const std::string&) {}
     void check(const UniformCouple&, const Groups&, const std::string&) {}
 
+    void check(const PlaneFriction& plane, const Groups&, const std::string& path) {
+        if (zero(plane.normal)) add(path + ".normal", "'normal' has no direction");
+    }
+
     void needs_ends(const std::string& kind, const Groups& groups, const std::string& path) {
         for (const RodSpec* rods : groups)
             if (rods->shape.closed)
@@ -378,7 +382,7 @@ private:
 
     void law(const ContactLaw& law, const std::string& path) {
         if (law.stiffness <= 0 && !(law.restitution > 0 && law.collision_time > 0))
-            add(path, "a contact needs 'stiffness', or 'restitution' and 'collision_time' [s]");
+            add(path, "it needs 'stiffness', or 'restitution' and 'collision_time' [s]");
         if (law.friction == ContactFriction::none) unused(path, {"static_friction", "kinetic_friction", "friction_from"}, "without 'friction'");
         else if (law.static_friction <= 0 && law.kinetic_friction <= 0) add(path, "friction needs 'static_friction' or 'kinetic_friction'");
         const bool slips = law.friction == ContactFriction::regularised || law.friction == ContactFriction::published;
