@@ -89,8 +89,10 @@ void PlaneFriction::add(Rod& rod, const Plane& plane) const {
         const Vec3d turning = transpose_times(q, cross(lane(rod.slot[k].spin, 0), q * arm));
         const double axial_speed = dot(v, a), rolling_speed = dot(v, b) + dot(turning, b);
         const Vec3d slip = rolling_speed * b + axial_speed * a;
-        touches.push_back({k, s.radius, norm(response), a, b, arm, sticking(norm(axial_speed * a), slip_velocity), sticking(norm(rolling_speed * b), slip_velocity),
-                           axial_speed, (1 / norm(add_to_all(slip, 1e-14))) * slip});
+        touches.push_back({.k = k, .radius = s.radius, .response = norm(response), .axial = a, .rolling = b, .arm = arm,
+                           .axial_sticks = sticking(norm(axial_speed * a), slip_velocity),
+                           .rolling_sticks = sticking(norm(rolling_speed * b), slip_velocity),
+                           .axial_speed = axial_speed, .slip = (1 / norm(add_to_all(slip, 1e-14))) * slip});
     }
     // Loads were read for all elements before the first of them acts: neighbours share nodes.
     for (std::size_t i = 0; i < touches.size(); ++i) add_to_nodes(rod, touches[i].k, normal_force[i]);

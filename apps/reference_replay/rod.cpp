@@ -36,7 +36,8 @@ Rod read_rod(const Entry& e, int number) {
         const Vec3d& j = inertia[k];
         if (!(j.x > 0 && j.y > 0 && j.z > 0)) e["mass_second_moment_of_inertia"].fail("is not positive");
         c = {.rest_length = length[k], .inv_rest_length = 1 / length[k], .volume = volume[k], .radius = std::sqrt(volume[k] / (std::numbers::pi * length[k])),
-             .stiffness = shear[k], .rest_strain = sigma[k], .rest_stretch = 1 + sigma[k].z, .inertia = j, .inv_inertia = {1 / j.x, 1 / j.y, 1 / j.z}, .inertia_ratio = j.z / j.x, .bending = c.bending};
+             .stiffness = shear[k], .rest_strain = sigma[k], .rest_stretch = 1 + sigma[k].z, .inertia = j,
+             .inv_inertia = {1 / j.x, 1 / j.y, 1 / j.z}, .inertia_ratio = j.z / j.x, .bending = c.bending};
     }
     for (std::size_t k = 0; k < cells; ++k) {
         const double before = length[k], after = length[(k + 1) % n];

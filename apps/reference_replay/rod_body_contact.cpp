@@ -25,7 +25,8 @@ Vec3d nearest_point(const Vec3d& start, const Vec3d& edge, const Vec3d& point) {
 } // namespace
 
 RodBodyContact::RodBodyContact(const Entry& e)
-    : stiffness(e["k"].number()), damping(e["nu"].number()), friction(e["friction_coefficient"].number()), velocity_damping(e["velocity_damping_coefficient"].number()) {
+    : stiffness(e["k"].number()), damping(e["nu"].number()), friction(e["friction_coefficient"].number()),
+      velocity_damping(e["velocity_damping_coefficient"].number()) {
     e.expect_keys({"kind", "system", "other", "k", "nu", "friction_coefficient", "velocity_damping_coefficient"});
 }
 
@@ -50,7 +51,8 @@ void RodBodyContact::add(Rod& rod, RigidBody& body) const {
         const Vec3d centre = s.start + 0.5 * s.edge;
         const double radii = s.radius + body.radius;
         if (norm(centre - (cylinder ? tip : body.position())) >= radii + (s.length + body.length)) continue;
-        const Nearest pair = cylinder ? nearest(centre, s.edge, tip, axis) : Nearest{body.position() - nearest_point(centre, s.edge, body.position()), body.position()};
+        const Nearest pair = cylinder ? nearest(centre, s.edge, tip, axis)
+                                      : Nearest{body.position() - nearest_point(centre, s.edge, body.position()), body.position()};
         const Vec3d f = force(pair.gap, radii, body.velocity() - mean_velocity(rod, k));
         add_to_element(rod, k, -f);
         force_on_body += 2.0 * f;

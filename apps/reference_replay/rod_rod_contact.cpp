@@ -14,7 +14,9 @@ Vec3d mean_force(const Rod& rod, std::size_t k) {
 
 } // namespace
 
-RodRodContact::RodRodContact(const Entry& e) : stiffness(e["k"].number()), damping(e["nu"].number()) { e.expect_keys({"kind", "system", "other", "k", "nu"}); }
+RodRodContact::RodRodContact(const Entry& e) : stiffness(e["k"].number()), damping(e["nu"].number()) {
+    e.expect_keys({"kind", "system", "other", "k", "nu"});
+}
 
 void RodRodContact::add(Rod& a, Rod& b) const {
     const auto of_a = segments_of(a), of_b = segments_of(b);

@@ -5,7 +5,9 @@
 
 namespace skein::replay {
 
-RodSelfContact::RodSelfContact(const Entry& e) : stiffness(e["k"].number()), damping(e["nu"].number()) { e.expect_keys({"kind", "system", "other", "k", "nu"}); }
+RodSelfContact::RodSelfContact(const Entry& e) : stiffness(e["k"].number()), damping(e["nu"].number()) {
+    e.expect_keys({"kind", "system", "other", "k", "nu"});
+}
 
 void RodSelfContact::add(Rod& rod) const {
     const auto segments = segments_of(rod);

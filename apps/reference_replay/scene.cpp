@@ -60,7 +60,9 @@ Scene::Load Scene::load_of(const Entry& e) {
         return [&rod = open_rod(e["system"]), &body, contact = RodBodyContact(e)](const Step&) { contact.add(rod, body); };
     }
     if (on_plane)
-        return [&rod = open_rod(e["system"]), &plane = system<Plane>(e["other"], "a plane"), friction = PlaneFriction(e)](const Step&) { friction.add(rod, plane); };
+        return [&rod = open_rod(e["system"]), &plane = system<Plane>(e["other"], "a plane"), friction = PlaneFriction(e)](const Step&) {
+            friction.add(rod, plane);
+        };
     if (e.has("other")) throw NotBuilt("'" + kind + "' between systems (" + e.path() + ")");
     System& on = systems_[place(e["system"])];
     if (Rod* rod = std::get_if<Rod>(&on)) return load_on_rod(e, *rod);
