@@ -51,6 +51,10 @@ void ServoSpec::fields(FieldVisitor& f) {
     f.visit({.name = "not_before", .unit = "m", .text = "it turns forth only when its point, measured against its way forth, is beyond this: for a lid that goes down along z, above this height"},
             not_before);
     f.visit({.name = "cycles", .unit = "-", .text = "ways forth and back before it stops; 0: without end", .at_least = 0}, cycles);
+    f.visit({.name = "average", .unit = "s", .text = "time over which the stress is averaged (exponentially), as rods that hit the watched wall make it jump; 0: none", .at_least = 0},
+            average);
+    f.visit({.name = "approach", .unit = "m/s", .text = "speed at first, until the stress is above turn_forth_below or the wall at approach_to; 0: as speed", .at_least = 0}, approach);
+    f.visit({.name = "approach_to", .unit = "m", .text = "where its point, measured against its way forth, ends the approach"}, approach_to);
     f.visit({.name = "ends_run", .unit = "", .text = "the run ends when the last cycle is done"}, ends_run);
 }
 
