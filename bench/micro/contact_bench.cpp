@@ -98,7 +98,7 @@ int main(int argc, char** argv) {
     for (const int rods : {250, 500, 1000, 2000})
         for (const bool all : {false, true})
             benchmark::RegisterBenchmark(fmt::format("candidates/{}/N{}", all ? "all_pairs" : "grids", rods).c_str(), candidates, rods, 1, all);
-    for (const int rods : {1000, 10000, 100000})
+    for (const int rods : {100, 1000, 10000, 100000})
         for (const int threads : {1, 2}) benchmark::RegisterBenchmark(fmt::format("contacts/N{}/threads{}", rods, threads).c_str(), contacts, rods, threads)->UseRealTime();
     benchmark::Initialize(&argc, argv);
     if (benchmark::ReportUnrecognizedArguments(argc, argv)) return 2;

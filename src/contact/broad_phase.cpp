@@ -26,15 +26,15 @@ void append_near(const Capsules& c, double skin, std::span<const std::uint8_t> o
     std::fill(a + count, a + count + W, a[0]);
     std::fill(b + count, b + count + W, b[0]);
     for (std::size_t i = 0; i < count; i += W) {
-        const double* nodes[4][W];
         for (std::size_t l = 0; l < W; ++l) {
-            const CapsuleNode *first = &c.node[a[i + l]], *second = &c.node[b[i + l]];
-            nodes[0][l] = &first->position.x, nodes[1][l] = &(first + 1)->position.x, nodes[2][l] = &second->position.x, nodes[3][l] = &(second + 1)->position.x;
             const CapsuleNode* later = &c.node[b[std::min(i + l + 2 * W, count)]];
             __builtin_prefetch(later);
             __builtin_prefetch(later + 1);
         }
-        const auto p = load_transposed<W>(nodes[0]), p_end = load_transposed<W>(nodes[1]), q = load_transposed<W>(nodes[2]), q_end = load_transposed<W>(nodes[3]);
+        const auto nodes = [&](const std::uint32_t* slot, int next) {
+            return load_transposed<W>([&](int l) { return &c.node[slot[i + static_cast<std::size_t>(l)] + static_cast<std::size_t>(next)].position.x; });
+        };
+        const auto p = nodes(a, 0), p_end = nodes(a, 1), q = nodes(b, 0), q_end = nodes(b, 1);
         const auto apart = closest_points(p.vector, p_end.vector - p.vector, q.vector, q_end.vector - q.vector).apart;
         const auto reach = p.behind + q.behind + Pack<W>(skin);
         unsigned bits = bits_of(dot(apart, apart) < reach * reach) & (count - i < W ? (1u << (count - i)) - 1 : 0xffu);

@@ -18,7 +18,8 @@ template <class P> struct ClosestPoints {
 
 template <int W> SKEIN_INLINE Pack<W> clamp01(Pack<W> x) { return min(max(x, Pack<W>(0.0)), Pack<W>(1.0)); }
 
-template <int W> ClosestPoints<Pack<W>> closest_points(const Vec3<Pack<W>>& p1, const Vec3<Pack<W>>& d1, const Vec3<Pack<W>>& p2, const Vec3<Pack<W>>& d2) {
+template <int W>
+SKEIN_INLINE ClosestPoints<Pack<W>> closest_points(const Vec3<Pack<W>>& p1, const Vec3<Pack<W>>& d1, const Vec3<Pack<W>>& p2, const Vec3<Pack<W>>& d2) {
     using P = Pack<W>;
     const P zero(0.0), one(1.0), tiny(1e-60), parallel(1e-14);
     const Vec3<P> r = p1 - p2;

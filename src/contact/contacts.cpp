@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <atomic>
+#include <bit>
 #include <cmath>
 #include <cstring>
 #include <numeric>
@@ -75,6 +76,21 @@ struct Contacts::Packed {
 
 struct Contacts::Sums {
     P deepest{0.0}, stiffest{0.0}, stored{0.0}, rubbed{0.0}, damped{0.0};
+
+    /// Of the lanes whose bits are set.
+    SKEIN_INLINE void add(const ContactForce<P>& f, P depth, unsigned bits) {
+        if (bits == 0xff) {
+            deepest = max(deepest, depth), stiffest = max(stiffest, f.stiffness);
+            stored += f.stored, rubbed += f.rubbed, damped += f.damped;
+            return;
+        }
+        P counts(0.0);
+        for (int l = 0; l < W; ++l) counts.set(l, bits >> l & 1);
+        const auto counted = counts > P(0.0);
+        const auto of = [&](P value) { return select(counted, value, P(0.0)); };
+        deepest = max(deepest, of(depth)), stiffest = max(stiffest, of(f.stiffness));
+        stored += of(f.stored), rubbed += of(f.rubbed), damped += of(f.damped);
+    }
 };
 
 Contacts::Contacts(const Capsules& capsules, ContactLaws laws, const Threads& threads, std::vector<std::uint8_t> owned_rods)
@@ -83,23 +99,24 @@ Contacts::Contacts(const Capsules& capsules, ContactLaws laws, const Threads& th
     figures_.skin = 0.25 * diameter_;
 }
 
-bool Contacts::list_is_used_up(const Capsules& capsules) const {
-    if (place_.size() != capsules.slots()) return true;
-    std::atomic<bool> far = false;
+/// Whether some of these rods have moved further than the list allows.
+bool Contacts::far(const Capsules& capsules, const PairList::Task& task) const {
     const double most = 0.25 * figures_.skin * figures_.skin; // each of two may go half the way
-    for_blocks(threads_, place_.size(), [&](std::size_t begin, std::size_t end, std::size_t) {
-        double furthest = 0;
-        for (std::size_t i = begin; i < end; ++i) {
-            const Vec3d moved = capsules.node[i].position - place_[i];
-            furthest = std::max(furthest, dot(moved, moved));
-        }
-        if (!(furthest < most)) far.store(true, std::memory_order_relaxed);
-    });
-    return far;
+    double furthest[4] = {}; // four, as a maximum waits for the one before
+    const auto moved = [&](std::size_t i) {
+        const Vec3d d = capsules.node[i].position - place_[i];
+        return dot(d, d);
+    };
+    auto i = static_cast<std::size_t>(first_slot_[task.first_rod]);
+    const auto end = static_cast<std::size_t>(first_slot_[task.last_rod]);
+    for (; i + 4 <= end; i += 4)
+        for (std::size_t k = 0; k < 4; ++k) furthest[k] = std::max(furthest[k], moved(i + k));
+    for (; i < end; ++i) furthest[0] = std::max(furthest[0], moved(i));
+    return !(std::max({furthest[0], furthest[1], furthest[2], furthest[3]}) < most);
 }
 
 void Contacts::carry_over(const PairList& fresh) {
-    AlignedVector<Spring> spring(fresh.count(), Spring{{0, 0, 0}, 0});
+    AlignedVector<Spring> spring(fresh.count() + 1, Spring{{0, 0, 0}, 0});
     std::vector<std::uint8_t> what(fresh.count() + PairList::padding, 0);
     const std::size_t slots = list_.count() > 0 ? fresh.first.size() - 1 : 0;
     std::vector<double> lost(blocks_of(slots), 0.0);
@@ -129,7 +146,7 @@ void Contacts::renew_list(const Capsules& capsules) {
     PairList fresh(std::move(candidates), capsules, threads_, kinds_.friction == ContactFriction::memory);
     carry_over(fresh);
     list_ = std::move(fresh);
-    last_spring_.resize(list_.count());
+    last_spring_.assign(list_.count() + 1, Spring{{0, 0, 0}, 0});
     was_.assign(list_.count() + PairList::padding, 0);
     on_second_.resize(list_.count());
     blocks_.resize(list_.tasks.size());
@@ -173,17 +190,16 @@ void Contacts::pack(const Capsules& capsules, std::uint32_t begin, std::uint32_t
     packed.count = 0;
     packed.side_by_side.clear();
     for (std::uint32_t i = begin; i < end; i += W) {
-        const double* x[4][W];
         for (std::uint32_t l = 0; l < W; ++l) {
-            const Pair pair = list_.pair[i + l];
-            const CapsuleNode *a = &capsules.node[pair.a], *b = &capsules.node[pair.b];
-            x[0][l] = &a->position.x, x[1][l] = &(a + 1)->position.x, x[2][l] = &b->position.x, x[3][l] = &(b + 1)->position.x;
             const std::uint32_t later = list_.pair[i + l + 48].b;
             __builtin_prefetch(&capsules.node[later]);
             __builtin_prefetch(&capsules.node[later + 1]);
             __builtin_prefetch(&capsules.spin[later]);
         }
-        const auto a = load_transposed<W>(x[0]), a_end = load_transposed<W>(x[1]), b = load_transposed<W>(x[2]), b_end = load_transposed<W>(x[3]);
+        const Pair* pair = &list_.pair[i];
+        const auto first = [&](int next) { return load_transposed<W>([&](int l) { return &(&capsules.node[pair[l].a])[next].position.x; }); };
+        const auto second = [&](int next) { return load_transposed<W>([&](int l) { return &(&capsules.node[pair[l].b])[next].position.x; }); };
+        const auto a = first(0), a_end = first(1), b = second(0), b_end = second(1);
         const auto closest = closest_points(a.vector, a_end.vector - a.vector, b.vector, b_end.vector - b.vector);
         const P reach = a.behind + b.behind, squared = dot(closest.apart, closest.apart);
         const unsigned valid = end - i >= W ? 0xffu : (1u << (end - i)) - 1, touch = bits_of(squared < reach * reach) & valid;
@@ -214,36 +230,37 @@ void Contacts::pack(const Capsules& capsules, std::uint32_t begin, std::uint32_t
     }
 }
 
-const Contacts::Spring& Contacts::spring_before(std::uint32_t pair, int da, int db) const {
-    static constexpr Spring nothing{{0, 0, 0}, 0};
-    // At a joint: that of the neighbour beyond, if that touched within its elements.
-    const auto beyond = [&](int step_a, int step_b) {
-        const std::uint32_t other = step_a == 0 && step_b == 0 ? PairList::none : list_.neighbour(pair, step_a, step_b);
-        return other != PairList::none && (was_[other] & inside) ? &last_spring_[other] : nullptr;
+/// At a joint: the spring of the neighbour beyond, if that touched within its elements; else the pair's own.
+SKEIN_INLINE std::uint32_t Contacts::spring_at_joint(std::uint32_t pair, int da, int db, std::uint32_t own) const {
+    const auto take = [&](PairList::Neighbour n, std::uint32_t else_) {
+        const std::uint32_t at = n.listed ? n.pair : pair;
+        return n.listed & ((was_[at] & inside) != 0) ? at : else_;
     };
-    if (const Spring* s = beyond(da, 0)) return *s;
-    if (const Spring* s = beyond(0, db)) return *s;
-    if (const Spring* s = da != 0 && db != 0 ? beyond(da, db) : nullptr) return *s;
-    return was_[pair] & touching ? last_spring_[pair] : nothing;
+    std::uint32_t from = take(list_.beyond(pair, db == 0 ? 0 : da, db), own);
+    from = take(list_.beside(pair, db), from);
+    return take(list_.beyond(pair, da, 0), from);
 }
 
 /// x of contacts before this step, and what energy theirs had.
-template <int N> SKEIN_INLINE ContactSpring<Pack<N>> Contacts::springs_before(const std::uint32_t (&pair)[N], Pack<N> s, Pack<N> t) const {
+template <int N> SKEIN_INLINE ContactSpring<Pack<N>> Contacts::springs_before(const std::uint32_t* pair, Pack<N> s, Pack<N> t) const {
     using Q = Pack<N>;
+    const auto nothing = static_cast<std::uint32_t>(list_.count());
+    std::uint32_t from[N];
+    for (int l = 0; l < N; ++l) from[l] = was_[pair[l]] & touching ? pair[l] : nothing;
+    const auto load = [&] { return load_transposed<N>([&](int l) { return &last_spring_[from[l]].x.x; }); };
+    const auto own = load();
     const unsigned a_low = bits_of(s <= Q(0.0)), a_high = bits_of(s >= Q(1.0)), b_low = bits_of(t <= Q(0.0)), b_high = bits_of(t >= Q(1.0));
-    const unsigned at_joint = a_low | a_high | b_low | b_high;
-    const double* from[N];
-    Q energy;
-    for (int l = 0; l < N; ++l) {
-        const Spring& own = spring_before(pair[l], 0, 0);
-        energy.set(l, own.energy);
+    unsigned at_joint = a_low | a_high | b_low | b_high;
+    if (at_joint == 0) return {own.vector, own.behind};
+    for (; at_joint != 0; at_joint &= at_joint - 1) {
+        const int l = std::countr_zero(at_joint);
         const auto step = [l](unsigned low, unsigned high) { return static_cast<int>(high >> l & 1) - static_cast<int>(low >> l & 1); };
-        from[l] = at_joint >> l & 1 ? &spring_before(pair[l], step(a_low, a_high), step(b_low, b_high)).x.x : &own.x.x;
+        from[l] = spring_at_joint(pair[l], step(a_low, a_high), step(b_low, b_high), from[l]);
     }
-    return {load_transposed<N>(from).vector, energy};
+    return {load().vector, own.behind};
 }
 
-template <int N> SKEIN_INLINE ContactNumbers<Pack<N>> Contacts::numbers(const Capsules& capsules, const std::uint32_t (&pair)[N]) const {
+template <int N> SKEIN_INLINE ContactNumbers<Pack<N>> Contacts::numbers(const Capsules& capsules, const std::uint32_t* pair) const {
     using Q = Pack<N>;
     const ContactNumbers<double>& one = numbers_[0];
     ContactNumbers<Q> all{one.stiffness, one.damping, one.static_friction, one.kinetic_friction, one.tangential_stiffness, one.tangential_damping, one.slip_speed};
@@ -283,7 +300,7 @@ Contacts::Ends Contacts::side_by_side(const Capsules& capsules, double h, std::u
                                broadcast<1>(b0->velocity + t * (b1->velocity - b0->velocity)),
                                broadcast<1>(capsules.spin[b].spin)};
     };
-    const ContactNumbers<Q> law = numbers<1>(capsules, {pair});
+    const ContactNumbers<Q> law = numbers<1>(capsules, &pair);
     Ends ends{.pair = pair, .first = {}, .second = {}};
     double elsewhere = 0, stored = 0, damped = 0, stiffest = 0;
     for (int i = 0; i < 2; ++i) {
@@ -296,7 +313,7 @@ Contacts::Ends Contacts::side_by_side(const Capsules& capsules, double h, std::u
         ends.second[i] = {-on_1, t, f.arm_2[0] * moment, s};
     }
     ContactSpring<Q> one{broadcast<1>(Vec3d{0, 0, 0}), 0.0};
-    if (kinds_.friction == ContactFriction::memory) one = springs_before<1>({pair}, closest.s, closest.t);
+    if (kinds_.friction == ContactFriction::memory) one = springs_before<1>(&pair, closest.s, closest.t);
     const auto f = contact_force<1>(kinds_, law, at(closest.s[0], closest.t[0]), h, one, 1 - share, elsewhere);
     set_lane(force.on_1, l, lane(f.on_1, 0));
     set_lane(force.moment, l, lane(f.moment, 0));
@@ -326,16 +343,11 @@ void Contacts::push_packed(const Capsules& capsules, double h, const Packed& pac
     std::size_t next_side = 0;
     for (std::uint32_t i = 0; i < packed.count; i += W) {
         const int count = static_cast<int>(std::min<std::uint32_t>(W, packed.count - i));
-        std::uint32_t index[W];
+        const std::uint32_t* index = packed.pair + i;
         Pair pair[W];
-        const double *v[4][W], *w[2][W];
-        for (int l = 0; l < W; ++l) {
-            index[l] = packed.pair[i + static_cast<std::uint32_t>(l)];
-            pair[l] = list_.pair[index[l]];
-            const CapsuleNode *a = &capsules.node[pair[l].a], *b = &capsules.node[pair[l].b];
-            v[0][l] = &a->velocity.x, v[1][l] = &(a + 1)->velocity.x, v[2][l] = &b->velocity.x, v[3][l] = &(b + 1)->velocity.x;
-            w[0][l] = &capsules.spin[pair[l].a].spin.x, w[1][l] = &capsules.spin[pair[l].b].spin.x;
-        }
+        for (int l = 0; l < W; ++l) pair[l] = list_.pair[index[l]];
+        const auto velocity_a = [&](int next) { return load_transposed<W>([&](int l) { return &(&capsules.node[pair[l].a])[next].velocity.x; }).vector; };
+        const auto velocity_b = [&](int next) { return load_transposed<W>([&](int l) { return &(&capsules.node[pair[l].b])[next].velocity.x; }).vector; };
         const P s = lanes(packed.s + i), t = lanes(packed.t + i), radius_1 = lanes(packed.radius_1 + i), radius_2 = lanes(packed.radius_2 + i);
         ContactSpring<P> spring{broadcast<W>(Vec3d{0, 0, 0}), 0.0};
         if (kinds_.friction == ContactFriction::memory) spring = springs_before<W>(index, s, t);
@@ -349,10 +361,10 @@ void Contacts::push_packed(const Capsules& capsules, double h, const Packed& pac
                                     distance,
                                     radius_1,
                                     radius_2,
-                                    between(load_transposed<W>(v[0]).vector, load_transposed<W>(v[1]).vector, s),
-                                    load_transposed<W>(w[0]).vector,
-                                    between(load_transposed<W>(v[2]).vector, load_transposed<W>(v[3]).vector, t),
-                                    load_transposed<W>(w[1]).vector};
+                                    between(velocity_a(0), velocity_a(1), s),
+                                    load_transposed<W>([&](int l) { return &capsules.spin[pair[l].a].spin.x; }).vector,
+                                    between(velocity_b(0), velocity_b(1), t),
+                                    load_transposed<W>([&](int l) { return &capsules.spin[pair[l].b].spin.x; }).vector};
         ContactForce<P> force = contact_force<W>(kinds_, numbers<W>(capsules, index), state, h, spring);
 
         unsigned sides = 0;
@@ -362,50 +374,42 @@ void Contacts::push_packed(const Capsules& capsules, double h, const Packed& pac
             block.ends.push_back(side_by_side(capsules, h, index[l], l, force, spring));
             sides |= 1u << l;
         }
+        if (sides != 0)
+            for (int l = count; l < W; ++l) { // lanes without a pair repeat the first
+                set_lane(force.on_1, l, lane(force.on_1, 0));
+                set_lane(force.moment, l, lane(force.moment, 0));
+                set_lane(spring.x, l, lane(spring.x, 0));
+                spring.energy.set(l, spring.energy[0]);
+            }
 
         alignas(64) PointLoad on_first[W];
-        double *first_force[W], *first_couple[W], *second_force[W], *second_couple[W], *kept[W];
-        PointLoad unused;
-        Spring unused_spring;
-        for (int l = 0; l < W; ++l) {
-            PointLoad& second = l < count ? on_second_[index[l]] : unused;
-            first_force[l] = &on_first[l].force.x, first_couple[l] = &on_first[l].couple.x;
-            second_force[l] = &second.force.x, second_couple[l] = &second.couple.x;
-            kept[l] = l < count ? &spring_[index[l]].x.x : &unused_spring.x.x;
-        }
-        store_transposed<W>(force.on_1, s, first_force);
-        store_transposed<W>(force.arm_1 * force.moment, t, first_couple);
-        store_transposed<W>(-force.on_1, t, second_force);
-        store_transposed<W>(force.arm_2 * force.moment, s, second_couple);
-        if (kinds_.friction == ContactFriction::memory) store_transposed<W>(spring.x, spring.energy, kept);
-
+        store_transposed<W>(force.on_1, s, [&](int l) { return &on_first[l].force.x; });
+        store_transposed<W>(force.arm_1 * force.moment, t, [&](int l) { return &on_first[l].couple.x; });
+        store_transposed<W>(-force.on_1, t, [&](int l) { return &on_second_[index[l]].force.x; });
+        store_transposed<W>(force.arm_2 * force.moment, s, [&](int l) { return &on_second_[index[l]].couple.x; });
+        if (kinds_.friction == ContactFriction::memory) store_transposed<W>(spring.x, spring.energy, [&](int l) { return &spring_[index[l]].x.x; });
         const unsigned within = bits_of((s > P(0.0)) & (s < P(1.0)) & (t > P(0.0)) & (t < P(1.0)));
-        const Ends* ends = block.ends.data() + first_ends;
-        P counts(0.0);
-        for (int l = 0; l < count; ++l) {
-            what_[index[l]] = static_cast<std::uint8_t>(touching | (within >> l & 1 ? inside : 0) | (sides >> l & 1 ? has_ends : 0));
-            const auto rod = static_cast<std::size_t>(capsules.rod[pair[l].a]);
-            if (!owns(rod)) {
-                ends += sides >> l & 1;
-                continue;
-            }
-            counts.set(l, 1);
-            ++block.active;
-            touched_[rod] = 1;
-            ContactLoad* at = &loads[pair[l].a];
-            take(at, on_first[l]);
-            if (sides >> l & 1) {
-                for (const PointLoad& end : ends->first) take(at, end);
-                ++ends;
+        for (int l = 0; l < count; ++l) what_[index[l]] = static_cast<std::uint8_t>(touching | (within >> l & 1) * inside | (sides >> l & 1) * has_ends);
+
+        unsigned mine = (1u << count) - 1;
+        if (!owned_.empty())
+            for (int l = 0; l < count; ++l)
+                if (!owns(static_cast<std::size_t>(capsules.rod[pair[l].a]))) mine &= ~(1u << l);
+        if (mine == 0xff && sides == 0) {
+            for (int l = 0; l < W; ++l) take(&loads[pair[l].a], on_first[l]);
+        } else {
+            const Ends* ends = block.ends.data() + first_ends;
+            for (int l = 0; l < count; ++l) {
+                const bool side = sides >> l & 1;
+                if (mine >> l & 1) {
+                    take(&loads[pair[l].a], on_first[l]);
+                    for (int e = 0; side && e < 2; ++e) take(&loads[pair[l].a], ends->first[e]);
+                }
+                ends += side;
             }
         }
-        const auto counted = counts > P(0.0);
-        const auto of = [&](P value) { return select(counted, value, P(0.0)); };
-        sums.deepest = max(sums.deepest, of(P(0.5) * (radius_1 + radius_2 - distance) * (some * inverse)));
-        sums.stiffest = max(sums.stiffest, of(force.stiffness));
-        sums.stored += of(force.stored);
-        sums.rubbed += of(force.rubbed);
-        sums.damped += of(force.damped);
+        sums.add(force, P(0.5) * (radius_1 + radius_2 - distance) * (some * inverse), mine);
+        block.active += std::popcount(mine);
     }
 }
 
@@ -413,22 +417,20 @@ void Contacts::push(const Capsules& capsules, double h, const PairList::Task& ta
     block.ends.clear();
     block.listed = block.active = 0;
     block.deepest = block.stiffest = block.stored = block.rubbed = block.damped = 0;
-    const auto slot = [&](std::uint32_t rod) { return static_cast<std::size_t>(capsules.first_slot[rod]); };
+    const auto slot = [&](std::uint32_t rod) { return static_cast<std::size_t>(first_slot_[rod]); };
     for (std::uint32_t rod = task.first_rod; rod < task.last_rod; ++rod) {
-        touched_[rod] = 0;
-        const std::uint32_t listed = list_.first[slot(rod + 1)] - list_.first[slot(rod)];
         if (!owns(rod)) continue;
+        const std::uint32_t listed = list_.first[slot(rod + 1)] - list_.first[slot(rod)];
         block.listed += listed;
         if (listed == 0 && list_.reverse_begin[slot(rod + 1)] == list_.reverse_begin[slot(rod)]) continue;
         std::memset(static_cast<void*>(&loads[slot(rod)]), 0, (slot(rod + 1) - slot(rod)) * sizeof(ContactLoad));
     }
-    const std::uint32_t begin = list_.first[slot(task.first_rod)], end = list_.first[slot(task.last_rod)];
-    if (begin == end) return;
-    std::fill(what_.begin() + begin, what_.begin() + end, std::uint8_t{0});
+    if (task.first_pair == task.last_pair) return;
+    std::fill(what_.begin() + task.first_pair, what_.begin() + task.last_pair, std::uint8_t{0});
     Packed packed;
     Sums sums;
-    for (std::uint32_t i = begin; i < end; i += Packed::most) {
-        pack(capsules, i, std::min(end, i + Packed::most), packed, block);
+    for (std::uint32_t i = task.first_pair; i < task.last_pair; i += Packed::most) {
+        pack(capsules, i, std::min(task.last_pair, i + Packed::most), packed, block);
         push_packed(capsules, h, packed, block, sums, loads);
     }
     block.deepest = largest(sums.deepest);
@@ -443,35 +445,69 @@ const Contacts::Ends* Contacts::ends_of(std::size_t pair, std::size_t a, const C
     return &*std::lower_bound(ends.begin(), ends.end(), pair, [](const Ends& e, std::size_t p) { return e.pair < p; });
 }
 
-void Contacts::gather(const Capsules& capsules, std::size_t rod, AlignedVector<ContactLoad>& loads) {
-    const auto first = static_cast<std::size_t>(capsules.first_slot[rod]), behind = static_cast<std::size_t>(capsules.first_slot[rod + 1]);
+void Contacts::gather_rod(const Capsules& capsules, std::size_t rod, AlignedVector<ContactLoad>& loads) {
+    const auto first = static_cast<std::size_t>(first_slot_[rod]), behind = static_cast<std::size_t>(first_slot_[rod + 1]);
     const std::uint32_t last = list_.reverse_begin[behind];
-    bool touched = false;
+    std::uint8_t touched = 0;
+    for (std::uint32_t i = list_.first[first]; i < list_.first[behind]; ++i) touched |= what_[i];
     for (std::size_t slot = first; slot + 1 < behind; ++slot)
         for (std::uint32_t i = list_.reverse_begin[slot]; i < list_.reverse_begin[slot + 1]; ++i) {
             __builtin_prefetch(&on_second_[list_.reverse[std::min(i + 16, last - 1)]]);
             const std::uint32_t pair = list_.reverse[i];
             if (!what_[pair]) continue;
-            touched = true;
+            touched = 1;
             take(&loads[slot], on_second_[pair]);
             if (what_[pair] & has_ends)
                 for (const PointLoad& end : ends_of(pair, list_.pair[pair].a, capsules)->second) take(&loads[slot], end);
         }
-    if (touched) touched_[rod] = 1;
+    touched_[rod] = touched != 0;
+}
+
+void Contacts::gather(const Capsules& capsules, const PairList::Task& task, AlignedVector<ContactLoad>& loads) {
+    for (std::uint32_t rod = task.first_rod; rod < task.last_rod; ++rod)
+        if (owns(rod)) gather_rod(capsules, rod, loads);
+}
+
+/// Loads of all contacts, unless some rod turns out to have moved too far for the list.
+bool Contacts::push_all(const Capsules& capsules, double h, AlignedVector<ContactLoad>& loads) {
+    const auto& tasks = list_.tasks;
+    const std::size_t strips = threads_.count() == 1 ? 1 : std::min<std::size_t>(tasks.size(), 2 * static_cast<std::size_t>(threads_.count()));
+    const auto begin_of = [&](std::size_t strip) { return strip * tasks.size() / strips; };
+    std::atomic<bool> too_far = false;
+    std::vector<std::uint8_t> gathered(tasks.size(), 0);
+    threads_.for_each(strips, [&](std::size_t strip, int) {
+        for (std::size_t t = begin_of(strip); t < begin_of(strip + 1); ++t) {
+            if (too_far.load(std::memory_order_relaxed)) return;
+            if (far(capsules, tasks[t])) too_far.store(true, std::memory_order_relaxed);
+            push(capsules, h, tasks[t], blocks_[t], loads);
+            if (tasks[t].first_needed < tasks[begin_of(strip)].first_pair) continue;
+            gather(capsules, tasks[t], loads);
+            gathered[t] = 1;
+        }
+    });
+    if (too_far) return false;
+    if (strips > 1)
+        threads_.for_each(tasks.size(), [&](std::size_t t, int) {
+            if (!gathered[t]) gather(capsules, tasks[t], loads);
+        });
+    return true;
 }
 
 void Contacts::evaluate(const Capsules& capsules, double time, double h, AlignedVector<ContactLoad>& loads) {
-    if (list_is_used_up(capsules)) renew_list(capsules);
-    ++age_;
     numbers_ = laws_.numbers(time);
+    loads.resize(capsules.slots());
+    if (place_.size() != capsules.slots()) renew_list(capsules);
     std::swap(spring_, last_spring_);
     std::swap(what_, was_);
-    loads.resize(capsules.slots());
-    threads_.for_each(list_.tasks.size(), [&](std::size_t task, int) { push(capsules, h, list_.tasks[task], blocks_[task], loads); });
-    threads_.for_each(list_.tasks.size(), [&](std::size_t task, int) {
-        for (std::uint32_t rod = list_.tasks[task].first_rod; rod < list_.tasks[task].last_rod; ++rod)
-            if (owns(rod)) gather(capsules, rod, loads);
-    });
+    if (!push_all(capsules, h, loads)) { // as if this step had not begun
+        std::swap(spring_, last_spring_);
+        std::swap(what_, was_);
+        renew_list(capsules);
+        std::swap(spring_, last_spring_);
+        std::swap(what_, was_);
+        push_all(capsules, h, loads);
+    }
+    ++age_;
     ContactFigures& f = figures_;
     f.listed = f.active = 0;
     f.deepest = f.stiffest = f.stored = 0;

@@ -1,7 +1,8 @@
 // Contacts between rods: who may touch, who does, and what that does to them.                                theory.md section 18
 //   list of candidates, renewed when elements have moved half its skin
-//   push:   of a rod's pairs those that touch, packed; their forces eight at a time; loads of first elements, in order of pairs
-//   gather: loads of second elements, rod by rod, in order of pairs
+//   push:   of some rods' pairs those that touch, packed; their forces eight at a time; loads of first elements, in order of pairs
+//   gather: loads of second elements, rod by rod, in order of pairs; as these pairs' first elements belong to rods before them, or to
+//           their own, a thread that goes on along the rods gathers as it pushes, while all is at hand
 // No atomic, no order among threads: the bits of a rod's loads depend on the rods alone. A contact's friction spring is kept by pair.
 // Where a contact passes over a joint both elements touch, one at its end: that one follows the other's spring, and has it when it
 // takes over.
@@ -95,18 +96,20 @@ private:
     struct Sums;
 
     bool owns(std::size_t rod) const { return owned_.empty() || owned_[rod]; }
-    bool list_is_used_up(const Capsules& capsules) const;
+    bool far(const Capsules& capsules, const PairList::Task& task) const;
+    bool push_all(const Capsules& capsules, double h, AlignedVector<ContactLoad>& loads);
     void renew_list(const Capsules& capsules);
     void carry_over(const PairList& fresh);
     void push(const Capsules& capsules, double h, const PairList::Task& task, Block& block, AlignedVector<ContactLoad>& loads);
     void pack(const Capsules& capsules, std::uint32_t begin, std::uint32_t end, Packed& packed, Block& block) const;
     void push_packed(const Capsules& capsules, double h, const Packed& packed, Block& block, Sums& sums, AlignedVector<ContactLoad>& loads);
-    template <int W> ContactSpring<Pack<W>> springs_before(const std::uint32_t (&pair)[W], Pack<W> s, Pack<W> t) const;
-    const Spring& spring_before(std::uint32_t pair, int da, int db) const;
+    template <int W> ContactSpring<Pack<W>> springs_before(const std::uint32_t* pair, Pack<W> s, Pack<W> t) const;
+    std::uint32_t spring_at_joint(std::uint32_t pair, int da, int db, std::uint32_t own) const;
     Ends side_by_side(const Capsules& capsules, double h, std::uint32_t pair, int lane, ContactForce<Pack<8>>& force, ContactSpring<Pack<8>>& spring) const;
     const Ends* ends_of(std::size_t pair, std::size_t a, const Capsules& capsules) const;
-    void gather(const Capsules& capsules, std::size_t rod, AlignedVector<ContactLoad>& loads);
-    template <int W> ContactNumbers<Pack<W>> numbers(const Capsules& capsules, const std::uint32_t (&pair)[W]) const;
+    void gather(const Capsules& capsules, const PairList::Task& task, AlignedVector<ContactLoad>& loads);
+    void gather_rod(const Capsules& capsules, std::size_t rod, AlignedVector<ContactLoad>& loads);
+    template <int W> ContactNumbers<Pack<W>> numbers(const Capsules& capsules, const std::uint32_t* pair) const;
 
     ContactLaws laws_;
     ContactKinds kinds_;
@@ -121,7 +124,7 @@ private:
     /// What a pair is doing, as bits.
     enum : std::uint8_t { touching = 1, has_ends = 2, inside = 4 }; ///< inside: at no end of either element
     std::vector<std::uint8_t> what_, was_; ///< by pair; now and before; padded
-    AlignedVector<Spring> spring_, last_spring_;
+    AlignedVector<Spring> spring_, last_spring_; ///< by pair; behind them one of zeros
     AlignedVector<PointLoad> on_second_; ///< by pair, of those touching
     std::vector<Block> blocks_;          ///< by task
     std::vector<std::uint32_t> task_of_rod_;

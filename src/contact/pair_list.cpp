@@ -29,7 +29,7 @@ void PairList::reverse_pairs(const Threads& threads) {
 
 void PairList::find_neighbours(const Threads& threads) {
     const std::size_t slots = first.size() - 1;
-    for (auto& words : beyond_) words.resize(count());
+    beyond_.resize(count());
     for_blocks(threads, slots, [&](std::size_t begin, std::size_t end, std::size_t) {
         for (std::size_t a = begin; a < end; ++a)
             for (const int side : {0, 1}) {
@@ -40,7 +40,7 @@ void PairList::find_neighbours(const Threads& threads) {
                     while (at < behind && pair[at].b < from) ++at;
                     std::uint32_t word = at << 3;
                     for (std::uint32_t j = at; j < behind && pair[j].b <= from + 2; ++j) word |= 1u << (pair[j].b - from);
-                    beyond_[side][i] = word;
+                    beyond_[i][static_cast<std::size_t>(side)] = word;
                 }
             }
     });
@@ -52,7 +52,10 @@ void PairList::cut(const Capsules& capsules) {
     const auto begin_of = [&](std::uint32_t rod) { return first[static_cast<std::size_t>(capsules.first_slot[rod])]; };
     for (std::uint32_t rod = 0, behind = 0; rod < rods; rod = behind) {
         while (behind < rods && behind - rod < enough && begin_of(behind) - begin_of(rod) < enough) ++behind;
-        tasks.push_back({rod, behind});
+        std::uint32_t needed = begin_of(behind);
+        for (auto slot = static_cast<std::size_t>(capsules.first_slot[rod]); slot < static_cast<std::size_t>(capsules.first_slot[behind]); ++slot)
+            if (reverse_begin[slot] < reverse_begin[slot + 1]) needed = std::min(needed, reverse[reverse_begin[slot]]);
+        tasks.push_back({rod, behind, begin_of(rod), begin_of(behind), needed});
     }
 }
 

@@ -4,17 +4,18 @@
 
 #include "contact/broad_phase.hpp"
 
-#include <bit>
+#include <array>
 
 namespace skein {
 
 struct PairList {
-    static constexpr std::uint32_t none = ~0u;
     static constexpr std::size_t padding = 64; ///< copies of a pair behind the last, for those who read in tiles and ahead
 
     /// Whole rods, of about 512 pairs.
     struct Task {
-        std::uint32_t first_rod, last_rod; ///< the latter is behind them
+        std::uint32_t first_rod, last_rod;   ///< the latter is behind them
+        std::uint32_t first_pair, last_pair; ///< those whose first elements are theirs
+        std::uint32_t first_needed;          ///< the lowest pair in which one of them is second, or last_pair; none is above last_pair
     };
 
     std::vector<std::uint32_t> first;   ///< of the pairs whose first element is a slot's, and behind the last
@@ -26,14 +27,20 @@ struct PairList {
     PairList(Candidates&& candidates, const Capsules& capsules, const Threads& threads, bool with_neighbours);
 
     std::size_t count() const { return first.empty() ? 0 : first.back(); }
-    /// The pair of elements a + da and b + db, each -1, 0 or 1 and not both 0, if it is listed.
-    std::uint32_t neighbour(std::uint32_t i, int da, int db) const {
-        if (da == 0) {
-            const std::uint32_t j = i + static_cast<std::uint32_t>(db);
-            return j < count() && pair[j].a == pair[i].a && pair[j].b == pair[i].b + static_cast<std::uint32_t>(db) ? j : none;
-        }
-        const std::uint32_t word = beyond_[da > 0][i], bit = 1u << (db + 1);
-        return word & bit ? (word >> 3) + static_cast<std::uint32_t>(std::popcount(word & (bit - 1))) : none;
+    /// The pair of elements a + da and b + db, each -1, 0 or 1 and not both 0, if it is listed. No branch depends on where things are.
+    struct Neighbour {
+        std::uint32_t pair;
+        bool listed;
+    };
+    Neighbour beside(std::uint32_t i, int db) const { // a + 0
+        const std::uint32_t j = i + static_cast<std::uint32_t>(db);
+        const bool listed = (j < count()) & (db != 0);
+        const std::uint32_t at = listed ? j : i;
+        return {at, listed && pair[at] == Pair{pair[i].a, pair[i].b + static_cast<std::uint32_t>(db)}};
+    }
+    Neighbour beyond(std::uint32_t i, int da, int db) const { // da not 0, or none
+        const std::uint32_t word = da == 0 ? 0 : beyond_[i][da > 0], bit = 1u << (db + 1), before = word & (bit - 1);
+        return {(word >> 3) + (before & 1) + (before >> 1), (word & bit) != 0};
     }
 
 private:
@@ -42,7 +49,7 @@ private:
     void cut(const Capsules& capsules);
 
     /// Of pair (a, b), for a - 1 and a + 1: which of b - 1, b, b + 1 are its partners (three bits), and where the first of these is.
-    std::vector<std::uint32_t> beyond_[2];
+    std::vector<std::array<std::uint32_t, 2>> beyond_;
 };
 
 } // namespace skein

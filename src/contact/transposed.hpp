@@ -1,4 +1,5 @@
-// Four numbers of W records each, transposed: a vector and what lies behind it.
+// Four numbers of W records each, transposed: a vector and what lies behind it. at(lane): where those of a lane are, on a multiple of
+// 32 bytes; a function, as pointers by the dozen would go through memory.
 #pragma once
 
 #include "core/vec3.hpp"
@@ -14,11 +15,11 @@ namespace detail {
 typedef double FourDoubles __attribute__((vector_size(32), may_alias));
 } // namespace detail
 
-template <int W> SKEIN_INLINE LoadedVectors<W> load_transposed(const double* const (&from)[W]) {
+template <int W, class At> SKEIN_INLINE LoadedVectors<W> load_transposed(At&& at) {
     if constexpr (W == 8) {
         using Four = detail::FourDoubles;
         const auto two = [&](int i) __attribute__((always_inline)) {
-            return __builtin_shufflevector(*reinterpret_cast<const Four*>(from[i]), *reinterpret_cast<const Four*>(from[i + 4]), 0, 1, 2, 3, 4, 5, 6, 7);
+            return __builtin_shufflevector(*reinterpret_cast<const Four*>(at(i)), *reinterpret_cast<const Four*>(at(i + 4)), 0, 1, 2, 3, 4, 5, 6, 7);
         };
         const auto r0 = two(0), r1 = two(1), r2 = two(2), r3 = two(3);
         const auto even01 = __builtin_shufflevector(r0, r1, 0, 8, 2, 10, 4, 12, 6, 14), odd01 = __builtin_shufflevector(r0, r1, 1, 9, 3, 11, 5, 13, 7, 15);
@@ -29,14 +30,15 @@ template <int W> SKEIN_INLINE LoadedVectors<W> load_transposed(const double* con
     } else {
         LoadedVectors<W> all{};
         for (int i = 0; i < W; ++i) {
-            set_lane(all.vector, i, {from[i][0], from[i][1], from[i][2]});
-            all.behind.set(i, from[i][3]);
+            const double* from = at(i);
+            set_lane(all.vector, i, {from[0], from[1], from[2]});
+            all.behind.set(i, from[3]);
         }
         return all;
     }
 }
 
-template <int W> SKEIN_INLINE void store_transposed(const Vec3<Pack<W>>& vector, Pack<W> behind, double* const (&to)[W]) {
+template <int W, class At> SKEIN_INLINE void store_transposed(const Vec3<Pack<W>>& vector, Pack<W> behind, At&& at) {
     if constexpr (W == 8) {
         using Four = detail::FourDoubles;
         const auto even = [](auto a, auto b) __attribute__((always_inline)) { return __builtin_shufflevector(a, b, 0, 8, 2, 10, 4, 12, 6, 14); };
@@ -44,17 +46,17 @@ template <int W> SKEIN_INLINE void store_transposed(const Vec3<Pack<W>>& vector,
         const auto xy_even = even(vector.x.v, vector.y.v), xy_odd = odd(vector.x.v, vector.y.v); // of records 0 2 4 6, and of 1 3 5 7
         const auto zw_even = even(vector.z.v, behind.v), zw_odd = odd(vector.z.v, behind.v);
         const auto put = [&](int first, auto xy, auto zw) __attribute__((always_inline)) {
-            *reinterpret_cast<Four*>(to[first]) = __builtin_shufflevector(xy, zw, 0, 1, 8, 9);
-            *reinterpret_cast<Four*>(to[first + 2]) = __builtin_shufflevector(xy, zw, 2, 3, 10, 11);
-            *reinterpret_cast<Four*>(to[first + 4]) = __builtin_shufflevector(xy, zw, 4, 5, 12, 13);
-            *reinterpret_cast<Four*>(to[first + 6]) = __builtin_shufflevector(xy, zw, 6, 7, 14, 15);
+            *reinterpret_cast<Four*>(at(first)) = __builtin_shufflevector(xy, zw, 0, 1, 8, 9);
+            *reinterpret_cast<Four*>(at(first + 2)) = __builtin_shufflevector(xy, zw, 2, 3, 10, 11);
+            *reinterpret_cast<Four*>(at(first + 4)) = __builtin_shufflevector(xy, zw, 4, 5, 12, 13);
+            *reinterpret_cast<Four*>(at(first + 6)) = __builtin_shufflevector(xy, zw, 6, 7, 14, 15);
         };
         put(0, xy_even, zw_even);
         put(1, xy_odd, zw_odd);
     } else {
         for (int i = 0; i < W; ++i) {
-            to[i][0] = vector.x[i], to[i][1] = vector.y[i], to[i][2] = vector.z[i];
-            to[i][3] = behind[i];
+            double* to = at(i);
+            to[0] = vector.x[i], to[1] = vector.y[i], to[2] = vector.z[i], to[3] = behind[i];
         }
     }
 }
