@@ -145,8 +145,8 @@ PackedRods pack(const Packing& p, double length, double radius, std::vector<Caps
     CapsuleGrid grid(region.lower(), region.upper(), cell);
     for (const Capsule& c : occupied) grid.add(c, c.radius + radius + gap);
 
-    // A slab is never full: past a tenth of the attempts another layer is cheaper.
-    const long patience = region.grows() ? std::max(1L, p.attempts / 10) : p.attempts;
+    // A slab is never full: past a hundredth of the attempts another layer is cheaper.
+    const long patience = region.grows() ? std::max(1L, p.attempts / 100) : p.attempts;
     Random random(p.seed);
     std::vector<Vec3d> centres, directions;
     while (centres.size() < count) {

@@ -25,7 +25,7 @@ struct Packing {
     std::vector<double> azimuth{0, 360};    ///< deg, of d3 around z, from x
     ElevationLaw elevation_law = ElevationLaw::isotropic;
     double gap = 0;        ///< m, least between surfaces; 0: 0.05 radii
-    long attempts = 10000; ///< to place a rod before that is an error; a slab grows after a tenth
+    long attempts = 100000; ///< to place a rod before that is an error; a slab grows after a hundredth
 
     void fields(FieldVisitor& f);
 };

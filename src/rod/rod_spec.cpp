@@ -76,7 +76,7 @@ void Packing::fields(FieldVisitor& f) {
     f.visit({.name = "azimuth", .unit = "deg", .text = "packing: least and largest angle of the rods around z, from x", .at_least = -360, .at_most = 360}, azimuth);
     f.choice({.name = "elevation_law", .unit = "", .text = "packing: even in solid angle, or in the angle itself"}, elevation_law, elevation_law_names);
     f.visit({.name = "gap", .unit = "m", .text = "packing: least distance of surfaces; 0 stands for 0.05 radii", .at_least = 0}, gap);
-    f.visit({.name = "attempts", .unit = "-", .text = "packing: places tried for a rod before the packing fails; a slab grows by a layer after a tenth of them", .at_least = 1}, attempts);
+    f.visit({.name = "attempts", .unit = "-", .text = "packing: places tried for a rod before the packing fails; a slab grows by a layer after a hundredth of them", .at_least = 1}, attempts);
 }
 
 void Magnetisation::fields(FieldVisitor& f) {
