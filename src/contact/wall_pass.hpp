@@ -213,8 +213,8 @@ private:
     }
 
     /// `behind`: the element before the node, if the node before it has left it.
-    [[gnu::noinline]] void touch(const RodTile<W>& rod, SlotLoad<W>* load, double h, const WallNow* wall, int i, Springs& springs, typename WallBook<W>::Page& page,
-                                 Element& behind) const {
+    [[gnu::noinline]] void touch(const RodTile<W>& rod, SlotLoad<W>* load, double h, const WallNow* wall, int i, Springs& springs,
+                                 typename WallBook<W>::Page& page, Element& behind) const {
         const int n = rod.n;
         // At an end both are the one element there.
         const int before = i > 0 ? i - 1 : rod.group->closed() ? n - 1 : 0, after = i < n ? i : n - 1;
@@ -259,7 +259,8 @@ private:
         }
     }
 
-    static void enter(Entry& e, const ContactLaw& law, const ContactState<P>& in, const ContactForce<P>& out, const Vec3<P>& spring, Mask<W> touches, double h) {
+    static void enter(Entry& e, const ContactLaw& law, const ContactState<P>& in, const ContactForce<P>& out, const Vec3<P>& spring,
+                      Mask<W> touches, double h) {
         const P zero(0.0), depth = max(in.radius_1 + in.radius_2 - in.distance, zero), k(law.stiffness), diameter = in.radius_1 + in.radius_1;
         const P root = law.normal == ContactNormal::hertz ? sqrt(depth) : P(1.0), of_spring = root * (k * depth);
         const Vec3<P> slip = in.velocity_1 - in.velocity_2 + cross(out.arm_1 * in.spin_1, in.normal);
