@@ -43,12 +43,16 @@ void add_sides(const Wall& box, std::vector<Wall>& out) {
 } // namespace
 
 void ServoSpec::fields(FieldVisitor& f) {
-    f.visit({.name = "speed", .unit = "m/s", .text = "along the wall's velocity, or where it has none along the normal of a plane", .required = true, .above = 0}, speed);
+    f.visit({.name = "speed", .unit = "m/s", .text = "along the wall's velocity, or where it has none along the normal of a plane", .required = true, .above = 0},
+            speed);
     f.visit({.name = "watch", .unit = "", .text = "name of the wall whose stress decides; of a box a side, as in \"box z-\"", .required = true}, watch);
     f.visit({.name = "area", .unit = "m^2", .text = "over which the force on the watched wall is spread", .required = true, .above = 0}, area);
-    f.visit({.name = "turn_back_above", .unit = "Pa", .text = "stress at which it turns back, the weight of the rods included", .required = true}, turn_back_above);
-    f.visit({.name = "turn_forth_below", .unit = "Pa", .text = "stress below which it turns forth again, the weight of the rods included", .required = true}, turn_forth_below);
-    f.visit({.name = "not_before", .unit = "m", .text = "it turns forth only when its point, measured against its way forth, is beyond this: for a lid that goes down along z, above this height"},
+    f.visit({.name = "turn_back_above", .unit = "Pa", .text = "stress at which it turns back, with the weight of the rods", .required = true}, turn_back_above);
+    f.visit({.name = "turn_forth_below", .unit = "Pa", .text = "stress below which it turns forth again, with the weight of the rods", .required = true},
+            turn_forth_below);
+    f.visit({.name = "not_before",
+             .unit = "m",
+             .text = "it turns forth only when its point, measured against its way forth, is beyond this: of a lid that goes down z, the height"},
             not_before);
     f.visit({.name = "cycles", .unit = "-", .text = "ways forth and back before it stops; 0: without end", .at_least = 0}, cycles);
     f.visit({.name = "average", .unit = "s", .text = "time over which the stress is averaged (exponentially), as rods that hit the watched wall make it jump; 0: none", .at_least = 0},

@@ -50,6 +50,8 @@ public:
         AlignedVector<Entry> entry;    ///< one per wall that acts on the group
         AlignedVector<Kept> kept;      ///< [node][wall]
         std::vector<std::uint8_t> touched; ///< [node]: springs may be other than zero
+        std::vector<std::uint8_t> near;    ///< [wall]: the tile's box is within reach at this step
+        bool any_touched = false;
         bool busy = false;             ///< entries of the last step may be other than zero
         std::vector<std::int64_t> gid; ///< of each lane that has a rod of its own
     };
@@ -70,6 +72,7 @@ public:
         page.entry.resize(acting_.size());
         page.kept.resize(nodes * acting_.size());
         page.touched.assign(nodes, 0);
+        page.near.assign(acting_.size(), 0);
         for (int l = 0; l < rod.lanes; ++l) page.gid.push_back(rod.group->first_gid() + rod.index[l]);
     }
     Page& page(std::size_t tile) { return pages_[tile]; }

@@ -35,7 +35,8 @@ struct PlaneFriction {
 
     void fields(FieldVisitor& f) {
         f.visit({.name = "point", .unit = "m", .text = "on the plane"}, point);
-        f.visit({.name = "normal", .unit = "-", .text = "of the plane, towards the rods; stands last among the loads, whose sum presses the rods on it"}, normal);
+        f.visit({.name = "normal", .unit = "-", .text = "of the plane, towards the rods. The load must stand last: what all others press on the plane counts"},
+                normal);
         f.visit({.name = "stiffness", .unit = "N/m", .text = "of the plane per element", .required = true, .at_least = 0}, stiffness);
         f.visit({.name = "damping", .unit = "N s/m", .text = "of the plane per element", .at_least = 0}, damping);
         f.visit({.name = "tolerance", .unit = "m", .text = "gap up to which an element counts as touching", .at_least = 0}, tolerance);

@@ -360,6 +360,23 @@ TEST(Walls, GiveTheSameBitsInAllLanes) {
     }
 }
 
+TEST(Walls, LeaveLanesThatDoNotTouchAsTheyAre) {
+    // Even a zero keeps its sign.
+    const RodGroup group(lying_rod(0.1), 0, 0, "");
+    State low = start(group);
+    for (Slot<1>& s : low) set_lane(s.position, 0, lane(s.position, 0) - Vec3d{0, 0, 0.09});
+    Stage<2> stage(group, {start(group), low}, {floor_of(sticky(1e4, 0.5, 0.4))}, {0, 0, 0}, 1e-5);
+    stage.advance(1);
+    AlignedVector<SlotLoad<2>> load(low.size());
+    for (SlotLoad<2>& l : load) l = {broadcast<2>(Vec3d{-0.0, -0.0, -0.0}), broadcast<2>(Vec3d{-0.0, -0.0, -0.0}), Pack<2>(1.0)};
+    const Step step{.index = 2, .dt = 1e-5, .drift = 1e-5, .kick = 1e-5, .time = 1e-5};
+    stage.wall_pass->prepare({&step, 1});
+    stage.wall_pass->run(stage.tile(), load.data(), step);
+    EXPECT_GT(load[3].force.z[1], 0);
+    for (const SlotLoad<2>& l : load)
+        for (const double zero : {l.force.x[0], l.force.z[0], l.couple.x[0], l.couple.y[0]}) EXPECT_TRUE(zero == 0 && std::signbit(zero));
+}
+
 TEST(Walls, TakeWhatRodsGive) {
     // Momentum that a rod loses is what walls get.
     const RodGroup group(lying_rod(0.05), 0, 0, "");

@@ -1,5 +1,6 @@
 // Friction of its own in every direction: against the formulae, element by element, and a snake that crawls.
 #include "loads/load_pass.hpp"
+#include "loads/plane_friction.hpp"
 #include "rod/elastic.hpp"
 #include "rod/kick.hpp"
 #include "rod/top.hpp"
@@ -113,7 +114,7 @@ TEST(PlaneFriction, IsThePublishedFormula) {
                 plain.couple.push_back(lane(l.couple, 0));
             }
             plain.add(plane);
-            make_pass<1>(plane, group)->run(tile_of(group, state), load.data(), {});
+            LoadPass<PlaneFriction, 1>(plane, group).run(tile_of(group, state), load.data(), {});
             for (std::size_t i = 0; i < 8; ++i) {
                 EXPECT_LT(norm(lane(load[i].force, 0) - plain.force[i]), 1e-13 * 5) << at_rest << seed << " node " << i;
                 if (i == 7) continue;
@@ -140,10 +141,10 @@ TEST(PlaneFriction, IsTheSameInAllLanes) {
         }
     }
     const RodTile<8> tile{wide.data(), group.element.data(), group.voronoi.data(), &group, group.elements(), 0, {}, 8};
-    make_pass<8>(plane, group)->run(tile, wide_load.data(), {});
+    LoadPass<PlaneFriction, 8>(plane, group).run(tile, wide_load.data(), {});
     for (int i = 0; i < 8; ++i) {
         auto& load = loads[static_cast<std::size_t>(i)];
-        make_pass<1>(plane, group)->run(tile_of(group, states[static_cast<std::size_t>(i)]), load.data(), {});
+        LoadPass<PlaneFriction, 1>(plane, group).run(tile_of(group, states[static_cast<std::size_t>(i)]), load.data(), {});
         for (std::size_t k = 0; k < 8; ++k) {
             EXPECT_EQ(norm(lane(wide_load[k].force, i) - lane(load[k].force, 0)), 0);
             EXPECT_EQ(norm(lane(wide_load[k].couple, i) - lane(load[k].couple, 0)), 0);
@@ -154,7 +155,8 @@ TEST(PlaneFriction, IsTheSameInAllLanes) {
 TEST(PlaneFriction, TakesNoRings) {
     RodSpec ring = test::simple_rod(8);
     ring.shape.closed = true;
-    EXPECT_THROW(make_pass<1>(some_plane(), RodGroup(ring, 0, 0, "")), InputError);
+    const RodGroup group(ring, 0, 0, "");
+    EXPECT_THROW((LoadPass<PlaneFriction, 1>(some_plane(), group)), InputError);
 }
 
 /// A straight rod on the floor, under gravity that leans by an angle, for a while.
@@ -165,7 +167,7 @@ State lie(const RodGroup& group, const PlaneFriction& plane, const Vec3d& pull, 
     program.push_back(std::make_unique<DriftPass<CircularTop, 1>>());
     program.push_back(std::make_unique<ElasticPass<IncompressibleLaw, 1>>(Ends{}));
     program.push_back(make_pass<1>(Gravity{pull}, group));
-    program.push_back(make_pass<1>(plane, group));
+    program.push_back(std::make_unique<LoadPass<PlaneFriction, 1>>(plane, group));
     program.push_back(std::make_unique<KickPass<KickKind::undamped, 1>>(KicksOfGroup{KickConstants(group, {}, dt)}));
     const RodTile<1> tile = tile_of(group, state);
     std::vector<SlotLoad<1>> load(state.size());
