@@ -43,7 +43,8 @@ void add_sides(const Wall& box, std::vector<Wall>& out) {
 } // namespace
 
 void ServoSpec::fields(FieldVisitor& f) {
-    f.visit({.name = "speed", .unit = "m/s", .text = "along the wall's velocity, or where it has none along the normal of a plane", .required = true, .above = 0},
+    f.visit({.name = "speed", .unit = "m/s", .text = "along the wall's velocity, or where it has none along the normal of a plane", .required = true,
+            .above = 0},
             speed);
     f.visit({.name = "watch", .unit = "", .text = "name of the wall whose stress decides; of a box a side, as in \"box z-\"", .required = true}, watch);
     f.visit({.name = "area", .unit = "m^2", .text = "over which the force on the watched wall is spread", .required = true, .above = 0}, area);
@@ -99,7 +100,8 @@ std::vector<Wall> expanded(const std::vector<Wall>& walls) {
     for (const Wall& wall : out) {
         const auto named = [](const std::string& name) { return [&name](const Wall& w) { return w.name == name; }; };
         if (std::count_if(out.begin(), out.end(), named(wall.name)) > 1) refuse(wall, "two walls have this name");
-        if (wall.servo.drives() && std::none_of(out.begin(), out.end(), named(wall.servo.watch))) refuse(wall, "there is no wall '" + wall.servo.watch + "' to watch");
+        if (wall.servo.drives() && std::none_of(out.begin(), out.end(), named(wall.servo.watch)))
+            refuse(wall, "there is no wall '" + wall.servo.watch + "' to watch");
     }
     return out;
 }
