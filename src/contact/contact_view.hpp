@@ -34,7 +34,7 @@ public:
         using P = Pack<W>;
         CapsuleNode* node[W];
         CapsuleSpin* spin[W];
-        for (int l = 0; l < rod.lanes; ++l) {
+        for (int l = 0; l < W; ++l) { // spare lanes say again what the last rod does
             const std::size_t first = view_->first_slot(rod.group->first_gid() + rod.index[l]);
             node[l] = &view_->capsules.node[first];
             spin[l] = &view_->capsules.spin[first];
@@ -52,12 +52,9 @@ public:
                 }
                 turning = transpose_times(s.director, s.spin);
             }
-            for (int l = 0; l < rod.lanes; ++l) {
-                node[l][k].position = lane(s.position, l);
-                node[l][k].radius = radius[l];
-                node[l][k].velocity = lane(s.velocity, l);
-                spin[l][k].spin = lane(turning, l);
-            }
+            store_transposed<W>(s.position, radius, [&](int l) { return &node[l][k].position.x; });
+            store_transposed<W>(s.velocity, P(0.0), [&](int l) { return &node[l][k].velocity.x; });
+            store_transposed<W>(turning, P(0.0), [&](int l) { return &spin[l][k].spin.x; });
         }
     }
 
@@ -74,7 +71,6 @@ public:
     std::string_view name() const override { return pass_name; }
 
     void run(const RodTile<W>& rod, SlotLoad<W>* load, const Step&) const override {
-        using P = Pack<W>;
         static constexpr ContactLoad none{};
         const ContactLoad* felt[W];
         std::size_t step[W];
@@ -88,14 +84,9 @@ public:
         }
         if (!any) return;
         for (int k = 0; k <= rod.n; ++k) {
-            const double *force[W], *couple[W];
-            for (int l = 0; l < W; ++l) {
-                const ContactLoad& all = felt[l][step[l] * static_cast<std::size_t>(k)];
-                force[l] = &all.force.x;
-                couple[l] = &all.couple.x;
-            }
-            load[k].force += load_transposed<W>(force).vector;
-            if (k < rod.n) load[k].couple += rod.slot[k].director * Vec3<P>(load_transposed<W>(couple).vector);
+            const auto at = [&](int l) -> const ContactLoad& { return felt[l][step[l] * static_cast<std::size_t>(k)]; };
+            load[k].force += load_transposed<W>([&](int l) { return &at(l).force.x; }).vector;
+            if (k < rod.n) load[k].couple += rod.slot[k].director * load_transposed<W>([&](int l) { return &at(l).couple.x; }).vector;
         }
     }
 

@@ -28,7 +28,8 @@ template <int W, class At> SKEIN_INLINE LoadedVectors<W> load_transposed(At&& at
         const auto high = [](auto a, auto b) __attribute__((always_inline)) { return Pack<W>(__builtin_shufflevector(a, b, 2, 3, 10, 11, 6, 7, 14, 15)); };
         return {{low(even01, even23), low(odd01, odd23), high(even01, even23)}, high(odd01, odd23)};
     } else {
-        LoadedVectors<W> all{};
+        const Pack<W> none(0.0);
+        LoadedVectors<W> all{{none, none, none}, none};
         for (int i = 0; i < W; ++i) {
             const double* from = at(i);
             set_lane(all.vector, i, {from[0], from[1], from[2]});

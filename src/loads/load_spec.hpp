@@ -8,6 +8,7 @@
 #include "loads/magnetic_field.hpp"
 #include "loads/muscle_torques.hpp"
 #include "loads/muscle_wave.hpp"
+#include "loads/plane_friction.hpp"
 #include "loads/sinusoidal_end_force.hpp"
 #include "loads/slender_body_drag.hpp"
 #include "loads/uniform_couple.hpp"
@@ -20,7 +21,7 @@
 namespace skein {
 
 using Load = std::variant<Gravity, UniformForce, UniformCouple, EndForce, MagneticField, MuscleWave, SinusoidalEndForce, SlenderBodyDrag,
-                          MuscleTorques>;
+                          MuscleTorques, PlaneFriction>;
 
 /// Loads that look along a rod from end to end, which strands do not.
 template <class L> inline constexpr bool needs_whole_rods = requires { requires L::needs_whole_rods; };

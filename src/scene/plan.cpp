@@ -272,7 +272,7 @@ void list_absent(Plan& plan, const SceneSpec& scene) {
             return std::any_of(g.loads.begin(), g.loads.end(), [&](const Load& l) { return l.index() == kind; });
         });
     };
-    constexpr const char* names[] = {"gravity", "uniform force", "uniform couple", "end forces", "magnetics", "muscles", "sinusoidal end forces", "slender-body drag", "muscle torques"};
+    constexpr const char* names[] = {"gravity", "uniform force", "uniform couple", "end forces", "magnetics", "muscles", "sinusoidal end forces", "slender-body drag", "muscle torques", "anisotropic plane"};
     static_assert(std::size(names) == std::variant_size_v<Load>);
     for (std::size_t kind = 0; kind < std::size(names); ++kind) need(has(kind), names[kind]);
     need(plan.cadence.trajectory > 0, "trajectory");
