@@ -1,9 +1,9 @@
 #include "contact/broad_phase.hpp"
 
+#include "contact/capsule_tiles.hpp"
 #include "contact/closest_points.hpp"
 #include "contact/compress.hpp"
 #include "contact/group.hpp"
-#include "contact/transposed.hpp"
 
 #include <algorithm>
 #include <bit>
@@ -21,22 +21,18 @@ Vec3d most_of(const Vec3d& a, const Vec3d& b) { return {std::max(a.x, b.x), std:
 
 /// Of pairs (a[i], b[i]) those that may touch and whose capsules are less than `skin` apart. a and b have room for a tile more.
 void append_near(const Capsules& c, double skin, std::span<const std::uint8_t> owned, std::uint32_t* a, std::uint32_t* b, std::size_t count, std::vector<Pair>& near) {
-    constexpr std::size_t W = 8;
+    constexpr std::size_t W = CapsuleTile::width;
     if (count == 0) return;
     std::fill(a + count, a + count + W, a[0]);
     std::fill(b + count, b + count + W, b[0]);
-    for (std::size_t i = 0; i < count; i += W) {
-        for (std::size_t l = 0; l < W; ++l) {
-            const CapsuleNode* later = &c.node[b[std::min(i + l + 2 * W, count)]];
-            __builtin_prefetch(later);
-            __builtin_prefetch(later + 1);
-        }
-        const auto nodes = [&](const std::uint32_t* slot, int next) {
-            return load_transposed<W>([&](int l) { return &c.node[slot[i + static_cast<std::size_t>(l)] + static_cast<std::size_t>(next)].position.x; });
-        };
-        const auto p = nodes(a, 0), p_end = nodes(a, 1), q = nodes(b, 0), q_end = nodes(b, 1);
-        const auto apart = closest_points(p.vector, p_end.vector - p.vector, q.vector, q_end.vector - q.vector).apart;
-        const auto reach = p.behind + q.behind + Pack<W>(skin);
+    const auto node = [&](std::uint32_t slot) { return &c.node[slot]; };
+    for_capsule_tiles(count, [&](std::size_t i) { return std::pair(node(a[i]), node(b[i])); }, [&](std::size_t i) {
+        const CapsuleNode* later = node(b[std::min(i + 64, count)]);
+        __builtin_prefetch(later);
+        __builtin_prefetch(later + 1);
+    }, [&](std::size_t i, const CapsuleTile& tile) {
+        const auto apart = closest_points(tile.p, tile.d1, tile.q, tile.d2).apart;
+        const auto reach = tile.radius_1 + tile.radius_2 + Pack<W>(skin);
         unsigned bits = bits_of(dot(apart, apart) < reach * reach) & (count - i < W ? (1u << (count - i)) - 1 : 0xffu);
         for (; bits != 0; bits &= bits - 1) {
             const std::size_t l = i + static_cast<std::size_t>(std::countr_zero(bits));
@@ -44,7 +40,7 @@ void append_near(const Capsules& c, double skin, std::span<const std::uint8_t> o
             if (!owned.empty() && !owned[static_cast<std::size_t>(c.rod[a[l]])] && !owned[static_cast<std::size_t>(c.rod[b[l]])]) continue;
             near.push_back({std::min(a[l], b[l]), std::max(a[l], b[l])});
         }
-    }
+    });
 }
 
 } // namespace
@@ -189,7 +185,9 @@ void BroadPhase::add_row(const Grid& grid, std::uint32_t x, std::uint32_t y, std
 SKEIN_INLINE void BroadPhase::meet(std::uint32_t i, Range range, float margin, Found& found) const {
     const float x = x_[i], y = y_[i], z = z_[i], reach = reach_[i] + margin;
     const std::int32_t rod = rod_[i];
+    const std::uint32_t slot = slot_[i];
     for (std::uint32_t j = range.begin; j < range.end; j += 16) {
+        std::fill_n(found.a + found.count, 16, slot); // all sixteen, as it costs less than to know how many
 #if defined(__AVX512F__)
         const auto less = [j](const AlignedVector<float>& v, float by) { return _mm512_sub_ps(_mm512_loadu_ps(&v[j]), _mm512_set1_ps(by)); };
         const __m512 dx = less(x_, x), dy = less(y_, y), dz = less(z_, z), r = less(reach_, -reach);
@@ -213,9 +211,7 @@ SKEIN_INLINE void BroadPhase::meet(std::uint32_t i, Range range, float margin, F
 void BroadPhase::look(const Grid& grid, std::uint32_t begin, std::uint32_t end, float margin, Found& found) const {
     const auto all_of = [&](std::uint32_t i, Range range) {
         for (; range.begin < range.end; range.begin += 512) {
-            const std::size_t before = found.count;
             meet(i, {range.begin, std::min(range.end, range.begin + 512)}, margin, found);
-            std::fill(found.a + before, found.a + found.count, slot_[i]);
             if (found.count > Found::most - 512) found.flush();
         }
     };

@@ -1,8 +1,8 @@
 #include "contact/contacts.hpp"
 
+#include "contact/capsule_tiles.hpp"
 #include "contact/closest_points.hpp"
 #include "contact/compress.hpp"
-#include "contact/transposed.hpp"
 #include "parallel/blocks.hpp"
 
 #include <algorithm>
@@ -16,7 +16,7 @@ namespace skein {
 
 namespace {
 
-constexpr int W = 8;
+constexpr int W = CapsuleTile::width;
 using P = Pack<W>;
 constexpr double blend = 0.05; // sine of the angle below which elements meet at both ends of their overlap as well
 
@@ -189,19 +189,17 @@ std::vector<KeptContact> Contacts::kept() const {
 void Contacts::pack(const Capsules& capsules, std::uint32_t begin, std::uint32_t end, Packed& packed, Block& block) const {
     packed.count = 0;
     packed.side_by_side.clear();
-    for (std::uint32_t i = begin; i < end; i += W) {
-        for (std::uint32_t l = 0; l < W; ++l) {
-            const std::uint32_t later = list_.pair[i + l + 48].b;
-            __builtin_prefetch(&capsules.node[later]);
-            __builtin_prefetch(&capsules.node[later + 1]);
-            __builtin_prefetch(&capsules.spin[later]);
-        }
-        const Pair* pair = &list_.pair[i];
-        const auto first = [&](int next) { return load_transposed<W>([&](int l) { return &(&capsules.node[pair[l].a])[next].position.x; }); };
-        const auto second = [&](int next) { return load_transposed<W>([&](int l) { return &(&capsules.node[pair[l].b])[next].position.x; }); };
-        const auto a = first(0), a_end = first(1), b = second(0), b_end = second(1);
-        const auto closest = closest_points(a.vector, a_end.vector - a.vector, b.vector, b_end.vector - b.vector);
-        const P reach = a.behind + b.behind, squared = dot(closest.apart, closest.apart);
+    const Pair* const pair = &list_.pair[begin];
+    const CapsuleNode* const node = capsules.node.data();
+    for_capsule_tiles(end - begin, [&](std::size_t k) { return std::pair(node + pair[k].a, node + pair[k].b); }, [&](std::size_t k) {
+        const std::uint32_t later = pair[k + PairList::padding - W].b;
+        __builtin_prefetch(node + later);
+        __builtin_prefetch(node + later + 1);
+        __builtin_prefetch(&capsules.spin[later]);
+    }, [&](std::size_t k, const CapsuleTile& tile) {
+        const std::uint32_t i = begin + static_cast<std::uint32_t>(k);
+        const auto closest = closest_points(tile.p, tile.d1, tile.q, tile.d2);
+        const P reach = tile.radius_1 + tile.radius_2, squared = dot(closest.apart, closest.apart);
         const unsigned valid = end - i >= W ? 0xffu : (1u << (end - i)) - 1, touch = bits_of(squared < reach * reach) & valid;
         if (const unsigned ended = low_bits(&was_[i]) & ~touch & valid)
             for (std::uint32_t l = 0; l < W; ++l)
@@ -213,8 +211,8 @@ void Contacts::pack(const Capsules& capsules, std::uint32_t begin, std::uint32_t
         compress_store(packed.y + n, touch, closest.apart.y);
         compress_store(packed.z + n, touch, closest.apart.z);
         compress_store(packed.squared + n, touch, squared);
-        compress_store(packed.radius_1 + n, touch, a.behind);
-        compress_store(packed.radius_2 + n, touch, b.behind);
+        compress_store(packed.radius_1 + n, touch, tile.radius_1);
+        compress_store(packed.radius_2 + n, touch, tile.radius_2);
         for (std::uint32_t l = 0; l < W; ++l) {
             packed.pair[packed.count] = i + l;
             packed.count += touch >> l & 1;
@@ -222,7 +220,7 @@ void Contacts::pack(const Capsules& capsules, std::uint32_t begin, std::uint32_t
         if (const unsigned side = bits_of((closest.sine_squared < P(blend * blend)) & (closest.last > closest.first)) & touch)
             for (std::uint32_t l = 0; l < W; ++l)
                 if (side >> l & 1) packed.side_by_side.push_back(n + static_cast<std::uint32_t>(std::popcount(touch & ((1u << l) - 1))));
-    }
+    });
     // The last tile is filled up with its first.
     for (std::uint32_t i = packed.count, first = packed.count / W * W; i % W != 0; ++i) {
         for (double* of : {packed.s, packed.t, packed.x, packed.y, packed.z, packed.squared, packed.radius_1, packed.radius_2}) of[i] = of[first];
