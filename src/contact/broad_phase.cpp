@@ -1,13 +1,14 @@
 #include "contact/broad_phase.hpp"
 
+#include "contact/capsule_tiles.hpp"
 #include "contact/closest_points.hpp"
 #include "contact/compress.hpp"
 #include "contact/group.hpp"
-#include "contact/transposed.hpp"
 
 #include <algorithm>
 #include <bit>
 #include <cmath>
+#include <cstring>
 #include <limits>
 
 namespace skein {
@@ -21,22 +22,18 @@ Vec3d most_of(const Vec3d& a, const Vec3d& b) { return {std::max(a.x, b.x), std:
 
 /// Of pairs (a[i], b[i]) those that may touch and whose capsules are less than `skin` apart. a and b have room for a tile more.
 void append_near(const Capsules& c, double skin, std::span<const std::uint8_t> owned, std::uint32_t* a, std::uint32_t* b, std::size_t count, std::vector<Pair>& near) {
-    constexpr std::size_t W = 8;
+    constexpr std::size_t W = CapsuleTile::width;
     if (count == 0) return;
     std::fill(a + count, a + count + W, a[0]);
     std::fill(b + count, b + count + W, b[0]);
-    for (std::size_t i = 0; i < count; i += W) {
-        for (std::size_t l = 0; l < W; ++l) {
-            const CapsuleNode* later = &c.node[b[std::min(i + l + 2 * W, count)]];
-            __builtin_prefetch(later);
-            __builtin_prefetch(later + 1);
-        }
-        const auto nodes = [&](const std::uint32_t* slot, int next) {
-            return load_transposed<W>([&](int l) { return &c.node[slot[i + static_cast<std::size_t>(l)] + static_cast<std::size_t>(next)].position.x; });
-        };
-        const auto p = nodes(a, 0), p_end = nodes(a, 1), q = nodes(b, 0), q_end = nodes(b, 1);
-        const auto apart = closest_points(p.vector, p_end.vector - p.vector, q.vector, q_end.vector - q.vector).apart;
-        const auto reach = p.behind + q.behind + Pack<W>(skin);
+    const auto node = [&](std::uint32_t slot) { return &c.node[slot]; };
+    for_capsule_tiles(count, [&](std::size_t i) { return std::pair(node(a[i]), node(b[i])); }, [&](std::size_t i) {
+        const CapsuleNode* later = node(b[std::min(i + 64, count)]);
+        __builtin_prefetch(later);
+        __builtin_prefetch(later + 1);
+    }, [&](std::size_t i, const CapsuleTile& tile) {
+        const auto apart = closest_points(tile.p, tile.d1, tile.q, tile.d2).apart;
+        const auto reach = tile.radius_1 + tile.radius_2 + Pack<W>(skin);
         unsigned bits = bits_of(dot(apart, apart) < reach * reach) & (count - i < W ? (1u << (count - i)) - 1 : 0xffu);
         for (; bits != 0; bits &= bits - 1) {
             const std::size_t l = i + static_cast<std::size_t>(std::countr_zero(bits));
@@ -44,7 +41,7 @@ void append_near(const Capsules& c, double skin, std::span<const std::uint8_t> o
             if (!owned.empty() && !owned[static_cast<std::size_t>(c.rod[a[l]])] && !owned[static_cast<std::size_t>(c.rod[b[l]])]) continue;
             near.push_back({std::min(a[l], b[l]), std::max(a[l], b[l])});
         }
-    }
+    });
 }
 
 } // namespace
@@ -56,6 +53,30 @@ struct BroadPhase::Ranges {
     void add(std::uint32_t begin, std::uint32_t end) {
         if (begin < end) range[count++] = {begin, end};
     }
+};
+
+/// The elements of ranges side by side, if they are few: ranges are short, and each costs as much as sixteen spheres.
+struct BroadPhase::Copies {
+    static constexpr std::uint32_t most = 512;
+    float x[most + 16], y[most + 16], z[most + 16], reach[most + 16];
+    std::int32_t rod[most + 16];
+    std::uint32_t slot[most + 16];
+    std::uint32_t count = 0;
+
+    bool take(const Spheres& from, const Ranges& ranges) {
+        count = 0;
+        for (int r = 0; r < ranges.count; ++r) {
+            const auto [begin, end] = ranges.range[r];
+            if (count + (end - begin) > most) return false;
+            for (std::uint32_t i = begin, to = count; i < end; i += 16, to += 16) { // in sixteens, beyond the end
+                std::memcpy(x + to, from.x + i, 64), std::memcpy(y + to, from.y + i, 64), std::memcpy(z + to, from.z + i, 64);
+                std::memcpy(reach + to, from.reach + i, 64), std::memcpy(rod + to, from.rod + i, 64), std::memcpy(slot + to, from.slot + i, 64);
+            }
+            count += end - begin;
+        }
+        return true;
+    }
+    Spheres spheres() const { return {x, y, z, reach, rod, slot}; }
 };
 
 /// Pairs whose spheres meet, on their way to those whose capsules do.
@@ -185,59 +206,67 @@ void BroadPhase::add_row(const Grid& grid, std::uint32_t x, std::uint32_t y, std
     }
 }
 
-/// Spheres that meet the one at place i.
-SKEIN_INLINE void BroadPhase::meet(std::uint32_t i, Range range, float margin, Found& found) const {
+/// Spheres of some that meet the one at place i.
+SKEIN_INLINE void BroadPhase::meet(std::uint32_t i, const Spheres& others, Range range, float margin, Found& found) const {
+    const std::uint32_t slot = slot_[i];
     const float x = x_[i], y = y_[i], z = z_[i], reach = reach_[i] + margin;
     const std::int32_t rod = rod_[i];
+    std::size_t count = found.count;
     for (std::uint32_t j = range.begin; j < range.end; j += 16) {
+        if (count > Found::most) {
+            found.count = count;
+            found.flush();
+            count = 0;
+        }
+        std::fill_n(found.a + count, 16, slot); // all sixteen, as it costs less than to know how many
 #if defined(__AVX512F__)
-        const auto less = [j](const AlignedVector<float>& v, float by) { return _mm512_sub_ps(_mm512_loadu_ps(&v[j]), _mm512_set1_ps(by)); };
-        const __m512 dx = less(x_, x), dy = less(y_, y), dz = less(z_, z), r = less(reach_, -reach);
+        const auto less = [j](const float* v, float by) { return _mm512_sub_ps(_mm512_loadu_ps(v + j), _mm512_set1_ps(by)); };
+        const __m512 dx = less(others.x, x), dy = less(others.y, y), dz = less(others.z, z), r = less(others.reach, -reach);
         const __m512 squared = _mm512_fmadd_ps(dx, dx, _mm512_fmadd_ps(dy, dy, _mm512_mul_ps(dz, dz)));
-        const std::uint32_t left = range.end - j;
-        const auto valid = static_cast<__mmask16>(left >= 16 ? 0xffffu : (1u << left) - 1);
-        const __mmask16 others = _mm512_mask_cmpneq_epi32_mask(valid, _mm512_loadu_si512(&rod_[j]), _mm512_set1_epi32(rod));
-        const __mmask16 near = _mm512_mask_cmp_ps_mask(others, squared, _mm512_mul_ps(r, r), _CMP_LT_OQ);
-        _mm512_storeu_si512(found.b + found.count, _mm512_maskz_compress_epi32(near, _mm512_loadu_si512(&slot_[j])));
-        found.count += static_cast<std::size_t>(std::popcount(static_cast<unsigned>(near)));
+        const auto valid = static_cast<__mmask16>((1u << std::min(range.end - j, 16u)) - 1);
+        const __mmask16 foreign = _mm512_mask_cmpneq_epi32_mask(valid, _mm512_loadu_si512(others.rod + j), _mm512_set1_epi32(rod));
+        const __mmask16 near = _mm512_mask_cmp_ps_mask(foreign, squared, _mm512_mul_ps(r, r), _CMP_LT_OQ);
+        _mm512_storeu_si512(found.b + count, _mm512_maskz_compress_epi32(near, _mm512_loadu_si512(others.slot + j)));
+        count += static_cast<std::size_t>(std::popcount(static_cast<unsigned>(near)));
 #else
         for (std::uint32_t k = j; k < std::min(j + 16, range.end); ++k) {
-            const float dx = x_[k] - x, dy = y_[k] - y, dz = z_[k] - z, r = reach_[k] + reach;
-            found.b[found.count] = slot_[k];
-            found.count += (dx * dx + dy * dy + dz * dz < r * r) & (rod_[k] != rod);
+            const float dx = others.x[k] - x, dy = others.y[k] - y, dz = others.z[k] - z, r = others.reach[k] + reach;
+            found.b[count] = others.slot[k];
+            count += (dx * dx + dy * dy + dz * dz < r * r) & (others.rod[k] != rod);
         }
 #endif
     }
+    found.count = count;
 }
 
 void BroadPhase::look(const Grid& grid, std::uint32_t begin, std::uint32_t end, float margin, Found& found) const {
-    const auto all_of = [&](std::uint32_t i, Range range) {
-        for (; range.begin < range.end; range.begin += 512) {
-            const std::size_t before = found.count;
-            meet(i, {range.begin, std::min(range.end, range.begin + 512)}, margin, found);
-            std::fill(found.a + before, found.a + found.count, slot_[i]);
-            if (found.count > Found::most - 512) found.flush();
-        }
-    };
+    const Spheres all = spheres();
+    Copies copies;
     for (std::uint32_t c = begin; c < end; ++c) {
         const std::uint32_t* cell = &cell_begin_[grid.first_cell + c];
         if (cell[0] == cell[1]) continue;
         const std::uint32_t x = c & (grid.size[0] - 1), y = c / grid.size[0] & (grid.size[1] - 1), z = c / grid.size[0] / grid.size[1];
-        // Half of the neighbours; the others look here.
+        // Its own elements and half of the neighbours; the others look here.
+        const bool edge = x + 1 == grid.size[0];
         Ranges ranges;
-        const std::uint32_t* east = x + 1 < grid.size[0] ? cell + 1 : cell - x;
-        if (x + 1 == grid.size[0]) ranges.add(east[0], east[1]);
+        ranges.add(cell[0], edge ? cell[1] : cell[2]);
+        if (edge) ranges.add(cell[-static_cast<std::ptrdiff_t>(x)], cell[1 - static_cast<std::ptrdiff_t>(x)]);
         add_row(grid, x, y + 1, z, ranges);
         for (const std::uint32_t dy : {~0u, 0u, 1u}) add_row(grid, x, y + dy, z + 1, ranges);
+        const bool copied = copies.take(all, ranges);
         for (std::uint32_t i = cell[0]; i < cell[1]; ++i) {
-            all_of(i, {i + 1, x + 1 < grid.size[0] ? cell[2] : cell[1]});
-            for (int r = 0; r < ranges.count; ++r) all_of(i, ranges.range[r]);
+            if (copied) {
+                meet(i, copies.spheres(), {i - cell[0] + 1, copies.count}, margin, found);
+            } else {
+                ranges.range[0].begin = i + 1;
+                for (int r = 0; r < ranges.count; ++r) meet(i, all, ranges.range[r], margin, found);
+            }
             for (const Grid* coarser = &grid + 1; coarser < grids_.data() + grids_.size(); ++coarser) {
-                Ranges all;
+                Ranges around;
                 for (const std::uint32_t dz : {~0u, 0u, 1u})
                     for (const std::uint32_t dy : {~0u, 0u, 1u})
-                        add_row(*coarser, coarser->cell_at(x_[i]), coarser->cell_at(y_[i]) + dy, coarser->cell_at(z_[i]) + dz, all);
-                for (int r = 0; r < all.count; ++r) all_of(i, all.range[r]);
+                        add_row(*coarser, coarser->cell_at(x_[i]), coarser->cell_at(y_[i]) + dy, coarser->cell_at(z_[i]) + dz, around);
+                for (int r = 0; r < around.count; ++r) meet(i, all, around.range[r], margin, found);
             }
         }
     }

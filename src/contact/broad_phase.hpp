@@ -58,13 +58,21 @@ private:
         float x, y, z; ///< from origin_, m
         float reach;   ///< m
     };
+    /// Elements side by side, as vector instructions want them.
+    struct Spheres {
+        const float *x, *y, *z, *reach;
+        const std::int32_t* rod;
+        const std::uint32_t* slot;
+    };
     struct Ranges;
+    struct Copies;
     struct Found;
+    Spheres spheres() const { return {x_.data(), y_.data(), z_.data(), reach_.data(), rod_.data(), slot_.data()}; }
     void measure(const Capsules& capsules, double skin);
     void fill_grids(const Capsules& capsules);
     void add_row(const Grid& grid, std::uint32_t x, std::uint32_t y, std::uint32_t z, Ranges& ranges) const;
     void look(const Grid& grid, std::uint32_t begin, std::uint32_t end, float margin, Found& found) const;
-    void meet(std::uint32_t i, Range range, float margin, Found& found) const;
+    void meet(std::uint32_t i, const Spheres& others, Range range, float margin, Found& found) const;
 
     const Threads& threads_;
     std::vector<std::uint8_t> grid_of_; ///< of each slot
@@ -72,7 +80,7 @@ private:
     Vec3d origin_{0, 0, 0}, next_origin_{0, 0, 0};
     float slack_ = 0; ///< what single precision may lose, m
     AlignedVector<Sphere> sphere_; ///< by slot
-    // By cell; one array per component, as vector instructions want them.
+    // By cell.
     AlignedVector<float> x_, y_, z_, reach_;
     AlignedVector<std::int32_t> rod_; ///< elements with the same one do not touch; others' own where a rod touches itself
     AlignedVector<std::uint32_t> slot_;

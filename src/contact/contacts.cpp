@@ -1,8 +1,8 @@
 #include "contact/contacts.hpp"
 
+#include "contact/capsule_tiles.hpp"
 #include "contact/closest_points.hpp"
 #include "contact/compress.hpp"
-#include "contact/transposed.hpp"
 #include "parallel/blocks.hpp"
 
 #include <algorithm>
@@ -16,7 +16,7 @@ namespace skein {
 
 namespace {
 
-constexpr int W = 8;
+constexpr int W = CapsuleTile::width;
 using P = Pack<W>;
 constexpr double blend = 0.05; // sine of the angle below which elements meet at both ends of their overlap as well
 
@@ -148,7 +148,7 @@ void Contacts::renew_list(const Capsules& capsules) {
     list_ = std::move(fresh);
     last_spring_.assign(list_.count() + 1, Spring{{0, 0, 0}, 0});
     was_.assign(list_.count() + PairList::padding, 0);
-    on_second_.resize(list_.count());
+    on_second_.assign(list_.count(), PointLoad{});
     blocks_.resize(list_.tasks.size());
     task_of_rod_.resize(capsules.first_slot.size() - 1);
     for (std::uint32_t task = 0; task < list_.tasks.size(); ++task)
@@ -186,26 +186,27 @@ std::vector<KeptContact> Contacts::kept() const {
 }
 
 /// Those of some pairs that touch.
-void Contacts::pack(const Capsules& capsules, std::uint32_t begin, std::uint32_t end, Packed& packed, Block& block) const {
+void Contacts::pack(const Capsules& capsules, std::uint32_t begin, std::uint32_t end, Packed& packed, Block& block) {
     packed.count = 0;
     packed.side_by_side.clear();
-    for (std::uint32_t i = begin; i < end; i += W) {
-        for (std::uint32_t l = 0; l < W; ++l) {
-            const std::uint32_t later = list_.pair[i + l + 48].b;
-            __builtin_prefetch(&capsules.node[later]);
-            __builtin_prefetch(&capsules.node[later + 1]);
-            __builtin_prefetch(&capsules.spin[later]);
-        }
-        const Pair* pair = &list_.pair[i];
-        const auto first = [&](int next) { return load_transposed<W>([&](int l) { return &(&capsules.node[pair[l].a])[next].position.x; }); };
-        const auto second = [&](int next) { return load_transposed<W>([&](int l) { return &(&capsules.node[pair[l].b])[next].position.x; }); };
-        const auto a = first(0), a_end = first(1), b = second(0), b_end = second(1);
-        const auto closest = closest_points(a.vector, a_end.vector - a.vector, b.vector, b_end.vector - b.vector);
-        const P reach = a.behind + b.behind, squared = dot(closest.apart, closest.apart);
+    const Pair* const pair = &list_.pair[begin];
+    const CapsuleNode* const node = capsules.node.data();
+    for_capsule_tiles(end - begin, [&](std::size_t k) { return std::pair(node + pair[k].a, node + pair[k].b); }, [&](std::size_t k) {
+        const std::uint32_t later = pair[k + PairList::padding - W].b;
+        __builtin_prefetch(node + later);
+        __builtin_prefetch(node + later + 1);
+        __builtin_prefetch(&capsules.spin[later]);
+    }, [&](std::size_t k, const CapsuleTile& tile) {
+        const std::uint32_t i = begin + static_cast<std::uint32_t>(k);
+        const auto closest = closest_points(tile.p, tile.d1, tile.q, tile.d2);
+        const P reach = tile.radius_1 + tile.radius_2, squared = dot(closest.apart, closest.apart);
         const unsigned valid = end - i >= W ? 0xffu : (1u << (end - i)) - 1, touch = bits_of(squared < reach * reach) & valid;
         if (const unsigned ended = low_bits(&was_[i]) & ~touch & valid)
             for (std::uint32_t l = 0; l < W; ++l)
-                if (ended >> l & 1 && owns(static_cast<std::size_t>(capsules.rod[list_.pair[i + l].a]))) block.rubbed += last_spring_[i + l].energy;
+                if (ended >> l & 1) {
+                    on_second_[i + l] = {};
+                    if (owns(static_cast<std::size_t>(capsules.rod[list_.pair[i + l].a]))) block.rubbed += last_spring_[i + l].energy;
+                }
         const std::uint32_t n = packed.count;
         compress_store(packed.s + n, touch, closest.s);
         compress_store(packed.t + n, touch, closest.t);
@@ -213,8 +214,8 @@ void Contacts::pack(const Capsules& capsules, std::uint32_t begin, std::uint32_t
         compress_store(packed.y + n, touch, closest.apart.y);
         compress_store(packed.z + n, touch, closest.apart.z);
         compress_store(packed.squared + n, touch, squared);
-        compress_store(packed.radius_1 + n, touch, a.behind);
-        compress_store(packed.radius_2 + n, touch, b.behind);
+        compress_store(packed.radius_1 + n, touch, tile.radius_1);
+        compress_store(packed.radius_2 + n, touch, tile.radius_2);
         for (std::uint32_t l = 0; l < W; ++l) {
             packed.pair[packed.count] = i + l;
             packed.count += touch >> l & 1;
@@ -222,7 +223,7 @@ void Contacts::pack(const Capsules& capsules, std::uint32_t begin, std::uint32_t
         if (const unsigned side = bits_of((closest.sine_squared < P(blend * blend)) & (closest.last > closest.first)) & touch)
             for (std::uint32_t l = 0; l < W; ++l)
                 if (side >> l & 1) packed.side_by_side.push_back(n + static_cast<std::uint32_t>(std::popcount(touch & ((1u << l) - 1))));
-    }
+    });
     // The last tile is filled up with its first.
     for (std::uint32_t i = packed.count, first = packed.count / W * W; i % W != 0; ++i) {
         for (double* of : {packed.s, packed.t, packed.x, packed.y, packed.z, packed.squared, packed.radius_1, packed.radius_2}) of[i] = of[first];
@@ -389,7 +390,9 @@ void Contacts::push_packed(const Capsules& capsules, double h, const Packed& pac
         store_transposed<W>(force.arm_2 * force.moment, s, [&](int l) { return &on_second_[index[l]].couple.x; });
         if (kinds_.friction == ContactFriction::memory) store_transposed<W>(spring.x, spring.energy, [&](int l) { return &spring_[index[l]].x.x; });
         const unsigned within = bits_of((s > P(0.0)) & (s < P(1.0)) & (t > P(0.0)) & (t < P(1.0)));
-        for (int l = 0; l < count; ++l) what_[index[l]] = static_cast<std::uint8_t>(touching | (within >> l & 1) * inside | (sides >> l & 1) * has_ends);
+        for (int l = 0; l < W; ++l) what_[index[l]] = static_cast<std::uint8_t>(touching | (within >> l & 1) * inside);
+        if (sides != 0)
+            for (int l = 0; l < count; ++l) what_[index[l]] |= static_cast<std::uint8_t>((sides >> l & 1) * has_ends);
 
         unsigned mine = (1u << count) - 1;
         if (!owned_.empty())
@@ -447,19 +450,20 @@ const Contacts::Ends* Contacts::ends_of(std::size_t pair, std::size_t a, const C
 
 void Contacts::gather_rod(const Capsules& capsules, std::size_t rod, AlignedVector<ContactLoad>& loads) {
     const auto first = static_cast<std::size_t>(first_slot_[rod]), behind = static_cast<std::size_t>(first_slot_[rod + 1]);
-    const std::uint32_t last = list_.reverse_begin[behind];
     std::uint8_t touched = 0;
     for (std::uint32_t i = list_.first[first]; i < list_.first[behind]; ++i) touched |= what_[i];
-    for (std::size_t slot = first; slot + 1 < behind; ++slot)
-        for (std::uint32_t i = list_.reverse_begin[slot]; i < list_.reverse_begin[slot + 1]; ++i) {
-            __builtin_prefetch(&on_second_[list_.reverse[std::min(i + 16, last - 1)]]);
-            const std::uint32_t pair = list_.reverse[i];
-            if (!what_[pair]) continue;
-            touched = 1;
-            take(&loads[slot], on_second_[pair]);
-            if (what_[pair] & has_ends)
-                for (const PointLoad& end : ends_of(pair, list_.pair[pair].a, capsules)->second) take(&loads[slot], end);
-        }
+    // All pairs, as those that do not touch add zeros and cost less than to ask which.
+    const std::uint32_t begin = list_.reverse_begin[first], end = list_.reverse_begin[behind];
+    for (std::uint32_t i = begin; i < end; ++i) {
+        __builtin_prefetch(&on_second_[list_.reverse[std::min(i + 16, end - 1)]]);
+        const std::uint32_t pair = list_.reverse[i];
+        const std::uint8_t what = what_[pair];
+        touched |= what;
+        ContactLoad* at = &loads[list_.pair[pair].b];
+        take(at, on_second_[pair]);
+        if (what & has_ends)
+            for (const PointLoad& point : ends_of(pair, list_.pair[pair].a, capsules)->second) take(at, point);
+    }
     touched_[rod] = touched != 0;
 }
 

@@ -101,7 +101,7 @@ private:
     void renew_list(const Capsules& capsules);
     void carry_over(const PairList& fresh);
     void push(const Capsules& capsules, double h, const PairList::Task& task, Block& block, AlignedVector<ContactLoad>& loads);
-    void pack(const Capsules& capsules, std::uint32_t begin, std::uint32_t end, Packed& packed, Block& block) const;
+    void pack(const Capsules& capsules, std::uint32_t begin, std::uint32_t end, Packed& packed, Block& block);
     void push_packed(const Capsules& capsules, double h, const Packed& packed, Block& block, Sums& sums, AlignedVector<ContactLoad>& loads);
     template <int W> ContactSpring<Pack<W>> springs_before(const std::uint32_t* pair, Pack<W> s, Pack<W> t) const;
     std::uint32_t spring_at_joint(std::uint32_t pair, int da, int db, std::uint32_t own) const;
@@ -125,7 +125,7 @@ private:
     enum : std::uint8_t { touching = 1, has_ends = 2, inside = 4 }; ///< inside: at no end of either element
     std::vector<std::uint8_t> what_, was_; ///< by pair; now and before; padded
     AlignedVector<Spring> spring_, last_spring_; ///< by pair; behind them one of zeros
-    AlignedVector<PointLoad> on_second_; ///< by pair, of those touching
+    AlignedVector<PointLoad> on_second_; ///< by pair; 0 where nothing touches
     std::vector<Block> blocks_;          ///< by task
     std::vector<std::uint32_t> task_of_rod_;
     std::vector<std::uint8_t> touched_;

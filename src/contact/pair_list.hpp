@@ -9,7 +9,7 @@
 namespace skein {
 
 struct PairList {
-    static constexpr std::size_t padding = 64; ///< copies of a pair behind the last, for those who read in tiles and ahead
+    static constexpr std::size_t padding = 72; ///< copies of a pair behind the last, for those who read in tiles and ahead
 
     /// Whole rods, of about 512 pairs.
     struct Task {

@@ -80,19 +80,19 @@ SKEIN_INLINE ContactForce<Pack<W>> contact_force(ContactKinds kinds, const Conta
         const auto sticks = squared <= limit * limit;
         friction = trial;
         Vec3<P> after = in_plane;
-        P rubbed = zero, damped = law.tangential_damping * dot(tangential, tangential) * step;
+        P rubbed = zero /* over k_t/2 */, damped = law.tangential_damping * dot(tangential, tangential) * step;
         if (any(!sticks)) {
             const P size = max(sqrt(squared), tiny), some_stiffness = max(stiffness, tiny), inverse = one / (size * some_stiffness);
             const Vec3<P> slides = (law.kinetic_friction * pressed * some_stiffness * inverse) * trial, stretch = -((size * inverse) * slides);
-            rubbed = select(sticks, zero, dot(slides, stretch - in_plane));
+            rubbed = select(sticks, zero, dot(in_plane, in_plane) - dot(stretch, stretch));
             damped = select(sticks, damped, zero);
             friction = select(sticks, trial, slides);
             after = select(sticks, in_plane, stretch);
         }
         friction = select(touches, friction, none);
         spring.x = select(touches, after, none);
-        // In from the spring as it was, less what its turning into the plane takes.
-        out.rubbed = spring.energy + select(touches, fma(half * stiffness, along * along - before, rubbed), zero);
+        // Energy of the spring as it was, less that of the one it starts from; what its turning into the plane takes, and slip.
+        out.rubbed = spring.energy + select(touches, half * stiffness * (along * along - before + rubbed), zero);
         out.damped += select(touches, damped, zero);
         spring.energy = half * stiffness * dot(spring.x, spring.x);
         out.stored += spring.energy;

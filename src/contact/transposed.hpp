@@ -4,6 +4,9 @@
 
 #include "core/vec3.hpp"
 
+#include <array>
+#include <bit>
+
 namespace skein {
 
 template <int W> struct LoadedVectors {
@@ -28,14 +31,11 @@ template <int W, class At> SKEIN_INLINE LoadedVectors<W> load_transposed(At&& at
         const auto high = [](auto a, auto b) __attribute__((always_inline)) { return Pack<W>(__builtin_shufflevector(a, b, 2, 3, 10, 11, 6, 7, 14, 15)); };
         return {{low(even01, even23), low(odd01, odd23), high(even01, even23)}, high(odd01, odd23)};
     } else {
-        const Pack<W> none(0.0);
-        LoadedVectors<W> all{{none, none, none}, none};
-        for (int i = 0; i < W; ++i) {
-            const double* from = at(i);
-            set_lane(all.vector, i, {from[0], from[1], from[2]});
-            all.behind.set(i, from[3]);
-        }
-        return all;
+        std::array<double, W> number[4];
+        for (int i = 0; i < W; ++i)
+            for (int n = 0; n < 4; ++n) number[n][static_cast<std::size_t>(i)] = at(i)[n];
+        const auto pack = [&](int n) { return std::bit_cast<Pack<W>>(number[n]); };
+        return {{pack(0), pack(1), pack(2)}, pack(3)};
     }
 }
 

@@ -1,0 +1,148 @@
+// Laws say what scenes ask of them; energy goes where it is said to go; one lane does as eight do.
+#include "contact/response.hpp"
+
+#include "core/error.hpp"
+
+#include <gtest/gtest.h>
+
+#include <random>
+
+namespace skein {
+namespace {
+
+struct Bounce {
+    double restitution, time;
+};
+/// Two bodies of effective mass m, head on at a speed, in small steps (symplectic, second order).
+Bounce bounce(const ContactLaw& law, double m, double speed) {
+    const ContactNumbers<double> n = law.numbers();
+    const ContactNumbers<Pack<1>> numbers{n.stiffness, n.damping, n.static_friction, n.kinetic_friction, n.tangential_stiffness, n.tangential_damping, n.slip_speed};
+    const Vec3d none{0, 0, 0};
+    const auto force = [&](double overlap, double v) {
+        ContactSpring<Pack<1>> spring{broadcast<1>(none), 0.0};
+        return contact_force<1>({law.normal, ContactFriction::none}, numbers,
+                                {broadcast<1>(Vec3d{1, 0, 0}), 2 - overlap, 1.0, 1.0, broadcast<1>(Vec3d{v, 0, 0}), broadcast<1>(none), broadcast<1>(none), broadcast<1>(none)}, 0, spring)
+            .normal[0];
+    };
+    double g = 0, v = speed, t = 0;
+    const double h = 1e-5;
+    while (t < 5 && (t == 0 || force(g, v) > 0 || v > 0)) {
+        const double half = v - 0.5 * h * force(g, v) / m;
+        g += h * half;
+        v = half - 0.5 * h * force(g, half) / m;
+        t += h;
+    }
+    return {-v / speed, t};
+}
+
+TEST(ContactLaw, BouncesAsItIsTold) {
+    for (const ContactNormal normal : {ContactNormal::linear, ContactNormal::hertz})
+        for (const double e : {0.05, 0.24, 0.5, 0.9, 1.0}) {
+            const double mass = 0.3, time = 0.4, speed = 0.02;
+            const ContactLaw law = ContactLaw{.normal = normal, .restitution = e, .collision_time = time, .collision_speed = speed}.resolved(mass);
+            const Bounce b = bounce(law, mass, speed);
+            EXPECT_NEAR(b.restitution, e, 1e-3) << static_cast<int>(normal);
+            EXPECT_NEAR(b.time, time, 5e-3 * time) << static_cast<int>(normal) << " " << e;
+        }
+    const ContactLaw as_it_is{.stiffness = 3, .damping = 2};
+    EXPECT_EQ(as_it_is.resolved(1).stiffness, 3);
+    EXPECT_THROW((ContactLaw{.restitution = 0.5}.resolved(1)), InputError);
+}
+
+TEST(ContactLaw, BeginsSoftlyAndWithoutFriction) {
+    const ContactLaw law{.stiffness = 1e6, .damping = 1e3, .friction = ContactFriction::memory, .static_friction = 0.4, .soft_until = 0.2, .soft_stiffness = 1500,
+                         .soft_damping = 100, .friction_from = 0.5};
+    EXPECT_EQ(law.at(0.1).stiffness, 1500);
+    EXPECT_EQ(law.at(0.1).damping, 100);
+    EXPECT_EQ(law.at(0.2).stiffness, 1e6);
+    EXPECT_EQ(law.at(0.3).static_friction, 0);
+    EXPECT_EQ(law.at(0.3).kinetic(), 0);
+    EXPECT_EQ(law.at(0.6).kinetic(), 0.4) << "as the static one";
+    EXPECT_EQ((ContactLaw{.static_friction = 0.4, .kinetic_friction = 0}.kinetic()), 0);
+    EXPECT_THROW(ContactLaws(2, {law, law, law, ContactLaw{}}), InputError) << "kinds of friction differ";
+}
+
+template <int W> struct Drawn {
+    ContactNumbers<Pack<W>> law;
+    ContactState<Pack<W>> state;
+    ContactSpring<Pack<W>> spring;
+};
+template <int W> Drawn<W> draw(unsigned seed, int first) {
+    Drawn<W> d;
+    for (int l = 0; l < W; ++l) {
+        std::mt19937 random(seed * 8 + static_cast<unsigned>(first + l));
+        std::uniform_real_distribution<double> uniform(0, 1);
+        std::normal_distribution<double> normal;
+        const auto vector = [&] { return Vec3d{normal(random), normal(random), normal(random)}; };
+        const Vec3d n = vector();
+        set_lane(d.state.normal, l, (1 / norm(n)) * n);
+        d.state.radius_1.set(l, 0.5 + uniform(random)), d.state.radius_2.set(l, 0.5 + uniform(random)), d.state.distance.set(l, 2 * uniform(random));
+        for (Vec3<Pack<W>>* v : {&d.state.velocity_1, &d.state.spin_1, &d.state.velocity_2, &d.state.spin_2, &d.spring.x}) set_lane(*v, l, vector());
+        d.spring.energy.set(l, uniform(random));
+        for (Pack<W>* p : {&d.law.stiffness, &d.law.damping, &d.law.static_friction, &d.law.kinetic_friction, &d.law.tangential_stiffness, &d.law.tangential_damping, &d.law.slip_speed})
+            p->set(l, uniform(random));
+    }
+    return d;
+}
+
+TEST(ContactForce, IsTheSameInOneLaneAndInEight) {
+    for (const ContactNormal normal : {ContactNormal::linear, ContactNormal::hertz})
+        for (const ContactFriction friction : {ContactFriction::none, ContactFriction::memory, ContactFriction::regularised, ContactFriction::published})
+            for (unsigned seed = 0; seed < 100; ++seed) {
+                auto eight = draw<8>(seed, 0);
+                const auto all = contact_force<8>({normal, friction}, eight.law, eight.state, 0.1, eight.spring);
+                for (int l = 0; l < 8; ++l) {
+                    auto one = draw<1>(seed, l);
+                    const auto f = contact_force<1>({normal, friction}, one.law, one.state, 0.1, one.spring);
+                    ASSERT_EQ(norm(lane(all.on_1, l) - lane(f.on_1, 0)), 0);
+                    ASSERT_EQ(norm(lane(all.moment, l) - lane(f.moment, 0)), 0);
+                    ASSERT_EQ(norm(lane(eight.spring.x, l) - lane(one.spring.x, 0)), 0);
+                    ASSERT_EQ(all.stored[l], f.stored[0]);
+                    ASSERT_EQ(all.rubbed[l], f.rubbed[0]);
+                    ASSERT_EQ(all.damped[l], f.damped[0]);
+                }
+            }
+}
+
+TEST(ContactForce, OfPublishedFriction) {
+    const ContactNumbers<Pack<1>> law{100.0, 0.0, 0.0, 0.4, 0.0, 0.0, 1e-3};
+    const auto drag = [&](double speed) {
+        const Vec3d none{0, 0, 0};
+        ContactSpring<Pack<1>> spring{broadcast<1>(none), 0.0};
+        const ContactState<Pack<1>> state{broadcast<1>(Vec3d{0, 0, 1}), 1.9, 1.0, 1.0, broadcast<1>(Vec3d{speed, 0, 0}), broadcast<1>(none), broadcast<1>(none), broadcast<1>(none)};
+        return -contact_force<1>({ContactNormal::linear, ContactFriction::published}, law, state, 1e-3, spring).on_1.x[0];
+    };
+    EXPECT_EQ(drag(0), 0);
+    EXPECT_EQ(drag(0.9e-3), 0);
+    EXPECT_NEAR(drag(1.25e-3), 0.5 * 0.4 * 10, 1e-9);
+    EXPECT_NEAR(drag(2e-3), 0.4 * 10, 1e-9);
+    EXPECT_NEAR(drag(-1), -0.4 * 10, 1e-9);
+}
+
+/// A mass on another, pushed to and fro and pressed more and less: what the contact takes is stored, rubbed or damped.
+TEST(ContactForce, AccountsForItsEnergy) {
+    for (const ContactNormal normal : {ContactNormal::linear, ContactNormal::hertz}) {
+        const ContactNumbers<Pack<1>> law{1e4, 5.0, 0.5, 0.4, 8e3, 3.0, 0.0};
+        ContactSpring<Pack<1>> spring{broadcast<1>(Vec3d{0, 0, 0}), 0.0};
+        double done = 0, lost = 0, stored = 0, rubbed = 0;
+        const double h = 2e-6, radius = 0.1;
+        Vec3d force_before{0, 0, 0};
+        for (int step = 0; step <= 500000; ++step) {
+            const double t = h * step, overlap = 0.02 * std::sin(M_PI * t) + 0.004 * std::sin(20 * t) * std::sin(M_PI * t), dt = 1e-7;
+            const double rate = (0.02 * std::sin(M_PI * (t + dt)) + 0.004 * std::sin(20 * (t + dt)) * std::sin(M_PI * (t + dt)) - overlap) / dt;
+            const Vec3d v{0.05 * std::sin(15 * t), 0.03 * std::cos(40 * t), rate}, none{0, 0, 0};
+            const ContactState<Pack<1>> state{broadcast<1>(Vec3d{0, 0, 1}), 2 * radius - overlap, radius, radius, broadcast<1>(v), broadcast<1>(none), broadcast<1>(none), broadcast<1>(none)};
+            const auto f = contact_force<1>({normal, ContactFriction::memory}, law, state, h, spring);
+            const Vec3d force = lane(f.on_1, 0);
+            done -= h * dot(0.5 * (force + force_before), v);
+            force_before = force;
+            lost += f.rubbed[0] + f.damped[0], rubbed += f.rubbed[0];
+            stored = f.stored[0];
+        }
+        EXPECT_GT(rubbed, 0.1 * done);
+        EXPECT_NEAR(done, stored + lost, 2e-3 * done) << static_cast<int>(normal);
+    }
+}
+
+} // namespace
+} // namespace skein
