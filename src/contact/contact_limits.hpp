@@ -1,4 +1,4 @@
-// The largest stable step that contacts leave.                                                                theory.md section 18
+// The largest stable step that contacts leave.                                                                theory.md (58)
 //   normal     the end node of a rod, squeezed between two others of its kind:  (sqrt(c^2 + 4 k m) - c)/k with 2 k, 2 c and the reduced mass
 //   friction   the same for the tangential spring, which turns the element about its axis as well: 1/m + r^2/J3
 #pragma once

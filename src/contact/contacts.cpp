@@ -136,6 +136,7 @@ void Contacts::carry_over(const PairList& fresh) {
 }
 
 void Contacts::renew_list(const Capsules& capsules) {
+    const Timers::Guard timing(figures_.search_s);
     // Few steps per list cost searches, many cost pairs that never meet.
     if (figures_.renewals > 0) figures_.skin = std::clamp(figures_.skin * (age_ < 20 ? 1.25 : age_ > 80 ? 0.85 : 1.0), 0.02 * diameter_, diameter_);
     age_ = 0;

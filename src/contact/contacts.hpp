@@ -11,6 +11,7 @@
 
 #include "contact/pair_list.hpp"
 #include "contact/response.hpp"
+#include "core/timer.hpp"
 
 namespace skein {
 
@@ -29,6 +30,7 @@ struct ContactFigures {
     double deepest = 0;                  ///< largest overlap over the smaller diameter
     std::int64_t renewals = 0;           ///< of the list, since the beginning
     double skin = 0;                     ///< m
+    double search_s = 0;                 ///< wall time of renewals since the beginning
     double stiffest = 0;                 ///< largest slope of the normal force over the overlap, N/m
     double stored = 0;                   ///< energy of normal and tangential springs, J
     double rubbed = 0, damped = 0;       ///< by friction and by dashpots since the beginning, J; what handing over of springs gives counts against the former

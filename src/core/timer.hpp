@@ -31,6 +31,11 @@ public:
         double start_;
     };
     Guard time(Phase phase) { return Guard(seconds_[static_cast<std::size_t>(phase)]); }
+    /// Time that was counted as one phase and belongs to another.
+    void move(Phase from, Phase to, double seconds) {
+        seconds_[static_cast<std::size_t>(from)] -= seconds;
+        seconds_[static_cast<std::size_t>(to)] += seconds;
+    }
     double seconds(Phase phase) const { return seconds_[static_cast<std::size_t>(phase)]; }
 
 private:

@@ -73,7 +73,9 @@ void Interactions::meet(const Step& step, Timers& timers) {
     }
     const auto timing = timers.time(Phase::contacts);
     ContactView& view = *around_.others;
+    const double searched = contacts_->figures().search_s;
     contacts_->evaluate(view.capsules, step.time, step.kick, view.load);
+    timers.move(Phase::contacts, Phase::search, contacts_->figures().search_s - searched);
     view.touched = contacts_->touched_rods();
 }
 
