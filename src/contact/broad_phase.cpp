@@ -21,27 +21,33 @@ Vec3d least_of(const Vec3d& a, const Vec3d& b) { return {std::min(a.x, b.x), std
 Vec3d most_of(const Vec3d& a, const Vec3d& b) { return {std::max(a.x, b.x), std::max(a.y, b.y), std::max(a.z, b.z)}; }
 
 /// Of pairs (a[i], b[i]) those that may touch and whose capsules are less than `skin` apart. a and b have room for a tile more.
-void append_near(const Capsules& c, double skin, std::span<const std::uint8_t> owned, std::uint32_t* a, std::uint32_t* b, std::size_t count, std::vector<Pair>& near) {
+void append_near(const Capsules& c, double skin, std::span<const std::uint8_t> owned, std::uint32_t* a, std::uint32_t* b,
+                 std::size_t count, std::vector<Pair>& near) {
     constexpr std::size_t W = CapsuleTile::width;
     if (count == 0) return;
     std::fill(a + count, a + count + W, a[0]);
     std::fill(b + count, b + count + W, b[0]);
     const auto node = [&](std::uint32_t slot) { return &c.node[slot]; };
-    for_capsule_tiles(count, [&](std::size_t i) { return std::pair(node(a[i]), node(b[i])); }, [&](std::size_t i) {
-        const CapsuleNode* later = node(b[std::min(i + 64, count)]);
-        __builtin_prefetch(later);
-        __builtin_prefetch(later + 1);
-    }, [&](std::size_t i, const CapsuleTile& tile) {
-        const auto apart = closest_points(tile.p, tile.d1, tile.q, tile.d2).apart;
-        const auto reach = tile.radius_1 + tile.radius_2 + Pack<W>(skin);
-        unsigned bits = bits_of(dot(apart, apart) < reach * reach) & (count - i < W ? (1u << (count - i)) - 1 : 0xffu);
-        for (; bits != 0; bits &= bits - 1) {
-            const std::size_t l = i + static_cast<std::size_t>(std::countr_zero(bits));
-            if (!c.may_touch(a[l], b[l])) continue;
-            if (!owned.empty() && !owned[static_cast<std::size_t>(c.rod[a[l]])] && !owned[static_cast<std::size_t>(c.rod[b[l]])]) continue;
-            near.push_back({std::min(a[l], b[l]), std::max(a[l], b[l])});
-        }
-    });
+    for_capsule_tiles(
+        count, [&](std::size_t i) { return std::pair(node(a[i]), node(b[i])); },
+        [&](std::size_t i) {
+            const CapsuleNode* later = node(b[std::min(i + 64, count)]);
+            __builtin_prefetch(later);
+            __builtin_prefetch(later + 1);
+        },
+        [&](std::size_t i, const CapsuleTile& tile) {
+            const auto apart = closest_points(tile.p, tile.d1, tile.q, tile.d2).apart;
+            const auto reach = tile.radius_1 + tile.radius_2 + Pack<W>(skin);
+            unsigned bits = bits_of(dot(apart, apart) < reach * reach) & (count - i < W ? (1u << (count - i)) - 1 : 0xffu);
+            for (; bits != 0; bits &= bits - 1) {
+                const std::size_t l = i + static_cast<std::size_t>(std::countr_zero(bits));
+                if (!c.may_touch(a[l], b[l])) continue;
+                if (!owned.empty() && !owned[static_cast<std::size_t>(c.rod[a[l]])] &&
+                    !owned[static_cast<std::size_t>(c.rod[b[l]])])
+                    continue;
+                near.push_back({std::min(a[l], b[l]), std::max(a[l], b[l])});
+            }
+        });
 }
 
 } // namespace
@@ -70,7 +76,8 @@ struct BroadPhase::Copies {
             if (count + (end - begin) > most) return false;
             for (std::uint32_t i = begin, to = count; i < end; i += 16, to += 16) { // in sixteens, beyond the end
                 std::memcpy(x + to, from.x + i, 64), std::memcpy(y + to, from.y + i, 64), std::memcpy(z + to, from.z + i, 64);
-                std::memcpy(reach + to, from.reach + i, 64), std::memcpy(rod + to, from.rod + i, 64), std::memcpy(slot + to, from.slot + i, 64);
+                std::memcpy(reach + to, from.reach + i, 64), std::memcpy(rod + to, from.rod + i, 64),
+                    std::memcpy(slot + to, from.slot + i, 64);
             }
             count += end - begin;
         }
@@ -95,7 +102,9 @@ struct BroadPhase::Found {
     }
 };
 
-std::uint32_t BroadPhase::Grid::cell_at(float x) const { return static_cast<std::uint32_t>(static_cast<std::int32_t>(std::floor(x * cells_per_metre))); }
+std::uint32_t BroadPhase::Grid::cell_at(float x) const {
+    return static_cast<std::uint32_t>(static_cast<std::int32_t>(std::floor(x * cells_per_metre)));
+}
 
 BroadPhase::BroadPhase(const Capsules& capsules, const Threads& threads) : threads_(threads), grid_of_(capsules.slots(), 0) {
     double smallest = std::numeric_limits<double>::infinity();
@@ -108,7 +117,8 @@ BroadPhase::BroadPhase(const Capsules& capsules, const Threads& threads) : threa
     next_origin_ = 0.5 * (least + most);
     std::uint8_t coarsest = 0;
     for (std::size_t s = 0; s < capsules.slots(); ++s)
-        if (capsules.has_element(s)) coarsest = std::max(coarsest, grid_of_[s] = static_cast<std::uint8_t>(std::min(31.0, std::log2(size(s) / smallest))));
+        if (capsules.has_element(s))
+            coarsest = std::max(coarsest, grid_of_[s] = static_cast<std::uint8_t>(std::min(31.0, std::log2(size(s) / smallest))));
     grids_.resize(static_cast<std::size_t>(coarsest) + 1);
 }
 
@@ -154,7 +164,8 @@ void BroadPhase::measure(const Capsules& capsules, double skin) {
         const double cell = 2 * (reach + 0.5 * skin + slack_);
         grid.cells_per_metre = static_cast<float>(1 / cell);
         const double sides[3] = {extent.x, extent.y, extent.z};
-        for (int i = 0; i < 3; ++i) grid.size[i] = std::bit_ceil(static_cast<std::uint32_t>(std::clamp(sides[i] / cell + 2, 4.0, 1048576.0)));
+        for (int i = 0; i < 3; ++i)
+            grid.size[i] = std::bit_ceil(static_cast<std::uint32_t>(std::clamp(sides[i] / cell + 2, 4.0, 1048576.0)));
         const std::uint64_t most = std::max<std::uint64_t>(64, 4 * all.count[g]);
         while (std::uint64_t{grid.size[0]} * grid.size[1] * grid.size[2] > most) *std::max_element(grid.size, grid.size + 3) /= 2;
         grid.first_cell = cells;
@@ -174,7 +185,8 @@ void BroadPhase::fill_grids(const Capsules& capsules) {
             const Grid& grid = grids_[grid_of_[s]];
             const Sphere& sphere = sphere_[s];
             const auto cell = [&](float x, int i) { return grid.cell_at(x) & (grid.size[i] - 1); };
-            cell_of_[s] = grid.first_cell + (cell(sphere.z, 2) * grid.size[1] + cell(sphere.y, 1)) * grid.size[0] + cell(sphere.x, 0);
+            cell_of_[s] =
+                grid.first_cell + (cell(sphere.z, 2) * grid.size[1] + cell(sphere.y, 1)) * grid.size[0] + cell(sphere.x, 0);
             place_[s] = count_one(cell_begin_[cell_of_[s]], alone);
         }
     });
@@ -198,7 +210,8 @@ void BroadPhase::fill_grids(const Capsules& capsules) {
 /// The elements of a cell and those east and west of it.
 void BroadPhase::add_row(const Grid& grid, std::uint32_t x, std::uint32_t y, std::uint32_t z, Ranges& ranges) const {
     const std::uint32_t mask = grid.size[0] - 1, west = (x - 1) & mask, here = x & mask, east = (x + 1) & mask;
-    const std::uint32_t* row = &cell_begin_[grid.first_cell + ((z & (grid.size[2] - 1)) * grid.size[1] + (y & (grid.size[1] - 1))) * grid.size[0]];
+    const std::uint32_t* row =
+        &cell_begin_[grid.first_cell + ((z & (grid.size[2] - 1)) * grid.size[1] + (y & (grid.size[1] - 1))) * grid.size[0]];
     if (west < here && here < east) {
         ranges.add(row[west], row[east + 1]);
     } else {
@@ -245,7 +258,8 @@ void BroadPhase::look(const Grid& grid, std::uint32_t begin, std::uint32_t end, 
     for (std::uint32_t c = begin; c < end; ++c) {
         const std::uint32_t* cell = &cell_begin_[grid.first_cell + c];
         if (cell[0] == cell[1]) continue;
-        const std::uint32_t x = c & (grid.size[0] - 1), y = c / grid.size[0] & (grid.size[1] - 1), z = c / grid.size[0] / grid.size[1];
+        const std::uint32_t x = c & (grid.size[0] - 1), y = c / grid.size[0] & (grid.size[1] - 1),
+                            z = c / grid.size[0] / grid.size[1];
         // Its own elements and half of the neighbours; the others look here.
         const bool edge = x + 1 == grid.size[0];
         Ranges ranges;
@@ -265,7 +279,8 @@ void BroadPhase::look(const Grid& grid, std::uint32_t begin, std::uint32_t end, 
                 Ranges around;
                 for (const std::uint32_t dz : {~0u, 0u, 1u})
                     for (const std::uint32_t dy : {~0u, 0u, 1u})
-                        add_row(*coarser, coarser->cell_at(x_[i]), coarser->cell_at(y_[i]) + dy, coarser->cell_at(z_[i]) + dz, around);
+                        add_row(*coarser, coarser->cell_at(x_[i]), coarser->cell_at(y_[i]) + dy, coarser->cell_at(z_[i]) + dz,
+                                around);
                 for (int r = 0; r < around.count; ++r) meet(i, all, around.range[r], margin, found);
             }
         }
@@ -282,7 +297,8 @@ void BroadPhase::build(const Capsules& capsules, double skin, Candidates& candid
     };
     std::vector<Task> tasks;
     for (const Grid& grid : grids_)
-        for (std::uint32_t c = 0; c < grid.cells(); c += block_size) tasks.push_back({&grid, c, std::min<std::uint32_t>(grid.cells(), c + block_size)});
+        for (std::uint32_t c = 0; c < grid.cells(); c += block_size)
+            tasks.push_back({&grid, c, std::min<std::uint32_t>(grid.cells(), c + block_size)});
     pairs_.resize(tasks.size());
     threads_.for_each(tasks.size(), [&](std::size_t t, int) {
         pairs_[t].clear();

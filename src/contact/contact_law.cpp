@@ -24,8 +24,8 @@ Bounce hertz_bounce(double d) {
     const double h = 1e-3 / std::max(1.0, d);
     double x = 0, v = 1, t = 0;
     while (x >= 0 && (v > 0 || x + d * v > 0) && t < 1e3) {
-        const double a1 = -force(x, v), v2 = v + 0.5 * h * a1, a2 = -force(x + 0.5 * h * v, v2), v3 = v + 0.5 * h * a2, a3 = -force(x + 0.5 * h * v2, v3),
-                     v4 = v + h * a3, a4 = -force(x + h * v3, v4);
+        const double a1 = -force(x, v), v2 = v + 0.5 * h * a1, a2 = -force(x + 0.5 * h * v, v2), v3 = v + 0.5 * h * a2,
+                     a3 = -force(x + 0.5 * h * v2, v3), v4 = v + h * a3, a4 = -force(x + h * v3, v4);
         x += h / 6 * (v + 2 * v2 + 2 * v3 + v4);
         v += h / 6 * (a1 + 2 * a2 + 2 * a3 + a4);
         t += h;
@@ -47,24 +47,47 @@ template <class F> double falling_root(F&& f, double value) {
 } // namespace
 
 void ContactLaw::fields(FieldVisitor& f) {
-    f.choice({.name = "law", .unit = "", .text = "linear: k g + c u_n; hertz: sqrt(g) times that; g: overlap, u_n: speed of approach"}, normal, contact_normal_names);
+    f.choice({.name = "law",
+              .unit = "",
+              .text = "linear: k g + c u_n; hertz: sqrt(g) times that; g: overlap, u_n: speed of approach"},
+             normal, contact_normal_names);
     f.visit({.name = "stiffness", .unit = "N/m, N/m^1.5", .text = "k", .at_least = 0}, stiffness);
-    f.visit({.name = "damping", .unit = "N s/m, N s/m^1.5", .text = "c; a contact never pulls, whatever its damping", .at_least = 0}, damping);
-    f.visit({.name = "restitution", .unit = "-", .text = "instead of stiffness and damping, with collision_time: speed after a collision over that before; 0: as those say",
-             .at_least = 0, .at_most = 1}, restitution);
-    f.visit({.name = "collision_time", .unit = "s", .text = "how long two colliding elements push each other", .at_least = 0}, collision_time);
-    f.visit({.name = "collision_speed", .unit = "m/s", .text = "hertz: the speed of approach of which these two are meant", .at_least = 0}, collision_speed);
+    f.visit(
+        {.name = "damping", .unit = "N s/m, N s/m^1.5", .text = "c; a contact never pulls, whatever its damping", .at_least = 0},
+        damping);
+    f.visit(
+        {.name = "restitution",
+         .unit = "-",
+         .text = "instead of stiffness and damping, with collision_time: speed after a collision over that before; 0: as those say",
+         .at_least = 0,
+         .at_most = 1},
+        restitution);
+    f.visit({.name = "collision_time", .unit = "s", .text = "how long two colliding elements push each other", .at_least = 0},
+            collision_time);
+    f.visit({.name = "collision_speed",
+             .unit = "m/s",
+             .text = "hertz: the speed of approach of which these two are meant",
+             .at_least = 0},
+            collision_speed);
     f.choice({.name = "friction",
               .unit = "",
-              .text = "memory: a tangential spring that slides at mu N (Cundall, Strack); regularised: mu_k N u_t/max(|u_t|, slip_speed); published: none below "
+              .text = "memory: a tangential spring that slides at mu N (Cundall, Strack); regularised: mu_k N u_t/max(|u_t|, "
+                      "slip_speed); published: none below "
                       "slip_speed, mu_k N from 1.5 times that on"},
              friction, contact_friction_names);
     f.visit({.name = "static_friction", .unit = "-", .text = "mu_s of memory", .at_least = 0}, static_friction);
-    f.visit({.name = "kinetic_friction", .unit = "-", .text = "mu_k; below 0: as static_friction", .at_least = -1}, kinetic_friction);
-    f.visit({.name = "tangential_share", .unit = "-", .text = "memory: stiffness of the tangential spring over the normal one's", .above = 0}, tangential_share);
-    f.visit({.name = "tangential_damping", .unit = "N s/m", .text = "memory: of the tangential spring", .at_least = 0}, tangential_damping);
+    f.visit({.name = "kinetic_friction", .unit = "-", .text = "mu_k; below 0: as static_friction", .at_least = -1},
+            kinetic_friction);
+    f.visit({.name = "tangential_share",
+             .unit = "-",
+             .text = "memory: stiffness of the tangential spring over the normal one's",
+             .above = 0},
+            tangential_share);
+    f.visit({.name = "tangential_damping", .unit = "N s/m", .text = "memory: of the tangential spring", .at_least = 0},
+            tangential_damping);
     f.visit({.name = "slip_speed", .unit = "m/s", .text = "regularised, published", .at_least = 0}, slip_speed);
-    f.visit({.name = "soft_until", .unit = "s", .text = "until then soft_stiffness and soft_damping hold", .at_least = 0}, soft_until);
+    f.visit({.name = "soft_until", .unit = "s", .text = "until then soft_stiffness and soft_damping hold", .at_least = 0},
+            soft_until);
     f.visit({.name = "soft_stiffness", .unit = "N/m, N/m^1.5", .text = "k at the beginning", .at_least = 0}, soft_stiffness);
     f.visit({.name = "soft_damping", .unit = "N s/m, N s/m^1.5", .text = "c at the beginning", .at_least = 0}, soft_damping);
     f.visit({.name = "friction_from", .unit = "s", .text = "no friction before", .at_least = 0}, friction_from);
@@ -74,11 +97,15 @@ ContactLaw ContactLaw::resolved(double effective_mass) const {
     ContactLaw law = *this;
     if (restitution == 0) return law;
     if (!(collision_time > 0)) throw InputError("contact: restitution wants a collision_time, s, above 0");
-    if (normal == ContactNormal::hertz && !(collision_speed > 0)) throw InputError("contact: restitution of the hertz law wants a collision_speed, m/s, above 0");
+    if (normal == ContactNormal::hertz && !(collision_speed > 0))
+        throw InputError("contact: restitution of the hertz law wants a collision_speed, m/s, above 0");
     law.restitution = 0;
     if (normal == ContactNormal::linear) {
         const double z = restitution < 1 ? falling_root(restitution_of_share, restitution) : 0;
-        const double z_w_t = z < 1 ? 2 * std::acos(z) / std::sqrt(1 - z * z) : z > 1 ? 2 * std::acosh(z) / std::sqrt(z * z - 1) : 2.0, w = z_w_t / collision_time;
+        const double z_w_t = z < 1   ? 2 * std::acos(z) / std::sqrt(1 - z * z)
+                             : z > 1 ? 2 * std::acosh(z) / std::sqrt(z * z - 1)
+                                     : 2.0,
+                     w = z_w_t / collision_time;
         law.stiffness = effective_mass * w * w;
         law.damping = 2 * z * effective_mass * w;
     } else {
@@ -105,9 +132,11 @@ ContactNumbers<double> ContactLaw::numbers() const {
 ContactLaws::ContactLaws(const ContactLaw& law) : materials_(1), laws_{law} {}
 
 ContactLaws::ContactLaws(std::size_t materials, std::vector<ContactLaw> laws) : materials_(materials), laws_(std::move(laws)) {
-    if (materials == 0 || laws_.size() != materials * materials) throw InputError("contact: one law per pair of materials is wanted");
+    if (materials == 0 || laws_.size() != materials * materials)
+        throw InputError("contact: one law per pair of materials is wanted");
     for (const ContactLaw& law : laws_)
-        if (law.normal != normal() || law.friction != friction()) throw InputError("contact: all laws of a scene have one kind of normal force and one kind of friction");
+        if (law.normal != normal() || law.friction != friction())
+            throw InputError("contact: all laws of a scene have one kind of normal force and one kind of friction");
 }
 
 std::vector<ContactNumbers<double>> ContactLaws::numbers(double time) const {

@@ -31,12 +31,15 @@ double mean_diameter(const Capsules& c) {
 /// From one axis to the other where they meet: across both, or across one of them where they are parallel.
 template <int N> Vec3<Pack<N>> across(const Vec3<Pack<N>>& d1, const Vec3<Pack<N>>& d2) {
     using Q = Pack<N>;
-    const Vec3<Q> both = cross(d1, d2), one = cross(d1, select(abs(d1.x) < abs(d1.y), Vec3<Q>{Q(1.0), Q(0.0), Q(0.0)}, Vec3<Q>{Q(0.0), Q(1.0), Q(0.0)}));
+    const Vec3<Q> both = cross(d1, d2),
+                  one = cross(d1, select(abs(d1.x) < abs(d1.y), Vec3<Q>{Q(1.0), Q(0.0), Q(0.0)}, Vec3<Q>{Q(0.0), Q(1.0), Q(0.0)}));
     const Vec3<Q> some = select(dot(both, both) > Q(1e-24) * dot(d1, d1) * dot(d2, d2), both, one);
     return (Q(1.0) / max(norm(some), Q(1e-300))) * some;
 }
 
-template <int N> SKEIN_INLINE Vec3<Pack<N>> between(const Vec3<Pack<N>>& a, const Vec3<Pack<N>>& b, Pack<N> share) { return fma(share, b - a, a); }
+template <int N> SKEIN_INLINE Vec3<Pack<N>> between(const Vec3<Pack<N>>& a, const Vec3<Pack<N>>& b, Pack<N> share) {
+    return fma(share, b - a, a);
+}
 
 Vec3d edge(const Capsules& c, std::size_t slot) { return c.node[slot + 1].position - c.node[slot].position; }
 
@@ -68,7 +71,8 @@ unsigned low_bits(const std::uint8_t* bytes) {
 /// Pairs that touch, one after another.
 struct Contacts::Packed {
     static constexpr std::uint32_t most = 256;
-    alignas(64) double s[most + W], t[most + W], x[most + W], y[most + W], z[most + W], squared[most + W], radius_1[most + W], radius_2[most + W];
+    alignas(64) double s[most + W], t[most + W], x[most + W], y[most + W], z[most + W], squared[most + W], radius_1[most + W],
+        radius_2[most + W];
     std::uint32_t pair[most + W];
     std::uint32_t count = 0;
     std::vector<std::uint32_t> side_by_side; ///< which of them
@@ -94,15 +98,16 @@ struct Contacts::Sums {
 };
 
 Contacts::Contacts(const Capsules& capsules, ContactLaws laws, const Threads& threads, std::vector<std::uint8_t> owned_rods)
-    : laws_(std::move(laws)), kinds_{laws_.normal(), laws_.friction()}, threads_(threads), owned_(std::move(owned_rods)), search_(capsules, threads), diameter_(mean_diameter(capsules)),
-      first_slot_(capsules.first_slot), touched_(capsules.first_slot.size() - 1, 0) {
+    : laws_(std::move(laws)), kinds_{laws_.normal(), laws_.friction()}, threads_(threads), owned_(std::move(owned_rods)),
+      search_(capsules, threads), diameter_(mean_diameter(capsules)), first_slot_(capsules.first_slot),
+      touched_(capsules.first_slot.size() - 1, 0) {
     figures_.skin = 0.25 * diameter_;
 }
 
 /// Whether some of these rods have moved further than the list allows.
 bool Contacts::far(const Capsules& capsules, const PairList::Task& task) const {
     const double most = 0.25 * figures_.skin * figures_.skin; // each of two may go half the way
-    double furthest[4] = {}; // four, as a maximum waits for the one before
+    double furthest[4] = {};                                  // four, as a maximum waits for the one before
     const auto moved = [&](std::size_t i) {
         const Vec3d d = capsules.node[i].position - place_[i];
         return dot(d, d);
@@ -125,8 +130,10 @@ void Contacts::carry_over(const PairList& fresh) {
             std::uint32_t i = fresh.first[a];
             for (std::uint32_t old = list_.first[a]; old < list_.first[a + 1]; ++old) {
                 while (i < fresh.first[a + 1] && fresh.pair[i].b < list_.pair[old].b) ++i;
-                if (i < fresh.first[a + 1] && fresh.pair[i].b == list_.pair[old].b) what[i] = what_[old], spring[i] = spring_[old];
-                else if (what_[old] & touching) lost[block] += spring_[old].energy;
+                if (i < fresh.first[a + 1] && fresh.pair[i].b == list_.pair[old].b)
+                    what[i] = what_[old], spring[i] = spring_[old];
+                else if (what_[old] & touching)
+                    lost[block] += spring_[old].energy;
             }
         }
     });
@@ -138,7 +145,8 @@ void Contacts::carry_over(const PairList& fresh) {
 void Contacts::renew_list(const Capsules& capsules) {
     const Timers::Guard timing(figures_.search_s);
     // Few steps per list cost searches, many cost pairs that never meet.
-    if (figures_.renewals > 0) figures_.skin = std::clamp(figures_.skin * (age_ < 20 ? 1.25 : age_ > 80 ? 0.85 : 1.0), 0.02 * diameter_, diameter_);
+    if (figures_.renewals > 0)
+        figures_.skin = std::clamp(figures_.skin * (age_ < 20 ? 1.25 : age_ > 80 ? 0.85 : 1.0), 0.02 * diameter_, diameter_);
     age_ = 0;
     ++figures_.renewals;
 
@@ -161,7 +169,8 @@ void Contacts::renew_list(const Capsules& capsules) {
 void Contacts::restore(std::span<const KeptContact> kept) {
     // As if it were the list of the step before; as nobody knows how far things have moved since, it is renewed at once.
     std::vector<KeptContact> sorted(kept.begin(), kept.end());
-    std::sort(sorted.begin(), sorted.end(), [](const KeptContact& x, const KeptContact& y) { return std::pair(x.a, x.b) < std::pair(y.a, y.b); });
+    std::sort(sorted.begin(), sorted.end(),
+              [](const KeptContact& x, const KeptContact& y) { return std::pair(x.a, x.b) < std::pair(y.a, y.b); });
     list_ = {};
     list_.first.assign(static_cast<std::size_t>(first_slot_.back()) + 1, 0);
     what_.clear();
@@ -180,7 +189,8 @@ std::vector<KeptContact> Contacts::kept() const {
     std::vector<KeptContact> all;
     for (std::size_t rod = 0; rod + 1 < first_slot_.size(); ++rod) {
         if (!owns(rod)) continue;
-        for (std::uint32_t i = list_.first[static_cast<std::size_t>(first_slot_[rod])]; i < list_.first[static_cast<std::size_t>(first_slot_[rod + 1])]; ++i)
+        for (std::uint32_t i = list_.first[static_cast<std::size_t>(first_slot_[rod])];
+             i < list_.first[static_cast<std::size_t>(first_slot_[rod + 1])]; ++i)
             if (what_[i] & touching) all.push_back({list_.pair[i].a, list_.pair[i].b, what_[i], spring_[i].energy, spring_[i].x});
     }
     return all;
@@ -192,42 +202,48 @@ void Contacts::pack(const Capsules& capsules, std::uint32_t begin, std::uint32_t
     packed.side_by_side.clear();
     const Pair* const pair = &list_.pair[begin];
     const CapsuleNode* const node = capsules.node.data();
-    for_capsule_tiles(end - begin, [&](std::size_t k) { return std::pair(node + pair[k].a, node + pair[k].b); }, [&](std::size_t k) {
-        const std::uint32_t later = pair[k + PairList::padding - W].b;
-        __builtin_prefetch(node + later);
-        __builtin_prefetch(node + later + 1);
-        __builtin_prefetch(&capsules.spin[later]);
-    }, [&](std::size_t k, const CapsuleTile& tile) {
-        const std::uint32_t i = begin + static_cast<std::uint32_t>(k);
-        const auto closest = closest_points(tile.p, tile.d1, tile.q, tile.d2);
-        const P reach = tile.radius_1 + tile.radius_2, squared = dot(closest.apart, closest.apart);
-        const unsigned valid = end - i >= W ? 0xffu : (1u << (end - i)) - 1, touch = bits_of(squared < reach * reach) & valid;
-        if (const unsigned ended = low_bits(&was_[i]) & ~touch & valid)
-            for (std::uint32_t l = 0; l < W; ++l)
-                if (ended >> l & 1) {
-                    on_second_[i + l] = {};
-                    if (owns(static_cast<std::size_t>(capsules.rod[list_.pair[i + l].a]))) block.rubbed += last_spring_[i + l].energy;
-                }
-        const std::uint32_t n = packed.count;
-        compress_store(packed.s + n, touch, closest.s);
-        compress_store(packed.t + n, touch, closest.t);
-        compress_store(packed.x + n, touch, closest.apart.x);
-        compress_store(packed.y + n, touch, closest.apart.y);
-        compress_store(packed.z + n, touch, closest.apart.z);
-        compress_store(packed.squared + n, touch, squared);
-        compress_store(packed.radius_1 + n, touch, tile.radius_1);
-        compress_store(packed.radius_2 + n, touch, tile.radius_2);
-        for (std::uint32_t l = 0; l < W; ++l) {
-            packed.pair[packed.count] = i + l;
-            packed.count += touch >> l & 1;
-        }
-        if (const unsigned side = bits_of((closest.sine_squared < P(blend * blend)) & (closest.last > closest.first)) & touch)
-            for (std::uint32_t l = 0; l < W; ++l)
-                if (side >> l & 1) packed.side_by_side.push_back(n + static_cast<std::uint32_t>(std::popcount(touch & ((1u << l) - 1))));
-    });
+    for_capsule_tiles(
+        end - begin, [&](std::size_t k) { return std::pair(node + pair[k].a, node + pair[k].b); },
+        [&](std::size_t k) {
+            const std::uint32_t later = pair[k + PairList::padding - W].b;
+            __builtin_prefetch(node + later);
+            __builtin_prefetch(node + later + 1);
+            __builtin_prefetch(&capsules.spin[later]);
+        },
+        [&](std::size_t k, const CapsuleTile& tile) {
+            const std::uint32_t i = begin + static_cast<std::uint32_t>(k);
+            const auto closest = closest_points(tile.p, tile.d1, tile.q, tile.d2);
+            const P reach = tile.radius_1 + tile.radius_2, squared = dot(closest.apart, closest.apart);
+            const unsigned valid = end - i >= W ? 0xffu : (1u << (end - i)) - 1, touch = bits_of(squared < reach * reach) & valid;
+            if (const unsigned ended = low_bits(&was_[i]) & ~touch & valid)
+                for (std::uint32_t l = 0; l < W; ++l)
+                    if (ended >> l & 1) {
+                        on_second_[i + l] = {};
+                        if (owns(static_cast<std::size_t>(capsules.rod[list_.pair[i + l].a])))
+                            block.rubbed += last_spring_[i + l].energy;
+                    }
+            const std::uint32_t n = packed.count;
+            compress_store(packed.s + n, touch, closest.s);
+            compress_store(packed.t + n, touch, closest.t);
+            compress_store(packed.x + n, touch, closest.apart.x);
+            compress_store(packed.y + n, touch, closest.apart.y);
+            compress_store(packed.z + n, touch, closest.apart.z);
+            compress_store(packed.squared + n, touch, squared);
+            compress_store(packed.radius_1 + n, touch, tile.radius_1);
+            compress_store(packed.radius_2 + n, touch, tile.radius_2);
+            for (std::uint32_t l = 0; l < W; ++l) {
+                packed.pair[packed.count] = i + l;
+                packed.count += touch >> l & 1;
+            }
+            if (const unsigned side = bits_of((closest.sine_squared < P(blend * blend)) & (closest.last > closest.first)) & touch)
+                for (std::uint32_t l = 0; l < W; ++l)
+                    if (side >> l & 1)
+                        packed.side_by_side.push_back(n + static_cast<std::uint32_t>(std::popcount(touch & ((1u << l) - 1))));
+        });
     // The last tile is filled up with its first.
     for (std::uint32_t i = packed.count, first = packed.count / W * W; i % W != 0; ++i) {
-        for (double* of : {packed.s, packed.t, packed.x, packed.y, packed.z, packed.squared, packed.radius_1, packed.radius_2}) of[i] = of[first];
+        for (double* of : {packed.s, packed.t, packed.x, packed.y, packed.z, packed.squared, packed.radius_1, packed.radius_2})
+            of[i] = of[first];
         packed.pair[i] = packed.pair[first];
     }
 }
@@ -244,19 +260,23 @@ SKEIN_INLINE std::uint32_t Contacts::spring_at_joint(std::uint32_t pair, int da,
 }
 
 /// x of contacts before this step, and what energy theirs had.
-template <int N> SKEIN_INLINE ContactSpring<Pack<N>> Contacts::springs_before(const std::uint32_t* pair, Pack<N> s, Pack<N> t) const {
+template <int N>
+SKEIN_INLINE ContactSpring<Pack<N>> Contacts::springs_before(const std::uint32_t* pair, Pack<N> s, Pack<N> t) const {
     using Q = Pack<N>;
     const auto nothing = static_cast<std::uint32_t>(list_.count());
     std::uint32_t from[N];
     for (int l = 0; l < N; ++l) from[l] = was_[pair[l]] & touching ? pair[l] : nothing;
     const auto load = [&] { return load_transposed<N>([&](int l) { return &last_spring_[from[l]].x.x; }); };
     const auto own = load();
-    const unsigned a_low = bits_of(s <= Q(0.0)), a_high = bits_of(s >= Q(1.0)), b_low = bits_of(t <= Q(0.0)), b_high = bits_of(t >= Q(1.0));
+    const unsigned a_low = bits_of(s <= Q(0.0)), a_high = bits_of(s >= Q(1.0)), b_low = bits_of(t <= Q(0.0)),
+                   b_high = bits_of(t >= Q(1.0));
     unsigned at_joint = a_low | a_high | b_low | b_high;
     if (at_joint == 0) return {own.vector, own.behind};
     for (; at_joint != 0; at_joint &= at_joint - 1) {
         const int l = std::countr_zero(at_joint);
-        const auto step = [l](unsigned low, unsigned high) { return static_cast<int>(high >> l & 1) - static_cast<int>(low >> l & 1); };
+        const auto step = [l](unsigned low, unsigned high) {
+            return static_cast<int>(high >> l & 1) - static_cast<int>(low >> l & 1);
+        };
         from[l] = spring_at_joint(pair[l], step(a_low, a_high), step(b_low, b_high), from[l]);
     }
     return {load().vector, own.behind};
@@ -265,11 +285,16 @@ template <int N> SKEIN_INLINE ContactSpring<Pack<N>> Contacts::springs_before(co
 template <int N> SKEIN_INLINE ContactNumbers<Pack<N>> Contacts::numbers(const Capsules& capsules, const std::uint32_t* pair) const {
     using Q = Pack<N>;
     const ContactNumbers<double>& one = numbers_[0];
-    ContactNumbers<Q> all{one.stiffness, one.damping, one.static_friction, one.kinetic_friction, one.tangential_stiffness, one.tangential_damping, one.slip_speed};
+    ContactNumbers<Q> all{
+        one.stiffness,          one.damping,   one.static_friction, one.kinetic_friction, one.tangential_stiffness,
+        one.tangential_damping, one.slip_speed};
     if (laws_.materials() == 1) return all;
     for (int l = 0; l < N; ++l) {
-        const auto material = [&](std::uint32_t slot) { return static_cast<std::size_t>(capsules.material[static_cast<std::size_t>(capsules.rod[slot])]); };
-        const ContactNumbers<double>& law = numbers_[material(list_.pair[pair[l]].a) * laws_.materials() + material(list_.pair[pair[l]].b)];
+        const auto material = [&](std::uint32_t slot) {
+            return static_cast<std::size_t>(capsules.material[static_cast<std::size_t>(capsules.rod[slot])]);
+        };
+        const ContactNumbers<double>& law =
+            numbers_[material(list_.pair[pair[l]].a) * laws_.materials() + material(list_.pair[pair[l]].b)];
         all.stiffness.set(l, law.stiffness);
         all.damping.set(l, law.damping);
         all.static_friction.set(l, law.static_friction);
@@ -281,8 +306,10 @@ template <int N> SKEIN_INLINE ContactNumbers<Pack<N>> Contacts::numbers(const Ca
     return all;
 }
 
-/// Forces at the two ends of the overlap, and that at the nearest point again, with what is left of the normal force and all friction.
-Contacts::Ends Contacts::side_by_side(const Capsules& capsules, double h, std::uint32_t pair, int l, ContactForce<P>& force, ContactSpring<P>& spring) const {
+/// Forces at the two ends of the overlap, and that at the nearest point again, with what is left of the normal force and all
+/// friction.
+Contacts::Ends Contacts::side_by_side(const Capsules& capsules, double h, std::uint32_t pair, int l, ContactForce<P>& force,
+                                      ContactSpring<P>& spring) const {
     using Q = Pack<1>;
     const auto [a, b] = list_.pair[pair];
     const CapsuleNode *a0 = &capsules.node[a], *a1 = a0 + 1, *b0 = &capsules.node[b], *b1 = b0 + 1;
@@ -306,7 +333,8 @@ Contacts::Ends Contacts::side_by_side(const Capsules& capsules, double h, std::u
     Ends ends{.pair = pair, .first = {}, .second = {}};
     double elsewhere = 0, stored = 0, damped = 0, stiffest = 0;
     for (int i = 0; i < 2; ++i) {
-        const double s = i == 0 ? closest.first[0] : closest.last[0], t = std::clamp(dot(a0->position + s * d1 - b0->position, d2) / dot(d2, d2), 0.0, 1.0);
+        const double s = i == 0 ? closest.first[0] : closest.last[0],
+                     t = std::clamp(dot(a0->position + s * d1 - b0->position, d2) / dot(d2, d2), 0.0, 1.0);
         ContactSpring<Q> none{broadcast<1>(Vec3d{0, 0, 0}), 0.0};
         const auto f = contact_force<1>({kinds_.normal, ContactFriction::none}, law, at(s, t), h, none, 0.5 * share);
         elsewhere += f.normal[0], stored += f.stored[0], damped += f.damped[0], stiffest = std::max(stiffest, f.stiffness[0]);
@@ -341,16 +369,22 @@ template <class Point> SKEIN_INLINE void take(ContactLoad* at, const Point& p) {
 
 } // namespace
 
-void Contacts::push_packed(const Capsules& capsules, double h, const Packed& packed, Block& block, Sums& sums, AlignedVector<ContactLoad>& loads) {
+void Contacts::push_packed(const Capsules& capsules, double h, const Packed& packed, Block& block, Sums& sums,
+                           AlignedVector<ContactLoad>& loads) {
     std::size_t next_side = 0;
     for (std::uint32_t i = 0; i < packed.count; i += W) {
         const int count = static_cast<int>(std::min<std::uint32_t>(W, packed.count - i));
         const std::uint32_t* index = packed.pair + i;
         Pair pair[W];
         for (int l = 0; l < W; ++l) pair[l] = list_.pair[index[l]];
-        const auto velocity_a = [&](int next) { return load_transposed<W>([&](int l) { return &(&capsules.node[pair[l].a])[next].velocity.x; }).vector; };
-        const auto velocity_b = [&](int next) { return load_transposed<W>([&](int l) { return &(&capsules.node[pair[l].b])[next].velocity.x; }).vector; };
-        const P s = lanes(packed.s + i), t = lanes(packed.t + i), radius_1 = lanes(packed.radius_1 + i), radius_2 = lanes(packed.radius_2 + i);
+        const auto velocity_a = [&](int next) {
+            return load_transposed<W>([&](int l) { return &(&capsules.node[pair[l].a])[next].velocity.x; }).vector;
+        };
+        const auto velocity_b = [&](int next) {
+            return load_transposed<W>([&](int l) { return &(&capsules.node[pair[l].b])[next].velocity.x; }).vector;
+        };
+        const P s = lanes(packed.s + i), t = lanes(packed.t + i), radius_1 = lanes(packed.radius_1 + i),
+                radius_2 = lanes(packed.radius_2 + i);
         ContactSpring<P> spring{broadcast<W>(Vec3d{0, 0, 0}), 0.0};
         if (kinds_.friction == ContactFriction::memory) spring = springs_before<W>(index, s, t);
         const P distance = sqrt(lanes(packed.squared + i)), smaller = min(radius_1, radius_2), some = max(distance, P(1e-150));
@@ -358,7 +392,9 @@ void Contacts::push_packed(const Capsules& capsules, double h, const Packed& pac
         Vec3<P> normal = (smaller * inverse) * Vec3<P>{lanes(packed.x + i), lanes(packed.y + i), lanes(packed.z + i)};
         if (const auto met = distance < P(1e-150); any(met))
             for (int l = 0; l < count; ++l)
-                if (met[l]) set_lane(normal, l, lane(across<1>(broadcast<1>(edge(capsules, pair[l].a)), broadcast<1>(edge(capsules, pair[l].b))), 0));
+                if (met[l])
+                    set_lane(normal, l,
+                             lane(across<1>(broadcast<1>(edge(capsules, pair[l].a)), broadcast<1>(edge(capsules, pair[l].b))), 0));
         const ContactState<P> state{normal,
                                     distance,
                                     radius_1,
@@ -389,7 +425,8 @@ void Contacts::push_packed(const Capsules& capsules, double h, const Packed& pac
         store_transposed<W>(force.arm_1 * force.moment, t, [&](int l) { return &on_first[l].couple.x; });
         store_transposed<W>(-force.on_1, t, [&](int l) { return &on_second_[index[l]].force.x; });
         store_transposed<W>(force.arm_2 * force.moment, s, [&](int l) { return &on_second_[index[l]].couple.x; });
-        if (kinds_.friction == ContactFriction::memory) store_transposed<W>(spring.x, spring.energy, [&](int l) { return &spring_[index[l]].x.x; });
+        if (kinds_.friction == ContactFriction::memory)
+            store_transposed<W>(spring.x, spring.energy, [&](int l) { return &spring_[index[l]].x.x; });
         const unsigned within = bits_of((s > P(0.0)) & (s < P(1.0)) & (t > P(0.0)) & (t < P(1.0)));
         for (int l = 0; l < W; ++l) what_[index[l]] = static_cast<std::uint8_t>(touching | (within >> l & 1) * inside);
         if (sides != 0)
@@ -417,7 +454,8 @@ void Contacts::push_packed(const Capsules& capsules, double h, const Packed& pac
     }
 }
 
-void Contacts::push(const Capsules& capsules, double h, const PairList::Task& task, Block& block, AlignedVector<ContactLoad>& loads) {
+void Contacts::push(const Capsules& capsules, double h, const PairList::Task& task, Block& block,
+                    AlignedVector<ContactLoad>& loads) {
     block.ends.clear();
     block.listed = block.active = 0;
     block.deepest = block.stiffest = block.stored = block.rubbed = block.damped = 0;
@@ -476,7 +514,8 @@ void Contacts::gather(const Capsules& capsules, const PairList::Task& task, Alig
 /// Loads of all contacts, unless some rod turns out to have moved too far for the list.
 bool Contacts::push_all(const Capsules& capsules, double h, AlignedVector<ContactLoad>& loads) {
     const auto& tasks = list_.tasks;
-    const std::size_t strips = threads_.count() == 1 ? 1 : std::min<std::size_t>(tasks.size(), 2 * static_cast<std::size_t>(threads_.count()));
+    const std::size_t strips =
+        threads_.count() == 1 ? 1 : std::min<std::size_t>(tasks.size(), 2 * static_cast<std::size_t>(threads_.count()));
     const auto begin_of = [&](std::size_t strip) { return strip * tasks.size() / strips; };
     std::atomic<bool> too_far = false;
     std::vector<std::uint8_t> gathered(tasks.size(), 0);

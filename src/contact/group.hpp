@@ -13,7 +13,8 @@ inline std::uint32_t count_one(std::uint32_t& counter, bool alone) {
 }
 
 /// visit(body) calls body(key, value) for every item, by threads in any order; it is called twice. Keys: 0 .. keys - 1.
-template <class Visit> void group(const Threads& threads, std::size_t keys, Visit&& visit, std::vector<std::uint32_t>& begin, std::vector<std::uint32_t>& values) {
+template <class Visit> void group(const Threads& threads, std::size_t keys, Visit&& visit, std::vector<std::uint32_t>& begin,
+                                  std::vector<std::uint32_t>& values) {
     const bool alone = threads.count() == 1;
     begin.assign(keys + 1, 0);
     visit([&](std::size_t key, std::uint32_t) { count_one(begin[key], alone); });

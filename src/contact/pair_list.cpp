@@ -6,7 +6,8 @@
 
 namespace skein {
 
-PairList::PairList(Candidates&& candidates, const Capsules& capsules, const Threads& threads, bool with_neighbours) : first(std::move(candidates.first)) {
+PairList::PairList(Candidates&& candidates, const Capsules& capsules, const Threads& threads, bool with_neighbours)
+    : first(std::move(candidates.first)) {
     pair.resize(count() + padding);
     for_blocks(threads, first.size() - 1, [&](std::size_t begin, std::size_t end, std::size_t) {
         for (std::size_t a = begin; a < end; ++a)
@@ -53,7 +54,8 @@ void PairList::cut(const Capsules& capsules) {
     for (std::uint32_t rod = 0, behind = 0; rod < rods; rod = behind) {
         while (behind < rods && behind - rod < enough && begin_of(behind) - begin_of(rod) < enough) ++behind;
         std::uint32_t needed = begin_of(behind);
-        for (auto slot = static_cast<std::size_t>(capsules.first_slot[rod]); slot < static_cast<std::size_t>(capsules.first_slot[behind]); ++slot)
+        for (auto slot = static_cast<std::size_t>(capsules.first_slot[rod]);
+             slot < static_cast<std::size_t>(capsules.first_slot[behind]); ++slot)
             if (reverse_begin[slot] < reverse_begin[slot + 1]) needed = std::min(needed, reverse[reverse_begin[slot]]);
         tasks.push_back({rod, behind, begin_of(rod), begin_of(behind), needed});
     }

@@ -16,12 +16,15 @@ struct Bounce {
 /// Two bodies of effective mass m, head on at a speed, in small steps (symplectic, second order).
 Bounce bounce(const ContactLaw& law, double m, double speed) {
     const ContactNumbers<double> n = law.numbers();
-    const ContactNumbers<Pack<1>> numbers{n.stiffness, n.damping, n.static_friction, n.kinetic_friction, n.tangential_stiffness, n.tangential_damping, n.slip_speed};
+    const ContactNumbers<Pack<1>> numbers{
+        n.stiffness, n.damping, n.static_friction, n.kinetic_friction, n.tangential_stiffness, n.tangential_damping, n.slip_speed};
     const Vec3d none{0, 0, 0};
     const auto force = [&](double overlap, double v) {
         ContactSpring<Pack<1>> spring{broadcast<1>(none), 0.0};
         return contact_force<1>({law.normal, ContactFriction::none}, numbers,
-                                {broadcast<1>(Vec3d{1, 0, 0}), 2 - overlap, 1.0, 1.0, broadcast<1>(Vec3d{v, 0, 0}), broadcast<1>(none), broadcast<1>(none), broadcast<1>(none)}, 0, spring)
+                                {broadcast<1>(Vec3d{1, 0, 0}), 2 - overlap, 1.0, 1.0, broadcast<1>(Vec3d{v, 0, 0}),
+                                 broadcast<1>(none), broadcast<1>(none), broadcast<1>(none)},
+                                0, spring)
             .normal[0];
     };
     double g = 0, v = speed, t = 0;
@@ -39,7 +42,8 @@ TEST(ContactLaw, BouncesAsItIsTold) {
     for (const ContactNormal normal : {ContactNormal::linear, ContactNormal::hertz})
         for (const double e : {0.05, 0.24, 0.5, 0.9, 1.0}) {
             const double mass = 0.3, time = 0.4, speed = 0.02;
-            const ContactLaw law = ContactLaw{.normal = normal, .restitution = e, .collision_time = time, .collision_speed = speed}.resolved(mass);
+            const ContactLaw law =
+                ContactLaw{.normal = normal, .restitution = e, .collision_time = time, .collision_speed = speed}.resolved(mass);
             const Bounce b = bounce(law, mass, speed);
             EXPECT_NEAR(b.restitution, e, 1e-3) << static_cast<int>(normal);
             EXPECT_NEAR(b.time, time, 5e-3 * time) << static_cast<int>(normal) << " " << e;
@@ -50,8 +54,14 @@ TEST(ContactLaw, BouncesAsItIsTold) {
 }
 
 TEST(ContactLaw, BeginsSoftlyAndWithoutFriction) {
-    const ContactLaw law{.stiffness = 1e6, .damping = 1e3, .friction = ContactFriction::memory, .static_friction = 0.4, .soft_until = 0.2, .soft_stiffness = 1500,
-                         .soft_damping = 100, .friction_from = 0.5};
+    const ContactLaw law{.stiffness = 1e6,
+                         .damping = 1e3,
+                         .friction = ContactFriction::memory,
+                         .static_friction = 0.4,
+                         .soft_until = 0.2,
+                         .soft_stiffness = 1500,
+                         .soft_damping = 100,
+                         .friction_from = 0.5};
     EXPECT_EQ(law.at(0.1).stiffness, 1500);
     EXPECT_EQ(law.at(0.1).damping, 100);
     EXPECT_EQ(law.at(0.2).stiffness, 1e6);
@@ -76,10 +86,13 @@ template <int W> Drawn<W> draw(unsigned seed, int first) {
         const auto vector = [&] { return Vec3d{normal(random), normal(random), normal(random)}; };
         const Vec3d n = vector();
         set_lane(d.state.normal, l, (1 / norm(n)) * n);
-        d.state.radius_1.set(l, 0.5 + uniform(random)), d.state.radius_2.set(l, 0.5 + uniform(random)), d.state.distance.set(l, 2 * uniform(random));
-        for (Vec3<Pack<W>>* v : {&d.state.velocity_1, &d.state.spin_1, &d.state.velocity_2, &d.state.spin_2, &d.spring.x}) set_lane(*v, l, vector());
+        d.state.radius_1.set(l, 0.5 + uniform(random)), d.state.radius_2.set(l, 0.5 + uniform(random)),
+            d.state.distance.set(l, 2 * uniform(random));
+        for (Vec3<Pack<W>>* v : {&d.state.velocity_1, &d.state.spin_1, &d.state.velocity_2, &d.state.spin_2, &d.spring.x})
+            set_lane(*v, l, vector());
         d.spring.energy.set(l, uniform(random));
-        for (Pack<W>* p : {&d.law.stiffness, &d.law.damping, &d.law.static_friction, &d.law.kinetic_friction, &d.law.tangential_stiffness, &d.law.tangential_damping, &d.law.slip_speed})
+        for (Pack<W>* p : {&d.law.stiffness, &d.law.damping, &d.law.static_friction, &d.law.kinetic_friction,
+                           &d.law.tangential_stiffness, &d.law.tangential_damping, &d.law.slip_speed})
             p->set(l, uniform(random));
     }
     return d;
@@ -87,7 +100,8 @@ template <int W> Drawn<W> draw(unsigned seed, int first) {
 
 TEST(ContactForce, IsTheSameInOneLaneAndInEight) {
     for (const ContactNormal normal : {ContactNormal::linear, ContactNormal::hertz})
-        for (const ContactFriction friction : {ContactFriction::none, ContactFriction::memory, ContactFriction::regularised, ContactFriction::published})
+        for (const ContactFriction friction :
+             {ContactFriction::none, ContactFriction::memory, ContactFriction::regularised, ContactFriction::published})
             for (unsigned seed = 0; seed < 100; ++seed) {
                 auto eight = draw<8>(seed, 0);
                 const auto all = contact_force<8>({normal, friction}, eight.law, eight.state, 0.1, eight.spring);
@@ -109,7 +123,14 @@ TEST(ContactForce, OfPublishedFriction) {
     const auto drag = [&](double speed) {
         const Vec3d none{0, 0, 0};
         ContactSpring<Pack<1>> spring{broadcast<1>(none), 0.0};
-        const ContactState<Pack<1>> state{broadcast<1>(Vec3d{0, 0, 1}), 1.9, 1.0, 1.0, broadcast<1>(Vec3d{speed, 0, 0}), broadcast<1>(none), broadcast<1>(none), broadcast<1>(none)};
+        const ContactState<Pack<1>> state{broadcast<1>(Vec3d{0, 0, 1}),
+                                          1.9,
+                                          1.0,
+                                          1.0,
+                                          broadcast<1>(Vec3d{speed, 0, 0}),
+                                          broadcast<1>(none),
+                                          broadcast<1>(none),
+                                          broadcast<1>(none)};
         return -contact_force<1>({ContactNormal::linear, ContactFriction::published}, law, state, 1e-3, spring).on_1.x[0];
     };
     EXPECT_EQ(drag(0), 0);
@@ -128,10 +149,14 @@ TEST(ContactForce, AccountsForItsEnergy) {
         const double h = 2e-6, radius = 0.1;
         Vec3d force_before{0, 0, 0};
         for (int step = 0; step <= 500000; ++step) {
-            const double t = h * step, overlap = 0.02 * std::sin(M_PI * t) + 0.004 * std::sin(20 * t) * std::sin(M_PI * t), dt = 1e-7;
-            const double rate = (0.02 * std::sin(M_PI * (t + dt)) + 0.004 * std::sin(20 * (t + dt)) * std::sin(M_PI * (t + dt)) - overlap) / dt;
+            const double t = h * step, overlap = 0.02 * std::sin(M_PI * t) + 0.004 * std::sin(20 * t) * std::sin(M_PI * t),
+                         dt = 1e-7;
+            const double rate =
+                (0.02 * std::sin(M_PI * (t + dt)) + 0.004 * std::sin(20 * (t + dt)) * std::sin(M_PI * (t + dt)) - overlap) / dt;
             const Vec3d v{0.05 * std::sin(15 * t), 0.03 * std::cos(40 * t), rate}, none{0, 0, 0};
-            const ContactState<Pack<1>> state{broadcast<1>(Vec3d{0, 0, 1}), 2 * radius - overlap, radius, radius, broadcast<1>(v), broadcast<1>(none), broadcast<1>(none), broadcast<1>(none)};
+            const ContactState<Pack<1>> state{
+                broadcast<1>(Vec3d{0, 0, 1}), 2 * radius - overlap, radius, radius, broadcast<1>(v), broadcast<1>(none),
+                broadcast<1>(none),           broadcast<1>(none)};
             const auto f = contact_force<1>({normal, ContactFriction::memory}, law, state, h, spring);
             const Vec3d force = lane(f.on_1, 0);
             done -= h * dot(0.5 * (force + force_before), v);

@@ -19,13 +19,16 @@ struct Crowd {
         Vec3d at = point(), along = point();
         for (int r = 0; r < rods; ++r) {
             const double size = r % 10 == 0 ? 3 : 1;
-            if (r % 5 != 0) along = point() - point(), at = point();
-            else at += Vec3d{0, 0.015, 0.001};
+            if (r % 5 != 0)
+                along = point() - point(), at = point();
+            else
+                at += Vec3d{0, 0.015, 0.001};
             capsules.first_slot.push_back(static_cast<std::int32_t>(capsules.node.size()));
             capsules.skip.push_back(r % 3 ? -1 : 1);
             capsules.material.push_back(r % 2);
             for (int k = 0; k <= elements; ++k) {
-                const Vec3d bent = at + (0.4 * size / elements * k / norm(along)) * along + Vec3d{0, 0, 0.02 * size * std::cos(3.0 * k)};
+                const Vec3d bent =
+                    at + (0.4 * size / elements * k / norm(along)) * along + Vec3d{0, 0, 0.02 * size * std::cos(3.0 * k)};
                 capsules.node.push_back({bent, k < elements ? 0.01 * size : -1, 0.3 * (point() - point())});
                 capsules.spin.push_back({point() - point()});
                 capsules.rod.push_back(r);
@@ -39,7 +42,13 @@ struct Crowd {
 };
 
 ContactLaws laws() {
-    ContactLaw law{.stiffness = 1e5, .damping = 20, .friction = ContactFriction::memory, .static_friction = 0.5, .kinetic_friction = 0.4, .tangential_damping = 5}, other = law;
+    ContactLaw law{.stiffness = 1e5,
+                   .damping = 20,
+                   .friction = ContactFriction::memory,
+                   .static_friction = 0.5,
+                   .kinetic_friction = 0.4,
+                   .tangential_damping = 5},
+        other = law;
     other.stiffness = 3e4;
     return ContactLaws(2, {law, other, other, law});
 }
@@ -47,13 +56,16 @@ ContactLaws laws() {
 using Loads = AlignedVector<ContactLoad>;
 
 /// Rods whose loads differ in any bit; of the rods asked for.
-int different(const Crowd& crowd, const Loads& x, const Contacts& of_x, const Loads& y, const Contacts& of_y, const std::vector<std::uint8_t>& asked) {
+int different(const Crowd& crowd, const Loads& x, const Contacts& of_x, const Loads& y, const Contacts& of_y,
+              const std::vector<std::uint8_t>& asked) {
     int count = 0;
     for (std::size_t rod = 0; rod + 1 < crowd.capsules.first_slot.size(); ++rod) {
         if (!asked[rod]) continue;
         bool same = of_x.touched_rods()[rod] == of_y.touched_rods()[rod];
-        for (auto s = static_cast<std::size_t>(crowd.capsules.first_slot[rod]); of_x.touched_rods()[rod] && s < static_cast<std::size_t>(crowd.capsules.first_slot[rod + 1]); ++s)
-            same &= std::memcmp(&x[s].force, &y[s].force, sizeof(Vec3d)) == 0 && std::memcmp(&x[s].couple, &y[s].couple, sizeof(Vec3d)) == 0;
+        for (auto s = static_cast<std::size_t>(crowd.capsules.first_slot[rod]);
+             of_x.touched_rods()[rod] && s < static_cast<std::size_t>(crowd.capsules.first_slot[rod + 1]); ++s)
+            same &= std::memcmp(&x[s].force, &y[s].force, sizeof(Vec3d)) == 0 &&
+                    std::memcmp(&x[s].couple, &y[s].couple, sizeof(Vec3d)) == 0;
         count += !same;
     }
     return count;
@@ -65,7 +77,8 @@ TEST(ManyContacts, AreTheSameForAnyThreadsAndOwners) {
     const Threads one(1), three(3);
     std::vector<std::uint8_t> all(rods, 1), mine(rods, 0), others(rods, 0);
     for (int r = 0; r < rods; ++r) (r % 7 < 3 ? mine : others)[static_cast<std::size_t>(r)] = 1;
-    Contacts whole(crowd.capsules, laws(), one), threaded(crowd.capsules, laws(), three), first(crowd.capsules, laws(), one, mine), second(crowd.capsules, laws(), three, others);
+    Contacts whole(crowd.capsules, laws(), one), threaded(crowd.capsules, laws(), three), first(crowd.capsules, laws(), one, mine),
+        second(crowd.capsules, laws(), three, others);
     Loads x, y, z, w;
     for (int step = 0; step < 200; ++step) {
         crowd.move(1e-4);
