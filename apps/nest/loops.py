@@ -9,6 +9,8 @@ Reads observables.csv, physics.json and summary.json of a run, prints a table an
               back, to where it turns forth again
   psi         D/W_in = 1 - W_out/W_in: W_in what the lid does to the rods on its way forth, W_out what it gets back
   residual    loss of height over a cycle, between its ends, which have the same base stress
+  friction    what contacts and walls lose beyond their dashpots: from the loads where the run was audited (output.audit), else as they
+              say (rubbed); drag: what the rods' own damping takes
   z           2 contacts/rods, contacts counted by pairs of elements; mean of 11 rows
 """
 
@@ -157,15 +159,17 @@ def integral(of, over, first, last):
     return float(np.sum(0.5 * (of[part][1:] + of[part][:-1]) * np.diff(over[part])))
 
 
-def budget(run, first):
-    """Energies from row `first` to the end, J.
+def budget(run, first, last=-1):
+    """Energies between two rows, J.
 
     Loads and damping enter once: `dissipated` of the audit is the work of all loads, those of contacts among them, less what kinetic energy
     has gained: what damping of the rods alone takes. Contacts and walls tell what they keep (energy), rub and damp by themselves.
     """
+    last %= len(run.time)
+
     def change(headings):
         values = run.sum(headings)
-        return float(values[-1] - values[first])
+        return float(values[last] - values[first])
 
     kinetic = run.sum(KINETIC)
     b = {"from_s": float(run.time[first]),
@@ -179,14 +183,14 @@ def budget(run, first):
     b["audited"] = "dissipated[J]" in run.column
     if b["audited"]:
         b["rods_damping_J"] = change(["dissipated[J]"])
-        # What contacts and walls did to the rods, from the loads; what they took from lid and springs and did not pass on is lost.
+        # What contacts and walls did to the rods, from the loads; what they took from lid and springs and did not pass on they lost.
         passed_on = change(["work_loads[J]"]) - b["potential_loss_J"]
-        b["lost_in_contacts_by_loads_J"] = b["lid_work_J"] - b["contacts_and_walls_store_J"] - passed_on
+        b["friction_by_loads_J"] = b["lid_work_J"] - b["contacts_and_walls_store_J"] - passed_on - b["damped_J"]
     else:
         if any(d["kind"] != "uniform" for d in run.physics["damping"]):
             raise SystemExit(f"{run.directory}: damping that is not uniform; run with output.audit = true")
         rate = sum(d["rate"] for d in run.physics["damping"])
-        b["rods_damping_J"] = 2 * rate * integral(kinetic, run.time, first, len(kinetic) - 1)
+        b["rods_damping_J"] = 2 * rate * integral(kinetic, run.time, first, last)
     gone = sum(b[key] for key in ("kinetic_J", "elastic_J", "contacts_and_walls_store_J", "rubbed_J", "damped_J", "rods_damping_J"))
     b["defect_J"] = b["lid_work_J"] + b["potential_loss_J"] - gone
     b["defect_percent"] = 100 * b["defect_J"] / b["lid_work_J"]
@@ -200,12 +204,15 @@ def measure(run):
     each = []
     for start, peak, end in found:
         w_in, w_out = peak.work - start.work, peak.work - end.work
+        lost = budget(run, start.row, end.row)
         each.append({"start_height_m": start.height, "peak_height_m": peak.height, "end_height_m": end.height,
                      "peak_strain": (h0 - peak.height) / h0,
                      "peak_base_stress_Pa": float(np.max(run.base_stress[start.row:end.row + 1])),
                      "peak_lid_stress_Pa": float(np.max(run.lid_stress[start.row:end.row + 1])),
                      "work_in_J": w_in, "work_out_J": w_out, "psi": (w_in - w_out) / w_in,
                      "work_in_by_rows_J": -integral(run.lid_force, run.height, start.row, peak.row - 1),
+                     "friction_J": lost.get("friction_by_loads_J", lost["rubbed_J"]), "dashpots_J": lost["damped_J"],
+                     "rods_damping_J": lost["rods_damping_J"],
                      "residual_m": start.height - end.height,
                      "z_low": coordination(run, start.row), "z_peak": coordination(run, peak.row)})
     phases = {name: phase["mean_s"] for name, phase in run.summary.get("phases", {}).items()}
@@ -222,19 +229,23 @@ def measure(run):
             "ns_per_element_step": run.summary.get("ns_per_element_step")}
 
 
+COLUMNS = (("start", "mm", "start_height_m", 2), ("peak", "mm", "peak_height_m", 2), ("end", "mm", "end_height_m", 2), ("residual", "mm", "residual_m", 3),
+           ("strain", "", "peak_strain", 3), ("base", "Pa", "peak_base_stress_Pa", 0), ("lid", "Pa", "peak_lid_stress_Pa", 0),
+           ("in", "mJ", "work_in_J", 3), ("out", "mJ", "work_out_J", 3), ("psi", "", "psi", 4), ("friction", "mJ", "friction_J", 3),
+           ("dashpots", "mJ", "dashpots_J", 3), ("drag", "mJ", "rods_damping_J", 3), ("z low", "", "z_low", 2), ("z peak", "", "z_peak", 2))
+
+
 def table(f):
     lines = [f"{f['title']}: {len(f['cycles'])} cycles until {f['until_s']:.3f} s",
              f"lid touches at {1e3 * f['H0_m']:.2f} mm; weight {f['weight_stress_Pa']:.1f} Pa; z {f['z_settled']:.2f} before",
-             f"{'cycle':<7}{'start':>8}{'peak':>8}{'end':>8}{'residual':>10}{'strain':>8}{'base':>8}{'lid':>8}{'work in':>10}{'out':>8}{'psi':>8}{'z low':>7}{'peak':>7}",
-             f"{'':<7}{'mm':>8}{'mm':>8}{'mm':>8}{'mm':>10}{'':>8}{'Pa':>8}{'Pa':>8}{'mJ':>10}{'mJ':>8}"]
-    for k, c in enumerate(f["cycles"], 1):
-        lines.append(f"{k:<7}{1e3 * c['start_height_m']:>8.2f}{1e3 * c['peak_height_m']:>8.2f}{1e3 * c['end_height_m']:>8.2f}{1e3 * c['residual_m']:>10.3f}"
-                     f"{c['peak_strain']:>8.3f}{c['peak_base_stress_Pa']:>8.0f}{c['peak_lid_stress_Pa']:>8.0f}{1e3 * c['work_in_J']:>10.3f}{1e3 * c['work_out_J']:>8.3f}"
-                     f"{c['psi']:>8.4f}{c['z_low']:>7.2f}{c['z_peak']:>7.2f}")
+             "cycle" + "".join(f"{name:>9}" for name, *_ in COLUMNS), "     " + "".join(f"{unit:>9}" for _, unit, *_ in COLUMNS)]
+    for k, cycle in enumerate(f["cycles"], 1):
+        lines.append(f"{k:<5}" + "".join(f"{(1e3 if unit.startswith('m') else 1) * cycle[key]:>9.{digits}f}" for _, unit, key, digits in COLUMNS))
     b = f["budget"]
+    terms = ", ".join(f"{key[:-2].replace('_', ' ')} {1e3 * value:.3f}" for key, value in b.items() if key.endswith("_J"))
     lines += [f"largest overlap over diameter: rods {f['overlap_rods']:.3f}, walls {f['overlap_walls']:.3f}",
-              f"energy from {b['from_s']:.3f} s on, mJ: " + ", ".join(f"{key[:-2].replace('_', ' ')} {1e3 * value:.3f}" for key, value in b.items() if key.endswith("_J")),
-              f"budget open by {b['defect_percent']:.2f} % of the lid's work; damping of the rods {'audited' if b['audited'] else 'estimated from the series'}"]
+              f"energy from {b['from_s']:.3f} s on, mJ: {terms}",
+              f"budget open by {b['defect_percent']:.2f} % of the lid's work; drag {'audited' if b['audited'] else 'estimated from the series'}"]
     if f["rod_share"] is not None:
         lines.append(f"rods take {100 * f['rod_share']:.0f} % of the steps' time")
     return "\n".join(lines)

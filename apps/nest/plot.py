@@ -181,7 +181,7 @@ def draw_search(axes, path):
             continue
         time = np.array([np.median(found[kind][k]) for k in n])
         slope = np.polyfit(np.log(n), np.log(time), 1)[0] if len(n) > 1 else np.nan
-        axes.loglog(n, 1e6 * time / n, color=colour, marker=marker, ms=5, lw=1.4, label=f"{label}: N^{slope:.2f}")
+        axes.loglog(n, 1e6 * time / n, color=colour, marker=marker, ms=5, lw=1.4, label=f"{label}, time ~ $N^{{{slope:.2f}}}$")
     axis_words(axes, "rods N", "time of a search / N [µs]")
     axes.legend(frameon=False, labelcolor=INK)
     heading(axes, "finding candidates, one thread")
@@ -193,27 +193,31 @@ def draw_scaling(axes, path):
     most = max(int(row["ranks"]) * int(row["threads"]) for row in rows)
     axes.plot([1, most], [1, most], color=QUIET, lw=1, ls="--", label="ideal")
     for protocol, colour in (("asynchronous", "#8fb0d4"), ("synchronous", "#3f6fa8")):
-        own = sorted((int(r["ranks"]) * int(r["threads"]), float(r["speedup"]), r.get("serial_fraction")) for r in rows if r.get("protocol", "synchronous") == protocol)
-        if own:
-            serial = f", serial {100 * float(own[0][2]):.0f} %" if own[0][2] else ""
-            axes.plot([c for c, _, _ in own], [s for _, s, _ in own], color=colour, marker="o", ms=5, lw=1.4, label=protocol + serial)
+        own = [row for row in rows if row.get("protocol", "synchronous") == protocol]
+        if not own:
+            continue
+        serial = f", serial {100 * float(own[0]['serial_fraction']):.0f} %" if own[0].get("serial_fraction") else ""
+        for marker, kind in (("o", [row for row in own if row["ranks"] == "1"]), ("s", [row for row in own if row["ranks"] != "1"])):
+            points = sorted((int(row["ranks"]) * int(row["threads"]), float(row["speedup"])) for row in kind)
+            style = {"lw": 1.4, "label": protocol + serial} if marker == "o" else {"lw": 0}
+            axes.plot(*np.array(points).reshape(-1, 2).T, color=colour, marker=marker, ms=5, **style)
     axes.set_xscale("log", base=2)
     axes.set_yscale("log", base=2)
     for axis in (axes.xaxis, axes.yaxis):
         axis.set_major_formatter("{x:g}")
     axis_words(axes, "cores", "speed over one core")
     axes.legend(frameon=False, labelcolor=INK)
-    heading(axes, "strong scaling")
+    heading(axes, "strong scaling; squares: several ranks")
 
 
 def draw_cost(path, run, bench, scaling):
     more = [(draw, source) for draw, source in ((draw_search, bench), (draw_scaling, scaling)) if source]
-    height = 3.1 if not more else 6.2
+    height, width = (6.5 if more else 3.1), (0.39 if len(more) == 2 else 0.89)
     figure = plt.figure(figsize=(9, height), facecolor="white")
     draw_split(figure.add_axes([0.19, 1 - 2.55 / height, 0.78, 1.45 / height]), run)
     figure.text(0.02, 1 - 0.3 / height, "Where the time goes", color=INK, fontsize=13, va="center")
     for k, (draw, source) in enumerate(more):
-        draw(figure.add_axes([0.09 + 0.5 * k, 0.09, 0.39, 2.4 / height]), source)
+        draw(figure.add_axes([0.09 + 0.5 * k, 0.09, width, 2.4 / height]), source)
     figure.savefig(path, dpi=150, pil_kwargs={"optimize": True})
     plt.close(figure)
 
