@@ -109,7 +109,7 @@ def pictured(run):
     found = packing.frames(run.directory)
     rows = [int(np.argmin(np.abs(run.time - t))) for t, _, _ in found]
     before = [i for i, row in enumerate(rows) if row < loops.first_touch(run)]
-    rest, peak = before[-1] if before else 0, int(np.argmax(run.base_stress[rows]))
+    rest, peak = before[-1] if before else 0, int(np.argmax(np.minimum(run.base_stress, run.lid_stress)[rows]))
     return [(rows[i], found[i][1], found[i][2]) for i in (rest, peak)]
 
 
@@ -120,7 +120,7 @@ def draw_nest(path, run, figures):
     most = max(packing.bending_strain(nodes, radius).max() for nodes, radius in rods)
     top = 1.05 * max(nodes[..., 2].max() for nodes, _ in rods)
     for (row, _, _), (nodes, radius), left, word in zip(chosen, rods, (0.015, 0.51), ("at rest", "pressed")):
-        axes = figure.add_axes([left, 0.62, 0.475, 0.285])
+        axes = figure.add_axes([left, 0.615, 0.475, 0.28])
         packing.draw(axes, run.physics, nodes, radius, most, run.height[row], top)
         heading(axes, f"{word}: {run.lid_stress[row]:.0f} Pa, ⟨z⟩ = {smooth(run['coordination[-]'])[row]:.1f}", pad=2)
     bar = figure.colorbar(ScalarMappable(Normalize(0, 100 * most), packing.BENDING), cax=figure.add_axes([0.36, 0.603, 0.28, 0.012]), orientation="horizontal")
@@ -132,15 +132,15 @@ def draw_nest(path, run, figures):
     draw_coordination_over_stress(figure.add_axes([0.58, 0.33, 0.4, 0.165]), run)
     draw_coordination_over_time(figure.add_axes([0.58, 0.075, 0.4, 0.14]), run)
     figure.text(0.02, 0.965, figures["title"], color=INK, fontsize=13, va="center")
-    figure.text(0.02, 0.935, ", ".join(words(figures)), color=QUIET, va="center")
-    figure.savefig(path, dpi=150, pil_kwargs={"optimize": True})
+    figure.text(0.02, 0.937, "; ".join(words(figures)), color=QUIET, va="center")
+    figure.savefig(path, dpi=120, pil_kwargs={"optimize": True})
     plt.close(figure)
 
 
 def words(figures):
     if figures["cycles"]:
-        yield "the lid loses " + ", ".join(f"{100 * c['psi']:.1f} %" for c in figures["cycles"]) + " of its work per cycle"
-        yield "height " + ", ".join(f"{1e3 * c['residual_m']:.2f} mm" for c in figures["cycles"])
+        yield "of the lid's work " + ", ".join(f"{100 * c['psi']:.1f} %" for c in figures["cycles"]) + " are lost, cycle by cycle"
+        yield "the bed sinks by " + ", ".join(f"{1e3 * c['residual_m']:.2f} mm" for c in figures["cycles"])
 
 
 def draw_split(axes, run):
@@ -218,7 +218,7 @@ def draw_cost(path, run, bench, scaling):
     figure.text(0.02, 1 - 0.3 / height, "Where the time goes", color=INK, fontsize=13, va="center")
     for k, (draw, source) in enumerate(more):
         draw(figure.add_axes([0.09 + 0.5 * k, 0.09, width, 2.4 / height]), source)
-    figure.savefig(path, dpi=150, pil_kwargs={"optimize": True})
+    figure.savefig(path, dpi=120, pil_kwargs={"optimize": True})
     plt.close(figure)
 
 
