@@ -7,6 +7,7 @@ Prints how the carpet beats, writes it to OUT_DIR/beat.json, and draws OUT_DIR/c
 
 import argparse
 import json
+import sys
 from pathlib import Path
 
 import h5py
@@ -18,10 +19,10 @@ import matplotlib.pyplot as plt  # noqa: E402  (after the choice of Agg)
 from matplotlib.cm import ScalarMappable  # noqa: E402
 from matplotlib.colors import ListedColormap, Normalize  # noqa: E402
 
+sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "figures"))
 import beat  # noqa: E402
-import tubes  # noqa: E402
-
-INK, QUIET = "#22252b", "#7a7f87"
+import tubes  # noqa: E402  (from apps/figures)
+from style import INK, QUIET, bare, heading  # noqa: E402
 
 
 def colour_circle():
@@ -55,17 +56,6 @@ def read_rods(directory, time):
     with h5py.File(path) as file:
         group = next(iter(file["groups"].values()))
         return group["position"][k].astype(float), group["radius"][:], t
-
-
-def bare(axes, *sides):
-    for side in ("left", "right", "top", "bottom"):
-        axes.spines[side].set_visible(side in sides)
-        axes.spines[side].set_color(QUIET)
-    axes.tick_params(colors=QUIET, labelcolor=INK, length=3)
-
-
-def heading(axes, text, pad=8):
-    axes.set_title(text, loc="left", color=INK, fontsize=10.5, pad=pad)
 
 
 def colour_bar(figure, place):

@@ -1,4 +1,4 @@
-"""Rods as shaded tubes on a plate, in perspective: quads sorted from far to near, which matplotlib fills.
+"""Rods as shaded tubes, on a plate if wanted, in perspective: quads sorted from far to near, which matplotlib fills.
 
 All arrays in m, lab frame, z up; colours are RGB from 0 to 1.
 """
@@ -7,7 +7,7 @@ import numpy as np
 from matplotlib.collections import PolyCollection
 from matplotlib.patches import Polygon
 
-SIDES = 32      # of a tube
+SIDES = 32      # of a tube, unless told
 CAP_RINGS = 5   # of the half sphere on a tip
 LIGHT = np.array([-0.45, -0.40, 0.80]) / np.linalg.norm([-0.45, -0.40, 0.80])  # towards the light
 PLATE, PLATE_EDGE = "#eef0f3", "#cfd4db"
@@ -36,23 +36,33 @@ class Camera:
         return np.linalg.norm(points - self.eye, axis=-1)
 
 
-def rings(nodes, radius):
-    """Surface of the tubes: points and outward normals [rods, rings, SIDES, 3], a half sphere at the last node included."""
+def rings(nodes, radius, sides=SIDES, both_ends=False):
+    """Surface of the tubes: points and outward normals [rods, rings, sides, 3], a half sphere at the last node included, or at both."""
     angle = np.linspace(0, np.pi / 2, CAP_RINGS + 1)[1:]
     tangent = unit(np.gradient(nodes, axis=1))
     first = np.zeros_like(tangent)  # normal of the tube, carried along without twist
-    first[:, 0] = unit(np.cross(np.broadcast_to([0, 1.0, 0], tangent[:, 0].shape), tangent[:, 0]))
+    least = np.where(np.abs(tangent[:, :1, 1]) < 0.9, [0, 1.0, 0], [1.0, 0, 0])  # an axis that is not the tube's
+    first[:, 0] = unit(np.cross(least, tangent[:, 0]))
     for k in range(1, nodes.shape[1]):
         before = first[:, k - 1]
         first[:, k] = unit(before - np.sum(before * tangent[:, k], axis=-1, keepdims=True) * tangent[:, k])
     second = np.cross(tangent, first)
 
-    around = np.linspace(0, 2 * np.pi, SIDES, endpoint=False)
+    around = np.linspace(0, 2 * np.pi, sides, endpoint=False)
     side = first[:, :, None] * np.cos(around)[:, None] + second[:, :, None] * np.sin(around)[:, None]
     points = nodes[:, :, None] + np.asarray(radius)[None, :, None, None] * side
     slope = angle[None, :, None, None]
-    cap = np.cos(slope) * side[:, -1:] + np.sin(slope) * tangent[:, -1:, None]
-    return np.concatenate([points, nodes[:, -1:, None] + radius[-1] * cap], axis=1), np.concatenate([side, cap], axis=1)
+
+    def cap(end, sign):
+        return np.cos(slope) * side[:, end, None] + sign * np.sin(slope) * tangent[:, end, None, None]
+
+    last = cap(-1, 1)
+    surface, normal = [points, nodes[:, -1:, None] + radius[-1] * last], [side, last]
+    if both_ends:
+        start = cap(0, -1)[:, ::-1]
+        surface.insert(0, nodes[:, :1, None] + radius[0] * start)
+        normal.insert(0, start)
+    return np.concatenate(surface, axis=1), np.concatenate(normal, axis=1)
 
 
 def shade(normal, height, towards_eye, colour):
@@ -67,18 +77,22 @@ def shade(normal, height, towards_eye, colour):
 
 
 def corners(surface):
-    """Quads [rods, rings - 1, SIDES, 4, 3] of a surface of rings."""
+    """Quads [rods, rings - 1, sides, 4, 3] of a surface of rings."""
     beside = np.roll(surface, -1, axis=2)
     return np.stack([surface[:, :-1], beside[:, :-1], beside[:, 1:], surface[:, 1:]], axis=3)
 
 
-def draw_tubes(axes, camera, nodes, radius, colours):
-    points, normals = rings(nodes, radius)
+def draw_tubes(axes, camera, nodes, radius, colours, sky_from=None, sides=SIDES, both_ends=False):
+    """Colours [rods, 3] or [rods, nodes - 1, 3]; from height sky_from on the sky is open, by default 0.6 of the highest tip."""
+    points, normals = rings(nodes, radius, sides, both_ends)
     quads, normal = corners(points), unit(corners(normals).mean(axis=3))
     centre = quads.mean(axis=3)
     towards_eye = unit(camera.eye - centre)
-    length = nodes[:, -1, 2].max()
-    colour = shade(normal, centre[..., 2] / (0.6 * length), towards_eye, colours[:, None, None, :])
+    if colours.ndim == 2:
+        colours = colours[:, None]
+    else:
+        colours = np.pad(colours, ((0, 0), (CAP_RINGS if both_ends else 0, CAP_RINGS), (0, 0)), mode="edge")
+    colour = shade(normal, centre[..., 2] / (sky_from or 0.6 * nodes[:, -1, 2].max()), towards_eye, colours[:, :, None, :])
     seen = np.sum(normal * towards_eye, axis=-1) > -0.1
     far_first = np.argsort(-camera.distance(centre[seen]))
     faces = colour[seen][far_first]
