@@ -166,7 +166,9 @@ void Contacts::renew_list(const Capsules& capsules) {
     for (std::size_t i = 0; i < place_.size(); ++i) place_[i] = capsules.node[i].position;
 }
 
-void Contacts::restore(std::span<const KeptContact> kept) {
+void Contacts::restore(std::span<const KeptContact> kept, double rubbed, double damped) {
+    figures_.rubbed = rubbed;
+    figures_.damped = damped;
     // As if it were the list of the step before; as nobody knows how far things have moved since, it is renewed at once.
     std::vector<KeptContact> sorted(kept.begin(), kept.end());
     std::sort(sorted.begin(), sorted.end(),

@@ -58,7 +58,7 @@ public:
     Contacts(const Capsules& capsules, ContactLaws laws, const Threads& threads, std::vector<std::uint8_t> owned_rods = {});
 
     /// Goes on from what another left, before the first evaluation. May hold pairs of rods that are not owned.
-    void restore(std::span<const KeptContact> kept);
+    void restore(std::span<const KeptContact> kept, double rubbed = 0, double damped = 0);
     /// Of pairs whose first rod is owned, in order.
     std::vector<KeptContact> kept() const;
 

@@ -173,7 +173,7 @@ std::vector<double> Interactions::values() const {
         const ContactFigures f = contacts_->figures();
         const std::vector<std::vector<double>> mine = {{static_cast<double>(f.active)}, {f.stored}, {f.rubbed}, {f.damped}, {static_cast<double>(f.listed)}};
         const std::vector<double> all = exact_sums(comm_, mine);
-        values = {all[0], 2 * all[0] / static_cast<double>(of_rod_.size()), comm_.max(f.deepest), all[1], all[2] + rubbed_before_, all[3] + damped_before_, all[4],
+        values = {all[0], 2 * all[0] / static_cast<double>(of_rod_.size()), comm_.max(f.deepest), all[1], all[2], all[3], all[4],
                   static_cast<double>(comm_.max(f.renewals)), f.skin};
     }
     if (!around_.walls) return values;
@@ -232,7 +232,6 @@ std::vector<double> Interactions::springs() const {
     for (std::size_t i = 0; i < all.size(); ++i) records[i / spring_numbers][i % spring_numbers] = all[i];
     std::sort(records.begin(), records.end());
     std::vector<double> numbers = exact_sums(comm_, std::vector<std::vector<double>>{{f.rubbed}, {f.damped}});
-    numbers[0] += rubbed_before_, numbers[1] += damped_before_;
     for (const Record& r : records) numbers.insert(numbers.end(), r.begin(), r.end());
     return numbers;
 }
@@ -257,8 +256,8 @@ void Interactions::restore(std::span<const KeptNumbers> kept) {
                 const double* n = k.numbers.data() + i;
                 springs.push_back({static_cast<std::uint32_t>(n[0]), static_cast<std::uint32_t>(n[1]), static_cast<std::uint32_t>(n[2]), n[3], {n[4], n[5], n[6]}});
             }
-            contacts_->restore(springs);
-            rubbed_before_ = k.numbers[0], damped_before_ = k.numbers[1];
+            if (comm_.root()) contacts_->restore(springs, k.numbers[0], k.numbers[1]); // sums of all ranks
+            else contacts_->restore(springs);
         } else if (k.name == walls_name) {
             std::size_t at = 0;
             for (DrivenWall& d : driven_) {

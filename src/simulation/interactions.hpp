@@ -65,7 +65,6 @@ private:
         Servo servo;
     };
     std::vector<DrivenWall> driven_;
-    double rubbed_before_ = 0, damped_before_ = 0; ///< by contacts, before this run; J
     std::vector<double> work_;  ///< of every wall on the rods since the start, J
     std::vector<double> of_rod_; ///< scratch: by gid
 
