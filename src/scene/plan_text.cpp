@@ -31,6 +31,24 @@ std::string every(std::int64_t steps, double dt) {
     return steps > 0 ? fmt::format("every {} steps ({:.4g} s)", steps, static_cast<double>(steps) * dt) : "none";
 }
 
+std::string law_text(const ContactLaw& law) {
+    std::string text = fmt::format("{} {:.4g}", contact_normal_names[static_cast<std::size_t>(law.normal)], law.stiffness);
+    if (law.restitution > 0) text = fmt::format("{}, restitution {:g} in {:g} s", contact_normal_names[static_cast<std::size_t>(law.normal)], law.restitution, law.collision_time);
+    else if (law.damping > 0) text += fmt::format(", dashpot {:.4g}", law.damping);
+    if (law.friction != ContactFriction::none)
+        text += fmt::format(", friction {} {:g} / {:g}", contact_friction_names[static_cast<std::size_t>(law.friction)], law.static_friction, law.kinetic());
+    if (law.soft_until > 0) text += fmt::format(", soft until {:g} s", law.soft_until);
+    if (law.friction_from > 0) text += fmt::format(", friction from {:g} s", law.friction_from);
+    return text;
+}
+
+std::string wall_text(const Wall& wall) {
+    std::string text = fmt::format("'{}', {}, {}", wall.name, wall_names[static_cast<std::size_t>(wall.kind)], law_text(wall.law));
+    if (wall.servo.drives()) text += fmt::format("; driven at {:g} m/s by the stress on '{}'", wall.servo.speed, wall.servo.watch);
+    else if (wall.moves_steadily()) text += "; moves";
+    return text;
+}
+
 } // namespace
 
 std::string to_text(const Plan& p) {
@@ -59,6 +77,9 @@ std::string to_text(const Plan& p) {
         for (const std::string& hint : g.hints) line("  hint", hint);
         if (std::isfinite(g.tension_limit)) line("  tension", fmt::format("directors flip beyond dilatation e_c = {:.4g}", g.tension_limit));
     }
+    if (p.contact) line("contact", law_text(p.contact->law) + (p.contact->self ? ", of rods with themselves too" : ""));
+    for (const Wall& wall : p.walls) line("wall", wall_text(wall));
+    if (steps_together(p)) line("protocol", "one step per visit: rods wait for each other");
     if (p.integrator != Integrator::verlet)
         line("integrator", fmt::format("{}, limits times {:.4g}", integrator_names[static_cast<std::size_t>(p.integrator)], scheme_of(p.integrator).stability));
     line("dt", fmt::format("{:.6g} s{}, {:.3g} of the limit {:.6g} s ({} of '{}')", p.dt, p.automatic_dt ? " (auto)" : "", p.dt / p.limit, p.limit,
