@@ -33,8 +33,4 @@ ContactView::ContactView(std::span<const RodGroup> groups, const ContactSpec& sp
     load.resize(capsules.node.size());
 }
 
-std::size_t ContactView::bytes() const {
-    return capsules.slots() * (sizeof(CapsuleNode) + sizeof(CapsuleSpin) + sizeof(std::int32_t) + sizeof(ContactLoad));
-}
-
 } // namespace skein

@@ -19,7 +19,8 @@ struct ContactView {
     /// `materials`: of the laws; 1: all alike.
     ContactView(std::span<const RodGroup> groups, const ContactSpec& spec, std::size_t materials);
     std::size_t first_slot(std::int64_t gid) const { return static_cast<std::size_t>(capsules.first_slot[static_cast<std::size_t>(gid)]); }
-    std::size_t bytes() const;
+    static constexpr double bytes_per_slot = sizeof(CapsuleNode) + sizeof(CapsuleSpin) + sizeof(std::int32_t) + sizeof(ContactLoad);
+    double bytes() const { return bytes_per_slot * static_cast<double>(capsules.slots()); }
 };
 
 /// Last before rods meet: nodes, radii as the law has them, spins in the lab.

@@ -28,6 +28,8 @@ namespace {
 
 // Prediction only: ns per element-step and core at 8 lanes, medians of bench/micro on a 2.5 GHz Cascade Lake core.
 constexpr double drift_ns = 3.2, elliptic_drift_ns = 9, elastic_ns = 5.6, kick_ns = 1, stretched_kick_ns = 1.6, load_ns = 1;
+// Contacts at the density of a nest, half a candidate per element; walls where few nodes touch.
+constexpr double contact_ns = 25, walls_ns = 2;
 
 /// Undamped rods are lost after 1e5 steps and more above 0.707 of the limit, where modes go round in four steps or fewer and strain
 /// drives them (tests/stress/resonance.cpp); at 0.6 their energy settles.
@@ -140,7 +142,7 @@ GroupPlan plan_group(const SceneSpec& scene, const RodGroup& group) {
     if (audit) pass(AuditBalancePass<1>::pass_name);
 
     p.ns_per_element_step = (p.circular ? drift_ns : elliptic_drift_ns) + elastic_ns + (p.kick == KickKind::undamped || p.kick == KickKind::constant_rates ? kick_ns : stretched_kick_ns) +
-                            load_ns * static_cast<double>(p.loads.size());
+                            load_ns * static_cast<double>(p.loads.size()) + (scene.contact ? contact_ns : 0) + (p.walls ? walls_ns : 0);
     p.limits = time_limits(group);
     limit_by_contact(p, group, scene);
     limit_by_drag(p, group, scheme_of(scene.time.integrator));
@@ -349,10 +351,10 @@ Plan make_plan(const SceneSpec& scene, std::span<const RodGroup> groups, const M
     Plan plan{.title = scene.title, .machine = machine};
     double frame_values = 0, tip_values = 0;
     for (const RodGroup& group : groups) plan.groups.push_back(plan_group(scene, group));
-    find_families(plan, groups, scene);
     plan.contact = scene.contact;
     if (scene.contact) plan.contact_laws = contact_laws(scene, groups);
     plan.walls = expanded(scene.walls);
+    find_families(plan, groups, scene);
     weigh(plan, groups, scene);
     const double ns = lay_out(plan);
     for (const GroupPlan& p : plan.groups) {
@@ -361,6 +363,9 @@ Plan make_plan(const SceneSpec& scene, std::span<const RodGroup> groups, const M
         plan.state_bytes += static_cast<double>(p.rods) * sizeof(LocalRod);
         if (scene.output.audit)
             plan.state_bytes += static_cast<double>(p.tiles) * (p.elements + 1) * (2 * sizeof(SlotLoad<1>) + sizeof(AuditBook<1>::Rates)) * machine.lanes;
+        const double slots = static_cast<double>(p.rods) * (p.elements + 1);
+        if (scene.contact) plan.state_bytes += machine.ranks * slots * ContactView::bytes_per_slot;
+        if (p.walls) plan.state_bytes += slots * static_cast<double>(plan.walls.size()) * sizeof(WallBook<1>::Kept);
         frame_values += static_cast<double>(p.rods) * (3.0 * (p.elements + 1) + (scene.output.directors ? 9.0 * p.elements + 3.0 * (p.elements + 1) : 0.0));
         tip_values += 3.0 * static_cast<double>(p.rods);
     }

@@ -202,8 +202,6 @@ std::vector<double> Interactions::values() const {
     return values;
 }
 
-std::size_t Interactions::bytes() const { return around_.others ? around_.others->bytes() : 0; }
-
 std::vector<std::string> Interactions::kept_names() const {
     std::vector<std::string> names;
     if (contacts_) names.emplace_back(springs_name);

@@ -36,8 +36,6 @@ public:
     std::vector<std::string> names() const;
     std::vector<double> values() const;
 
-    std::size_t bytes() const;
-
     /// Springs of friction, accounts and places of walls, the same on any number of ranks: for checkpoints.
     std::vector<std::string> kept_names() const;
     std::vector<KeptNumbers> kept() const;
