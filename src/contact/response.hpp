@@ -4,7 +4,7 @@
 //   linear        N = max(0, k g + c u_n)
 //   Hertz         N = max(0, sqrt(g) (k g + c u_n))
 //   memory        x <- (x + h u_t) in the tangent plane,  T* = -k_t x - c_t u_t,  k_t = kappa k (linear), kappa k sqrt(g) (Hertz)
-//                 T = T* while |T*| <= mu_s N;  else T = mu_k N T*/|T*| and x = -T/k_t
+//                 T = T* while |T*| <= mu_s N;  else T = mu_k N T*/|T*| and x = -(T + c_t u_t)/k_t
 //   regularised   T = -mu_k N u_t/max(|u_t|, v_s)
 //   published     T = -(1 - f) mu_k N u_t/|u_t|,  f = 1 up to v_s, 0 from 1.5 v_s on, linear between
 //   on 1: force -N n + T, couple a1 x T;  on 2: force N n - T, couple -a2 x T
@@ -73,29 +73,30 @@ SKEIN_INLINE ContactForce<Pack<W>> contact_force(ContactKinds kinds, const Conta
     const Vec3<P> none{zero, zero, zero};
     Vec3<P> friction = none;
     if (kinds.friction == ContactFriction::memory) {
-        const P stiffness = law.tangential_stiffness * root, along = dot(spring.x, n), before = dot(spring.x, spring.x);
-        const Vec3<P> in_plane = fma(step, tangential, spring.x) - along * n;
+        const P stiffness = law.tangential_stiffness * root;
+        const Vec3<P> moved = fma(step, tangential, spring.x), in_plane = moved - dot(moved, n) * n;
         const Vec3<P> trial = -(stiffness * in_plane) - law.tangential_damping * tangential;
         const P squared = dot(trial, trial), limit = law.static_friction * pressed;
         const auto sticks = squared <= limit * limit;
-        friction = trial;
         Vec3<P> after = in_plane;
-        P rubbed = zero /* over k_t/2 */, damped = law.tangential_damping * dot(tangential, tangential) * step;
+        P damped = law.tangential_damping * dot(tangential, tangential) * step;
+        friction = trial;
         if (any(!sticks)) {
             const P size = max(sqrt(squared), tiny), some_stiffness = max(stiffness, tiny), inverse = one / (size * some_stiffness);
-            const Vec3<P> slides = (law.kinetic_friction * pressed * some_stiffness * inverse) * trial, stretch = -((size * inverse) * slides);
-            rubbed = select(sticks, zero, dot(in_plane, in_plane) - dot(stretch, stretch));
+            const Vec3<P> slides = (law.kinetic_friction * pressed * some_stiffness * inverse) * trial;
             damped = select(sticks, damped, zero);
             friction = select(sticks, trial, slides);
-            after = select(sticks, in_plane, stretch);
+            after = select(sticks, in_plane, -((size * inverse) * fma(P(law.tangential_damping), tangential, slides)));
         }
         friction = select(touches, friction, none);
         spring.x = select(touches, after, none);
-        // Energy of the spring as it was, less that of the one it starts from; what its turning into the plane takes, and slip.
-        out.rubbed = spring.energy + select(touches, half * stiffness * (along * along - before + rubbed), zero);
-        out.damped += select(touches, damped, zero);
-        spring.energy = half * stiffness * dot(spring.x, spring.x);
-        out.stored += spring.energy;
+        damped = select(touches, damped, zero);
+        // What the force takes from the rods and the spring does not have: however the spring has come to what it was.
+        const P energy = half * stiffness * dot(spring.x, spring.x);
+        out.rubbed = spring.energy - energy - damped - step * dot(friction, tangential);
+        out.damped += damped;
+        out.stored += energy;
+        spring.energy = energy;
     } else if (kinds.friction != ContactFriction::none) {
         const P speed = norm(tangential);
         P share = law.kinetic_friction * pressed / max(speed, max(kinds.friction == ContactFriction::regularised ? law.slip_speed : zero, tiny));
