@@ -10,6 +10,7 @@ void OutputSpec::fields(FieldVisitor& f) {
     f.choice({.name = "precision", .unit = "", .text = "of trajectory and tip frames"}, precision, precision_names);
     f.visit({.name = "tips", .unit = "s", .text = "interval of frames of every rod's last node; 0: none", .at_least = 0}, tips);
     f.visit({.name = "series", .unit = "s", .text = "interval of the time series of observables; 0: none", .at_least = 0}, series);
+    f.visit({.name = "contacts", .unit = "s", .text = "interval of tables of all contacts between rods (CSV): who, where, force, overlap, friction spring, slip; 0: none", .at_least = 0}, contacts);
     f.visit({.name = "observables", .unit = "", .text = "added to the series: any of \"angular_momentum\", \"curvature\", \"knots\""}, observables);
     f.visit(
         {.name = "audit",

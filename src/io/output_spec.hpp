@@ -20,6 +20,7 @@ struct OutputSpec {
     double series = 0;     ///< observables.csv
     std::vector<std::string> observables; ///< sets beyond energies, momentum and extremes
     bool audit = false;    ///< energy audit
+    double contacts = 0;   ///< all contacts with their forces, into tables
     double checkpoint = 0; ///< 0: only at the end
 
     bool observes(std::string_view set) const;

@@ -225,7 +225,7 @@ double lay_out(Plan& plan) {
 double interval_to_divide(const SceneSpec& scene) {
     if (scene.time.divide > 0) return scene.time.divide;
     double interval = scene.time.duration;
-    for (const double output : {scene.output.trajectory, scene.output.tips, scene.output.series, scene.output.checkpoint})
+    for (const double output : {scene.output.trajectory, scene.output.tips, scene.output.series, scene.output.contacts, scene.output.checkpoint})
         if (output > 0) interval = std::min(interval, output);
     return interval;
 }
@@ -240,6 +240,7 @@ void choose_step(Plan& plan, const SceneSpec& scene) {
     plan.limit = limit.dt * scheme_of(t.integrator).stability;
     plan.automatic_dt = t.dt == 0;
     plan.force_dt = t.force_dt;
+    plan.rest_speed = t.rest_speed;
     if (plan.automatic_dt) {
         const double interval = interval_to_divide(scene);
         double longest = plan.limit;
@@ -261,7 +262,7 @@ void choose_step(Plan& plan, const SceneSpec& scene) {
 
 Cadence cadence_of(const OutputSpec& out, double dt) {
     const auto steps = [&](double interval) { return interval > 0 ? std::max<std::int64_t>(1, std::llround(interval / dt)) : 0; };
-    return {steps(out.trajectory), steps(out.tips), steps(out.series), steps(out.checkpoint)};
+    return {steps(out.trajectory), steps(out.tips), steps(out.series), steps(out.contacts), steps(out.checkpoint)};
 }
 
 void list_absent(Plan& plan, const SceneSpec& scene) {

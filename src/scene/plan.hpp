@@ -55,7 +55,7 @@ struct GroupPlan {
 
 /// Whole steps between two events of a kind; 0: never.
 struct Cadence {
-    std::int64_t trajectory = 0, tips = 0, series = 0, checkpoint = 0;
+    std::int64_t trajectory = 0, tips = 0, series = 0, contacts = 0, checkpoint = 0;
 };
 
 struct Plan {
@@ -65,6 +65,7 @@ struct Plan {
     std::int64_t rods = 0, elements = 0;
     double dt = 0, limit = 0;
     bool automatic_dt = false;
+    double rest_speed = 0; ///< m/s, at which the run ends; 0: none
     bool force_dt = false; ///< a step beyond a limit does not stop the run
     Integrator integrator = Integrator::verlet;
     std::size_t governing = 0; ///< group whose limit is smallest

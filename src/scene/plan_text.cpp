@@ -89,6 +89,8 @@ std::string to_text(const Plan& p) {
     line("trajectory", every(p.cadence.trajectory, p.dt));
     line("tips", every(p.cadence.tips, p.dt));
     line("series", every(p.cadence.series, p.dt) + (p.observables.empty() ? "" : ", with " + joined(p.observables, ", ")));
+    if (p.cadence.contacts > 0) line("contacts", every(p.cadence.contacts, p.dt));
+    if (p.rest_speed > 0) line("ends", fmt::format("at rest, when no node is faster than {:g} m/s", p.rest_speed));
     line("checkpoint", p.cadence.checkpoint > 0 ? every(p.cadence.checkpoint, p.dt) + " and at the end" : "at the end");
     line("memory", fmt::format("{} for rods ({:.0f} B per element){}, {} to disk", bytes_text(p.state_bytes),
                                p.state_bytes / static_cast<double>(p.elements),

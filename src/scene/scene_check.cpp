@@ -101,10 +101,12 @@ private:
         if (scene_.time.dt > duration) add("time.dt", fmt::format("'dt' of {} s is longer than 'duration' of {} s", scene_.time.dt, duration));
         const OutputSpec& out = scene_.output;
         const std::pair<const char*, double> intervals[] = {
-            {"trajectory", out.trajectory}, {"tips", out.tips}, {"series", out.series}, {"checkpoint", out.checkpoint}};
+            {"trajectory", out.trajectory}, {"tips", out.tips}, {"series", out.series}, {"contacts", out.contacts}, {"checkpoint", out.checkpoint}};
         for (const auto& [key, interval] : intervals)
             if (interval > duration)
                 add(fmt::format("output.{}", key), fmt::format("'{}' every {} s never comes due within 'duration' of {} s", key, interval, duration));
+        if (out.contacts > 0 && !scene_.contact) add("output.contacts", "'contacts' has no use without [contact]");
+        if (scene_.time.rest_speed > 0 && out.series == 0) add("time.rest_speed", "'rest_speed' is looked at in the rows of the series: give output.series [s]");
         for (const RodSpec& rods : scene_.rods)
             if (out.audit && rods.material.law == Law::elastica) add("output.audit", fmt::format("there is no audit of group '{}': its law \"elastica\" has no energy", rods.name));
         const bool filtered = std::any_of(scene_.damping.begin(), scene_.damping.end(),

@@ -6,8 +6,10 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numeric>
+#include <tuple>
 
 namespace skein {
 
@@ -200,6 +202,37 @@ std::vector<double> Interactions::values() const {
         for (const double x : {d.servo.height(), work_[static_cast<std::size_t>(d.wall)], static_cast<double>(d.servo.turns())}) values.push_back(x);
     for (const double x : {all[count + touching], comm_.max(deepest), all[count + stored], all[count + rubbed], all[count + damped]}) values.push_back(x);
     return values;
+}
+
+std::string Interactions::contact_table() const {
+    constexpr std::size_t columns = 16;
+    const Capsules& c = around_.others->capsules;
+    std::vector<double> mine;
+    for (const Contact& contact : contacts_->active(c)) {
+        const auto [a, b] = contact.pair;
+        const auto rod = [&](std::uint32_t slot) { return c.rod[slot]; };
+        const auto element = [&](std::uint32_t slot) { return static_cast<std::int32_t>(slot) - c.first_slot[static_cast<std::size_t>(c.rod[slot])]; };
+        const CapsuleNode &a0 = c.node[a], &a1 = c.node[a + 1], &b0 = c.node[b], &b1 = c.node[b + 1];
+        const Vec3d at_a = a0.position + contact.s * (a1.position - a0.position), at_b = b0.position + contact.t * (b1.position - b0.position);
+        const Vec3d apart = at_b - at_a, normal = (1 / std::max(norm(apart), 1e-300)) * apart;
+        const Vec3d arm_a = (a0.radius - 0.5 * contact.overlap) * normal, arm_b = -(b0.radius - 0.5 * contact.overlap) * normal;
+        const Vec3d slip = a0.velocity + contact.s * (a1.velocity - a0.velocity) + cross(c.spin[a].spin, arm_a) - b0.velocity -
+                           contact.t * (b1.velocity - b0.velocity) - cross(c.spin[b].spin, arm_b);
+        const Vec3d place = at_a + arm_a, &f = contact.force;
+        const double push = -dot(f, normal);
+        for (const double x : {double(rod(a)), double(element(a)), contact.s, double(rod(b)), double(element(b)), contact.t, place.x, place.y, place.z, f.x, f.y, f.z, push,
+                               norm(f + push * normal), contact.overlap, norm(slip - dot(slip, normal) * normal)})
+            mine.push_back(x);
+    }
+    const auto counts = comm_.all_gather(static_cast<std::int64_t>(mine.size()));
+    std::vector<double> all(static_cast<std::size_t>(std::accumulate(counts.begin(), counts.end(), std::int64_t{0})));
+    comm_.all_gather(mine, counts, all);
+    std::vector<std::array<double, columns>> rows(all.size() / columns);
+    for (std::size_t i = 0; i < all.size(); ++i) rows[i / columns][i % columns] = all[i];
+    std::sort(rows.begin(), rows.end(), [](const auto& x, const auto& y) { return std::tie(x[0], x[1], x[3], x[4]) < std::tie(y[0], y[1], y[3], y[4]); });
+    std::string text = "rod_1,element_1,share_1,rod_2,element_2,share_2,x[m],y[m],z[m],force_x[N],force_y[N],force_z[N],normal[N],friction[N],overlap[m],slip[m/s]\n";
+    for (const auto& row : rows) text += fmt::format("{}\n", fmt::join(row, ","));
+    return text;
 }
 
 std::vector<std::string> Interactions::kept_names() const {

@@ -36,6 +36,9 @@ public:
     std::vector<std::string> names() const;
     std::vector<double> values() const;
 
+    /// Every contact of the scene, a line each, in order of pairs.
+    std::string contact_table() const;
+
     /// Springs of friction, accounts and places of walls, the same on any number of ranks: for checkpoints.
     std::vector<std::string> kept_names() const;
     std::vector<KeptNumbers> kept() const;

@@ -36,7 +36,7 @@ std::string physics_json(SceneSpec scene, double dt) {
 
 bool is_result(const std::filesystem::path& path) {
     const std::string name = path.filename().string();
-    return name == "summary.json" || name == "physics.json" || name == "observables.csv" || name.ends_with(".xdmf") || name.ends_with(".h5") || name.ends_with(".tmp");
+    return name == "summary.json" || name == "physics.json" || name == "observables.csv" || (name.starts_with("contacts_") && name.ends_with(".csv")) || name.ends_with(".xdmf") || name.ends_with(".h5") || name.ends_with(".tmp");
 }
 
 /// Results without a checkpoint may be written over only by the run that left them unfinished: same physics, no summary.
@@ -151,7 +151,11 @@ bool Simulation::step_together(const Step& step, bool check) {
     return fit && (!check || interactions_->fit());
 }
 
-bool Simulation::ended() const { return interactions_ && interactions_->finished(); }
+bool Simulation::ended() const { return at_rest_ || (interactions_ && interactions_->finished()); }
+
+void Simulation::look_for_rest() {
+    at_rest_ = plan_.rest_speed > 0 && clock_.done() > 0 && last_sample_[observed_speed] < plan_.rest_speed;
+}
 
 bool Simulation::meet() {
     const auto timing = timers_.time(Phase::agree);
@@ -160,6 +164,10 @@ bool Simulation::meet() {
 
 RunResult Simulation::run() {
     if (first_step_ == 0) write_due();
+    else if (plan_.rest_speed > 0 && first_step_ % plan_.cadence.series == 0) {
+        last_sample_ = observables();
+        look_for_rest();
+    }
     Verdict verdict = Verdict::go_on;
     next_tick_ = clock_.done() + tick_multiple;
     setup_s_ = wall_seconds() - started_;
@@ -179,7 +187,7 @@ RunResult Simulation::run() {
 
 std::int64_t Simulation::next_event() const {
     std::int64_t next = std::min(last_step_, next_tick_);
-    for (const std::int64_t every : {plan_.cadence.trajectory, plan_.cadence.tips, plan_.cadence.series, plan_.cadence.checkpoint})
+    for (const std::int64_t every : {plan_.cadence.trajectory, plan_.cadence.tips, plan_.cadence.series, plan_.cadence.contacts, plan_.cadence.checkpoint})
         if (every > 0) next = std::min(next, multiple_after(clock_.done(), every));
     return next;
 }
@@ -230,6 +238,10 @@ void Simulation::write_due() {
         const auto timing = timers_.time(Phase::output);
         if (due(plan_.cadence.trajectory)) trajectory_->write(clock_.done(), clock_.time(), clock_.lag());
         if (due(plan_.cadence.tips)) tips_->write(clock_.done(), clock_.time(), clock_.lag());
+        if (clock_.done() > 0 && due(plan_.cadence.contacts)) {
+            const std::string table = interactions_->contact_table();
+            on_root(comm_, [&] { write_file(fmt::format("{}/contacts_{:012d}.csv", options_.out, clock_.done()), table); });
+        }
     }
     if (clock_.done() > 0 && due(plan_.cadence.checkpoint)) checkpoint();
 }
@@ -260,6 +272,7 @@ void Simulation::sample() {
     const auto timing = timers_.time(Phase::observe);
     last_sample_ = observables();
     warn_of_strain();
+    look_for_rest();
     on_root(comm_, [&] { series_->append(clock_.done(), clock_.time(), last_sample_); });
 }
 

@@ -94,6 +94,7 @@ private:
     Verdict agree();
     /// By what happens in the scene, before its duration is over.
     bool ended() const;
+    void look_for_rest();
     /// Where ranks meet after every step: false on all of them as soon as one has failed.
     bool meet();
     [[noreturn]] void throw_failure();
@@ -120,6 +121,7 @@ private:
     std::unique_ptr<FrameWriter> trajectory_, tips_;
     std::unique_ptr<SeriesFile> series_;          ///< root only
     std::vector<double> last_sample_;
+    bool at_rest_ = false;
     bool told_turn_ = false, told_strain_ = false, told_tension_ = false, told_limit_ = false;
     std::unique_ptr<Progress> progress_;
 };

@@ -14,6 +14,7 @@ void TimeSpec::fields(FieldVisitor& f) {
              integrator_names);
     f.choice({.name = "damping", .unit = "", .text = "how damping joins the kick (docs/theory.md 7): midpoint; exponential, which pefrl always takes; after: as published, first order"}, damping,
              damping_scheme_names);
+    f.visit({.name = "rest_speed", .unit = "m/s", .text = "the run ends at the first row of the series, but that of the start, in which no node is faster; 0: never", .at_least = 0}, rest_speed);
     f.visit({.name = "force_dt", .unit = "", .text = "accept a dt beyond the limit"}, force_dt);
 }
 

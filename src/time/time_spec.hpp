@@ -12,6 +12,7 @@ struct TimeSpec {
     double divide = 0;     ///< s; an interval that the automatic step divides; 0: the most frequent output, or the duration
     double safety = 0.9;   ///< automatic step over the limit
     double e_min = 0.95;   ///< smallest dilatation expected; the automatic step shrinks with it
+    double rest_speed = 0; ///< m/s; 0: the run goes on to its end
     bool force_dt = false; ///< accept a dt beyond the limit
     Integrator integrator = Integrator::verlet;
     DampingScheme damping = DampingScheme::midpoint;
