@@ -120,7 +120,7 @@ bool Contacts::far(const Capsules& capsules, const PairList::Task& task) const {
     return !(std::max({furthest[0], furthest[1], furthest[2], furthest[3]}) < most);
 }
 
-void Contacts::carry_over(const PairList& fresh) {
+void Contacts::carry_over(const PairList& fresh, const Capsules& capsules) {
     AlignedVector<Spring> spring(fresh.count() + 1, Spring{{0, 0, 0}, 0});
     std::vector<std::uint8_t> what(fresh.count() + PairList::padding, 0);
     const std::size_t slots = list_.count() > 0 ? fresh.first.size() - 1 : 0;
@@ -130,10 +130,8 @@ void Contacts::carry_over(const PairList& fresh) {
             std::uint32_t i = fresh.first[a];
             for (std::uint32_t old = list_.first[a]; old < list_.first[a + 1]; ++old) {
                 while (i < fresh.first[a + 1] && fresh.pair[i].b < list_.pair[old].b) ++i;
-                if (i < fresh.first[a + 1] && fresh.pair[i].b == list_.pair[old].b)
-                    what[i] = what_[old], spring[i] = spring_[old];
-                else if (what_[old] & touching)
-                    lost[block] += spring_[old].energy;
+                if (i < fresh.first[a + 1] && fresh.pair[i].b == list_.pair[old].b) what[i] = what_[old], spring[i] = spring_[old];
+                else if (what_[old] & touching && owns(static_cast<std::size_t>(capsules.rod[a]))) lost[block] += spring_[old].energy;
             }
         }
     });
@@ -153,7 +151,7 @@ void Contacts::renew_list(const Capsules& capsules) {
     Candidates candidates;
     search_.build(capsules, figures_.skin, candidates, owned_);
     PairList fresh(std::move(candidates), capsules, threads_, kinds_.friction == ContactFriction::memory);
-    carry_over(fresh);
+    carry_over(fresh, capsules);
     list_ = std::move(fresh);
     last_spring_.assign(list_.count() + 1, Spring{{0, 0, 0}, 0});
     was_.assign(list_.count() + PairList::padding, 0);

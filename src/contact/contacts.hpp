@@ -101,7 +101,7 @@ private:
     bool far(const Capsules& capsules, const PairList::Task& task) const;
     bool push_all(const Capsules& capsules, double h, AlignedVector<ContactLoad>& loads);
     void renew_list(const Capsules& capsules);
-    void carry_over(const PairList& fresh);
+    void carry_over(const PairList& fresh, const Capsules& capsules);
     void push(const Capsules& capsules, double h, const PairList::Task& task, Block& block, AlignedVector<ContactLoad>& loads);
     void pack(const Capsules& capsules, std::uint32_t begin, std::uint32_t end, Packed& packed, Block& block);
     void push_packed(const Capsules& capsules, double h, const Packed& packed, Block& block, Sums& sums, AlignedVector<ContactLoad>& loads);

@@ -42,7 +42,7 @@ std::string summary_json(const RunFigures& f) {
     for (std::size_t i = 0; i < f.names.size(); ++i) observables[f.names[i]] = f.observables[i];
     const nlohmann::ordered_json json = {
         {"title", f.plan.title},
-        {"finished", f.result.code == Exit::done},
+        {"finished", f.finished},
         {"digest", digest_text(f.result.digest)},
         {"steps", f.result.step},
         {"first_step", f.first_step},

@@ -18,6 +18,7 @@ struct PhaseTime {
 struct RunFigures {
     const Plan& plan;
     RunResult result;
+    bool finished;            ///< the scene, not only this run
     std::int64_t first_step;  ///< of this run; > 0 after a restart
     Protocol protocol;
     double wall_s;

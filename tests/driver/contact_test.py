@@ -1,0 +1,162 @@
+"""Rods that touch each other, themselves, a tube, a floor and a lid that goes by its own reckoning: the same bits and restarts as rods alone."""
+
+import unittest
+
+import numpy
+
+from driver import DriverTest
+
+LAW = """law = "hertz"
+stiffness = 1e5
+damping = 10.0
+friction = "memory"
+static_friction = 0.4
+kinetic_friction = 0.2
+"""
+
+SCENE = f"""
+title = "Contact under a lid"
+[time]
+duration = 0.4
+[[rods]]
+name = "sticks"
+[rods.material]
+density = 1000.0
+youngs_modulus = 1e7
+law = "linear"
+[rods.section]
+radius = 0.005
+[rods.shape]
+length = 0.1
+elements = 6
+[rods.placement]
+kind = "packing"
+count = 30
+seed = 3
+region = "cylinder"
+radius = 0.08
+height = 0.16
+[[rods]]
+name = "curls"
+[rods.material]
+density = 1200.0
+youngs_modulus = 1e6
+[rods.section]
+radius = 0.004
+[rods.shape]
+length = 0.2
+elements = 16
+rest_curvature = [40.0, 0.0, 8.0]
+[rods.placement]
+kind = "lattice"
+counts = [2, 2]
+spacing = [0.05, 0.05]
+origin = [-0.025, -0.03, 0.18]
+tangent = [0.0, 1.0, 0.0]
+[[load]]
+kind = "gravity"
+[[damping]]
+kind = "uniform"
+rate = 2.0
+[contact]
+{LAW}self = true
+[[wall]]
+name = "side"
+kind = "tube"
+radius = 0.08
+{LAW}
+[[wall]]
+name = "floor"
+kind = "plane"
+{LAW}
+[[wall]]
+name = "lid"
+kind = "plane"
+point = [0.0, 0.0, 0.24]
+normal = [0.0, 0.0, -1.0]
+from = 0.02
+{LAW}
+[wall.servo]
+speed = 0.3
+approach = 1.0
+approach_to = 0.12
+watch = "floor"
+area = 0.02
+turn_back_above = 300.0
+turn_forth_below = 100.0
+average = 1e-3
+[output]
+trajectory = 0.05
+tips = 0.025
+series = 0.0125
+checkpoint = 0.05
+observables = ["knots", "angular_momentum"]
+"""
+
+SUMMED_PER_RANK = ("contact_energyJ", "contact_rubbedJ", "contact_dampedJ")
+SEARCH = ("candidates", "renewals", "skinm")  # which a restart begins anew
+
+
+class Contact(DriverTest):
+    def setUp(self):
+        super().setUp()
+        self.scene.write_text(SCENE)
+
+    def series(self, out):
+        return numpy.genfromtxt(self.directory / out / "observables.csv", delimiter=",", names=True)
+
+    def assert_same_series(self, out, whole, besides=()):
+        """Bit for bit, but for energies of contacts, which every rank sums on its own before all do."""
+        mine, theirs = self.series(out), self.series(whole)
+        self.assertEqual(mine.dtype, theirs.dtype)
+        for name in mine.dtype.names:
+            if name in besides:
+                continue
+            if name in SUMMED_PER_RANK:
+                self.assertLess(numpy.abs(mine[name] - theirs[name]).max(), 1e-12 * numpy.abs(mine[name]).max(), f"{name} of {out}")
+            else:
+                self.assertTrue(numpy.array_equal(mine[name], theirs[name], equal_nan=True), f"{name} of {out}")
+
+    def assert_same_frames(self, out, whole):
+        for kind in ("trajectory", "tips"):
+            mine, theirs = self.frames(out, kind), self.frames(whole, kind)
+            self.assertEqual(mine.keys(), theirs.keys())
+            self.assertIn("groups/curls/position", mine)
+            for name in mine:
+                self.assertTrue(numpy.array_equal(mine[name], theirs[name]), f"{kind} of {out}: {name}")
+
+    def test_ranks_threads_and_lanes(self):
+        self.run_skein("one")
+        series = self.series("one")
+        self.assertGreater(series["contacts"].max(), 60)
+        self.assertGreater(series["lid_turns"].max(), 2)
+        for ranks, threads in ((1, 2), (2, 1), (2, 2), (3, 1), (4, 1)):
+            out = f"{ranks}x{threads}"
+            self.run_skein(out, ranks=ranks, threads=threads)
+            self.assertEqual(self.digest(out), self.digest("one"), out)
+            self.assert_same_series(out, "one")
+            self.assert_same_frames(out, "one")
+        for lanes in (1, 2, 4):
+            self.run_skein(f"w{lanes}", "--lanes", str(lanes))
+            self.assertEqual(self.digest(f"w{lanes}"), self.digest("one"), f"{lanes} lanes")
+
+    def test_output_cadence_leaves_no_trace(self):
+        quiet = [f"--set=output.{key}=0" for key in ("trajectory", "tips", "series", "checkpoint")] + ["--set=time.divide=0.0125"]
+        self.run_skein("talkative")
+        self.run_skein("silent", *quiet)
+        self.assertEqual(self.digest("silent"), self.digest("talkative"))
+
+    def test_restart(self):
+        """In flight, under the lid as it goes down and as it comes up; springs of friction, the lid and its average go on."""
+        self.run_skein("whole")
+        self.run_skein("parts", "--steps", "1111")
+        self.run_skein("parts", "--until", "0.15", ranks=2)
+        self.run_skein("parts", "--until", "0.2", threads=2)
+        self.run_skein("parts", ranks=3)
+        self.assertEqual(self.digest("parts"), self.digest("whole"))
+        self.assert_same_series("parts", "whole", besides=SEARCH)
+        self.assert_same_frames("parts", "whole")
+
+
+if __name__ == "__main__":
+    unittest.main()
