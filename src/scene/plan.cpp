@@ -11,6 +11,7 @@
 #include "rod/hold.hpp"
 #include "rod/law.hpp"
 #include "rod/moving_ends.hpp"
+#include "rod/rigid.hpp"
 #include "rod/rods.hpp"
 #include "rod/tile.hpp"
 #include "rod/top.hpp"
@@ -27,7 +28,7 @@ namespace skein {
 namespace {
 
 // Prediction only: ns per element-step and core at 8 lanes, medians of bench/micro on a 2.5 GHz Cascade Lake core.
-constexpr double drift_ns = 3.2, elliptic_drift_ns = 9, elastic_ns = 5.6, kick_ns = 1, stretched_kick_ns = 1.6, load_ns = 1;
+constexpr double drift_ns = 3.2, elliptic_drift_ns = 9, elastic_ns = 5.6, kick_ns = 1, stretched_kick_ns = 1.6, rigid_ns = 8, load_ns = 1;
 
 /// Undamped rods are lost after 1e5 steps and more above 0.707 of the limit, where modes go round in four steps or fewer and strain
 /// drives them (tests/stress/resonance.cpp); at 0.6 their energy settles.
@@ -40,7 +41,7 @@ bool acts_on(const std::vector<std::string>& names, const std::string& group) {
 KickKind kick_of(const RodGroup& group, const DampingRates& rates, DampingScheme scheme) {
     if (group.law() == Law::elastica) return KickKind::elastica;
     if (rates.none()) return KickKind::undamped;
-    if (!rates.follow_stretch()) return KickKind::constant_rates;
+    if (!rates.follow_stretch() || is_rigid(group)) return KickKind::constant_rates;
     switch (scheme) {
     case DampingScheme::midpoint: return KickKind::stretched_rates;
     case DampingScheme::exponential: return KickKind::stretched_exponential;
@@ -57,6 +58,7 @@ DampingScheme damping_scheme_of(const RodGroup& group, const TimeSpec& time) {
 
 std::vector<std::string> hints_for(const RodGroup& group) {
     std::vector<std::string> hints;
+    if (is_rigid(group)) return hints;
     const Shape& shape = group.spec().shape;
     double length = group.element[0].rest_length, radius = group.element[0].radius;
     for (const ElementConstants& c : group.element)
@@ -94,8 +96,9 @@ void limit_by_contact(GroupPlan& p, const RodGroup& group, const SceneSpec& scen
     for (const ContactPair& pair : scene.contact_pairs)
         if (acts_on(pair.between, group.name())) consider(pair.law, scene.contact->overlap, reduced_mass(group, group));
     for (const Wall& wall : scene.walls)
-        if (acts_on(wall.rods, group.name())) consider(wall.law, 0.1, element_mass(group));
+        if (acts_on(wall.rods, group.name())) consider(wall.law, 0.1, mass_at_wall(group));
     if (!std::isfinite(least.dt)) return;
+    if (is_rigid(group)) p.limits.clear();
     p.limits.push_back(least);
     std::stable_sort(p.limits.begin(), p.limits.end(), [](const TimeLimit& a, const TimeLimit& b) { return a.dt < b.dt; });
 }
@@ -117,14 +120,16 @@ GroupPlan plan_group(const SceneSpec& scene, const RodGroup& group) {
     p.circular = with_top(group, []<class Top>(Top) { return std::is_same_v<Top, CircularTop>; });
 
     const auto pass = [&](std::string_view name) { p.passes.emplace_back(name); };
-    pass(with_top(group, []<class Top>(Top) { return Top::name; }));
+    pass(is_rigid(group) ? RigidDriftPass<1>::pass_name : with_top(group, []<class Top>(Top) { return Top::name; }));
     if (group.closed()) pass(CloseRingPass<1>::pass_name);
     const bool audit = scene.output.audit;
     if (audit && group.spec().ends_move()) pass(AuditEndsPass<1>::pass_name);
     if (group.spec().ends_move()) pass(MoveEndsPass<1>::pass_name);
     pass(OrthonormalisePass<1>::pass_name);
     if (scene.contact) pass(ShowPass<1>::pass_name);
-    pass(group.law() == Law::elastica ? ElasticaPass<1>::pass_name : with_energy_law(group.law(), []<class L>(L) { return L::name; }));
+    pass(is_rigid(group)                  ? RigidRestPass<1>::pass_name
+         : group.law() == Law::elastica ? ElasticaPass<1>::pass_name
+                                        : with_energy_law(group.law(), []<class L>(L) { return L::name; }));
     if (audit) pass(AuditInnerPass<IncompressibleLaw, 1>::pass_name);
     for (const Load& load : p.loads) pass(kind_of(load));
     for (std::size_t w = 0; w < scene.walls.size(); ++w)
@@ -133,14 +138,15 @@ GroupPlan plan_group(const SceneSpec& scene, const RodGroup& group) {
     if (scene.contact) pass(FeelPass<1>::pass_name);
     if (group.closed()) pass(FoldRingPass<1>::pass_name);
     if (audit) pass(AuditLoadsPass<1>::pass_name);
-    pass(kick_names[static_cast<std::size_t>(p.kick)]);
+    pass(is_rigid(group) ? RigidKickPass<1>::pass_name : kick_names[static_cast<std::size_t>(p.kick)]);
     for (const Damping& d : p.damping)
         if (d.kind == DampingKind::laplacian) pass(LaplacianFilterPass<1>::pass_name);
     if (group.spec().hold.any()) pass(HoldPass<1>::pass_name);
     if (audit) pass(AuditBalancePass<1>::pass_name);
 
-    p.ns_per_element_step = (p.circular ? drift_ns : elliptic_drift_ns) + elastic_ns + (p.kick == KickKind::undamped || p.kick == KickKind::constant_rates ? kick_ns : stretched_kick_ns) +
-                            load_ns * static_cast<double>(p.loads.size());
+    const double kick = p.kick == KickKind::undamped || p.kick == KickKind::constant_rates ? kick_ns : stretched_kick_ns;
+    const double all = is_rigid(group) ? rigid_ns : (p.circular ? drift_ns : elliptic_drift_ns) + elastic_ns + kick;
+    p.ns_per_element_step = all + load_ns * static_cast<double>(p.loads.size());
     p.limits = time_limits(group);
     limit_by_contact(p, group, scene);
     limit_by_drag(p, group, scheme_of(scene.time.integrator));
@@ -160,7 +166,7 @@ GroupPlan plan_group(const SceneSpec& scene, const RodGroup& group) {
 /// Strands are open, at rest at their ends, and looked at from slot to slot alone.
 bool can_lie_along(const GroupPlan& p, const RodGroup& group, const SceneSpec& scene) {
     const RodSpec& spec = group.spec();
-    if (scene.contact || p.walls || group.closed() || group.law() == Law::elastica || spec.ends_move() || spec.hold.any() || scene.output.audit) return false;
+    if (scene.contact || p.walls || group.closed() || group.law() == Law::elastica || is_rigid(group) || spec.ends_move() || spec.hold.any() || scene.output.audit) return false;
     for (const Load& load : p.loads)
         if (std::visit([]<class L>(const L&) { return needs_whole_rods<L>; }, load)) return false;
     return std::none_of(p.damping.begin(), p.damping.end(), [](const Damping& d) { return d.kind == DampingKind::laplacian; });
@@ -239,6 +245,8 @@ void choose_step(Plan& plan, const SceneSpec& scene) {
     plan.automatic_dt = t.dt == 0;
     plan.force_dt = t.force_dt;
     if (plan.automatic_dt) {
+        if (!std::isfinite(plan.limit))
+            throw InputError(fmt::format("{}: time.dt: nothing limits the time step, as there are none but rigid bodies, which touch nothing: give 'dt'", scene.file));
         const double interval = interval_to_divide(scene);
         double longest = plan.limit;
         for (const GroupPlan& g : plan.groups) {
