@@ -28,7 +28,8 @@ namespace skein {
 namespace {
 
 // Prediction only: ns per element-step and core at 8 lanes, medians of bench/micro on a 2.5 GHz Cascade Lake core.
-constexpr double drift_ns = 3.2, elliptic_drift_ns = 9, elastic_ns = 5.6, kick_ns = 1, stretched_kick_ns = 1.6, rigid_ns = 8, load_ns = 1;
+constexpr double drift_ns = 3.2, elliptic_drift_ns = 9, elastic_ns = 5.6, kick_ns = 1, stretched_kick_ns = 1.6, load_ns = 1;
+constexpr double rigid_ns = 12; // all of a body: by the ratio of runs with bodies and with rods
 
 /// Undamped rods are lost after 1e5 steps and more above 0.707 of the limit, where modes go round in four steps or fewer and strain
 /// drives them (tests/stress/resonance.cpp); at 0.6 their energy settles.
