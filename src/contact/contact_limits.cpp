@@ -1,11 +1,26 @@
 #include "contact/contact_limits.hpp"
 
+#include "rod/rigid.hpp"
+
 #include <algorithm>
 #include <cmath>
 
 namespace skein {
 
+namespace {
+
+ContactMobility rigid_mobility(const RodGroup& group) {
+    const ElementConstants& c = group.element[0];
+    const double half = 0.5 * c.rest_length, r = c.radius, whole = 1 / element_mass(group);
+    const double rises = half * r * c.inv_inertia.x, falls = r * r * (c.inv_inertia.z - c.inv_inertia.x); // a parabola in the sine
+    const double sine = rises < falls ? rises / falls : 1, lever = half + r * sine;
+    return {whole + half * half * c.inv_inertia.x, whole + lever * lever * c.inv_inertia.x + r * r * (1 - sine * sine) * c.inv_inertia.z, 2 * r, 0};
+}
+
+} // namespace
+
 ContactMobility contact_mobility(const RodGroup& group) {
+    if (is_rigid(group)) return rigid_mobility(group);
     ContactMobility most;
     for (int k = 0; k < group.elements(); ++k) {
         const auto at = static_cast<std::size_t>(k);
@@ -20,6 +35,7 @@ ContactMobility contact_mobility(const RodGroup& group) {
 }
 
 double element_mass(const RodGroup& group) { return group.spec().material.density * group.element[0].volume; }
+double mass_at_wall(const RodGroup& group) { return is_rigid(group) ? group.node_mass[0] : element_mass(group); }
 double reduced_mass(const RodGroup& a, const RodGroup& b) { return 1 / (1 / element_mass(a) + 1 / element_mass(b)); }
 
 double tangent_stiffness(const ContactLaw& law, double overlap) {
@@ -46,7 +62,7 @@ double contact_limit(const ContactMobility& of, const ContactLaw& law, double st
 TimeLimit contact_time_limit(const RodGroup& group, const ContactLaw& law, double share) {
     const ContactMobility of = contact_mobility(group);
     const double overlap = share * of.diameter;
-    return {"contact", contact_limit(of, law, tangent_stiffness(law, overlap), tangent_damping(law, overlap)), of.element};
+    return {"contact", contact_limit(of, law, tangent_stiffness(law, overlap), tangent_damping(law, overlap), is_rigid(group) ? 6 : 2), of.element};
 }
 
 } // namespace skein

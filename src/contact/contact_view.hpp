@@ -27,7 +27,7 @@ struct ContactView {
 template <int W> class ShowPass final : public TilePass<W> {
 public:
     static constexpr std::string_view pass_name = "show to others";
-    ShowPass(std::shared_ptr<ContactView> view, const RodGroup& group) : view_(std::move(view)), shrinks_(group.law() != Law::linear) {}
+    ShowPass(std::shared_ptr<ContactView> view, const RodGroup& group) : view_(std::move(view)), shrinks_(group.law() != Law::linear && group.law() != Law::rigid) {}
     std::string_view name() const override { return pass_name; }
     bool rods_meet() const override { return true; }
 

@@ -8,7 +8,7 @@
 // Cost: 7 flop per element where nothing is near; per plane near 5, per tube 19, per ball 10; 250 per node and wall that touch.
 #pragma once
 
-#include "contact/response.hpp"
+#include "contact/contact_limits.hpp"
 #include "contact/wall_book.hpp"
 
 #include <memory>
@@ -33,7 +33,10 @@ public:
 
     WallPass(std::shared_ptr<const Walls> walls, const RodGroup& group, std::shared_ptr<WallBook<W>> book)
         : walls_(std::move(walls)), book_(std::move(book)), section_shrinks_(group.law() == Law::incompressible) {
-        for (const int w : book_->acting()) rubs_ = rubs_ || walls_->wall[static_cast<std::size_t>(w)].law.friction != ContactFriction::none;
+        for (const int w : book_->acting()) {
+            law_.push_back(walls_->wall[static_cast<std::size_t>(w)].law.resolved(mass_at_wall(group)));
+            rubs_ = rubs_ || law_.back().friction != ContactFriction::none;
+        }
         for (const ElementConstants& e : group.element) largest_radius_ = std::max(largest_radius_, e.radius);
     }
     std::string_view name() const override { return pass_name; }
@@ -44,13 +47,13 @@ public:
     void prepare(std::span<const Step> steps) override {
         now_.clear();
         for (const Step& step : steps)
-            for (const int w : book_->acting()) {
-                const auto at = static_cast<std::size_t>(w);
+            for (std::size_t i = 0; i < acting(); ++i) {
+                const auto at = static_cast<std::size_t>(book_->acting()[i]);
                 const Wall& wall = walls_->wall[at];
                 const WallState state = walls_->at(at, step.time);
                 const Vec3d point = wall.point + state.offset, direction = wall.kind == WallKind::tube ? wall.axis : wall.normal;
                 now_.push_back({wall.kind, wall.side, point, direction, dot(direction, point), wall.radius, state.velocity,
-                                {wall.law.normal, wall.law.friction}, wall.law.at(step.time).numbers()});
+                                {wall.law.normal, wall.law.friction}, law_[i].at(step.time).numbers()});
             }
     }
 
@@ -257,6 +260,7 @@ private:
     std::shared_ptr<WallBook<W>> book_;
     bool section_shrinks_, rubs_ = false;
     double largest_radius_ = 0;
+    std::vector<ContactLaw> law_; ///< by wall that acts
     std::vector<WallNow> now_; ///< [step of the batch][wall]
 };
 

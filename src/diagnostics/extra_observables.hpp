@@ -15,7 +15,7 @@ namespace skein {
 struct ObservableSets {
     bool angular_momentum = false; ///< about the origin, kg m^2/s, lab
     bool curvature = false;        ///< of inner cells, per rest length: mean weighted by length, and maximum
-    bool knots = false;            ///< twist, writhe and link, summed over rods, turns; n^2 per rod
+    bool knots = false;            ///< twist, writhe and link, summed over rods that bend, turns; n^2 per rod
     bool any() const { return angular_momentum || curvature || knots; }
 };
 

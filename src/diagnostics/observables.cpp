@@ -4,6 +4,7 @@
 #include "parallel/exact_sum.hpp"
 #include "rod/law.hpp"
 #include "rod/moving_ends.hpp"
+#include "rod/rigid.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -55,9 +56,10 @@ RodFigures figures(const RodGroup& group, std::span<const Slot<1>> state, double
     }
     for (std::size_t k = 0; k + 1 < state.size(); ++k) {
         const Quaterniond q = lane(state[k].director, 0);
+        f.extreme[skew] = std::max(f.extreme[skew], std::abs(dot(q, q) - 1));
+        if (is_rigid(group)) break;
         const double e = group.element[k].inv_rest_length * dot(third_director(q), lane(state[k + 1].position, 0) - lane(state[k].position, 0));
         f.extreme[strain] = std::max(f.extreme[strain], std::abs(e - group.element[k].rest_stretch));
-        f.extreme[skew] = std::max(f.extreme[skew], std::abs(dot(q, q) - 1));
     }
     for (std::size_t k = 0; k < group.voronoi.size(); ++k) {
         const std::size_t next = (k + 1) % group.element.size();
@@ -69,6 +71,10 @@ RodFigures figures(const RodGroup& group, std::span<const Slot<1>> state, double
 } // namespace
 
 RodEnergy rod_energy(const RodGroup& group, std::span<const Slot<1>> state, double time) {
+    if (is_rigid(group)) {
+        const RigidEnergy u = rigid_energy(group, state);
+        return {.translation = u.translation, .rotation = u.rotation};
+    }
     // The published law has no energy: what stands for it are the integrals of its axial force, shear force and moment, each alone.
     const bool published = group.law() == Law::elastica;
     const auto factor = [&](double dilatation) { return with_energy_law(group.law(), [&]<class L>(L) { return L::bending_factor(1 / dilatation); }); };

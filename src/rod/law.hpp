@@ -54,7 +54,7 @@ struct LinearLaw {
     }
 };
 
-/// Calls f(Law{}) for a law that has an energy.
+/// Calls f(Law{}) for a law that has an energy; those that have none are for the caller to tell apart.
 template <class F> auto with_energy_law(Law law, F&& f) {
     return law == Law::linear ? f(LinearLaw{}) : f(IncompressibleLaw{});
 }

@@ -3,6 +3,7 @@
 #include "core/error.hpp"
 #include "core/rotation.hpp"
 #include "rod/hold.hpp"
+#include "rod/rigid.hpp"
 #include "rod/time_limits.hpp"
 
 #include <fmt/format.h>
@@ -83,6 +84,25 @@ ElementConstants element_constants(const RodSpec& spec, std::size_t k, const Sha
             .bending = {m.youngs_modulus * i1, m.youngs_modulus * i2, shear * i3}};
 }
 
+/// A capsule: see rod/rigid.hpp.
+ElementConstants rigid_constants(const RodSpec& spec) {
+    const double l = spec.shape.length, r = spec.section.radius, area = pi * r * r;
+    const double cylinder = spec.material.density * area * l, balls = spec.material.density * area * (4.0 / 3 * r);
+    const double j3 = r * r * (0.5 * cylinder + 0.4 * balls);
+    const double j1 = cylinder * (l * l / 12 + 0.25 * r * r) + balls * (0.4 * r * r + 0.25 * l * l + 0.375 * l * r);
+    return {.rest_length = l,
+            .inv_rest_length = 1 / l,
+            .volume = area * (l + 4.0 / 3 * r),
+            .radius = r,
+            .stiffness = {0, 0, 0},
+            .rest_strain = {0, 0, 0},
+            .rest_stretch = 1,
+            .inertia = {j1, j1, j3},
+            .inv_inertia = {1 / j1, 1 / j1, 1 / j3},
+            .inertia_ratio = j3 / j1,
+            .bending = {0, 0, 0}};
+}
+
 /// Every element's j; empty where all are 1. `group` has its elements and cells, not scaled.
 std::vector<double> rotary_inertia_scales(const RodGroup& group) {
     const Material& m = group.spec().material;
@@ -109,9 +129,10 @@ VoronoiConstants voronoi_constants(const ElementConstants& before, const Element
             .rest_curvature = rest_curvature};
 }
 
-/// A ring that says nothing of its curvature is a circle.
-RodSpec with_ring_curvature(RodSpec spec) {
+/// What a scene leaves out: a ring that says nothing of its curvature is a circle, a ball has a direction all the same.
+RodSpec completed(RodSpec spec) {
     Shape& s = spec.shape;
+    if (spec.material.law == Law::rigid && s.length == 0) s.length = ball_length * spec.section.radius;
     const bool straight = s.rest_curvature.x == 0 && s.rest_curvature.y == 0 && s.rest_curvature.z == 0 && s.rest_curvature_profile.empty();
     if (s.closed && straight && !s.start_curvature) s.rest_curvature = {2 * pi / s.length, 0, 0};
     return spec;
@@ -172,12 +193,12 @@ std::vector<Vec3d> placement_origins(const RodSpec& spec, const std::string& dir
 } // namespace
 
 RodGroup::RodGroup(const RodSpec& spec, int id, std::int64_t first_gid, const std::string& directory, std::vector<Capsule>* occupied)
-    : spec_(with_ring_curvature(spec)), id_(id), first_gid_(first_gid), frame_(frame_of(spec.placement)),
+    : spec_(completed(spec)), id_(id), first_gid_(first_gid), frame_(frame_of(spec.placement)),
       origins_(placement_origins(spec, directory)) {
     const Shape& shape = spec_.shape;
     const long n = shape.elements, cells = closed() ? n : n - 1;
     const auto share = shares(shape);
-    for (std::size_t k = 0; k < share.size(); ++k) element.push_back(element_constants(spec_, k, share[k]));
+    for (std::size_t k = 0; k < share.size(); ++k) element.push_back(is_rigid(*this) ? rigid_constants(spec_) : element_constants(spec_, k, share[k]));
     const auto kappa0 = [&](long k) { return shape.rest_curvature_profile.empty() ? shape.rest_curvature : shape.rest_curvature_profile[static_cast<std::size_t>(k)]; };
     for (long k = 0; k < cells; ++k)
         voronoi.push_back(voronoi_constants(element[static_cast<std::size_t>(k)], element[static_cast<std::size_t>((k + 1) % n)], kappa0(k)));
@@ -264,6 +285,7 @@ void RodGroup::start_state(std::int64_t i, std::span<Slot<1>> out) const {
         }
     }
     apply_hold(*this, out.data());
+    if (is_rigid(*this)) rigid_drift(tile_of(*this, out), 0); // nodes go round with it
 }
 
 Vec3d RodGroup::magnetisation(std::int64_t i) const {

@@ -15,12 +15,13 @@ void visit(FieldVisitor& f, const Field& field, std::optional<Vec3d>& vector) {
 
 void Material::fields(FieldVisitor& f) {
     f.visit({.name = "density", .unit = "kg/m^3", .text = "mass density", .required = true, .above = 0}, density);
-    f.visit({.name = "youngs_modulus", .unit = "Pa", .text = "E", .required = true, .above = 0}, youngs_modulus);
+    f.choice({.name = "law", .unit = "", .text = "rod law (docs/theory.md 3); elastica: as published, without an energy, for comparison; rigid: a body of one element, "
+                                                 "a cylinder with round ends or a ball"}, law, law_names);
+    f.visit({.name = "youngs_modulus", .unit = "Pa", .text = "E; not of rigid bodies", .required = law != Law::rigid, .above = 0}, youngs_modulus);
     f.visit({.name = "shear_modulus", .unit = "Pa", .text = "G; 0 stands for E/3 (incompressible material)", .at_least = 0},
             shear_modulus);
     f.visit({.name = "shear_factor", .unit = "-", .text = "alpha_c, Timoshenko shear correction", .above = 0, .at_most = 2},
             shear_factor);
-    f.choice({.name = "law", .unit = "", .text = "rod law (docs/theory.md 3); elastica: as published, without an energy, for comparison"}, law, law_names);
     f.visit({.name = "rotary_inertia_scale", .unit = "-", .text = "factor on the rotary inertia about d1 and d2 (not d3): a longer step, slower bending; the plan tells by how much", .at_least = 1},
             rotary_inertia_scale);
     f.visit({.name = "rotary_inertia_for_dt", .unit = "s", .text = "the same factor, for every element the least that lifts its shear-rotation limit to this; 0: off", .at_least = 0},
@@ -35,9 +36,12 @@ void Section::fields(FieldVisitor& f) {
     f.visit({.name = "profile", .unit = "-", .text = "radius of every element over `radius`; replaces `taper`", .above = 0}, profile);
 }
 
-void Shape::fields(FieldVisitor& f) {
-    f.visit({.name = "length", .unit = "m", .text = "rest length", .required = true, .above = 0}, length);
-    f.visit({.name = "elements", .unit = "-", .text = "number of elements", .required = true, .at_least = 2, .at_most = 100000}, elements);
+void Shape::fields(FieldVisitor& f, Law law) {
+    const bool rigid = law == Law::rigid;
+    Field of_length{.name = "length", .unit = "m", .text = "rest length; of a rigid body without its round ends, 0: a ball", .required = true};
+    (rigid ? of_length.at_least : of_length.above) = 0;
+    f.visit(of_length, length);
+    f.visit({.name = "elements", .unit = "-", .text = "number of elements; 1 of a rigid body", .required = true, .at_least = rigid ? 1.0 : 2.0, .at_most = 100000}, elements);
     f.visit({.name = "length_profile", .unit = "-", .text = "lengths of the elements relative to each other; all equal where absent", .above = 0},
             length_profile);
     f.visit({.name = "rest_curvature", .unit = "1/m", .text = "kappa0 about d1, d2, d3, all along the rod"}, rest_curvature);
@@ -92,7 +96,10 @@ void RodSpec::fields(FieldVisitor& f) {
     f.visit({.name = "name", .unit = "", .text = "name of the group, used by loads, outputs and messages", .required = true}, name);
     f.table({.name = "material", .unit = "", .text = "", .required = true}, material);
     f.table({.name = "section", .unit = "", .text = "", .required = true}, section);
-    f.table({.name = "shape", .unit = "", .text = "", .required = true}, shape);
+    if (f.enter({.name = "shape", .unit = "", .text = "", .required = true})) {
+        shape.fields(f, material.law);
+        f.leave();
+    }
     f.table({.name = "placement", .unit = "", .text = ""}, placement);
     f.choice({.name = "start", .unit = "", .text = "how the first end is held"}, start, end_names);
     f.choice({.name = "end", .unit = "", .text = "how the last end is held"}, end, end_names);

@@ -12,12 +12,12 @@
 
 namespace skein {
 
-enum class Law { incompressible, linear, elastica };
-inline constexpr std::string_view law_names[] = {"incompressible", "linear", "elastica"};
+enum class Law { incompressible, linear, elastica, rigid };
+inline constexpr std::string_view law_names[] = {"incompressible", "linear", "elastica", "rigid"};
 
 struct Material {
     double density = 0;          ///< kg/m^3
-    double youngs_modulus = 0;   ///< E, Pa
+    double youngs_modulus = 0;   ///< E, Pa; rigid bodies have none
     double shear_modulus = 0;    ///< G, Pa; 0: E/3
     double shear_factor = 27.0 / 28.0; ///< alpha_c, Timoshenko shear correction
     Law law = Law::incompressible;
@@ -44,7 +44,7 @@ struct Section {
 
 /// Rest shape and start. Curvature components are in the body frame, about d1, d2, d3.
 struct Shape {
-    double length = 0; ///< m
+    double length = 0; ///< m; of a rigid body that between the centres of its round ends, 0: a ball
     long elements = 0;
     std::vector<double> length_profile;  ///< empty, or the elements' lengths in any unit, scaled to `length`
     bool closed = false;                 ///< the end joins the start; the rest curvature defaults to a circle's
@@ -55,7 +55,8 @@ struct Shape {
     Vec3d velocity{0, 0, 0};             ///< at t = 0, lab, m/s
     Vec3d angular_velocity{0, 0, 0};     ///< of each element at t = 0, body, rad/s
 
-    void fields(FieldVisitor& f);
+    /// What is allowed depends on the law.
+    void fields(FieldVisitor& f, Law law);
 };
 
 /// How an end is held. `clamped` is the second-order clamp: a half Voronoi cell between the wall frame and the first

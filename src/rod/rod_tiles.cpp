@@ -42,6 +42,7 @@ std::string complaint(const RodGroup& group, std::span<const Slot<1>> state) {
             return text;
         }
     }
+    if (group.law() == Law::rigid) return {};
     for (int k = 0; k < group.elements(); ++k) {
         const Slot<1>&s = state[static_cast<std::size_t>(k)], &next = state[static_cast<std::size_t>(k) + 1];
         const double e = group.element[static_cast<std::size_t>(k)].inv_rest_length *
@@ -79,11 +80,12 @@ std::string tension_hint(const RodGroup& group, std::span<const Slot<1>> state) 
 template <class Map, int W> bool fit(const RodTile<W>& tile) {
     using P = Pack<W>;
     P zero(0.0), least(1.0), most(0.0), half_cosine(1.0);
+    const bool rigid = tile.group_of(0).law() == Law::rigid;
     for (int k = 0; k < tile.n; ++k) {
         const Slot<W>& s = tile.slot[k];
         const Vec3<P> all = s.position + s.velocity + s.director.v + s.spin;
         zero = fma(all.x + all.y + all.z + s.director.w, P(0.0), zero);
-        const P e = element_strain<Map>(tile, k).z;
+        const P e = rigid ? P(1.0) : element_strain<Map>(tile, k).z;
         least = min(least, e);
         most = max(most, e);
         if constexpr (Map::along) {

@@ -1,6 +1,7 @@
 #include "rod/rods.hpp"
 
 #include "rod/drift.hpp"
+#include "rod/rigid.hpp"
 #include "rod/top.hpp"
 
 #include <bit>
@@ -24,12 +25,14 @@ std::uint64_t hash_rod(std::int64_t gid, std::span<const Slot<1>> state) {
 }
 
 void synchronise_positions(const RodGroup& group, std::span<Slot<1>> state, double h) {
+    if (is_rigid(group)) return rigid_drift(tile_of(group, state), h);
     for (Slot<1>& slot : state) slot.position = fma(Pack<1>(h), slot.velocity, slot.position);
     if (group.closed()) close_ring(tile_of(group, state));
 }
 
 void synchronise(const RodGroup& group, std::span<Slot<1>> state, double h) {
     const RodTile<1> rod = tile_of(group, state);
+    if (is_rigid(group)) return rigid_drift(rod, h);
     with_top(group, [&]<class Top>(Top) { drift<Top>(rod, h); });
     if (group.closed()) close_ring(rod);
 }

@@ -66,6 +66,7 @@ double scale_at(const RodGroup& g, int k, double Vec3d::* axis, double Vec3d::* 
 
 std::vector<TimeLimit> time_limits(const RodGroup& g) {
     constexpr double infinite = std::numeric_limits<double>::infinity();
+    if (g.law() == Law::rigid) return {{"none (rigid)", infinite, 0}};
     std::vector<TimeLimit> limits = {{"axial", infinite, 0}, {"shear-rotation about d1", infinite, 0}, {"shear-rotation about d2", infinite, 0}, {"twist", infinite, 0}};
     const auto lower = [](TimeLimit& limit, double eigenvalue, int k) {
         const double dt = 2 / std::sqrt(eigenvalue);
@@ -116,6 +117,7 @@ std::vector<double> rotary_inertia_for(const RodGroup& g, double dt) {
 }
 
 double tension_limit(const RodGroup& g) {
+    if (g.law() == Law::rigid) return std::numeric_limits<double>::infinity();
     const Material& m = g.spec().material;
     const double shear = m.shear_factor * (m.shear_modulus > 0 ? m.shear_modulus : m.youngs_modulus / 3);
     const double e0 = 1 + g.spec().shape.rest_strain.z;

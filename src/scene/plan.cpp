@@ -11,6 +11,7 @@
 #include "rod/hold.hpp"
 #include "rod/law.hpp"
 #include "rod/moving_ends.hpp"
+#include "rod/rigid.hpp"
 #include "rod/rods.hpp"
 #include "rod/tile.hpp"
 #include "rod/top.hpp"
@@ -30,6 +31,7 @@ namespace {
 constexpr double drift_ns = 3.2, elliptic_drift_ns = 9, elastic_ns = 5.6, kick_ns = 1, stretched_kick_ns = 1.6, load_ns = 1;
 // Contacts at the density of a nest, half a candidate per element; walls where few nodes touch.
 constexpr double contact_ns = 25, walls_ns = 2;
+constexpr double rigid_ns = 12; // all of a body: by the ratio of runs with bodies and with rods
 
 /// Undamped rods are lost after 1e5 steps and more above 0.707 of the limit, where modes go round in four steps or fewer and strain
 /// drives them (tests/stress/resonance.cpp); at 0.6 their energy settles.
@@ -42,7 +44,7 @@ bool acts_on(const std::vector<std::string>& names, const std::string& group) {
 KickKind kick_of(const RodGroup& group, const DampingRates& rates, DampingScheme scheme) {
     if (group.law() == Law::elastica) return KickKind::elastica;
     if (rates.none()) return KickKind::undamped;
-    if (!rates.follow_stretch()) return KickKind::constant_rates;
+    if (!rates.follow_stretch() || is_rigid(group)) return KickKind::constant_rates;
     switch (scheme) {
     case DampingScheme::midpoint: return KickKind::stretched_rates;
     case DampingScheme::exponential: return KickKind::stretched_exponential;
@@ -59,6 +61,7 @@ DampingScheme damping_scheme_of(const RodGroup& group, const TimeSpec& time) {
 
 std::vector<std::string> hints_for(const RodGroup& group) {
     std::vector<std::string> hints;
+    if (is_rigid(group)) return hints;
     const Shape& shape = group.spec().shape;
     double length = group.element[0].rest_length, radius = group.element[0].radius;
     for (const ElementConstants& c : group.element)
@@ -96,8 +99,9 @@ void limit_by_contact(GroupPlan& p, const RodGroup& group, const SceneSpec& scen
     for (const ContactPair& pair : scene.contact_pairs)
         if (acts_on(pair.between, group.name())) consider(pair.law, scene.contact->overlap, reduced_mass(group, group));
     for (const Wall& wall : scene.walls)
-        if (acts_on(wall.rods, group.name())) consider(wall.law, 0.1, element_mass(group));
+        if (acts_on(wall.rods, group.name())) consider(wall.law, 0.1, mass_at_wall(group));
     if (!std::isfinite(least.dt)) return;
+    if (is_rigid(group)) p.limits.clear();
     p.limits.push_back(least);
     std::stable_sort(p.limits.begin(), p.limits.end(), [](const TimeLimit& a, const TimeLimit& b) { return a.dt < b.dt; });
 }
@@ -119,14 +123,16 @@ GroupPlan plan_group(const SceneSpec& scene, const RodGroup& group) {
     p.circular = with_top(group, []<class Top>(Top) { return std::is_same_v<Top, CircularTop>; });
 
     const auto pass = [&](std::string_view name) { p.passes.emplace_back(name); };
-    pass(with_top(group, []<class Top>(Top) { return Top::name; }));
+    pass(is_rigid(group) ? RigidDriftPass<1>::pass_name : with_top(group, []<class Top>(Top) { return Top::name; }));
     if (group.closed()) pass(CloseRingPass<1>::pass_name);
     const bool audit = scene.output.audit;
     if (audit && group.spec().ends_move()) pass(AuditEndsPass<1>::pass_name);
     if (group.spec().ends_move()) pass(MoveEndsPass<1>::pass_name);
     pass(OrthonormalisePass<1>::pass_name);
     if (scene.contact) pass(ShowPass<1>::pass_name);
-    pass(group.law() == Law::elastica ? ElasticaPass<1>::pass_name : with_energy_law(group.law(), []<class L>(L) { return L::name; }));
+    pass(is_rigid(group)                  ? RigidRestPass<1>::pass_name
+         : group.law() == Law::elastica ? ElasticaPass<1>::pass_name
+                                        : with_energy_law(group.law(), []<class L>(L) { return L::name; }));
     if (audit) pass(AuditInnerPass<IncompressibleLaw, 1>::pass_name);
     for (const Load& load : p.loads) pass(kind_of(load));
     for (std::size_t w = 0; w < scene.walls.size(); ++w)
@@ -135,14 +141,15 @@ GroupPlan plan_group(const SceneSpec& scene, const RodGroup& group) {
     if (scene.contact) pass(FeelPass<1>::pass_name);
     if (group.closed()) pass(FoldRingPass<1>::pass_name);
     if (audit) pass(AuditLoadsPass<1>::pass_name);
-    pass(kick_names[static_cast<std::size_t>(p.kick)]);
+    pass(is_rigid(group) ? RigidKickPass<1>::pass_name : kick_names[static_cast<std::size_t>(p.kick)]);
     for (const Damping& d : p.damping)
         if (d.kind == DampingKind::laplacian) pass(LaplacianFilterPass<1>::pass_name);
     if (group.spec().hold.any()) pass(HoldPass<1>::pass_name);
     if (audit) pass(AuditBalancePass<1>::pass_name);
 
-    p.ns_per_element_step = (p.circular ? drift_ns : elliptic_drift_ns) + elastic_ns + (p.kick == KickKind::undamped || p.kick == KickKind::constant_rates ? kick_ns : stretched_kick_ns) +
-                            load_ns * static_cast<double>(p.loads.size()) + (scene.contact ? contact_ns : 0) + (p.walls ? walls_ns : 0);
+    const double kick = p.kick == KickKind::undamped || p.kick == KickKind::constant_rates ? kick_ns : stretched_kick_ns;
+    const double all = is_rigid(group) ? rigid_ns : (p.circular ? drift_ns : elliptic_drift_ns) + elastic_ns + kick;
+    p.ns_per_element_step = all + load_ns * static_cast<double>(p.loads.size()) + (scene.contact ? contact_ns : 0) + (p.walls ? walls_ns : 0);
     p.limits = time_limits(group);
     limit_by_contact(p, group, scene);
     limit_by_drag(p, group, scheme_of(scene.time.integrator));
@@ -162,7 +169,7 @@ GroupPlan plan_group(const SceneSpec& scene, const RodGroup& group) {
 /// Strands are open, at rest at their ends, and looked at from slot to slot alone.
 bool can_lie_along(const GroupPlan& p, const RodGroup& group, const SceneSpec& scene) {
     const RodSpec& spec = group.spec();
-    if (scene.contact || p.walls || group.closed() || group.law() == Law::elastica || spec.ends_move() || spec.hold.any() || scene.output.audit) return false;
+    if (scene.contact || p.walls || group.closed() || group.law() == Law::elastica || is_rigid(group) || spec.ends_move() || spec.hold.any() || scene.output.audit) return false;
     for (const Load& load : p.loads)
         if (std::visit([]<class L>(const L&) { return needs_whole_rods<L>; }, load)) return false;
     return std::none_of(p.damping.begin(), p.damping.end(), [](const Damping& d) { return d.kind == DampingKind::laplacian; });
@@ -242,6 +249,8 @@ void choose_step(Plan& plan, const SceneSpec& scene) {
     plan.force_dt = t.force_dt;
     plan.rest_speed = t.rest_speed;
     if (plan.automatic_dt) {
+        if (!std::isfinite(plan.limit))
+            throw InputError(fmt::format("{}: time.dt: nothing limits the time step, as there are none but rigid bodies, which touch nothing: give 'dt'", scene.file));
         const double interval = interval_to_divide(scene);
         double longest = plan.limit;
         for (const GroupPlan& g : plan.groups) {

@@ -34,6 +34,7 @@ public:
         for (std::size_t i = 0; i < scene_.rods.size(); ++i) {
             if (scene_.rods[i].material.rotary_inertia_for_dt > 0)
                 unused(fmt::format("rods.{}.material", i), {"rotary_inertia_scale"}, "beside 'rotary_inertia_for_dt', which chooses it");
+            rigid(scene_.rods[i], fmt::format("rods.{}", i));
             section(scene_.rods[i], fmt::format("rods.{}.section", i));
             shape(scene_.rods[i], fmt::format("rods.{}.shape", i));
             placement(scene_.rods[i], fmt::format("rods.{}.placement", i));
@@ -49,8 +50,7 @@ public:
         }
         for (std::size_t i = 0; i < scene_.damping.size(); ++i) {
             const std::string path = fmt::format("damping.{}", i);
-            acted_on(scene_.damping[i].rods, path);
-            damping(scene_.damping[i].damping, path);
+            damping(scene_.damping[i].damping, acted_on(scene_.damping[i].rods, path), path);
         }
         contact();
         walls();
@@ -109,6 +109,8 @@ private:
         if (scene_.time.rest_speed > 0 && out.series == 0) add("time.rest_speed", "'rest_speed' is looked at in the rows of the series: give output.series [s]");
         for (const RodSpec& rods : scene_.rods)
             if (out.audit && rods.material.law == Law::elastica) add("output.audit", fmt::format("there is no audit of group '{}': its law \"elastica\" has no energy", rods.name));
+        for (const RodSpec& rods : scene_.rods)
+            if (out.audit && rods.material.law == Law::rigid) add("output.audit", fmt::format("there is no audit of the rigid bodies of group '{}'", rods.name));
         const bool filtered = std::any_of(scene_.damping.begin(), scene_.damping.end(),
                                           [](const DampingSpec& d) { return d.damping.kind == DampingKind::laplacian; });
         if (out.audit && filtered &&
@@ -124,6 +126,26 @@ private:
             else if (std::find(out.observables.begin(), out.observables.begin() + static_cast<long>(i), set) != out.observables.begin() + static_cast<long>(i))
                 add(path, fmt::format("'{}' is named twice", set));
         }
+    }
+
+    void rigid(const RodSpec& rods, const std::string& path) {
+        if (rods.material.law != Law::rigid) return;
+        const char* const where = "in a rigid body";
+        unused(path + ".material", {"youngs_modulus", "shear_modulus", "shear_factor", "rotary_inertia_scale", "rotary_inertia_for_dt"}, where);
+        unused(path + ".section", {"taper", "profile"}, where);
+        unused(path + ".shape", {"length_profile", "rest_curvature", "rest_curvature_profile", "rest_strain", "closed", "start_curvature"}, where);
+        if (rods.shape.elements != 1) add(path + ".shape.elements", fmt::format("a rigid body is one element, and not {}", rods.shape.elements));
+        if (rods.section.kind != SectionKind::circular) add(path + ".section.kind", "a rigid body has a circular section");
+        if (rods.start != EndKind::free || rods.end != EndKind::free) add(path, "the ends of a rigid body must be free");
+        if (rods.hold.any()) add(path + ".hold", "a rigid body cannot be held");
+    }
+
+    /// What looks at how rods bend or lie in their surroundings does not know rigid bodies.
+    void needs_rods(const std::string& what, const Groups& groups, const std::string& path) {
+        for (const RodSpec* rods : groups)
+            if (rods->material.law == Law::rigid)
+                add(given(path + ".rods") ? path + ".rods" : path,
+                    fmt::format("{} is not for rigid bodies, as those of group '{}': name other groups in 'rods'", what, rods->name));
     }
 
     void section(const RodSpec& rods, const std::string& path) {
@@ -291,7 +313,8 @@ private:
     void check(const UniformForce&, const Groups&, const std::string&) {}
     void check(const UniformCouple&, const Groups&, const std::string&) {}
 
-    void check(const PlaneFriction& plane, const Groups&, const std::string& path) {
+    void check(const PlaneFriction& plane, const Groups& groups, const std::string& path) {
+        needs_rods("an anisotropic_plane", groups, path);
         if (zero(plane.normal)) add(path + ".normal", "'normal' has no direction");
     }
 
@@ -317,12 +340,14 @@ private:
     }
 
     void check(const SlenderBodyDrag&, const Groups& groups, const std::string& path) {
+        needs_rods("slender_body_drag", groups, path);
         for (const RodSpec* rods : groups)
             if (rods->shape.length <= std::max(rods->section.radius, rods->section.radius_2))
                 add(path, fmt::format("slender_body_drag is for slender rods: those of group '{}' are not longer than their radius", rods->name));
     }
 
     void check(const MuscleTorques& muscle, const Groups& groups, const std::string& path) {
+        needs_rods("a load of kind muscle_torques", groups, path);
         if (zero(muscle.direction)) add(path + ".direction", "'direction' has no direction");
         if (muscle.table.empty()) {
             if (muscle.coefficients.size() < 4) add(path, fmt::format("muscle_torques need 'coefficients' [N m], at least 4 of them, or a 'table'; there are {}", muscle.coefficients.size()));
@@ -352,6 +377,7 @@ private:
     }
 
     void check(const MuscleWave& wave, const Groups& groups, const std::string& path) {
+        needs_rods("a muscle_wave", groups, path);
         if (wave.wavelength == 0) add(path + ".wavelength", "'wavelength' of a muscle_wave cannot be 0");
         if (zero(wave.direction)) add(path + ".direction", "'direction' has no direction");
         if (wave.profile.empty()) return;
@@ -364,7 +390,9 @@ private:
         }
     }
 
-    void damping(const Damping& d, const std::string& path) {
+    void damping(const Damping& d, const Groups& groups, const std::string& path) {
+        if (d.kind == DampingKind::legacy || d.kind == DampingKind::laplacian)
+            needs_rods(fmt::format("a damping of kind \"{}\"", damping_names[static_cast<std::size_t>(d.kind)]), groups, path);
         const std::string where = fmt::format("for a damping of kind \"{}\"", damping_names[static_cast<std::size_t>(d.kind)]);
         if (d.kind == DampingKind::laplacian) {
             unused(path, {"rate", "translational", "rotational"}, where);

@@ -8,6 +8,7 @@
 #include "rod/elastic.hpp"
 #include "rod/hold.hpp"
 #include "rod/kick.hpp"
+#include "rod/rigid.hpp"
 #include "rod/rod_tiles.hpp"
 #include "rod/top.hpp"
 #include "simulation/make_rods.hpp"
@@ -15,13 +16,16 @@
 namespace skein {
 
 template <int W> std::unique_ptr<TilePass<W>> make_elastic(const RodGroup& group, const std::shared_ptr<MovingEnds>& moving) {
+    if (is_rigid(group)) return std::make_unique<RigidRestPass<W>>();
     if (group.law() == Law::elastica) return std::make_unique<ElasticaPass<W>>(ends_of(group));
     return with_energy_law(group.law(), [&]<class L>(L) -> std::unique_ptr<TilePass<W>> { return std::make_unique<ElasticPass<L, W>>(ends_of(group), moving); });
 }
 
 inline KicksOfGroup kicks_of(const GroupPlan& plan, const RodGroup& group, Scheme scheme, double dt) {
     KicksOfGroup kicks;
-    for (const double share : scheme.kicks) kicks.emplace_back(group, damping_rates(group, plan.damping), share * dt, plan.damping_scheme);
+    DampingRates rates = damping_rates(group, plan.damping);
+    if (is_rigid(group)) rates = rigid_rates(std::move(rates));
+    for (const double share : scheme.kicks) kicks.emplace_back(group, rates, share * dt, plan.damping_scheme);
     return kicks;
 }
 
@@ -40,6 +44,7 @@ template <class F> auto with_kick(KickKind kind, F&& make) {
 
 template <int W> std::unique_ptr<TilePass<W>> make_kick(const GroupPlan& plan, const RodGroup& group, Scheme scheme, double dt) {
     KicksOfGroup kicks = kicks_of(plan, group, scheme, dt);
+    if (is_rigid(group)) return std::make_unique<RigidKickPass<W>>(std::move(kicks));
     if (plan.kick == KickKind::elastica) return std::make_unique<KickPass<KickKind::elastica, W>>(std::move(kicks));
     return with_kick(plan.kick, [&]<KickKind Kind>() -> std::unique_ptr<TilePass<W>> { return std::make_unique<KickPass<Kind, W>>(std::move(kicks)); });
 }
@@ -54,7 +59,8 @@ template <int W>
 TileProgram<W> make_program(const GroupPlan& plan, const RodGroup& group, Scheme scheme, double dt, const std::shared_ptr<AuditBook<W>>& audit = nullptr,
                             const Surroundings& around = {}, const std::shared_ptr<WallBook<W>>& walls = nullptr) {
     TileProgram<W> program;
-    with_top(group, [&]<class Top>(Top) { program.push_back(std::make_unique<DriftPass<Top, W>>()); });
+    if (is_rigid(group)) program.push_back(std::make_unique<RigidDriftPass<W>>());
+    else with_top(group, [&]<class Top>(Top) { program.push_back(std::make_unique<DriftPass<Top, W>>()); });
     if (group.closed()) program.push_back(std::make_unique<CloseRingPass<W>>());
     const auto moving = group.spec().ends_move() ? std::make_shared<MovingEnds>(group) : nullptr;
     if (moving && audit) program.push_back(std::make_unique<AuditEndsPass<W>>(audit));
