@@ -53,7 +53,7 @@ class Incline(SingleRuns):
         gravity = f"load.gravity.acceleration=[{G * math.sin(slope)!r}, 0.0, {-G * math.cos(slope)!r}]"
         self.run_alone(out, gravity, *settings, scene=APPS / "contact/incline.toml")
         series = self.series(out)
-        late = series["time"] >= 0.5 * series["time"][-1]
+        late = series["time"] > 0.499 * series["time"][-1]
         way = series["centre_x"][late]
         return way[-1] - way[0], numpy.polyfit(series["time"][late], series["momentum_x"][late] / self.MASS, 1)[0]
 
