@@ -134,7 +134,7 @@ RodSpec completed(RodSpec spec) {
     Shape& s = spec.shape;
     if (spec.material.law == Law::rigid && s.length == 0) s.length = ball_length * spec.section.radius;
     const bool straight = s.rest_curvature.x == 0 && s.rest_curvature.y == 0 && s.rest_curvature.z == 0 && s.rest_curvature_profile.empty();
-    if (s.closed && straight && !s.start_curvature) s.rest_curvature = {2 * pi / s.length, 0, 0};
+    if (s.closed && straight && !s.start_curvature && s.start_curvature_profile.empty()) s.rest_curvature = {2 * pi / s.length, 0, 0};
     return spec;
 }
 
@@ -223,7 +223,10 @@ RodGroup::RodGroup(const RodSpec& spec, int id, std::int64_t first_gid, const st
     node_length = halve([](const ElementConstants& c) { return c.rest_length; });
 
     // The start shape: the frame at s = 0 turned by the curvature of every cell, half cells at both ends.
-    const auto start_curvature = [&](long k) { return shape.start_curvature ? *shape.start_curvature : kappa0(k); };
+    const auto start_curvature = [&](long k) {
+        if (!shape.start_curvature_profile.empty()) return shape.start_curvature_profile[static_cast<std::size_t>(k)];
+        return shape.start_curvature ? *shape.start_curvature : kappa0(k);
+    };
     const auto bent = [&](const Quaterniond& q, const Vec3d& curvature, double length) { return rotation(length * curvature) * q; };
     Quaterniond q = bent(frame_, start_curvature(0), 0.5 * element[0].rest_length);
     Vec3d x{0, 0, 0}, sum{0, 0, 0};

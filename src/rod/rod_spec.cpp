@@ -50,6 +50,8 @@ void Shape::fields(FieldVisitor& f, Law law) {
     f.visit({.name = "rest_strain", .unit = "-", .text = "sigma0: shear along d1, d2 and stretch along d3"}, rest_strain);
     f.visit({.name = "closed", .unit = "", .text = "a ring: the last element joins the first; without a curvature a circle about d1"}, closed);
     visit(f, {.name = "start_curvature", .unit = "1/m", .text = "curvature at t = 0; the rest curvature where absent"}, start_curvature);
+    f.visit({.name = "start_curvature_profile", .unit = "1/m", .text = "the same for every inner vertex (elements - 1; a ring: elements); replaces `start_curvature`"},
+            start_curvature_profile);
     f.visit({.name = "velocity", .unit = "m/s", .text = "at t = 0, lab frame"}, velocity);
     f.visit({.name = "angular_velocity", .unit = "rad/s", .text = "of every element at t = 0, body frame"}, angular_velocity);
 }

@@ -52,6 +52,7 @@ struct Shape {
     std::vector<Vec3d> rest_curvature_profile; ///< empty, or one per Voronoi cell (elements - 1)
     Vec3d rest_strain{0, 0, 0};          ///< sigma0, -
     std::optional<Vec3d> start_curvature; ///< curvature at t = 0; the rest curvature where absent
+    std::vector<Vec3d> start_curvature_profile; ///< empty, or one per Voronoi cell
     Vec3d velocity{0, 0, 0};             ///< at t = 0, lab, m/s
     Vec3d angular_velocity{0, 0, 0};     ///< of each element at t = 0, body, rad/s
 

@@ -133,7 +133,7 @@ private:
         const char* const where = "in a rigid body";
         unused(path + ".material", {"youngs_modulus", "shear_modulus", "shear_factor", "rotary_inertia_scale", "rotary_inertia_for_dt"}, where);
         unused(path + ".section", {"taper", "profile"}, where);
-        unused(path + ".shape", {"length_profile", "rest_curvature", "rest_curvature_profile", "rest_strain", "closed", "start_curvature"}, where);
+        unused(path + ".shape", {"length_profile", "rest_curvature", "rest_curvature_profile", "rest_strain", "closed", "start_curvature", "start_curvature_profile"}, where);
         if (rods.shape.elements != 1) add(path + ".shape.elements", fmt::format("a rigid body is one element, and not {}", rods.shape.elements));
         if (rods.section.kind != SectionKind::circular) add(path + ".section.kind", "a rigid body has a circular section");
         if (rods.start != EndKind::free || rods.end != EndKind::free) add(path, "the ends of a rigid body must be free");
@@ -164,6 +164,11 @@ private:
         if (s.rest_strain.z <= -1)
             add(path + ".rest_strain", fmt::format("'rest_strain' of {} along d3 leaves no length: it must be above -1", s.rest_strain.z));
         if (!s.length_profile.empty()) length(path + ".length_profile", s.length_profile.size(), s.elements, "one for each of the elements");
+        if (!s.start_curvature_profile.empty()) {
+            unused(path, {"start_curvature"}, "beside 'start_curvature_profile'");
+            length(path + ".start_curvature_profile", s.start_curvature_profile.size(), s.closed ? s.elements : s.elements - 1,
+                   s.closed ? "one for each vertex of the ring" : "one for each inner vertex (elements - 1)");
+        }
         if (s.rest_curvature_profile.empty()) return;
         unused(path, {"rest_curvature"}, "beside 'rest_curvature_profile'");
         length(path + ".rest_curvature_profile", s.rest_curvature_profile.size(), s.closed ? s.elements : s.elements - 1,
@@ -246,7 +251,8 @@ private:
         if (p.count == 0) add(path, fmt::format("'count', the number of rods, is needed {}", where));
         if (rods.start != EndKind::free || rods.end != EndKind::free) add(path, fmt::format("the ends of the rods must be free {}", where));
         const Shape& s = rods.shape;
-        const bool curved = s.start_curvature ? !zero(*s.start_curvature) : !zero(s.rest_curvature) || !s.rest_curvature_profile.empty();
+        const bool curved = !s.start_curvature_profile.empty() ||
+                            (s.start_curvature ? !zero(*s.start_curvature) : !zero(s.rest_curvature) || !s.rest_curvature_profile.empty());
         if (s.closed || curved || !zero(s.rest_strain))
             add(path, fmt::format("the rods must start straight, without rest_strain, {}: curved ones can with start_curvature = [0, 0, 0]", where));
         for (const auto& [key, range] : {std::pair{"elevation", &p.elevation}, std::pair{"azimuth", &p.azimuth}})
