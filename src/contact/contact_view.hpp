@@ -23,11 +23,12 @@ struct ContactView {
     double bytes() const { return bytes_per_slot * static_cast<double>(capsules.slots()); }
 };
 
-/// Last before rods meet: nodes, radii as the law has them, spins in the lab.
+/// Last before rods meet: nodes, radii, spins in the lab. Radii are those of rest: were they to follow the stretch, contact would do work on
+/// it that no force takes.
 template <int W> class ShowPass final : public TilePass<W> {
 public:
     static constexpr std::string_view pass_name = "show to others";
-    ShowPass(std::shared_ptr<ContactView> view, const RodGroup& group) : view_(std::move(view)), shrinks_(group.law() != Law::linear && group.law() != Law::rigid) {}
+    explicit ShowPass(std::shared_ptr<ContactView> view) : view_(std::move(view)) {}
     std::string_view name() const override { return pass_name; }
     bool rods_meet() const override { return true; }
 
@@ -47,10 +48,6 @@ public:
             if (k < rod.n) {
                 const ElementConstants& c = rod.element[k];
                 radius = P(c.radius);
-                if (shrinks_) {
-                    const Vec3<P> edge = rod.slot[k + 1].position - s.position;
-                    radius = radius / sqrt(P(c.inv_rest_length) * norm(edge));
-                }
                 turning = transpose_times(s.director, s.spin);
             }
             store_transposed<W>(s.position, radius, [&](int l) { return &node[l][k].position.x; });
@@ -61,7 +58,6 @@ public:
 
 private:
     std::shared_ptr<ContactView> view_;
-    bool shrinks_; ///< as it stretches: r = r0/sqrt(e)
 };
 
 /// Before the kick: forces and couples of the others.

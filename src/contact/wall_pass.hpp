@@ -1,10 +1,10 @@
 // Walls on the rods of one group.                                                                           theory.md (53)-(56)
-// Nodes touch walls, as balls of the mean of their elements' present radii r = r0/sqrt(e) (r0 where the law keeps sections), e = |dx|/l0.
+// Nodes touch walls, as balls of the mean of their elements' radii at rest.
 // The wall is body 2 of the contact law: of infinite mass, its surface at distance d of the node, overlap g = r - d, n towards it; so the
 // arm is r - g/2, to the middle of the overlap, as between rods. The node's surface moves at v + w x arm, w the mean lab spin of its
 // elements; the force goes to the node, half of the couple to each of its elements.
-// Stands behind the elastic pass, whose dilatations bound the radii. A tile whose box is away from all walls costs no more than the box,
-// a node no more than looking at the walls that the box is near. Springs are kept by tile, node and wall, touched only where nodes touch.
+// A tile whose box is away from all walls costs no more than the box, a node no more than looking at the walls that the box is near.
+// Springs are kept by tile, node and wall, touched only where nodes touch.
 // Cost: 7 flop per element where nothing is near; per plane near 5, per tube 19, per ball 10; 250 per node and wall that touch.
 #pragma once
 
@@ -32,7 +32,7 @@ public:
     static constexpr std::string_view pass_name = "walls";
 
     WallPass(std::shared_ptr<const Walls> walls, const RodGroup& group, std::shared_ptr<WallBook<W>> book)
-        : walls_(std::move(walls)), book_(std::move(book)), section_shrinks_(group.law() == Law::incompressible) {
+        : walls_(std::move(walls)), book_(std::move(book)) {
         for (const int w : book_->acting()) {
             law_.push_back(walls_->wall[static_cast<std::size_t>(w)].law.resolved(mass_at_wall(group)));
             rubs_ = rubs_ || law_.back().friction != ContactFriction::none;
@@ -68,7 +68,7 @@ public:
         if (acting() == 0) return;
         const WallNow* wall = &now_[static_cast<std::size_t>(step.slot) * acting()];
         Page& page = book_->page(rod.number);
-        const Box box = box_of(rod, load);
+        const Box box = box_of(rod);
         if (page.busy) {
             std::fill(page.entry.begin(), page.entry.end(), Entry{});
             page.busy = false;
@@ -126,16 +126,9 @@ private:
         box.low = {min(box.low.x, x.x), min(box.low.y, x.y), min(box.low.z, x.z)};
         box.high = {max(box.high.x, x.x), max(box.high.y, x.y), max(box.high.z, x.z)};
     }
-    Box box_of(const RodTile<W>& rod, const SlotLoad<W>* load) const {
-        Box box{rod.slot[0].position, rod.slot[0].position, {}};
-        // No node is thicker than this, by a margin for round-off: |dx|/l0 is never below the dilatation.
-        const double largest = largest_radius_ * (1 + 1e-6);
-        P least = load[0].dilatation;
-        for (int k = 1; k <= rod.n; ++k) {
-            widen(box, rod.slot[k].position);
-            if (k < rod.n) least = min(least, load[k].dilatation);
-        }
-        box.reach = section_shrinks_ ? P(largest) / sqrt(max(least, P(1e-300))) : P(largest);
+    Box box_of(const RodTile<W>& rod) const {
+        Box box{rod.slot[0].position, rod.slot[0].position, P(largest_radius_ * (1 + 1e-6))}; // a margin for round-off
+        for (int k = 1; k <= rod.n; ++k) widen(box, rod.slot[k].position);
         return box;
     }
     /// Marks the walls that the box is near. Round-off is monotonic: no node of the box is nearer to a plane than its corner.
@@ -193,8 +186,7 @@ private:
     Element element(const RodTile<W>& rod, int k) const {
         const ElementConstants& c = rod.element[k];
         const Slot<W>& s = rod.slot[k];
-        const P radius = section_shrinks_ ? P(c.radius) / sqrt(P(c.inv_rest_length) * norm(rod.slot[k + 1].position - s.position)) : P(c.radius);
-        return {k, radius, transpose_times(s.director, s.spin)};
+        return {k, P(c.radius), transpose_times(s.director, s.spin)};
     }
 
     /// `behind`: the element before the node, if the node before it has left it.
@@ -258,7 +250,7 @@ private:
 
     std::shared_ptr<const Walls> walls_;
     std::shared_ptr<WallBook<W>> book_;
-    bool section_shrinks_, rubs_ = false;
+    bool rubs_ = false;
     double largest_radius_ = 0;
     std::vector<ContactLaw> law_; ///< by wall that acts
     std::vector<WallNow> now_; ///< [step of the batch][wall]

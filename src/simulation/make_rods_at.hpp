@@ -66,7 +66,7 @@ TileProgram<W> make_program(const GroupPlan& plan, const RodGroup& group, Scheme
     if (moving && audit) program.push_back(std::make_unique<AuditEndsPass<W>>(audit));
     if (moving) program.push_back(std::make_unique<MoveEndsPass<W>>(moving));
     program.push_back(std::make_unique<OrthonormalisePass<W>>());
-    if (around.others) program.push_back(std::make_unique<ShowPass<W>>(around.others, group));
+    if (around.others) program.push_back(std::make_unique<ShowPass<W>>(around.others));
     program.push_back(make_elastic<W>(group, moving));
     if (audit) program.push_back(make_audit_inner<W>(group, audit, moving));
     for (const Load& load : plan.loads) program.push_back(make_pass<W>(load, group));
