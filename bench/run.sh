@@ -1,7 +1,7 @@
 #!/bin/bash
 # Runs all benchmarks and keeps their tables in bench/results/<processor>/.
 #   bash bench/run.sh [build folder, default build] [folder for results]
-# Takes about forty minutes on one idle machine; needs 4 GB of memory, mpirun, and PYTHON (default /usr/bin/python3) with numpy and
+# Takes about fifty minutes on one idle machine; needs 4 GB of memory, mpirun, and PYTHON (default /usr/bin/python3) with numpy and
 # matplotlib for the figures. Environment: LAYOUTS, ranks x threads of the scaling study ("1x1 1x2 2x1").
 set -euo pipefail
 here=$(cd "$(dirname "$0")" && pwd)
@@ -31,6 +31,8 @@ read -r -a layouts <<< "${LAYOUTS:-1x1 1x2 2x1}"
 "$build/bin/bench_features" --csv "$results/features.csv" | tee "$results/features.txt"
 "$build/bin/bench_mappings" --csv "$results/mappings.csv" | tee "$results/mappings.txt"
 "$build/bin/bench_contact" --benchmark_out="$results/contact.csv" --benchmark_out_format=csv
+"$build/bin/bench_walls" --benchmark_out="$results/walls.csv" --benchmark_out_format=csv
+"$python" "$here/scenes/nest/nest.py" --skein "$build/bin/skein" --csv "$results/nest.csv" | tee "$results/nest.txt"
 "$build/bin/bench_work_precision" --csv "$results/work_precision.csv" | tee "$results/work_precision.txt"
 "$python" "$here/plots/work_precision.py" "$results/work_precision.csv"
 "$build/bin/bench_step" --benchmark_out="$results/step.csv" --benchmark_out_format=csv | tee "$results/step.txt"
