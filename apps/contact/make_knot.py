@@ -71,7 +71,7 @@ def number(value):
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--elements", type=int, default=140)
+    parser.add_argument("--elements", type=int, default=200)
     parser.add_argument("--unit", type=float, default=0.05, help="metres per unit of the trefoil")
     parser.add_argument("--tail", type=float, default=0.2, help="length of each straight tail, m")
     parser.add_argument("--scene", type=pathlib.Path, default=SCENE, help="scene whose length, elements and profile are replaced")
