@@ -1,8 +1,9 @@
-"""Scenes of apps/contact against closed forms: collisions, a rod on an incline, twist and writhe of a rod that touches itself."""
+"""Scenes of apps/contact against closed forms: collisions, a rod on an incline, twist and writhe of a rod that touches itself, a knot."""
 
 import math
 import unittest
 
+import h5py
 import numpy
 
 from single_runs import APPS, SingleRuns, restitution_of_share, share_of_restitution
@@ -98,6 +99,45 @@ class Plectoneme(SingleRuns):
         """Each passage through itself takes two turns."""
         link, series = self.link("passing", "time.duration=24", "contact.self=false", "output.trajectory=0")
         self.assertAlmostEqual(link[-1], self.TURNS - 2, delta=5e-2)
+
+
+class Knot(SingleRuns):
+    """An open overhand knot under tension T. Contact without friction only pushes across the rod, so that B k^2/2 + N = T all along it, with the
+    curvature k and the tension N. In the loop N is small where the rod is thin, hence T R^2/B -> 1/2 (Audoly, Clauvelin, Neukirch 2007)."""
+
+    TENSION, RADIUS, MODULUS = 8e-3, 0.003, 1e6
+    BENDING = MODULUS * math.pi * RADIUS**4 / 4
+
+    def pulled(self, out, duration, *settings):
+        """Its end state: curvature at the inner vertices, and B k^2/2 + N over T there."""
+        self.run_alone(out, f"time.duration={duration}", f"output.trajectory={duration}", *settings, scene=APPS / "contact/knot.toml")
+        frames = []
+        for segment in sorted((self.directory / out).glob("trajectory_*.h5")):
+            with h5py.File(segment) as file:
+                frames += list(next(iter(file["groups"].values()))["position"][:, 0])
+        rest, edges = numpy.linalg.norm(frames[0][1] - frames[0][0]), numpy.diff(frames[-1], axis=0)
+        lengths = numpy.linalg.norm(edges, axis=1)
+        directions = edges / lengths[:, None]
+        curvature = numpy.arccos(numpy.clip((directions[1:] * directions[:-1]).sum(axis=1), -1, 1)) / rest
+        stretch = lengths / rest - 1
+        tension = self.MODULUS * math.pi * self.RADIUS**2 * 0.5 * (stretch[1:] + stretch[:-1])
+        return curvature, (0.5 * self.BENDING * curvature**2 + tension) / self.TENSION
+
+    def test_loop_stays_and_carries_the_tension(self):
+        curvature, share = self.pulled("tied", 25)
+        self.assertAlmostEqual(share[0], 1, delta=1e-3)  # through the knot without loss
+        self.assertAlmostEqual(share[-1], 1, delta=1e-3)
+        self.assertLess(numpy.abs(share - 1).max(), 5e-2)  # loop and contacts: elements are straight, and corners rub
+        loop = numpy.flatnonzero(curvature > 0.5 * curvature.max())
+        mean = curvature[loop[0]:loop[-1] + 1].mean()
+        r_over_R = self.RADIUS * math.sqrt(2 * self.TENSION / self.BENDING)
+        self.assertAlmostEqual(self.TENSION / (self.BENDING * mean**2), 0.5, delta=3 * r_over_R)
+        writhe = self.series("tied")["writhe"]
+        self.assertLess(numpy.abs(writhe - 3).max(), 0.5)  # a passage would take 2
+
+    def test_slips_open_without_contact(self):
+        self.pulled("slips", 15, "contact.self=false")
+        self.assertLess(abs(self.series("slips")["writhe"][-1]), 0.1)
 
 
 if __name__ == "__main__":
