@@ -139,8 +139,9 @@ def draw_nest(path, run, figures):
 
 def words(figures):
     if figures["cycles"]:
-        yield "of the lid's work " + ", ".join(f"{100 * c['psi']:.1f} %" for c in figures["cycles"]) + " are lost, cycle by cycle"
-        yield "the bed sinks by " + ", ".join(f"{1e3 * c['residual_m']:.2f} mm" for c in figures["cycles"])
+        yield "of the lid's work " + ", ".join(f"{100 * c['psi']:.0f} %" for c in figures["cycles"]) + " are lost, cycle by cycle"
+        if len(figures["cycles"]) < 4:
+            yield "the bed sinks by " + ", ".join(f"{1e3 * c['residual_m']:.2f} mm" for c in figures["cycles"])
 
 
 def draw_split(axes, run):

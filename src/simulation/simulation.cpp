@@ -317,7 +317,7 @@ void Simulation::checkpoint() {
 void Simulation::write_summary(const RunResult& result) {
     const std::vector<double> values = observables();
     RunFigures figures{.plan = plan_, .result = result, .finished = result.step == plan_.steps || ended(), .first_step = first_step_,
-                       .protocol = options_.protocol, .wall_s = wall_seconds() - started_, .names = names(), .observables = values};
+                       .protocol = steps_together(plan_) ? Protocol::synchronous : options_.protocol, .wall_s = wall_seconds() - started_, .names = names(), .observables = values};
     for (std::size_t p = 0; p < phase_count; ++p) {
         const double mine = timers_.seconds(static_cast<Phase>(p));
         figures.phases.push_back({comm_.min(mine), static_cast<double>(comm_.sum(std::llround(mine * 1e6))) * 1e-6 / comm_.size(), comm_.max(mine)});
