@@ -10,7 +10,6 @@ import json
 import sys
 from pathlib import Path
 
-import h5py
 import matplotlib
 import numpy as np
 
@@ -21,7 +20,8 @@ from matplotlib.colors import ListedColormap, Normalize  # noqa: E402
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "figures"))
 import beat  # noqa: E402
-import tubes  # noqa: E402  (from apps/figures)
+import frames  # noqa: E402  (from apps/figures, as the next two)
+import tubes  # noqa: E402
 from style import INK, QUIET, bare, heading  # noqa: E402
 
 
@@ -43,19 +43,6 @@ CIRCLE = colour_circle()
 def phase_at(a, time, period):
     """Phase of every cilium at an instant, 0 to 1 of a turn; 0: tip furthest towards +x."""
     return (np.angle(a) / (2 * np.pi) + time / abs(period)) % 1
-
-
-def read_rods(directory, time):
-    """Nodes [rods, nodes, 3], radius [nodes], both m, and time of the frame of whole rods nearest to an instant."""
-    found = []
-    for path in beat.segments(directory, "trajectory"):
-        with h5py.File(path) as file:
-            times = file["time"][:]
-        found += [(abs(t - time), path, k, t) for k, t in enumerate(times)]
-    _, path, k, t = min(found)
-    with h5py.File(path) as file:
-        group = next(iter(file["groups"].values()))
-        return group["position"][k].astype(float), group["radius"][:], t
 
 
 def colour_bar(figure, place):
@@ -137,7 +124,7 @@ def summary(figures):
 
 
 def draw_carpet(path, turn, figures, a, directory, at):
-    nodes, radius, time = read_rods(directory, turn.time[0] + at * abs(turn.period))
+    nodes, radius, time = frames.rods_at(directory, turn.time[0] + at * abs(turn.period))
     phase = phase_at(a, time, turn.period)
     row = np.flatnonzero(np.isclose(turn.origin[:, 1], turn.origin[:, 1].min()))
     row = row[np.argsort(turn.origin[row, 0])]
@@ -197,7 +184,7 @@ def main():
 
     plt.rcParams.update({"font.size": 9, "font.family": "DejaVu Sans"})
     a = beat.fundamental(turn)
-    if beat.segments(arguments.out, "trajectory"):
+    if frames.frames(arguments.out):
         draw_carpet(arguments.out / "carpet.png", turn, figures, a, arguments.out, arguments.turn)
     else:
         draw_phases(arguments.out / "phase.png", turn, figures, a, arguments.turn)

@@ -10,14 +10,14 @@ import csv
 import sys
 from pathlib import Path
 
-import h5py
 import matplotlib
 import numpy as np
 
 matplotlib.use("Agg")
 import matplotlib.pyplot as plt  # noqa: E402  (after the choice of Agg)
 
-sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "cilia_carpet"))
+sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "figures"))
+import frames  # noqa: E402  (from apps/figures)
 import tubes  # noqa: E402
 
 LINES = (("twist", "#3b6fb6"), ("writhe", "#c4574b"), ("link", "#22252b"))
@@ -29,18 +29,6 @@ def series(out):
     with open(out / "observables.csv", newline="") as file:
         rows = list(csv.reader(file))
     return {name.split("[")[0]: np.array(column, dtype=float) for name, column in zip(rows[0], zip(*rows[1:]))}
-
-
-def nodes_at(out, time):
-    """Nodes [nodes, 3] and radius of the frame nearest to a time, m, and its time."""
-    frames = []
-    for segment in sorted(out.glob("trajectory_*.h5")):
-        with h5py.File(segment) as file:
-            group = next(iter(file["groups"].values()))
-            for i, t in enumerate(file["time"][:]):
-                frames.append((float(t), group["position"][i, 0].astype(float), float(group["radius"][0])))
-    t, nodes, radius = min(frames, key=lambda frame: abs(frame[0] - time))
-    return nodes, radius, t
 
 
 def smoothed(nodes):
@@ -74,8 +62,8 @@ def main():
 
     plt.rcParams.update({"font.size": 9, "font.family": "DejaVu Sans"})
     figure, (above, below) = plt.subplots(2, 1, figsize=(6.4, 6.4), height_ratios=(1.6, 1), layout="constrained")
-    nodes, radius, time = nodes_at(arguments.out, min(arguments.time, 1e9))
-    draw_rod(above, nodes, radius)
+    nodes, radius, time = frames.rods_at(arguments.out, min(arguments.time, 1e9))
+    draw_rod(above, nodes[0], radius[0])
     columns = series(arguments.out)
     for name, colour in LINES:
         below.plot(columns["time"], columns[name], color=colour, label=name)

@@ -6,7 +6,6 @@ Rods are coloured by how much they bend: the strain kappa r at their surface, be
 import sys
 from pathlib import Path
 
-import h5py
 import numpy as np
 from matplotlib.colors import LinearSegmentedColormap
 from matplotlib.patches import Polygon
@@ -17,22 +16,6 @@ import tubes  # noqa: E402  (from apps/figures)
 BENDING = LinearSegmentedColormap.from_list("bending", ["#d9cdb8", "#dfa65a", "#c8442b", "#6d0f2e"])  # from wood to what would break first
 FLOOR, FLOOR_EDGE, LID = "#eef0f3", "#cfd4db", "#9fb4cc"
 PIECES = 4  # per element: long quads would be sorted wrongly where rods cross
-
-
-def frames(directory):
-    """[(time s, file, number)] of all frames of whole rods."""
-    found = []
-    for path in sorted(Path(directory).glob("trajectory_*.h5")):
-        with h5py.File(path) as file:
-            found += [(float(t), path, k) for k, t in enumerate(file["time"][:])]
-    return found
-
-
-def read_rods(path, number):
-    """Nodes [rods, nodes, 3] and radius [nodes] of the first group, m."""
-    with h5py.File(path) as file:
-        group = next(iter(file["groups"].values()))
-        return group["position"][number].astype(float), group["radius"][:]
 
 
 def bending_strain(nodes, radius):

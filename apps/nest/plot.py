@@ -24,6 +24,7 @@ from matplotlib.cm import ScalarMappable  # noqa: E402
 from matplotlib.colors import Normalize  # noqa: E402
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "figures"))
+import frames  # noqa: E402  (from apps/figures)
 import loops  # noqa: E402
 import packing  # noqa: E402
 from style import INK, QUIET, bare, heading  # noqa: E402  (from apps/figures)
@@ -106,7 +107,7 @@ def draw_coordination_over_time(axes, run):
 
 def pictured(run):
     """Rows of the series nearest to two frames: the last one before the lid touches, and that of the highest stress."""
-    found = packing.frames(run.directory)
+    found = frames.frames(run.directory)
     rows = [int(np.argmin(np.abs(run.time - t))) for t, _, _ in found]
     before = [i for i, row in enumerate(rows) if row < loops.first_touch(run)]
     rest, peak = before[-1] if before else 0, int(np.argmax(np.minimum(run.base_stress, run.lid_stress)[rows]))
@@ -116,7 +117,7 @@ def pictured(run):
 def draw_nest(path, run, figures):
     figure = plt.figure(figsize=(9, 8.6), facecolor="white")
     chosen = pictured(run)
-    rods = [packing.read_rods(file, number) for _, file, number in chosen]
+    rods = [frames.read_rods(file, number) for _, file, number in chosen]
     most = max(packing.bending_strain(nodes, radius).max() for nodes, radius in rods)
     top = 1.05 * max(nodes[..., 2].max() for nodes, _ in rods)
     for (row, _, _), (nodes, radius), left, word in zip(chosen, rods, (0.015, 0.51), ("at rest", "pressed")):
@@ -236,7 +237,7 @@ def main():
     print(loops.table(figures))
     (arguments.run / "loops.json").write_text(json.dumps(figures, indent=2) + "\n")
     plt.rcParams.update({"font.size": 9, "font.family": "DejaVu Sans"})
-    if packing.frames(arguments.run):
+    if frames.frames(arguments.run):
         draw_nest(arguments.run / "nest.png", run, figures)
     if run.summary:
         draw_cost(arguments.run / "cost.png", run, arguments.contact_bench, arguments.scaling)

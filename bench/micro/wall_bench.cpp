@@ -46,7 +46,7 @@ template <int W> void run(benchmark::State& state, Case which, long n, double by
         for (const RodTile<W>& tile : set.tiles()) pass->run(tile, set.load(), steps[0]);
         benchmark::ClobberMemory();
     }
-    if (lies && book->account(0, 0, walls->find("box z-")).touching != static_cast<double>(n) + 1) state.SkipWithError("not all nodes touch");
+    if (lies && book->account({0, 0}, walls->find("box z-")).touching != static_cast<double>(n) + 1) state.SkipWithError("not all nodes touch");
     state.counters["per element"] = benchmark::Counter(set.elements(), benchmark::Counter::kIsIterationInvariantRate | benchmark::Counter::kInvert);
 }
 

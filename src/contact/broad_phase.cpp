@@ -1,7 +1,7 @@
 #include "contact/broad_phase.hpp"
 
 #include "contact/capsule_tiles.hpp"
-#include "contact/closest_points.hpp"
+#include "core/closest_points.hpp"
 #include "contact/compress.hpp"
 #include "contact/group.hpp"
 

@@ -29,6 +29,11 @@ template <class P> struct ContactNumbers {
     P tangential_stiffness; ///< kappa k
     P tangential_damping;   ///< c_t, N s/m
     P slip_speed;           ///< v_s, m/s
+
+    /// The same in all lanes.
+    template <class Q> ContactNumbers<Q> as() const {
+        return {stiffness, damping, static_friction, kinetic_friction, tangential_stiffness, tangential_damping, slip_speed};
+    }
 };
 
 struct ContactLaw {

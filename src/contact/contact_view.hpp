@@ -20,7 +20,6 @@ struct ContactView {
     ContactView(std::span<const RodGroup> groups, const ContactSpec& spec, std::size_t materials);
     std::size_t first_slot(std::int64_t gid) const { return static_cast<std::size_t>(capsules.first_slot[static_cast<std::size_t>(gid)]); }
     static constexpr double bytes_per_slot = sizeof(CapsuleNode) + sizeof(CapsuleSpin) + sizeof(std::int32_t) + sizeof(ContactLoad);
-    double bytes() const { return bytes_per_slot * static_cast<double>(capsules.slots()); }
 };
 
 /// Last before rods meet: nodes, radii, spins in the lab. Radii are those of rest: were they to follow the stretch, contact would do work on

@@ -1,7 +1,7 @@
 #include "contact/contacts.hpp"
 
 #include "contact/capsule_tiles.hpp"
-#include "contact/closest_points.hpp"
+#include "core/closest_points.hpp"
 #include "contact/compress.hpp"
 #include "parallel/blocks.hpp"
 
@@ -284,10 +284,7 @@ SKEIN_INLINE ContactSpring<Pack<N>> Contacts::springs_before(const std::uint32_t
 
 template <int N> SKEIN_INLINE ContactNumbers<Pack<N>> Contacts::numbers(const Capsules& capsules, const std::uint32_t* pair) const {
     using Q = Pack<N>;
-    const ContactNumbers<double>& one = numbers_[0];
-    ContactNumbers<Q> all{
-        one.stiffness,          one.damping,   one.static_friction, one.kinetic_friction, one.tangential_stiffness,
-        one.tangential_damping, one.slip_speed};
+    auto all = numbers_[0].as<Q>();
     if (laws_.materials() == 1) return all;
     for (int l = 0; l < N; ++l) {
         const auto material = [&](std::uint32_t slot) {
@@ -541,14 +538,15 @@ void Contacts::evaluate(const Capsules& capsules, double time, double h, Aligned
     numbers_ = laws_.numbers(time);
     loads.resize(capsules.slots());
     if (place_.size() != capsules.slots()) renew_list(capsules);
-    std::swap(spring_, last_spring_);
-    std::swap(what_, was_);
-    if (!push_all(capsules, h, loads)) { // as if this step had not begun
+    const auto turn = [&] { // what was new is what was before
         std::swap(spring_, last_spring_);
         std::swap(what_, was_);
+    };
+    turn();
+    if (!push_all(capsules, h, loads)) {
+        turn(); // as if this step had not begun
         renew_list(capsules);
-        std::swap(spring_, last_spring_);
-        std::swap(what_, was_);
+        turn();
         push_all(capsules, h, loads);
     }
     ++age_;

@@ -113,10 +113,6 @@ WallState Walls::at(std::size_t w, double time) const {
     return {(time - one.from) * one.velocity, one.velocity};
 }
 
-void Walls::move_to(double time) {
-    for (std::size_t w = 0; w < count(); ++w) state[w] = at(w, time);
-}
-
 int Walls::find(const std::string& name) const {
     for (std::size_t w = 0; w < count(); ++w)
         if (wall[w].name == name) return static_cast<int>(w);

@@ -64,10 +64,10 @@ struct WallState {
 /// InputError where numbers contradict each other.
 std::vector<Wall> expanded(const std::vector<Wall>& walls);
 
-/// What passes and the conductor share. The conductor sets the states of driven walls before each step; steady walls follow time.
+/// What passes and the conductor share. The conductor sets the states of driven walls before each step; steady walls have none.
 struct Walls {
     std::vector<Wall> wall;
-    std::vector<WallState> state; ///< one per wall
+    std::vector<WallState> state; ///< one per wall; of steady ones unused
 
     Walls() = default;
     explicit Walls(const std::vector<Wall>& scene) : wall(expanded(scene)), state(wall.size()) {}
@@ -75,8 +75,6 @@ struct Walls {
     std::size_t count() const { return wall.size(); }
     /// Where wall w is at `time`: a steady wall by its velocity, any other where its state says.
     WallState at(std::size_t w, double time) const;
-    /// Brings the states of steady walls to `time`.
-    void move_to(double time);
     /// Number of the wall of that name, or -1.
     int find(const std::string& name) const;
 };

@@ -77,15 +77,15 @@ public:
     }
     Page& page(std::size_t tile) { return pages_[tile]; }
 
-    WallAccount account(RodPlace rod, int wall) const override { return account(rod.tile, rod.lane, wall); }
     void add_normal(int wall, std::span<double> of_rod) const override {
         add(wall, of_rod, [](const Entry& e, int l) { return e.normal[l]; });
     }
     void add_force(int wall, const Vec3d& direction, std::span<double> of_rod) const override {
         add(wall, of_rod, [&](const Entry& e, int l) { return dot(lane(e.force, l), direction); });
     }
-    /// Of lane `lane_` of a tile; spare lanes, which repeat the last rod, are for the reader to skip.
-    WallAccount account(std::size_t tile, int lane_, int wall) const {
+    /// Spare lanes, which repeat the last rod, are for the reader to skip.
+    WallAccount account(RodPlace rod, int wall) const override {
+        const auto [tile, lane_] = rod;
         const int at = place_[static_cast<std::size_t>(wall)];
         if (at < 0) return {};
         const Page& page = pages_[tile];
@@ -97,12 +97,6 @@ public:
         }
         return all;
     }
-    std::size_t bytes() const {
-        std::size_t sum = 0;
-        for (const Page& page : pages_) sum += sizeof(Page) + page.entry.size() * sizeof(Entry) + page.kept.size() * sizeof(Kept) + page.touched.size();
-        return sum;
-    }
-
 private:
     template <class F> void add(int wall, std::span<double> of_rod, F&& value) const {
         const int at = place_[static_cast<std::size_t>(wall)];

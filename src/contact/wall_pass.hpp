@@ -58,10 +58,13 @@ public:
     }
 
     std::span<Vec3<Pack<W>>> memory(const RodTile<W>& rod) override {
-        Page& page = book_->page(rod.number); // what is put back has to be looked at
+        Page& page = book_->page(rod.number);
+        return {&page.kept.data()->spring, 2 * page.kept.size()};
+    }
+    void recall(const RodTile<W>& rod) override { // what is put back has to be looked at
+        Page& page = book_->page(rod.number);
         std::fill(page.touched.begin(), page.touched.end(), std::uint8_t{1});
         page.any_touched = true;
-        return {&page.kept.data()->spring, 2 * page.kept.size()};
     }
 
     void run(const RodTile<W>& rod, SlotLoad<W>* load, const Step& step) const override {
@@ -219,7 +222,7 @@ private:
             state.distance = s.distance;
             state.velocity_2 = broadcast<W>(wall[w].velocity);
             ContactSpring<P> spring{kept.spring, kept.sums.x};
-            const ContactForce<P> out = contact_force<W>(wall[w].kinds, packs(wall[w].law), state, h, spring);
+            const ContactForce<P> out = contact_force<W>(wall[w].kinds, wall[w].law.template as<P>(), state, h, spring);
             kept = {spring.x, {spring.energy, kept.sums.y + out.rubbed, kept.sums.z + out.damped}};
             force += out.on_1;
             couple += out.arm_1 * out.moment;
@@ -243,9 +246,6 @@ private:
         e.deepest = max(e.deepest, max(in.radius_1 - in.distance, zero) / (in.radius_1 + in.radius_1));
         e.stiffness = max(e.stiffness, out.stiffness);
         e.stored += out.stored;
-    }
-    static ContactNumbers<P> packs(const ContactNumbers<double>& n) {
-        return {n.stiffness, n.damping, n.static_friction, n.kinetic_friction, n.tangential_stiffness, n.tangential_damping, n.slip_speed};
     }
 
     std::shared_ptr<const Walls> walls_;

@@ -75,7 +75,7 @@ Record memory_record(const Communicator& comm, const RodGroup& group, const Rods
             [](Rods& to, std::size_t i, std::span<const double> in) { to.set_memory(i, in); }};
 }
 
-/// Every record that a group has.
+/// Every record that a group has; the first is its state.
 std::vector<Record> records_of(const Communicator& comm, const RodGroup& group, const Rods& rods, bool audited) {
     std::vector<Record> all = {state_record(group)};
     if (audited) all.push_back(works_record(group));
@@ -204,10 +204,11 @@ std::uint64_t file_bytes(const Communicator& comm, std::span<const RodGroup> gro
     return bytes;
 }
 
+/// `bytes`: of all of it.
 void write_state(const Communicator& comm, const std::string& path, std::span<const RodGroup> groups, const Rods& rods,
-                 const CheckpointInfo& info) {
+                 const CheckpointInfo& info, std::uint64_t bytes) {
     H5File file(comm, path, H5File::Mode::create);
-    file.reserve(file_bytes(comm, groups, rods, info));
+    file.reserve(bytes);
     file.set("/", "format", format_name);
     file.set("/", "version", format_version);
     file.set("/", "step", info.step);
@@ -220,9 +221,10 @@ void write_state(const Communicator& comm, const std::string& path, std::span<co
     std::uint64_t digest = 0;
     for (const RodGroup& group : groups) {
         file.make_group("/groups/" + group.name());
-        for (const Record& record : records_of(comm, group, rods, info.audited_from.has_value())) {
+        const auto records = records_of(comm, group, rods, info.audited_from.has_value());
+        for (const Record& record : records) {
             const std::uint64_t of_record = write_record(comm, file, group, record, rods);
-            if (record.dataset == state_record(group).dataset) digest += of_record;
+            if (&record == &records.front()) digest += of_record;
         }
     }
     if (!info.kept.empty()) file.make_group("/kept");
@@ -237,9 +239,10 @@ std::uint64_t read_state(const Communicator& comm, const H5File& file, const std
                          bool audited, const Rods& owned_by, Rods* rods) {
     std::uint64_t digest = 0;
     for (const RodGroup& group : groups) {
-        for (const Record& record : records_of(comm, group, owned_by, audited)) {
+        const auto records = records_of(comm, group, owned_by, audited);
+        for (const Record& record : records) {
             const std::uint64_t of_record = read_record(comm, file, path, group, record, owned_by, rods);
-            if (record.dataset == state_record(group).dataset) digest += of_record;
+            if (&record == &records.front()) digest += of_record;
         }
     }
     return digest;
@@ -269,7 +272,7 @@ void write_checkpoint(const Communicator& comm, const std::string& directory, st
     try {
         const std::uint64_t bytes = file_bytes(comm, groups, rods, info);
         on_root(comm, [&] { require_space(directory, bytes); });
-        write_state(comm, temporary, groups, rods, info);
+        write_state(comm, temporary, groups, rods, info, bytes);
         verify(comm, temporary, groups, info.audited_from.has_value(), rods);
         on_root(comm, [&] { publish(temporary, path); });
     } catch (const IoError&) {

@@ -133,6 +133,13 @@ void Communicator::all_gather(std::span<const double> mine, std::span<const std:
     counted.bytes += static_cast<std::int64_t>(mine.size_bytes()) * (size_ - 1);
 }
 
+std::vector<double> Communicator::all_gather(std::span<const double> mine) const {
+    const auto counts = all_gather(static_cast<std::int64_t>(mine.size()));
+    std::vector<double> all(static_cast<std::size_t>(total(counts)));
+    all_gather(mine, counts, all);
+    return all;
+}
+
 std::vector<std::byte> Communicator::all_to_all(std::span<const std::byte> records, std::size_t record_bytes,
                                                 std::span<const std::int64_t> send_counts,
                                                 std::vector<std::int64_t>& receive_counts) const {

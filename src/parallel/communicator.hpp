@@ -37,6 +37,8 @@ public:
     std::vector<std::string> all_gather(const std::string& text) const;
     /// Every rank's numbers, counts[r] of rank r, in rank order on all ranks.
     void all_gather(std::span<const double> mine, std::span<const std::int64_t> counts, std::span<double> all) const;
+    /// The same where only the rank itself knows how many it has.
+    std::vector<double> all_gather(std::span<const double> mine) const;
     /// Sends send_counts[r] records of `record_bytes` each, packed in rank order, to every rank r; returns what arrived, in rank
     /// order, with its counts in `receive_counts`. At most 2^31 - 1 records each way; throws on all ranks alike beyond.
     std::vector<std::byte> all_to_all(std::span<const std::byte> records, std::size_t record_bytes,

@@ -1,5 +1,6 @@
 #include "rod/packing.hpp"
 
+#include "core/closest_points.hpp"
 #include "core/error.hpp"
 #include "core/hilbert.hpp"
 #include "rod/capsule_grid.hpp"
@@ -124,15 +125,8 @@ std::vector<std::size_t> along_curve(const std::vector<Vec3d>& centres, const Re
 } // namespace
 
 bool closer(const Capsule& a, const Capsule& b, double distance) {
-    const Vec3d u = a.end - a.start, v = b.end - b.start, r = a.start - b.start;
-    const double uu = dot(u, u), vv = dot(v, v), uv = dot(u, v), ur = dot(u, r), vr = dot(v, r);
-    const double denominator = uu * vv - uv * uv;
-    const auto within = [](double x) { return std::clamp(x, 0.0, 1.0); };
-    double s = denominator > 1e-14 * uu * vv ? within((uv * vr - ur * vv) / denominator) : 0.5; // of parallel ones the clamps below find a nearest pair
-    const double t = vv > 0 ? within((uv * s + vr) / vv) : 0;
-    s = uu > 0 ? within((uv * t - ur) / uu) : 0;
-    const Vec3d apart = r + s * u - t * v;
-    return dot(apart, apart) < distance * distance;
+    const auto apart = closest_points(broadcast<1>(a.start), broadcast<1>(a.end - a.start), broadcast<1>(b.start), broadcast<1>(b.end - b.start)).apart;
+    return dot(apart, apart)[0] < distance * distance;
 }
 
 PackedRods pack(const Packing& p, double length, double radius, std::vector<Capsule>& occupied, const std::string& where) {

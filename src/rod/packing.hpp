@@ -31,7 +31,7 @@ struct PackedRods {
 /// it. Throws InputError, beginning with `where`, if they do not fit.
 PackedRods pack(const Packing& packing, double length, double radius, std::vector<Capsule>& occupied, const std::string& where);
 
-/// Whether two axes come closer than `distance`. Source: Ericson 2005, Real-Time Collision Detection, section 5.1.9.
+/// Whether two axes come closer than `distance`.
 bool closer(const Capsule& a, const Capsule& b, double distance);
 
 } // namespace skein

@@ -319,11 +319,13 @@ template <int W> void RodTiles<W>::set_memory(std::size_t i, std::span<const dou
     const RodTile<W>& tile = tiles_[t];
     const int last = first == tile.lanes - 1 ? W - 1 : first; // spare lanes do what the last rod does
     std::size_t at = 0;
-    for (const auto& pass : programs_[tile.program])
+    for (const auto& pass : programs_[tile.program]) {
         for (Vec3<Pack<W>>& v : pass->memory(tile)) {
             for (int l = first; l <= last; ++l) set_lane(v, l, {numbers[at], numbers[at + 1], numbers[at + 2]});
             at += 3;
         }
+        pass->recall(tile);
+    }
 }
 
 template <int W> std::size_t RodTiles<W>::bytes() const {

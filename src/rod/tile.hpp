@@ -61,6 +61,8 @@ public:
     virtual bool rods_meet() const { return false; }
     /// What the pass remembers of a tile from step to step, lane by lane, for checkpoints.
     virtual std::span<Vec3<Pack<W>>> memory(const RodTile<W>&) { return {}; }
+    /// Called when it has been put back.
+    virtual void recall(const RodTile<W>&) {}
 };
 
 } // namespace skein

@@ -88,7 +88,7 @@ void limit_by_drag(GroupPlan& p, const RodGroup& group, const Scheme& scheme) {
     if (dt < 0.99 * fastest) p.limits.insert(p.limits.begin(), {"slender-body drag", dt, rate.element});
 }
 
-/// Told, and kept to, where contacts leave less than ten times what the rod does.
+/// Of all contacts that a group may have, the one that leaves the shortest step.
 void limit_by_contact(GroupPlan& p, const RodGroup& group, const SceneSpec& scene) {
     TimeLimit least{"contact", HUGE_VAL, 0};
     const auto consider = [&](const ContactLaw& law, double share, double mass) {
@@ -99,7 +99,7 @@ void limit_by_contact(GroupPlan& p, const RodGroup& group, const SceneSpec& scen
     for (const ContactPair& pair : scene.contact_pairs)
         if (acts_on(pair.between, group.name())) consider(pair.law, scene.contact->overlap, reduced_mass(group, group));
     for (const Wall& wall : scene.walls)
-        if (acts_on(wall.rods, group.name())) consider(wall.law, 0.1, mass_at_wall(group));
+        if (wall.acts_on(group.name())) consider(wall.law, ContactSpec{}.overlap, mass_at_wall(group));
     if (!std::isfinite(least.dt)) return;
     if (is_rigid(group)) p.limits.clear();
     p.limits.push_back(least);
@@ -135,8 +135,7 @@ GroupPlan plan_group(const SceneSpec& scene, const RodGroup& group) {
                                         : with_energy_law(group.law(), []<class L>(L) { return L::name; }));
     if (audit) pass(AuditInnerPass<IncompressibleLaw, 1>::pass_name);
     for (const Load& load : p.loads) pass(kind_of(load));
-    for (std::size_t w = 0; w < scene.walls.size(); ++w)
-        if (acts_on(scene.walls[w].rods, group.name())) p.walls = true;
+    p.walls = std::any_of(scene.walls.begin(), scene.walls.end(), [&](const Wall& wall) { return wall.acts_on(group.name()); });
     if (p.walls) pass(WallPass<1>::pass_name);
     if (scene.contact) pass(FeelPass<1>::pass_name);
     if (group.closed()) pass(FoldRingPass<1>::pass_name);
@@ -301,10 +300,6 @@ double waiting_bytes(double frames, double frame_bytes, int ranks) {
     return std::min(frames, most) * frame_bytes;
 }
 
-} // namespace
-
-namespace {
-
 /// That between two groups: of a [[contact_pair]], or else that of all.
 const ContactLaw& law_between(const SceneSpec& scene, const std::string& a, const std::string& b) {
     for (const ContactPair& pair : scene.contact_pairs)
@@ -313,7 +308,6 @@ const ContactLaw& law_between(const SceneSpec& scene, const std::string& a, cons
 }
 
 ContactLaws contact_laws(const SceneSpec& scene, std::span<const RodGroup> groups) {
-    if (scene.contact_pairs.empty() && groups.size() == 1) return scene.contact->law.resolved(reduced_mass(groups[0], groups[0]));
     std::vector<ContactLaw> laws;
     for (const RodGroup& a : groups)
         for (const RodGroup& b : groups) laws.push_back(law_between(scene, a.name(), b.name()).resolved(reduced_mass(a, b)));

@@ -295,22 +295,31 @@ private:
         else if (m.wavelength_y == 0) add(path, fmt::format("'wavelength_y' [m], not 0, is needed {}", where));
     }
 
+    /// Null where there is none, which is told.
+    const RodSpec* group_named(const std::string& name, const std::string& path) {
+        std::vector<std::string_view> known;
+        for (const RodSpec& rods : scene_.rods) {
+            if (rods.name == name) return &rods;
+            known.push_back(rods.name);
+        }
+        add(path, fmt::format("there is no group of rods '{}'{}", name, suggestion(name, known, "the groups are")));
+        return nullptr;
+    }
+
     /// The groups that `names` stand for: all where it is empty.
     Groups acted_on(const std::vector<std::string>& names, const std::string& path) {
         Groups groups;
-        std::vector<std::string_view> known;
-        for (const RodSpec& rods : scene_.rods) {
-            known.push_back(rods.name);
-            if (names.empty()) groups.push_back(&rods);
+        if (names.empty()) {
+            for (const RodSpec& rods : scene_.rods) groups.push_back(&rods);
+            if (given(path + ".rods")) add(path + ".rods", "'rods' names no group; leave it out to mean all");
         }
-        if (names.empty() && given(path + ".rods")) add(path + ".rods", "'rods' names no group; leave it out to mean all");
         for (std::size_t i = 0; i < names.size(); ++i) {
             const std::string item = fmt::format("{}.rods.{}", path, i);
-            const auto at = std::find(known.begin(), known.end(), names[i]);
-            if (at == known.end()) add(item, fmt::format("there is no group of rods '{}'{}", names[i], suggestion(names[i], known, "the groups are")));
-            else if (std::find(names.begin(), names.begin() + static_cast<long>(i), names[i]) != names.begin() + static_cast<long>(i))
+            const RodSpec* group = group_named(names[i], item);
+            if (!group) continue;
+            if (std::find(names.begin(), names.begin() + static_cast<long>(i), names[i]) != names.begin() + static_cast<long>(i))
                 add(item, fmt::format("the group '{}' is named twice", names[i]));
-            else groups.push_back(&scene_.rods[static_cast<std::size_t>(at - known.begin())]);
+            else groups.push_back(group);
         }
         return groups;
     }
@@ -440,17 +449,11 @@ private:
             const ContactPair& pair = scene_.contact_pairs[i];
             const std::string path = fmt::format("contact_pair.{}", i);
             if (pair.between.size() != 2) add(path + ".between", "'between' names two groups, or one group twice");
-            for (std::size_t j = 0; j < pair.between.size(); ++j) known_group(pair.between[j], fmt::format("{}.between.{}", path, j));
+            for (std::size_t j = 0; j < pair.between.size(); ++j) group_named(pair.between[j], fmt::format("{}.between.{}", path, j));
             law(pair.law, path);
             if (pair.law.normal != scene_.contact->law.normal || pair.law.friction != scene_.contact->law.friction)
                 add(path, "'normal' and 'friction' must be those of [contact]; the numbers may differ");
         }
-    }
-
-    void known_group(const std::string& name, const std::string& path) {
-        std::vector<std::string_view> known;
-        for (const RodSpec& rods : scene_.rods) known.push_back(rods.name);
-        if (std::find(known.begin(), known.end(), name) == known.end()) add(path, fmt::format("there is no group of rods '{}'{}", name, suggestion(name, known, "the groups are")));
     }
 
     void walls() {

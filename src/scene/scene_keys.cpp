@@ -63,13 +63,7 @@ template <class Visit> Keys listed(const std::string& table, Visit visit) {
     return std::move(lister.keys);
 }
 
-Keys keys_of(TimeSpec spec, const std::string& table) {
-    return listed(table, [&](FieldVisitor& f) { spec.fields(f); });
-}
-Keys keys_of(OutputSpec spec, const std::string& table) {
-    return listed(table, [&](FieldVisitor& f) { spec.fields(f); });
-}
-Keys keys_of(RodSpec spec, const std::string& table) {
+template <class Spec> Keys keys_of(Spec spec, const std::string& table) {
     return listed(table, [&](FieldVisitor& f) { spec.fields(f); });
 }
 Keys keys_of(LoadSpec spec, const std::string& table) {
@@ -77,15 +71,6 @@ Keys keys_of(LoadSpec spec, const std::string& table) {
 }
 Keys keys_of(DampingSpec spec, const std::string& table) {
     return listed(table, [&](FieldVisitor& f) { damping_fields(f, spec); });
-}
-Keys keys_of(ContactSpec spec, const std::string& table) {
-    return listed(table, [&](FieldVisitor& f) { spec.fields(f); });
-}
-Keys keys_of(ContactPair spec, const std::string& table) {
-    return listed(table, [&](FieldVisitor& f) { spec.fields(f); });
-}
-Keys keys_of(Wall spec, const std::string& table) {
-    return listed(table, [&](FieldVisitor& f) { spec.fields(f); });
 }
 Keys title_key(std::string title) {
     return listed("", [&](FieldVisitor& f) { f.visit(title_field, title); });

@@ -255,13 +255,15 @@ SceneSpec read_tables(const TomlValue& root, Problems& problems) {
     reader.begin(root, "", "the scene", {root.place.text, 1, 1, 1});
     reader.visit(title_field, scene.title);
     read_table(reader, problems, "time", scene.time, true);
-    read_list(reader, problems, "rods", scene.rods, [](FieldVisitor& f, RodSpec& spec) { spec.fields(f); });
+    const auto own_fields = [](FieldVisitor& f, auto& spec) { spec.fields(f); };
+    read_list(reader, problems, "rods", scene.rods, own_fields);
     read_list(reader, problems, "load", scene.loads, load_fields);
     read_list(reader, problems, "damping", scene.damping, damping_fields);
-    if (root.find("contact")) read_table(reader, problems, "contact", scene.contact.emplace(), false);
-    else reader.top_level("contact", false);
-    read_list(reader, problems, "contact_pair", scene.contact_pairs, [](FieldVisitor& f, ContactPair& spec) { spec.fields(f); });
-    read_list(reader, problems, "wall", scene.walls, [](FieldVisitor& f, Wall& spec) { spec.fields(f); });
+    if (root.find("contact")) scene.contact.emplace();
+    ContactSpec none; // an absent table is known all the same
+    read_table(reader, problems, "contact", scene.contact ? *scene.contact : none, false);
+    read_list(reader, problems, "contact_pair", scene.contact_pairs, own_fields);
+    read_list(reader, problems, "wall", scene.walls, own_fields);
     read_table(reader, problems, "output", scene.output, false);
     reader.leave();
     return scene;

@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <functional>
 #include <numeric>
 #include <tuple>
 
@@ -19,6 +20,16 @@ constexpr std::size_t slot_numbers = 10;   ///< position, radius, velocity, spin
 constexpr std::size_t spring_numbers = 7;  ///< two slots, what, energy, spring
 constexpr const char* springs_name = "springs";
 constexpr const char* walls_name = "walls";
+
+/// Rows of numbers of all ranks, put in order.
+template <std::size_t columns, class Before = std::less<>>
+std::vector<std::array<double, columns>> gathered_rows(const Communicator& comm, const std::vector<std::array<double, columns>>& mine, Before before = {}) {
+    const std::vector<double> all = comm.all_gather(std::span(mine.empty() ? nullptr : mine.front().data(), columns * mine.size()));
+    std::vector<std::array<double, columns>> rows(all.size() / columns);
+    for (std::size_t i = 0; i < all.size(); ++i) rows[i / columns][i % columns] = all[i];
+    std::sort(rows.begin(), rows.end(), before);
+    return rows;
+}
 
 } // namespace
 
@@ -205,9 +216,8 @@ std::vector<double> Interactions::values() const {
 }
 
 std::string Interactions::contact_table() const {
-    constexpr std::size_t columns = 16;
     const Capsules& c = around_.others->capsules;
-    std::vector<double> mine;
+    std::vector<std::array<double, 16>> mine;
     for (const Contact& contact : contacts_->active(c)) {
         const auto [a, b] = contact.pair;
         const auto rod = [&](std::uint32_t slot) { return c.rod[slot]; };
@@ -220,18 +230,12 @@ std::string Interactions::contact_table() const {
                            contact.t * (b1.velocity - b0.velocity) - cross(c.spin[b].spin, arm_b);
         const Vec3d place = at_a + arm_a, &f = contact.force;
         const double push = -dot(f, normal);
-        for (const double x : {double(rod(a)), double(element(a)), contact.s, double(rod(b)), double(element(b)), contact.t, place.x, place.y, place.z, f.x, f.y, f.z, push,
-                               norm(f + push * normal), contact.overlap, norm(slip - dot(slip, normal) * normal)})
-            mine.push_back(x);
+        mine.push_back({double(rod(a)), double(element(a)), contact.s, double(rod(b)), double(element(b)), contact.t, place.x, place.y, place.z, f.x, f.y, f.z, push,
+                        norm(f + push * normal), contact.overlap, norm(slip - dot(slip, normal) * normal)});
     }
-    const auto counts = comm_.all_gather(static_cast<std::int64_t>(mine.size()));
-    std::vector<double> all(static_cast<std::size_t>(std::accumulate(counts.begin(), counts.end(), std::int64_t{0})));
-    comm_.all_gather(mine, counts, all);
-    std::vector<std::array<double, columns>> rows(all.size() / columns);
-    for (std::size_t i = 0; i < all.size(); ++i) rows[i / columns][i % columns] = all[i];
-    std::sort(rows.begin(), rows.end(), [](const auto& x, const auto& y) { return std::tie(x[0], x[1], x[3], x[4]) < std::tie(y[0], y[1], y[3], y[4]); });
     std::string text = "rod_1,element_1,share_1,rod_2,element_2,share_2,x[m],y[m],z[m],force_x[N],force_y[N],force_z[N],normal[N],friction[N],overlap[m],slip[m/s]\n";
-    for (const auto& row : rows) text += fmt::format("{}\n", fmt::join(row, ","));
+    const auto by_pair = [](const auto& x, const auto& y) { return std::tie(x[0], x[1], x[3], x[4]) < std::tie(y[0], y[1], y[3], y[4]); };
+    for (const auto& row : gathered_rows(comm_, mine, by_pair)) text += fmt::format("{}\n", fmt::join(row, ","));
     return text;
 }
 
@@ -252,22 +256,14 @@ std::vector<KeptNumbers> Interactions::kept() const {
 /// Sums of the contacts' energies, then the springs of all ranks by pair.
 std::vector<double> Interactions::springs() const {
     const ContactFigures f = contacts_->figures();
-    std::vector<double> mine;
-    for (const KeptContact& c : contacts_->kept())
-        for (const double x : {double(c.a), double(c.b), double(c.what), c.energy, c.spring.x, c.spring.y, c.spring.z}) mine.push_back(x);
-    const auto counts = comm_.all_gather(static_cast<std::int64_t>(mine.size()));
-    std::vector<double> all(static_cast<std::size_t>(std::accumulate(counts.begin(), counts.end(), std::int64_t{0})));
-    comm_.all_gather(mine, counts, all);
-    using Record = std::array<double, spring_numbers>;
-    std::vector<Record> records(all.size() / spring_numbers);
-    for (std::size_t i = 0; i < all.size(); ++i) records[i / spring_numbers][i % spring_numbers] = all[i];
-    std::sort(records.begin(), records.end());
+    std::vector<std::array<double, spring_numbers>> mine;
+    for (const KeptContact& c : contacts_->kept()) mine.push_back({double(c.a), double(c.b), double(c.what), c.energy, c.spring.x, c.spring.y, c.spring.z});
     std::vector<double> numbers = exact_sums(comm_, std::vector<std::vector<double>>{{f.rubbed}, {f.damped}});
-    for (const Record& r : records) numbers.insert(numbers.end(), r.begin(), r.end());
+    for (const auto& r : gathered_rows(comm_, mine)) numbers.insert(numbers.end(), r.begin(), r.end());
     return numbers;
 }
 
-/// Per driven wall its work and its servo, each with its length before it; then per wall what it has rubbed and damped.
+/// Per driven wall its work, how many numbers its servo has, and these.
 std::vector<double> Interactions::wall_numbers() const {
     std::vector<double> numbers;
     for (const DrivenWall& d : driven_) {

@@ -80,6 +80,21 @@ observables = ["knots", "curvature", "angular_momentum"]
 """
 
 
+STICKS = """
+[[rods]]
+name = "sticks"
+[rods.material]
+density = 1000.0
+youngs_modulus = 1e7
+law = "linear"
+[rods.section]
+radius = 0.005
+[rods.shape]
+length = 0.1
+elements = 6
+"""  # to be packed
+
+
 class DriverTest(unittest.TestCase):
     def setUp(self):
         self._directory = tempfile.TemporaryDirectory()
@@ -118,6 +133,15 @@ class DriverTest(unittest.TestCase):
                 file.visititems(collect)
         growing = ("step", "time", "/position", "/directors", "/normal")
         return {name: numpy.concatenate(parts) if name.endswith(growing) else parts[0] for name, parts in found.items()}
+
+    def assert_same_frames(self, out, whole, group):
+        """Bit for bit; `group` has to be among them."""
+        for kind in ("trajectory", "tips"):
+            mine, theirs = self.frames(out, kind), self.frames(whole, kind)
+            self.assertEqual(mine.keys(), theirs.keys())
+            self.assertIn(f"groups/{group}/position", mine)
+            for name in mine:
+                self.assertTrue(numpy.array_equal(mine[name], theirs[name]), f"{kind} of {out}: {name}")
 
     def results(self, out):
         """Content of everything that must not depend on how a run was carried out."""

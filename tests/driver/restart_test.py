@@ -47,12 +47,7 @@ class Restart(DriverTest):
     def assert_same_results(self, out, whole):
         self.assertEqual(self.digest(out), self.digest(whole))
         self.assertEqual(self.results(out)["observables.csv"], self.results(whole)["observables.csv"])
-        for kind in ("trajectory", "tips"):
-            mine, theirs = self.frames(out, kind), self.frames(whole, kind)
-            self.assertEqual(mine.keys(), theirs.keys())
-            self.assertIn("groups/cilia/position", mine)
-            for name in mine:
-                self.assertTrue(numpy.array_equal(mine[name], theirs[name]), f"{kind}: {name}")
+        self.assert_same_frames(out, whole, "cilia")
 
     def test_kill_9_of_a_rank(self):
         self.run_skein("whole", *self.LONG)

@@ -7,21 +7,8 @@ import unittest
 
 import numpy
 
+from driver import STICKS
 from single_runs import SKEIN, SingleRuns
-
-STICKS = """
-[[rods]]
-name = "sticks"
-[rods.material]
-density = 1000.0
-youngs_modulus = 1e7
-law = "linear"
-[rods.section]
-radius = 0.005
-[rods.shape]
-length = 0.1
-elements = 6
-"""
 
 PILE = """
 [time]

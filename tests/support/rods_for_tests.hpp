@@ -30,6 +30,16 @@ inline RodSpec clamped_unit_rod(long elements, double radius) {
     return spec;
 }
 
+/// A capsule; without length a ball.
+inline RodSpec rigid_body(double length, double radius) {
+    RodSpec spec;
+    spec.name = "body";
+    spec.material = {.density = 1000, .law = Law::rigid};
+    spec.section = {.radius = radius};
+    spec.shape = {.length = length, .elements = 1};
+    return spec;
+}
+
 /// Everything at once: elliptic, tapered, curved and strained at rest, with elements of unequal lengths.
 inline RodSpec crooked_rod(long elements = 8) {
     RodSpec spec = simple_rod(elements);

@@ -1,7 +1,7 @@
 // Candidates are those of a search through all pairs: always, and for any number of threads.
 #include "contact/broad_phase.hpp"
 
-#include "contact/closest_points.hpp"
+#include "core/closest_points.hpp"
 
 #include <gtest/gtest.h>
 

@@ -99,13 +99,11 @@ TEST(Walls, ThatMoveFollowTime) {
     piston.name = "piston";
     piston.velocity = {0, 0, -2};
     piston.from = 0.5;
-    Walls walls({piston});
-    walls.move_to(0.4);
-    EXPECT_EQ(walls.state[0].offset.z, 0);
-    EXPECT_EQ(walls.state[0].velocity.z, 0);
-    walls.move_to(0.75);
-    EXPECT_EQ(walls.state[0].offset.z, -0.5);
-    EXPECT_EQ(walls.state[0].velocity.z, -2);
+    const Walls walls({piston});
+    EXPECT_EQ(walls.at(0, 0.4).offset.z, 0);
+    EXPECT_EQ(walls.at(0, 0.4).velocity.z, 0);
+    EXPECT_EQ(walls.at(0, 0.75).offset.z, -0.5);
+    EXPECT_EQ(walls.at(0, 0.75).velocity.z, -2);
 }
 
 TEST(Walls, ThatMakeNoSenseAreRefused) {

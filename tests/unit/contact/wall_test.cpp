@@ -57,7 +57,7 @@ public:
         synchronise(group_, out, clock_.lag());
         return out;
     }
-    WallAccount account(int wall = 0, int lane_ = 0) const { return book->account(0, lane_, wall); }
+    WallAccount account(int wall = 0, int lane_ = 0) const { return book->account({0, lane_}, wall); }
     const AlignedVector<Slot<W>>& slots() const { return slot_; }
     const RodTile<W>& tile() const { return tile_; }
     double time() const { return clock_.time(); }
@@ -431,6 +431,7 @@ TEST(Walls, GoOnFromWhatTheyRemember) {
     ASSERT_EQ(springs.size(), 18u); // per node a spring and its sums
     for (std::size_t k = 0; k < whole.slots().size(); ++k) other.tile().slot[k] = whole.slots()[k];
     std::copy(springs.begin(), springs.end(), other.wall_pass->memory(other.tile()).begin());
+    other.wall_pass->recall(other.tile());
     whole.advance(3000);
     other.advance(3000);
     for (std::size_t k = 0; k < whole.slots().size(); ++k) EXPECT_EQ(std::memcmp(&whole.slots()[k], &other.slots()[k], sizeof(Slot<1>)), 0) << k;

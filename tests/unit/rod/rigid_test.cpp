@@ -14,15 +14,6 @@ namespace {
 
 constexpr double pi = std::numbers::pi;
 
-RodSpec body(double length, double radius) {
-    RodSpec spec;
-    spec.name = "body";
-    spec.material = {.density = 1000, .law = Law::rigid};
-    spec.section = {.radius = radius};
-    spec.shape = {.length = length, .elements = 1};
-    return spec;
-}
-
 /// Mass, J1 and J3 by Simpson's rule over slices of a capsule; on the round ends over the angle, where all is smooth.
 Vec3d by_slices(double length, double r) {
     constexpr int n = 2000;
@@ -42,14 +33,14 @@ Vec3d by_slices(double length, double r) {
 
 TEST(Rigid, HasTheMassAndInertiaOfACapsule) {
     for (const double length : {0.01, 0.3, 2.0}) {
-        const RodGroup group(body(length, 0.1), 0, 0, "");
+        const RodGroup group(test::rigid_body(length, 0.1), 0, 0, "");
         const Vec3d exact = by_slices(length, 0.1);
         EXPECT_NEAR(group.node_mass[0] + group.node_mass[1], exact.x, 1e-10 * exact.x);
         EXPECT_NEAR(group.element[0].inertia.x, exact.y, 1e-10 * exact.y);
         EXPECT_EQ(group.element[0].inertia.y, group.element[0].inertia.x);
         EXPECT_NEAR(group.element[0].inertia.z, exact.z, 1e-10 * exact.z);
     }
-    const RodGroup ball(body(0, 0.1), 0, 0, "");
+    const RodGroup ball(test::rigid_body(0, 0.1), 0, 0, "");
     const double mass = 1000 * 4.0 / 3 * pi * 1e-3;
     EXPECT_NEAR(ball.node_mass[0] + ball.node_mass[1], mass, 1e-6 * mass);
     for (const double j : {ball.element[0].inertia.x, ball.element[0].inertia.z}) EXPECT_NEAR(j, 0.4 * mass * 0.01, 3e-6 * j);
@@ -57,7 +48,7 @@ TEST(Rigid, HasTheMassAndInertiaOfACapsule) {
 
 // d3 goes round the angular momentum L at |L|/J1, and w about d3 at (1 - J3/J1) w3.
 TEST(Rigid, TurnsAsAFreeSymmetricTop) {
-    RodSpec spec = body(0.3, 0.05);
+    RodSpec spec = test::rigid_body(0.3, 0.05);
     spec.shape.velocity = {0.3, -0.2, 0.1};
     spec.shape.angular_velocity = {3, -1, 7};
     spec.placement.origin = {1, 2, -1};
@@ -106,7 +97,7 @@ TEST(Rigid, TurnsAsAFreeSymmetricTop) {
 }
 
 TEST(Rigid, TakesForcesOnItsNodesAsForceAndTorque) {
-    RodSpec spec = body(0.4, 0.05);
+    RodSpec spec = test::rigid_body(0.4, 0.05);
     spec.placement.tangent = {1, 0, 0};
     const RodGroup group(spec, 0, 0, "");
     std::vector<Slot<1>> state(2);

@@ -15,17 +15,9 @@ namespace {
 
 constexpr double radius = 0.02, gravity = 9.81;
 
-RodSpec body(double length, double r = radius) {
-    RodSpec spec;
-    spec.name = "body";
-    spec.material = {.density = 1000, .law = Law::rigid};
-    spec.section = {.radius = r};
-    spec.shape = {.length = length, .elements = 1};
-    return spec;
-}
 /// Of a ball its centre stands at `origin`.
 RodSpec ball(const std::string& name, Vec3d origin, Vec3d velocity, double r = radius) {
-    RodSpec spec = body(0, r);
+    RodSpec spec = test::rigid_body(0, r);
     spec.name = name;
     spec.placement.origin = origin;
     spec.shape.velocity = velocity;
@@ -177,7 +169,7 @@ SceneSpec crash() {
     RodSpec rod = test::simple_rod(10);
     rod.shape.length = 0.5;
     rod.placement.origin = {0, 0, -0.25};
-    RodSpec capsule = body(0.1, 0.015);
+    RodSpec capsule = test::rigid_body(0.1, 0.015);
     capsule.placement.origin = {0.06, -0.03, 0.07};
     capsule.placement.tangent = {0.2, 1, 0.4};
     capsule.shape.velocity = {-2, 0, 0.5};
@@ -202,7 +194,7 @@ TEST(RigidBody, KeepsMomentaAsItHitsARod) {
 /// Balls and capsules packed over a floor, with rods among them.
 SceneSpec heap() {
     SceneSpec scene;
-    RodSpec rods = test::simple_rod(6), balls = body(0, 0.03), capsules = body(0.08, 0.015);
+    RodSpec rods = test::simple_rod(6), balls = test::rigid_body(0, 0.03), capsules = test::rigid_body(0.08, 0.015);
     rods.name = "rods", balls.name = "balls", capsules.name = "capsules";
     rods.shape.length = 0.3;
     rods.material.youngs_modulus = 1e7;
@@ -237,7 +229,7 @@ TEST(RigidBody, HasTheSameBitsAtEveryWidth) {
 // Against every point of the surface and every direction that may be pushed there, sampled.
 TEST(RigidBody, YieldsNowhereMoreThanItsContactLimitSays) {
     for (const double length : {0.0, 0.02, 0.1, 1.0}) {
-        const RodGroup group(body(length), 0, 0, "");
+        const RodGroup group(test::rigid_body(length, radius), 0, 0, "");
         const ContactMobility found = contact_mobility(group);
         const double l = group.element[0].rest_length, m = element_mass(group);
         const Vec3d inverse = group.element[0].inv_inertia;
@@ -254,7 +246,7 @@ TEST(RigidBody, YieldsNowhereMoreThanItsContactLimitSays) {
         EXPECT_NEAR(found.normal, 1 / m + 0.25 * l * l * inverse.x, 1e-12 * found.normal) << length;
     }
     const double r = radius, m = 1000 * 4.0 / 3 * M_PI * r * r * r;
-    EXPECT_NEAR(contact_mobility(RodGroup(body(0), 0, 0, "")).tangential, 3.5 / m, 1e-5 / m);
+    EXPECT_NEAR(contact_mobility(RodGroup(test::rigid_body(0, radius), 0, 0, "")).tangential, 3.5 / m, 1e-5 / m);
 }
 
 /// Balls stacked densely in a box that squeezes them by 1 % of their radius, each with 12 around it; they stick to each other.
@@ -308,7 +300,7 @@ TEST(RigidBall, StaysWhereItIsInADenseStackAtItsContactLimit) {
 
 TEST(RigidBody, NeedsAStepWhereNothingLimitsIt) {
     SceneSpec scene;
-    scene.rods = {body(0.1)};
+    scene.rods = {test::rigid_body(0.1, radius)};
     scene.time = {.duration = 1};
     EXPECT_THROW(test::Stage{scene}, InputError);
     scene.time.dt = 1e-3;
@@ -322,7 +314,7 @@ TEST(RigidBody, NeedsAStepWhereNothingLimitsIt) {
 TEST(RigidBody, RefusesWhatItCannotHave) {
     const auto complaint = [](const std::function<void(SceneSpec&)>& change) -> std::string {
         SceneSpec scene;
-        scene.rods = {body(0.1)};
+        scene.rods = {test::rigid_body(0.1, radius)};
         scene.time = {.duration = 1, .dt = 1e-3};
         change(scene);
         try {
