@@ -40,12 +40,12 @@ Capsules nest(int rods) {
         c.skip.push_back(-1);
         const Vec3d along{normal(random), normal(random), normal(random)};
         for (int k = 0; k <= elements; ++k) {
-            c.node.push_back({places[static_cast<std::size_t>(r)].second + ((k - 0.5 * elements) / elements / norm(along)) * along, k < elements ? 0.5 * diameter : -1, {0, 0, 0}});
+            c.node.push_back({places[static_cast<std::size_t>(r)].second + ((k - 0.5 * elements) / elements / norm(along)) * along, k < elements ? 0.5 * diameter : -1});
             c.rod.push_back(r);
         }
     }
     c.first_slot.push_back(static_cast<std::int32_t>(c.node.size()));
-    c.spin.resize(c.node.size());
+    c.motion.resize(c.node.size());
     return c;
 }
 
@@ -71,7 +71,7 @@ void contacts(benchmark::State& state, int rods, int thread_count) {
     Capsules c = nest(rods);
     std::mt19937 random(2);
     std::normal_distribution<double> normal;
-    for (CapsuleNode& n : c.node) n.velocity = {normal(random), normal(random), normal(random)};
+    for (CapsuleMotion& m : c.motion) m.velocity = {normal(random), normal(random), normal(random)};
     Contacts all(c,
                  ContactLaw{.normal = ContactNormal::hertz, .stiffness = 1e3, .damping = 1, .friction = ContactFriction::memory, .static_friction = 0.4, .kinetic_friction = 0.4},
                  threads);

@@ -9,25 +9,26 @@
 
 namespace skein {
 
-/// One per slot. Element k of a rod lies between its slots k and k + 1; the last slot of a rod has no element.
+/// One per slot: where things are, which is all that a search and the test of a candidate need. Element k of a rod lies between its slots
+/// k and k + 1; the last slot of a rod has no element.
 struct CapsuleNode {
-    Vec3d position;     ///< lab, m
-    double radius;      ///< of the element, m; below 0 where the slot has none
-    Vec3d velocity;     ///< lab, m/s
-    double unused = 0;
+    Vec3d position; ///< lab, m
+    double radius;  ///< of the element, m; below 0 where the slot has none
 };
-static_assert(sizeof(CapsuleNode) == 64);
-/// Of an element.
-struct CapsuleSpin {
-    Vec3d spin; ///< lab, rad/s
+static_assert(sizeof(CapsuleNode) == 32);
+/// One per slot: how things move, which only contacts ask for.
+struct CapsuleMotion {
+    Vec3d velocity; ///< of the node, lab, m/s
     double unused = 0;
+    Vec3d spin; ///< of the element, lab, rad/s
+    double unused_too = 0;
 };
-static_assert(sizeof(CapsuleSpin) == 32);
+static_assert(sizeof(CapsuleMotion) == 64);
 
 /// Rods of a scene as they touch.
 struct Capsules {
     AlignedVector<CapsuleNode> node;
-    AlignedVector<CapsuleSpin> spin;
+    AlignedVector<CapsuleMotion> motion;
     std::vector<std::int32_t> rod;        ///< of each slot
     std::vector<std::int32_t> first_slot; ///< of each rod, and behind the last
     std::vector<std::int32_t> skip;       ///< per rod: its elements touch where their numbers differ by more; below 0: never

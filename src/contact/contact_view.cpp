@@ -23,13 +23,13 @@ ContactView::ContactView(std::span<const RodGroup> groups, const ContactSpec& sp
             if (materials > 1) capsules.material.push_back(group.id());
             for (int k = 0; k < group.slots(); ++k) {
                 const bool is_element = k < group.elements();
-                capsules.node.push_back({{}, is_element ? group.element[static_cast<std::size_t>(k)].radius : -1, {}});
+                capsules.node.push_back({{}, is_element ? group.element[static_cast<std::size_t>(k)].radius : -1});
                 capsules.rod.push_back(rod);
             }
         }
     }
     capsules.first_slot.push_back(static_cast<std::int32_t>(capsules.node.size()));
-    capsules.spin.resize(capsules.node.size());
+    capsules.motion.resize(capsules.node.size());
     load.resize(capsules.node.size());
 }
 

@@ -19,7 +19,7 @@ struct ContactView {
     /// `materials`: of the laws; 1: all alike.
     ContactView(std::span<const RodGroup> groups, const ContactSpec& spec, std::size_t materials);
     std::size_t first_slot(std::int64_t gid) const { return static_cast<std::size_t>(capsules.first_slot[static_cast<std::size_t>(gid)]); }
-    static constexpr double bytes_per_slot = sizeof(CapsuleNode) + sizeof(CapsuleSpin) + sizeof(std::int32_t) + sizeof(ContactLoad);
+    static constexpr double bytes_per_slot = sizeof(CapsuleNode) + sizeof(CapsuleMotion) + sizeof(std::int32_t) + sizeof(ContactLoad);
 };
 
 /// Last before rods meet: nodes, radii, spins in the lab. Radii are those of rest: were they to follow the stretch, contact would do work on
@@ -34,11 +34,11 @@ public:
     void run(const RodTile<W>& rod, SlotLoad<W>*, const Step&) const override {
         using P = Pack<W>;
         CapsuleNode* node[W];
-        CapsuleSpin* spin[W];
+        CapsuleMotion* motion[W];
         for (int l = 0; l < W; ++l) { // spare lanes say again what the last rod does
             const std::size_t first = view_->first_slot(rod.group->first_gid() + rod.index[l]);
             node[l] = &view_->capsules.node[first];
-            spin[l] = &view_->capsules.spin[first];
+            motion[l] = &view_->capsules.motion[first];
         }
         for (int k = 0; k <= rod.n; ++k) {
             const Slot<W>& s = rod.slot[k];
@@ -50,8 +50,8 @@ public:
                 turning = transpose_times(s.director, s.spin);
             }
             store_transposed<W>(s.position, radius, [&](int l) { return &node[l][k].position.x; });
-            store_transposed<W>(s.velocity, P(0.0), [&](int l) { return &node[l][k].velocity.x; });
-            store_transposed<W>(turning, P(0.0), [&](int l) { return &spin[l][k].spin.x; });
+            store_transposed<W>(s.velocity, P(0.0), [&](int l) { return &motion[l][k].velocity.x; });
+            store_transposed<W>(turning, P(0.0), [&](int l) { return &motion[l][k].spin.x; });
         }
     }
 

@@ -1,14 +1,15 @@
 // Contacts between rods: who may touch, who does, and what that does to them.                                theory.md section 18
 //   list of candidates, renewed when elements have moved half its skin
-//   push:   of some rods' pairs those that touch, packed; their forces eight at a time; loads of first elements, in order of pairs
-//   gather: loads of second elements, rod by rod, in order of pairs; as these pairs' first elements belong to rods before them, or to
-//           their own, a thread that goes on along the rods gathers as it pushes, while all is at hand
+//   push:    of a block of rods the pairs that touch, packed; their forces eight at a time; loads of both elements in order of pairs, but
+//            those of second elements in other blocks, which go into the mail
+//   receive: what others have sent; a thread that goes on along the rods does it as it pushes, while all is at hand
 // No atomic, no order among threads: the bits of a rod's loads depend on the rods alone. A contact's friction spring is kept by pair.
 // Where a contact passes over a joint both elements touch, one at its end: that one follows the other's spring, and has it when it
 // takes over.
 // Cost: see docs/performance.md.
 #pragma once
 
+#include "contact/mail.hpp"
 #include "contact/pair_list.hpp"
 #include "contact/response.hpp"
 #include "core/timer.hpp"
@@ -17,10 +18,10 @@ namespace skein {
 
 /// What contacts do to a slot.
 struct alignas(64) ContactLoad {
-    Vec3d force;  ///< at the node, lab, N
-    double scrap; ///< means nothing
+    Vec3d force; ///< at the node, lab, N
+    double unused = 0;
     Vec3d couple; ///< on the element, lab, N m
-    double more_scrap;
+    double unused_too = 0;
 };
 static_assert(sizeof(ContactLoad) == 64);
 
@@ -62,7 +63,7 @@ public:
     /// Of pairs whose first rod is owned, in order.
     std::vector<KeptContact> kept() const;
 
-    /// Loads of all contacts, over a step of length h, s. Those of rods that nothing touches are not written.
+    /// Loads of all contacts, over a step of length h, s. Those of rods that nothing touches mean nothing.
     void evaluate(const Capsules& capsules, double time, double h, AlignedVector<ContactLoad>& loads);
     /// Not 0 for rods that are touched, of those owned.
     std::span<const std::uint8_t> touched_rods() const { return touched_; }
@@ -76,41 +77,30 @@ private:
         Vec3d x;       ///< m
         double energy; ///< J
     };
-    /// What one element feels at one point.
-    struct alignas(64) PointLoad {
-        Vec3d force;
-        double share; ///< of the force that its second node takes
-        Vec3d couple;
-        double share_of_other;
-    };
-    /// At the two ends between which near-parallel elements lie side by side.
-    struct Ends {
-        std::uint32_t pair;
-        PointLoad first[2], second[2];
-    };
-    /// What a task finds.
-    struct Block {
-        std::vector<Ends> ends; ///< by pair
+    /// What a block finds.
+    struct alignas(64) Finds {
         std::int64_t listed = 0, active = 0;
         double deepest = 0, stiffest = 0, stored = 0, rubbed = 0, damped = 0;
     };
+    struct Alone;
     struct Packed;
     struct Sums;
 
     bool owns(std::size_t rod) const { return owned_.empty() || owned_[rod]; }
-    bool far(const Capsules& capsules, const PairList::Task& task) const;
-    bool push_all(const Capsules& capsules, double h, AlignedVector<ContactLoad>& loads);
+    bool far(const Capsules& capsules, const RodBlock& block) const;
+    bool is_wasteful() const;
+    bool evaluate_listed(const Capsules& capsules, double h, AlignedVector<ContactLoad>& loads);
     void renew_list(const Capsules& capsules);
     void carry_over(const PairList& fresh, const Capsules& capsules);
-    void push(const Capsules& capsules, double h, const PairList::Task& task, Block& block, AlignedVector<ContactLoad>& loads);
-    void pack(const Capsules& capsules, std::uint32_t begin, std::uint32_t end, Packed& packed, Block& block);
-    void push_packed(const Capsules& capsules, double h, const Packed& packed, Block& block, Sums& sums, AlignedVector<ContactLoad>& loads);
+
+    void push(const Capsules& capsules, double h, std::size_t block, std::vector<std::size_t>& post, AlignedVector<ContactLoad>& loads);
+    void receive(const Capsules& capsules, std::size_t block, AlignedVector<ContactLoad>& loads);
+    void pack(const Capsules& capsules, std::uint32_t begin, std::uint32_t end, Packed& packed, Finds& finds);
+    void push_packed(const Capsules& capsules, double h, const Packed& packed, const RodBlock& block, std::vector<std::size_t>& post,
+                     Finds& finds, Sums& sums, AlignedVector<ContactLoad>& loads);
     template <int W> ContactSpring<Pack<W>> springs_before(const std::uint32_t* pair, Pack<W> s, Pack<W> t) const;
     std::uint32_t spring_at_joint(std::uint32_t pair, int da, int db, std::uint32_t own) const;
-    Ends side_by_side(const Capsules& capsules, double h, std::uint32_t pair, int lane, ContactForce<Pack<8>>& force, ContactSpring<Pack<8>>& spring) const;
-    const Ends* ends_of(std::size_t pair, std::size_t a, const Capsules& capsules) const;
-    void gather(const Capsules& capsules, const PairList::Task& task, AlignedVector<ContactLoad>& loads);
-    void gather_rod(const Capsules& capsules, std::size_t rod, AlignedVector<ContactLoad>& loads);
+    Alone alone(const Capsules& capsules, double h, std::uint32_t pair, const ContactSpring<Pack<1>>* spring = nullptr) const;
     template <int W> ContactNumbers<Pack<W>> numbers(const Capsules& capsules, const std::uint32_t* pair) const;
 
     ContactLaws laws_;
@@ -122,14 +112,14 @@ private:
     double diameter_; ///< mean of the elements', m
     std::vector<std::int32_t> first_slot_; ///< as in the capsules
     PairList list_;
+    Mail mail_;
     AlignedVector<Vec3d> place_; ///< of nodes when the list was made
     /// What a pair is doing, as bits.
-    enum : std::uint8_t { touching = 1, has_ends = 2, inside = 4 }; ///< inside: at no end of either element
-    std::vector<std::uint8_t> what_, was_; ///< by pair; now and before; padded
+    enum : std::uint8_t { touching = 1, inside = 4 }; ///< inside: at no end of either element
+    std::vector<std::uint8_t> what_, was_;       ///< by pair; now and before; padded
     AlignedVector<Spring> spring_, last_spring_; ///< by pair; behind them one of zeros
-    AlignedVector<PointLoad> on_second_; ///< by pair; 0 where nothing touches
-    std::vector<Block> blocks_;          ///< by task
-    std::vector<std::uint32_t> task_of_rod_;
+    std::vector<Finds> finds_;                   ///< by block
+    std::vector<std::vector<std::size_t>> post_; ///< by thread: where next letters go, by block
     std::vector<std::uint8_t> touched_;
     std::int64_t age_ = 0; ///< steps since the list was made
     ContactFigures figures_;

@@ -1,12 +1,12 @@
 #include "contact/pair_list.hpp"
 
-#include "contact/group.hpp"
+#include "parallel/blocks.hpp"
 
 #include <algorithm>
 
 namespace skein {
 
-PairList::PairList(Candidates&& candidates, const Capsules& capsules, const Threads& threads, bool with_neighbours)
+PairList::PairList(Candidates&& candidates, const Threads& threads, bool with_neighbours)
     : first(std::move(candidates.first)) {
     pair.resize(count() + padding);
     for_blocks(threads, first.size() - 1, [&](std::size_t begin, std::size_t end, std::size_t) {
@@ -14,18 +14,7 @@ PairList::PairList(Candidates&& candidates, const Capsules& capsules, const Thre
             for (std::size_t i = first[a]; i < first[a + 1]; ++i) pair[i] = {static_cast<std::uint32_t>(a), candidates.partner[i]};
     });
     if (count() > 0) std::fill_n(pair.begin() + static_cast<std::ptrdiff_t>(count()), padding, pair[count() - 1]);
-    reverse_pairs(threads);
     if (with_neighbours) find_neighbours(threads);
-    cut(capsules);
-}
-
-void PairList::reverse_pairs(const Threads& threads) {
-    const auto visit = [&](auto&& body) {
-        for_blocks(threads, count(), [&](std::size_t begin, std::size_t end, std::size_t) {
-            for (std::size_t i = begin; i < end; ++i) body(pair[i].b, static_cast<std::uint32_t>(i));
-        });
-    };
-    group(threads, first.size() - 1, visit, reverse_begin, reverse);
 }
 
 void PairList::find_neighbours(const Threads& threads) {
@@ -45,20 +34,6 @@ void PairList::find_neighbours(const Threads& threads) {
                 }
             }
     });
-}
-
-void PairList::cut(const Capsules& capsules) {
-    constexpr std::uint32_t enough = 512;
-    const auto rods = static_cast<std::uint32_t>(capsules.first_slot.size() - 1);
-    const auto begin_of = [&](std::uint32_t rod) { return first[static_cast<std::size_t>(capsules.first_slot[rod])]; };
-    for (std::uint32_t rod = 0, behind = 0; rod < rods; rod = behind) {
-        while (behind < rods && behind - rod < enough && begin_of(behind) - begin_of(rod) < enough) ++behind;
-        std::uint32_t needed = begin_of(behind);
-        for (auto slot = static_cast<std::size_t>(capsules.first_slot[rod]);
-             slot < static_cast<std::size_t>(capsules.first_slot[behind]); ++slot)
-            if (reverse_begin[slot] < reverse_begin[slot + 1]) needed = std::min(needed, reverse[reverse_begin[slot]]);
-        tasks.push_back({rod, behind, begin_of(rod), begin_of(behind), needed});
-    }
 }
 
 } // namespace skein

@@ -45,15 +45,15 @@ public:
 
     /// Walls at all steps of the batch: driven ones where their states say now.
     void prepare(std::span<const Step> steps) override {
-        now_.clear();
+        now_.resize(std::max(now_.size(), static_cast<std::size_t>(steps.back().slot + 1) * acting()));
         for (const Step& step : steps)
             for (std::size_t i = 0; i < acting(); ++i) {
                 const auto at = static_cast<std::size_t>(book_->acting()[i]);
                 const Wall& wall = walls_->wall[at];
                 const WallState state = walls_->at(at, step.time);
                 const Vec3d point = wall.point + state.offset, direction = wall.kind == WallKind::tube ? wall.axis : wall.normal;
-                now_.push_back({wall.kind, wall.side, point, direction, dot(direction, point), wall.radius, state.velocity,
-                                {wall.law.normal, wall.law.friction}, law_[i].at(step.time).numbers()});
+                now_[static_cast<std::size_t>(step.slot) * acting() + i] = {wall.kind, wall.side, point, direction, dot(direction, point), wall.radius, state.velocity,
+                                {wall.law.normal, wall.law.friction}, law_[i].at(step.time).numbers()};
             }
     }
 
@@ -253,7 +253,7 @@ private:
     bool rubs_ = false;
     double largest_radius_ = 0;
     std::vector<ContactLaw> law_; ///< by wall that acts
-    std::vector<WallNow> now_; ///< [step of the batch][wall]
+    std::vector<WallNow> now_; ///< [slot of the step][wall]
 };
 
 } // namespace skein

@@ -128,10 +128,11 @@ RodTiles<W>::RodTiles(std::span<const RodGroup> groups, std::vector<LocalRod> ro
         const RodTile<W>& tile = tiles_[t];
         SlotLoad<W>* load = scratch_[static_cast<std::size_t>(thread)].data();
         const TileProgram<W>& program = programs_[tile.program];
-        const std::size_t meeting = meeting_[tile.program];
-        const std::size_t first = part_ == Part::from_there ? meeting : 0, behind = part_ == Part::until_they_meet ? meeting : program.size();
-        for (const Step& step : batch_)
-            for (std::size_t pass = first; pass < behind; ++pass) program[pass]->run(tile, load, step);
+        for (const Stretch& stretch : visit_) {
+            const auto [first, behind] = passes(tile.program, stretch.part);
+            for (const Step& step : stretch.steps)
+                for (std::size_t pass = first; pass < behind; ++pass) program[pass]->run(tile, load, step);
+        }
         if (check_ && !healthy(tile)) fit_.store(false, std::memory_order_relaxed);
     };
 }
@@ -228,34 +229,48 @@ template <int W> template <class F> void RodTiles<W>::for_slots(std::size_t i, F
 }
 
 template <int W> bool RodTiles<W>::visit(std::span<const Step> steps, bool check) {
-    for (auto& program : programs_)
-        for (auto& pass : program) pass->prepare(steps);
-    check_ = check;
-    fit_ = true;
-    near_ = false;
-    run(Part::whole, steps);
-    return fit_;
+    const Stretch all{Part::whole, steps};
+    prepare(all);
+    return run(all, {}, check);
 }
 
 template <int W> void RodTiles<W>::move(const Step& step) {
-    for (auto& program : programs_)
-        for (auto& pass : program) pass->prepare({&step, 1});
-    check_ = false;
-    run(Part::until_they_meet, {&step, 1});
+    const Stretch there{Part::until_they_meet, {&step, 1}};
+    prepare(there);
+    run(there, {}, false);
 }
 
 template <int W> bool RodTiles<W>::act(const Step& step, bool check) {
+    const Stretch back{Part::from_there, {&step, 1}};
+    prepare(back);
+    return run(back, {}, check);
+}
+
+template <int W> void RodTiles<W>::act_and_move(const Step& step, const Step& next) {
+    const Stretch back{Part::from_there, {&step, 1}}, there{Part::until_they_meet, {&next, 1}};
+    prepare(back);
+    prepare(there);
+    run(back, there, false);
+}
+
+template <int W> std::pair<std::size_t, std::size_t> RodTiles<W>::passes(std::size_t program, Part part) const {
+    return {part == Part::from_there ? meeting_[program] : 0, part == Part::until_they_meet ? meeting_[program] : programs_[program].size()};
+}
+
+template <int W> void RodTiles<W>::prepare(const Stretch& stretch) {
+    for (std::size_t program = 0; program < programs_.size(); ++program) {
+        const auto [first, behind] = passes(program, stretch.part);
+        for (std::size_t pass = first; pass < behind; ++pass) programs_[program][pass]->prepare(stretch.steps);
+    }
+}
+
+template <int W> bool RodTiles<W>::run(const Stretch& first, const Stretch& then, bool check) {
+    visit_ = {first, then};
     check_ = check;
     fit_ = true;
     near_ = false;
-    run(Part::from_there, {&step, 1});
-    return fit_;
-}
-
-template <int W> void RodTiles<W>::run(Part part, std::span<const Step> steps) {
-    part_ = part;
-    batch_ = steps;
     threads_.for_each(tiles_.size(), advance_tile_);
+    return fit_;
 }
 
 template <int W> void RodTiles<W>::export_rod(std::size_t i, std::span<Slot<1>> out) const {

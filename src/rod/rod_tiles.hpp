@@ -31,6 +31,7 @@ public:
     bool visit(std::span<const Step> steps, bool check) override;
     void move(const Step& step) override;
     bool act(const Step& step, bool check) override;
+    void act_and_move(const Step& step, const Step& next) override;
     std::string near_limit() const override;
     std::span<const LocalRod> local() const override { return local_; }
     RodPlace place(std::size_t i) const override { return {tiles_[place_[i].tile].number, place_[i].lane}; }
@@ -46,8 +47,15 @@ public:
 
 private:
     enum class Part { whole, until_they_meet, from_there };
-    /// Runs part of every step of the batch over all tiles.
-    void run(Part part, std::span<const Step> steps);
+    /// A part of every step of a batch.
+    struct Stretch {
+        Part part = Part::whole;
+        std::span<const Step> steps;
+    };
+    std::pair<std::size_t, std::size_t> passes(std::size_t program, Part part) const; ///< first and behind the last
+    void prepare(const Stretch& stretch);
+    /// One stretch and then another over all tiles, in one visit. With `check`, false if a rod came out unfit.
+    bool run(const Stretch& first, const Stretch& then, bool check);
     struct Place {
         std::size_t tile;
         int lane;
@@ -82,8 +90,7 @@ private:
     std::vector<Place> place_;                        ///< of local()[i]
     mutable std::vector<AlignedVector<SlotLoad<W>>> scratch_; ///< per thread
     std::vector<std::size_t> meeting_;                ///< by program: passes until rods meet
-    std::span<const Step> batch_;                     ///< steps of the visit under way
-    Part part_ = Part::whole;                         ///< of the visit under way
+    std::array<Stretch, 2> visit_;                    ///< under way
     bool check_ = false;                              ///< of the visit under way
     std::atomic<bool> fit_ = true, near_ = false;
     std::function<void(std::size_t, int)> advance_tile_;

@@ -40,6 +40,8 @@ public:
     /// A step of rods that feel each other, in two halves: `move` until they meet, `act` from there; the second tells what visit does.
     virtual void move(const Step& step) = 0;
     virtual bool act(const Step& step, bool check) = 0;
+    /// act(step), then move(next), in one visit to each tile. Steps of different slots.
+    virtual void act_and_move(const Step& step, const Step& next) = 0;
     /// Names the rod whose strains leave the step least room, where the last check found one that is near its limit
     /// (rod/step_watch.hpp).
     virtual std::string near_limit() const = 0;

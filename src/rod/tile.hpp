@@ -54,7 +54,7 @@ public:
     virtual std::string_view name() const = 0;
     /// Called once for every tile of the program, in order of number, when tiles are laid out.
     virtual void bind(const RodTile<W>&) {}
-    /// Called once before the tiles of a batch of steps are visited; serial.
+    /// Called once before the tiles of a batch of steps are visited; serial. What it finds for a step is kept by the step's slot.
     virtual void prepare(std::span<const Step>) {}
     virtual void run(const RodTile<W>& rod, SlotLoad<W>* load, const Step& step) const = 0;
     /// Rods that feel each other meet after this pass: all must have come here before any goes on.

@@ -97,12 +97,12 @@ void Interactions::exchange() {
     const auto for_slots = [&](std::size_t rank, auto&& f) {
         for (const std::int64_t gid : rods_of_rank_[rank])
             for (auto slot = static_cast<std::size_t>(c.first_slot[static_cast<std::size_t>(gid)]); slot < static_cast<std::size_t>(c.first_slot[static_cast<std::size_t>(gid) + 1]); ++slot)
-                f(c.node[slot], c.spin[slot]);
+                f(c.node[slot], c.motion[slot]);
     };
     const auto me = static_cast<std::size_t>(comm_.rank());
     double* to = sent_.data();
-    for_slots(me, [&](const CapsuleNode& n, const CapsuleSpin& s) {
-        for (const double x : {n.position.x, n.position.y, n.position.z, n.radius, n.velocity.x, n.velocity.y, n.velocity.z, s.spin.x, s.spin.y, s.spin.z}) *to++ = x;
+    for_slots(me, [&](const CapsuleNode& n, const CapsuleMotion& m) {
+        for (const double x : {n.position.x, n.position.y, n.position.z, n.radius, m.velocity.x, m.velocity.y, m.velocity.z, m.spin.x, m.spin.y, m.spin.z}) *to++ = x;
     });
     comm_.all_gather(sent_, numbers_of_rank_, received_);
     const double* from = received_.data();
@@ -111,8 +111,8 @@ void Interactions::exchange() {
             from += numbers_of_rank_[rank];
             continue;
         }
-        for_slots(rank, [&](CapsuleNode& n, CapsuleSpin& s) {
-            n.position = {from[0], from[1], from[2]}, n.radius = from[3], n.velocity = {from[4], from[5], from[6]}, s.spin = {from[7], from[8], from[9]};
+        for_slots(rank, [&](CapsuleNode& n, CapsuleMotion& m) {
+            n.position = {from[0], from[1], from[2]}, n.radius = from[3], m.velocity = {from[4], from[5], from[6]}, m.spin = {from[7], from[8], from[9]};
             from += slot_numbers;
         });
     }
@@ -226,8 +226,11 @@ std::string Interactions::contact_table() const {
         const Vec3d at_a = a0.position + contact.s * (a1.position - a0.position), at_b = b0.position + contact.t * (b1.position - b0.position);
         const Vec3d apart = at_b - at_a, normal = (1 / std::max(norm(apart), 1e-300)) * apart;
         const Vec3d arm_a = (a0.radius - 0.5 * contact.overlap) * normal, arm_b = -(b0.radius - 0.5 * contact.overlap) * normal;
-        const Vec3d slip = a0.velocity + contact.s * (a1.velocity - a0.velocity) + cross(c.spin[a].spin, arm_a) - b0.velocity -
-                           contact.t * (b1.velocity - b0.velocity) - cross(c.spin[b].spin, arm_b);
+        const auto velocity = [&](std::uint32_t slot, double share, const Vec3d& arm) {
+            const CapsuleMotion &first = c.motion[slot], &second = c.motion[slot + 1];
+            return first.velocity + share * (second.velocity - first.velocity) + cross(first.spin, arm);
+        };
+        const Vec3d slip = velocity(a, contact.s, arm_a) - velocity(b, contact.t, arm_b);
         const Vec3d place = at_a + arm_a, &f = contact.force;
         const double push = -dot(f, normal);
         mine.push_back({double(rod(a)), double(element(a)), contact.s, double(rod(b)), double(element(b)), contact.t, place.x, place.y, place.z, f.x, f.y, f.z, push,

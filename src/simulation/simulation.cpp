@@ -113,10 +113,11 @@ void Simulation::advance(std::int64_t until) {
     const bool coupled = interactions_ && steps_together(plan_), together = coupled || options_.protocol == Protocol::synchronous;
     bool going = true;
     while (clock_.done() < until && going) {
-        const auto steps = clock_.next(until, together ? 1 : Clock::largest_batch);
+        const std::int64_t next_check = (clock_.done() / check_every + 1) * check_every;
+        const auto steps = coupled ? clock_.next(std::min(until, next_check)) : clock_.next(until, together ? 1 : Clock::largest_batch);
         const std::int64_t last = steps.back().index;
-        const bool check = last == until || last / check_every > clock_.done() / check_every;
-        const bool fit = coupled ? step_together(steps.front(), check) : step_alone(steps, check);
+        const bool check = last == until || last >= next_check;
+        const bool fit = coupled ? step_together(steps, check) : step_alone(steps, check);
         clock_.advance(steps);
         if (check && !told_limit_ && near_limit_.empty()) {
             near_limit_ = rods_->near_limit();
@@ -126,8 +127,7 @@ void Simulation::advance(std::int64_t until) {
                 rods_->inspect(clock_.done(), plan_.dt);
                 if (interactions_) interactions_->inspect(clock_.done());
             } catch (const NumericalError& e) { failure_ = e.what(); } // the other ranks learn of it when they meet
-        going = coupled && !check ? true : together ? meet() : failure_.empty(); // without a look nothing is found unfit
-        going = going && !ended();
+        going = (together ? meet() : failure_.empty()) && !ended();
     }
 }
 
@@ -136,18 +136,20 @@ bool Simulation::step_alone(std::span<const Step> steps, bool check) {
     return rods_->visit(steps, check); // per tile: drift, forces, loads, kick
 }
 
-bool Simulation::step_together(const Step& step, bool check) {
-    {
+bool Simulation::step_together(std::span<const Step> steps, bool check) {
+    const auto timed = [&](auto&& work) {
         const auto timing = timers_.time(Phase::rods);
-        rods_->move(step); // per tile: drift
+        return work();
+    };
+    timed([&] { rods_->move(steps.front()); }); // per tile: drift
+    for (std::size_t i = 0; i + 1 < steps.size(); ++i) {
+        interactions_->meet(steps[i], timers_);                        // contacts
+        timed([&] { rods_->act_and_move(steps[i], steps[i + 1]); });   // per tile: forces, loads, walls, kick; the next drift
+        interactions_->steer(steps[i], timers_);                       // servos
     }
-    interactions_->meet(step, timers_); // contacts
-    bool fit = true;
-    {
-        const auto timing = timers_.time(Phase::rods);
-        fit = rods_->act(step, check); // per tile: forces, loads, walls, kick
-    }
-    interactions_->steer(step, timers_); // servos
+    interactions_->meet(steps.back(), timers_);
+    const bool fit = timed([&] { return rods_->act(steps.back(), check); });
+    interactions_->steer(steps.back(), timers_);
     return fit && (!check || interactions_->fit());
 }
 

@@ -70,8 +70,8 @@ public:
 private:
     /// Steps of rods that do not, many in a visit.
     bool step_alone(std::span<const Step> steps, bool check);
-    /// One step of rods that wait for each other. With `check`, false where a rod came out unfit.
-    bool step_together(const Step& step, bool check);
+    /// Steps of rods that wait for each other. With `check`, false where a rod came out unfit.
+    bool step_together(std::span<const Step> steps, bool check);
     enum class Verdict { go_on, warn, stop_at_limit, fail };
 
     void open_outputs(const SceneSpec& scene);

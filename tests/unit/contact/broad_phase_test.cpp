@@ -25,14 +25,14 @@ Capsules random_rods(unsigned seed, int rods, double spread, bool bundle) {
         Vec3d x = bundle ? Vec3d{0.05 * r, 0.01 * normal(random), 0} : Vec3d{uniform(random), uniform(random), uniform(random)} + vector(0.3);
         Vec3d along = bundle ? Vec3d{0, 1e-9 * normal(random), 1} : vector(1);
         for (int k = 0; k <= elements; ++k) {
-            c.node.push_back({x, k < elements ? radius : -1, {0, 0, 0}});
+            c.node.push_back({x, k < elements ? radius : -1});
             c.rod.push_back(r);
             if (!bundle) along += vector(0.5);
             x += (length / norm(along)) * along;
         }
     }
     c.first_slot.push_back(static_cast<std::int32_t>(c.node.size()));
-    c.spin.resize(c.node.size());
+    c.motion.resize(c.node.size());
     return c;
 }
 

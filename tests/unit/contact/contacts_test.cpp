@@ -16,12 +16,12 @@ Capsules rods_between(const std::vector<std::pair<Vec3d, Vec3d>>& ends, int elem
         c.skip.push_back(-1);
         for (int k = 0; k <= elements; ++k) {
             const double s = static_cast<double>(k) / elements;
-            c.node.push_back({ends[r].first + s * (ends[r].second - ends[r].first), k < elements ? radius : -1, {0, 0, 0}});
+            c.node.push_back({ends[r].first + s * (ends[r].second - ends[r].first), k < elements ? radius : -1});
             c.rod.push_back(static_cast<std::int32_t>(r));
         }
     }
     c.first_slot.push_back(static_cast<std::int32_t>(c.node.size()));
-    c.spin.resize(c.node.size());
+    c.motion.resize(c.node.size());
     return c;
 }
 
@@ -40,8 +40,7 @@ TEST(Contacts, AreBalanced) {
                 // Two rods at a time: crossing, or side by side but for a small angle.
                 const Vec3d along = vector(1), other = scene % 2 ? along + vector(0.01) : vector(1), apart = vector(0.02);
                 Capsules c = rods_between({{-along, along}, {apart - other, apart + other}}, 7, 0.05);
-                for (CapsuleNode& n : c.node) n.velocity = vector(1);
-                for (CapsuleSpin& w : c.spin) w.spin = vector(10);
+                for (CapsuleMotion& m : c.motion) m = {.velocity = vector(1), .spin = vector(10)};
                 Contacts contacts(c, some_law(law, friction), one);
                 AlignedVector<ContactLoad> loads;
                 for (int step = 0; step < 3; ++step) contacts.evaluate(c, 0, 1e-4, loads);
@@ -65,7 +64,7 @@ TEST(Contacts, NeverPull) {
         Contacts contacts(c, ContactLaw{.normal = law, .stiffness = 1e5, .damping = 1e4}, one);
         AlignedVector<ContactLoad> loads;
         for (const double speed : {-100.0, -1.0, 0.0, 1.0, 100.0}) {
-            c.node[2].velocity = c.node[3].velocity = {0, 0, speed};
+            c.motion[2].velocity = c.motion[3].velocity = {0, 0, speed};
             contacts.evaluate(c, 0, 1e-4, loads);
             EXPECT_GE(loads[2].force.z, 0) << speed;
             EXPECT_LE(loads[0].force.z, 0) << speed;
@@ -141,7 +140,7 @@ TEST(Contacts, StickUntilTheySlide) {
     Contacts contacts(c, law, one);
     AlignedVector<ContactLoad> loads;
     const double h = 1e-4, speed = 0.01, normal = 1e5 * 0.01;
-    for (CapsuleNode* n = &c.node[2]; n < &c.node[4]; ++n) n->velocity = {speed, 0, 0};
+    for (const std::size_t i : {2, 3}) c.motion[i].velocity = {speed, 0, 0};
     double slid = 0;
     for (int step = 1; step <= 20000; ++step) {
         contacts.evaluate(c, 0, h, loads); // places stay, so that the normal force does
@@ -155,7 +154,7 @@ TEST(Contacts, StickUntilTheySlide) {
         }
     }
     // Turned round, the spring goes back before it slides the other way.
-    for (CapsuleNode* n = &c.node[2]; n < &c.node[4]; ++n) n->velocity = {-speed, 0, 0};
+    for (const std::size_t i : {2, 3}) c.motion[i].velocity = {-speed, 0, 0};
     contacts.evaluate(c, 0, h, loads);
     EXPECT_GT(-(loads[2].force.x + loads[3].force.x), 0.3 * normal);
 }
@@ -165,7 +164,7 @@ TEST(Contacts, KeepTheirSpringsOverJoints) {
     const ContactLaw law{.normal = ContactNormal::linear, .stiffness = 1e5, .friction = ContactFriction::memory, .static_friction = 0.5, .kinetic_friction = 0.5};
     const auto crossing = [](double x, double speed) {
         Capsules c = rods_between({{{-1, 0, 0}, {1, 0, 0}}, {{x, -0.9, 0.09}, {x, 1.1, 0.09}}}, 8, 0.05);
-        for (std::size_t i = 9; i < 18; ++i) c.node[i].velocity = {speed, 0, 0};
+        for (std::size_t i = 9; i < 18; ++i) c.motion[i].velocity = {speed, 0, 0};
         return c;
     };
     Contacts contacts(crossing(-0.13, 0), law, one);
@@ -199,14 +198,14 @@ TEST(Contacts, AreTheSameForAnyThreads) {
         ends.emplace_back(a, a + (0.4 / norm(along)) * along);
     }
     Capsules c = rods_between(ends, 6, 0.01);
-    for (CapsuleNode& n : c.node) n.velocity = point() - point();
+    for (CapsuleMotion& m : c.motion) m.velocity = point() - point();
     const auto run = [&](int threads) {
         const Threads team(threads);
         Capsules moving = c;
         Contacts contacts(moving, some_law(ContactNormal::hertz, ContactFriction::memory), team);
         AlignedVector<ContactLoad> loads;
         for (int step = 0; step < 60; ++step) {
-            for (CapsuleNode& n : moving.node) n.position += 1e-4 * n.velocity;
+            for (std::size_t i = 0; i < moving.slots(); ++i) moving.node[i].position += 1e-4 * moving.motion[i].velocity;
             contacts.evaluate(moving, 0, 1e-4, loads);
         }
         EXPECT_GT(contacts.figures().active, 100);

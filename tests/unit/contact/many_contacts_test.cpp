@@ -29,15 +29,16 @@ struct Crowd {
             for (int k = 0; k <= elements; ++k) {
                 const Vec3d bent =
                     at + (0.4 * size / elements * k / norm(along)) * along + Vec3d{0, 0, 0.02 * size * std::cos(3.0 * k)};
-                capsules.node.push_back({bent, k < elements ? 0.01 * size : -1, 0.3 * (point() - point())});
-                capsules.spin.push_back({point() - point()});
+                capsules.node.push_back({bent, k < elements ? 0.01 * size : -1});
+                const Vec3d velocity = 0.3 * (point() - point());
+                capsules.motion.push_back({.velocity = velocity, .spin = point() - point()});
                 capsules.rod.push_back(r);
             }
         }
         capsules.first_slot.push_back(static_cast<std::int32_t>(capsules.node.size()));
     }
     void move(double h) {
-        for (CapsuleNode& n : capsules.node) n.position += h * n.velocity;
+        for (std::size_t i = 0; i < capsules.slots(); ++i) capsules.node[i].position += h * capsules.motion[i].velocity;
     }
 };
 

@@ -1,0 +1,407 @@
+// The work of a step of contacts: which candidates touch, their forces, and where these go.
+#include "contact/capsule_tiles.hpp"
+#include "contact/compress.hpp"
+#include "contact/contacts.hpp"
+#include "core/closest_points.hpp"
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <cstring>
+
+namespace skein {
+
+namespace {
+
+constexpr int W = CapsuleTile::width;
+using P = Pack<W>;
+constexpr double blend = 0.05; // sine of the angle below which elements meet at both ends of their overlap as well
+
+/// From one axis to the other where they meet: across both, or across one of them where they are parallel.
+template <int N> Vec3<Pack<N>> across(const Vec3<Pack<N>>& d1, const Vec3<Pack<N>>& d2) {
+    using Q = Pack<N>;
+    const Vec3<Q> both = cross(d1, d2),
+                  one = cross(d1, select(abs(d1.x) < abs(d1.y), Vec3<Q>{Q(1.0), Q(0.0), Q(0.0)}, Vec3<Q>{Q(0.0), Q(1.0), Q(0.0)}));
+    const Vec3<Q> some = select(dot(both, both) > Q(1e-24) * dot(d1, d1) * dot(d2, d2), both, one);
+    return (Q(1.0) / max(norm(some), Q(1e-300))) * some;
+}
+
+template <int N> SKEIN_INLINE Vec3<Pack<N>> between(const Vec3<Pack<N>>& a, const Vec3<Pack<N>>& b, Pack<N> share) {
+    return fma(share, b - a, a);
+}
+
+Vec3d edge(const Capsules& c, std::size_t slot) { return c.node[slot + 1].position - c.node[slot].position; }
+
+P lanes(const double* from) {
+    P p;
+    std::memcpy(&p.v, from, sizeof p.v);
+    return p;
+}
+double sum(P p) {
+    double all = 0;
+    for (int l = 0; l < W; ++l) all += p[l];
+    return all;
+}
+double largest(P p) {
+    double most = p[0];
+    for (int l = 1; l < W; ++l) most = std::max(most, p[l]);
+    return most;
+}
+
+/// Bit i: whether bit 0 of byte i is set.
+unsigned low_bits(const std::uint8_t* bytes) {
+    std::uint64_t eight;
+    std::memcpy(&eight, bytes, 8);
+    return static_cast<unsigned>((eight & 0x0101010101010101u) * 0x0102040810204080u >> 56);
+}
+
+} // namespace
+
+/// Pairs that touch, one after another.
+struct Contacts::Packed {
+    static constexpr std::uint32_t most = 128, at_a_time = 64;
+    alignas(64) double s[most + W], t[most + W], x[most + W], y[most + W], z[most + W], squared[most + W], radius_1[most + W],
+        radius_2[most + W];
+    std::uint32_t pair[most + W];
+    std::uint32_t count = 0;
+    std::uint32_t side_by_side[most]; ///< which of them are near-parallel
+    std::uint32_t sides = 0;
+};
+
+struct Contacts::Sums {
+    P deepest{0.0}, stiffest{0.0}, stored{0.0}, rubbed{0.0}, damped{0.0};
+
+    /// Of the lanes whose bits are set.
+    SKEIN_INLINE void add(const ContactForce<P>& f, P depth, unsigned bits) {
+        if (bits == 0xff) {
+            deepest = max(deepest, depth), stiffest = max(stiffest, f.stiffness);
+            stored += f.stored, rubbed += f.rubbed, damped += f.damped;
+            return;
+        }
+        P counts(0.0);
+        for (int l = 0; l < W; ++l) counts.set(l, bits >> l & 1);
+        const auto counted = counts > P(0.0);
+        const auto of = [&](P value) { return select(counted, value, P(0.0)); };
+        deepest = max(deepest, of(depth)), stiffest = max(stiffest, of(f.stiffness));
+        stored += of(f.stored), rubbed += of(f.rubbed), damped += of(f.damped);
+    }
+};
+
+/// One contact by itself.
+struct Contacts::Alone {
+    using Q = Pack<1>;
+    ContactForce<Q> force; ///< at the nearest points; sums and the stiffness are those of all points
+    ContactSpring<Q> spring;
+    double s, t, distance;
+    ElementLoad more_on_first, more_on_second; ///< at the ends of what lies side by side
+};
+
+/// Adds those of some pairs that touch.
+void Contacts::pack(const Capsules& capsules, std::uint32_t begin, std::uint32_t end, Packed& packed, Finds& finds) {
+    const Pair* const pair = &list_.pair[begin];
+    const CapsuleNode* const node = capsules.node.data();
+    for_capsule_tiles(
+        end - begin, [&](std::size_t k) { return std::pair(node + pair[k].a, node + pair[k].b); },
+        [&](std::size_t k) {
+            const std::uint32_t later = pair[k + PairList::padding - W].b;
+            __builtin_prefetch(node + later);
+            __builtin_prefetch(node + later + 1);
+        },
+        [&](std::size_t k, const CapsuleTile& tile) {
+            const std::uint32_t i = begin + static_cast<std::uint32_t>(k);
+            const auto closest = closest_points(tile.p, tile.d1, tile.q, tile.d2);
+            const P reach = tile.radius_1 + tile.radius_2, squared = dot(closest.apart, closest.apart);
+            const unsigned valid = end - i >= W ? 0xffu : (1u << (end - i)) - 1, touch = bits_of(squared < reach * reach) & valid;
+            for (unsigned ended = low_bits(&was_[i]) & ~touch & valid; ended != 0; ended &= ended - 1) {
+                const std::uint32_t at = i + static_cast<std::uint32_t>(std::countr_zero(ended));
+                if (owns(static_cast<std::size_t>(capsules.rod[list_.pair[at].a]))) finds.rubbed += last_spring_[at].energy;
+            }
+            if (touch == 0) return;
+            const std::uint32_t n = packed.count;
+            compress_store(packed.s + n, touch, closest.s);
+            compress_store(packed.t + n, touch, closest.t);
+            compress_store(packed.x + n, touch, closest.apart.x);
+            compress_store(packed.y + n, touch, closest.apart.y);
+            compress_store(packed.z + n, touch, closest.apart.z);
+            compress_store(packed.squared + n, touch, squared);
+            compress_store(packed.radius_1 + n, touch, tile.radius_1);
+            compress_store(packed.radius_2 + n, touch, tile.radius_2);
+            for (unsigned left = touch; left != 0; left &= left - 1) {
+                const auto l = static_cast<std::uint32_t>(std::countr_zero(left));
+                packed.pair[packed.count++] = i + l;
+                __builtin_prefetch(&capsules.motion[pair[k + l].b]);
+                __builtin_prefetch(&capsules.motion[pair[k + l].b + 1]);
+            }
+            for (unsigned side = bits_of((closest.sine_squared < P(blend * blend)) & (closest.last > closest.first)) & touch; side != 0;
+                 side &= side - 1) {
+                const unsigned below = touch & ((side & -side) - 1);
+                packed.side_by_side[packed.sides++] = n + static_cast<std::uint32_t>(std::popcount(below));
+            }
+        });
+}
+
+/// At a joint: the spring of the neighbour beyond, if that touched within its elements; else the pair's own.
+SKEIN_INLINE std::uint32_t Contacts::spring_at_joint(std::uint32_t pair, int da, int db, std::uint32_t own) const {
+    const auto take = [&](PairList::Neighbour n, std::uint32_t else_) {
+        const std::uint32_t at = n.listed ? n.pair : pair;
+        return n.listed & ((was_[at] & inside) != 0) ? at : else_;
+    };
+    std::uint32_t from = take(list_.beyond(pair, db == 0 ? 0 : da, db), own);
+    from = take(list_.beside(pair, db), from);
+    return take(list_.beyond(pair, da, 0), from);
+}
+
+/// x of contacts before this step, and what energy theirs had.
+template <int N>
+SKEIN_INLINE ContactSpring<Pack<N>> Contacts::springs_before(const std::uint32_t* pair, Pack<N> s, Pack<N> t) const {
+    using Q = Pack<N>;
+    const auto nothing = static_cast<std::uint32_t>(list_.count());
+    std::uint32_t from[N];
+    for (int l = 0; l < N; ++l) from[l] = was_[pair[l]] & touching ? pair[l] : nothing;
+    const auto load = [&] { return load_transposed<N>([&](int l) { return &last_spring_[from[l]].x.x; }); };
+    const auto own = load();
+    const unsigned a_low = bits_of(s <= Q(0.0)), a_high = bits_of(s >= Q(1.0)), b_low = bits_of(t <= Q(0.0)),
+                   b_high = bits_of(t >= Q(1.0));
+    unsigned at_joint = a_low | a_high | b_low | b_high;
+    if (at_joint == 0) return {own.vector, own.behind};
+    for (; at_joint != 0; at_joint &= at_joint - 1) {
+        const int l = std::countr_zero(at_joint);
+        const auto step = [l](unsigned low, unsigned high) {
+            return static_cast<int>(high >> l & 1) - static_cast<int>(low >> l & 1);
+        };
+        from[l] = spring_at_joint(pair[l], step(a_low, a_high), step(b_low, b_high), from[l]);
+    }
+    return {load().vector, own.behind};
+}
+
+template <int N> SKEIN_INLINE ContactNumbers<Pack<N>> Contacts::numbers(const Capsules& capsules, const std::uint32_t* pair) const {
+    using Q = Pack<N>;
+    auto all = numbers_[0].as<Q>();
+    if (laws_.materials() == 1) return all;
+    for (int l = 0; l < N; ++l) {
+        const auto material = [&](std::uint32_t slot) {
+            return static_cast<std::size_t>(capsules.material[static_cast<std::size_t>(capsules.rod[slot])]);
+        };
+        const ContactNumbers<double>& law =
+            numbers_[material(list_.pair[pair[l]].a) * laws_.materials() + material(list_.pair[pair[l]].b)];
+        all.stiffness.set(l, law.stiffness);
+        all.damping.set(l, law.damping);
+        all.static_friction.set(l, law.static_friction);
+        all.kinetic_friction.set(l, law.kinetic_friction);
+        all.tangential_stiffness.set(l, law.tangential_stiffness);
+        all.tangential_damping.set(l, law.tangential_damping);
+        all.slip_speed.set(l, law.slip_speed);
+    }
+    return all;
+}
+
+/// As it is, of a pair that touches. Near-parallel elements push at the two ends of their overlap, and at the nearest points with what is
+/// left of the normal force and all friction. `spring`: the memory that the contact has, where it is not that of the step before.
+Contacts::Alone Contacts::alone(const Capsules& capsules, double h, std::uint32_t pair, const ContactSpring<Pack<1>>* spring) const {
+    using Q = Pack<1>;
+    const auto [a, b] = list_.pair[pair];
+    const CapsuleNode *a0 = &capsules.node[a], *b0 = &capsules.node[b];
+    const CapsuleMotion *on_a = &capsules.motion[a], *on_b = &capsules.motion[b];
+    const Vec3d d1 = edge(capsules, a), d2 = edge(capsules, b);
+    const auto closest = closest_points(broadcast<1>(a0->position), broadcast<1>(d1), broadcast<1>(b0->position), broadcast<1>(d2));
+    const auto state_at = [&](double s, double t) {
+        const Vec3d apart = b0->position + t * d2 - (a0->position + s * d1);
+        const double distance = norm(apart);
+        const Vec3<Q> n = distance > 1e-150 ? broadcast<1>((1 / distance) * apart) : across<1>(broadcast<1>(d1), broadcast<1>(d2));
+        return ContactState<Q>{n,
+                               distance,
+                               a0->radius,
+                               b0->radius,
+                               broadcast<1>(on_a[0].velocity + s * (on_a[1].velocity - on_a[0].velocity)),
+                               broadcast<1>(on_a->spin),
+                               broadcast<1>(on_b[0].velocity + t * (on_b[1].velocity - on_b[0].velocity)),
+                               broadcast<1>(on_b->spin)};
+    };
+    const ContactNumbers<Q> law = numbers<1>(capsules, &pair);
+    Alone out{.s = closest.s[0], .t = closest.t[0]};
+    double share = 0; // of the normal force that the two ends take
+    double elsewhere = 0, stored = 0, damped = 0, stiffest = 0;
+    if (closest.sine_squared[0] < blend * blend && closest.last[0] > closest.first[0]) {
+        share = 1 - closest.sine_squared[0] / (blend * blend);
+        for (const double s : {closest.first[0], closest.last[0]}) {
+            const double t = std::clamp(dot(a0->position + s * d1 - b0->position, d2) / dot(d2, d2), 0.0, 1.0);
+            ContactSpring<Q> none{broadcast<1>(Vec3d{0, 0, 0}), 0.0};
+            const auto f = contact_force<1>({kinds_.normal, ContactFriction::none}, law, state_at(s, t), h, none, 0.5 * share);
+            elsewhere += f.normal[0], stored += f.stored[0], damped += f.damped[0], stiffest = std::max(stiffest, f.stiffness[0]);
+            const Vec3d on_1 = lane(f.on_1, 0), moment = lane(f.moment, 0);
+            out.more_on_first += {.first = (1 - s) * on_1, .second = s * on_1, .couple = f.arm_1[0] * moment};
+            out.more_on_second += {.first = -((1 - t) * on_1), .second = -(t * on_1), .couple = f.arm_2[0] * moment};
+        }
+    }
+    out.spring = {broadcast<1>(Vec3d{0, 0, 0}), 0.0};
+    if (kinds_.friction == ContactFriction::memory) out.spring = spring ? *spring : springs_before<1>(&pair, closest.s, closest.t);
+    const ContactState<Q> state = state_at(out.s, out.t);
+    out.distance = state.distance[0];
+    out.force = contact_force<1>(kinds_, law, state, h, out.spring, 1 - share, elsewhere);
+    out.force.stored += stored;
+    out.force.damped += damped;
+    out.force.stiffness = max(out.force.stiffness, Q(stiffest));
+    return out;
+}
+
+namespace {
+
+/// What a contact does to the slots of its element.
+SKEIN_INLINE void take(ContactLoad* at, const ElementLoad& load) {
+    using Four = detail::FourDoubles;
+    const auto four = [](auto& x) __attribute__((always_inline)) -> Four& { return *reinterpret_cast<Four*>(const_cast<Vec3d*>(&x)); };
+    four(at[0].force) += four(load.first);
+    four(at[1].force) += four(load.second);
+    four(at[0].couple) += four(load.couple);
+}
+
+} // namespace
+
+void Contacts::push_packed(const Capsules& capsules, double h, const Packed& packed, const RodBlock& block, std::vector<std::size_t>& post,
+                           Finds& finds, Sums& sums, AlignedVector<ContactLoad>& loads) {
+    const P one(1.0), none(0.0);
+    const CapsuleMotion* const motion = capsules.motion.data();
+    std::uint32_t next_side = 0;
+    for (std::uint32_t i = 0; i < packed.count; i += W) {
+        const int count = static_cast<int>(std::min<std::uint32_t>(W, packed.count - i));
+        const std::uint32_t* index = packed.pair + i;
+        Pair pair[W];
+        for (int l = 0; l < W; ++l) pair[l] = list_.pair[index[l]];
+        const auto velocity_a = [&](int next) { return load_transposed<W>([&](int l) { return &motion[pair[l].a + static_cast<std::uint32_t>(next)].velocity.x; }).vector; };
+        const auto velocity_b = [&](int next) { return load_transposed<W>([&](int l) { return &motion[pair[l].b + static_cast<std::uint32_t>(next)].velocity.x; }).vector; };
+        const P s = lanes(packed.s + i), t = lanes(packed.t + i), radius_1 = lanes(packed.radius_1 + i), radius_2 = lanes(packed.radius_2 + i);
+        ContactSpring<P> spring{broadcast<W>(Vec3d{0, 0, 0}), 0.0};
+        if (kinds_.friction == ContactFriction::memory) spring = springs_before<W>(index, s, t);
+        const P distance = sqrt(lanes(packed.squared + i)), smaller = min(radius_1, radius_2), some = max(distance, P(1e-150));
+        const P inverse = one / (some * smaller); // one division for two
+        Vec3<P> normal = (smaller * inverse) * Vec3<P>{lanes(packed.x + i), lanes(packed.y + i), lanes(packed.z + i)};
+        if (const auto met = distance < P(1e-150); any(met))
+            for (int l = 0; l < count; ++l)
+                if (met[l])
+                    set_lane(normal, l, lane(across<1>(broadcast<1>(edge(capsules, pair[l].a)), broadcast<1>(edge(capsules, pair[l].b))), 0));
+        const ContactState<P> state{normal,
+                                    distance,
+                                    radius_1,
+                                    radius_2,
+                                    between(velocity_a(0), velocity_a(1), s),
+                                    load_transposed<W>([&](int l) { return &motion[pair[l].a].spin.x; }).vector,
+                                    between(velocity_b(0), velocity_b(1), t),
+                                    load_transposed<W>([&](int l) { return &motion[pair[l].b].spin.x; }).vector};
+        ContactForce<P> force = contact_force<W>(kinds_, numbers<W>(capsules, index), state, h, spring);
+
+        struct {
+            int lane;
+            ElementLoad on_first, on_second;
+        } more[W];
+        int sides = 0;
+        for (; next_side < packed.sides && packed.side_by_side[next_side] < i + W; ++next_side) {
+            const int l = static_cast<int>(packed.side_by_side[next_side] - i);
+            const Alone by_itself = alone(capsules, h, index[l]);
+            set_lane(force.on_1, l, lane(by_itself.force.on_1, 0));
+            set_lane(force.moment, l, lane(by_itself.force.moment, 0));
+            force.stored.set(l, by_itself.force.stored[0]);
+            force.rubbed.set(l, by_itself.force.rubbed[0]);
+            force.damped.set(l, by_itself.force.damped[0]);
+            force.stiffness.set(l, by_itself.force.stiffness[0]);
+            set_lane(spring.x, l, lane(by_itself.spring.x, 0));
+            spring.energy.set(l, by_itself.spring.energy[0]);
+            more[sides++] = {l, by_itself.more_on_first, by_itself.more_on_second};
+        }
+
+        alignas(64) ElementLoad on_first[W], on_second[W];
+        const auto share = [&](ElementLoad* load, const Vec3<P>& f, P at, const Vec3<P>& couple) __attribute__((always_inline)) {
+            store_transposed<W>((one - at) * f, none, [&](int l) { return &load[l].first.x; });
+            store_transposed<W>(at * f, none, [&](int l) { return &load[l].second.x; });
+            store_transposed<W>(couple, none, [&](int l) { return &load[l].couple.x; });
+        };
+        share(on_first, force.on_1, s, force.arm_1 * force.moment);
+        share(on_second, -force.on_1, t, force.arm_2 * force.moment);
+        for (int m = 0; m < sides; ++m) on_first[more[m].lane] += more[m].on_first, on_second[more[m].lane] += more[m].on_second;
+        if (kinds_.friction == ContactFriction::memory) {
+            if (count == W) {
+                store_transposed<W>(spring.x, spring.energy, [&](int l) { return &spring_[index[l]].x.x; });
+            } else {
+                for (int l = 0; l < count; ++l) spring_[index[l]] = {lane(spring.x, l), spring.energy[l]};
+            }
+        }
+        const unsigned within = bits_of((s > none) & (s < one) & (t > none) & (t < one));
+        for (int l = 0; l < count; ++l) what_[index[l]] = static_cast<std::uint8_t>(touching | (within >> l & 1) * inside);
+
+        unsigned mine = (1u << count) - 1; // by first rods
+        for (int l = 0; l < count; ++l) {
+            const auto rod_1 = static_cast<std::size_t>(capsules.rod[pair[l].a]), rod_2 = static_cast<std::size_t>(capsules.rod[pair[l].b]);
+            if (owns(rod_1)) {
+                take(&loads[pair[l].a], on_first[l]);
+                touched_[rod_1] = 1;
+            } else {
+                mine &= ~(1u << l);
+            }
+            if (!owns(rod_2)) continue;
+            if (pair[l].b < block.last_slot) {
+                take(&loads[pair[l].b], on_second[l]);
+                touched_[rod_2] = 1;
+            } else {
+                mail_.post(pair[l].b, on_second[l], post[mail_.block_of(capsules, pair[l].b)]);
+            }
+        }
+        sums.add(force, P(0.5) * (radius_1 + radius_2 - distance) * (some * inverse), mine);
+        finds.active += std::popcount(mine);
+    }
+}
+
+void Contacts::push(const Capsules& capsules, double h, std::size_t number, std::vector<std::size_t>& post, AlignedVector<ContactLoad>& loads) {
+    const RodBlock& block = mail_.blocks()[number];
+    Finds& finds = finds_[number] = {};
+    std::fill(touched_.begin() + block.first_rod, touched_.begin() + block.last_rod, std::uint8_t{0});
+    std::fill(loads.begin() + block.first_slot, loads.begin() + block.last_slot, ContactLoad{});
+    const std::uint32_t begin = list_.first[block.first_slot], end = list_.first[block.last_slot];
+    if (begin == end) return;
+    std::fill(what_.begin() + begin, what_.begin() + end, std::uint8_t{0});
+    for (std::uint32_t rod = block.first_rod; rod < block.last_rod; ++rod)
+        if (owns(rod))
+            finds.listed += list_.first[static_cast<std::size_t>(first_slot_[rod + 1])] - list_.first[static_cast<std::size_t>(first_slot_[rod])];
+    mail_.open(number, post);
+    Packed packed;
+    Sums sums;
+    for (std::uint32_t i = begin; i < end;) {
+        const std::uint32_t behind = std::min(end, i + Packed::at_a_time);
+        pack(capsules, i, behind, packed, finds);
+        i = behind;
+        if (i < end && packed.count + Packed::at_a_time <= Packed::most) continue;
+        for (std::uint32_t n = packed.count, first = n / W * W; n % W != 0; ++n) { // the last tile is filled up with its first
+            for (double* of : {packed.s, packed.t, packed.x, packed.y, packed.z, packed.squared, packed.radius_1, packed.radius_2})
+                of[n] = of[first];
+            packed.pair[n] = packed.pair[first];
+        }
+        push_packed(capsules, h, packed, block, post, finds, sums, loads);
+        packed.count = packed.sides = 0;
+    }
+    mail_.close(number, post);
+    finds.deepest = largest(sums.deepest);
+    finds.stiffest = largest(sums.stiffest);
+    finds.stored = sum(sums.stored);
+    finds.rubbed += sum(sums.rubbed);
+    finds.damped = sum(sums.damped);
+}
+
+void Contacts::receive(const Capsules& capsules, std::size_t block, AlignedVector<ContactLoad>& loads) {
+    mail_.deliver(block, [&](std::uint32_t slot, const ElementLoad& load) {
+        take(&loads[slot], load);
+        touched_[static_cast<std::size_t>(capsules.rod[slot])] = 1;
+    });
+}
+
+std::vector<Contact> Contacts::active(const Capsules& capsules) const {
+    std::vector<Contact> all;
+    for (std::uint32_t i = 0; i < list_.count(); ++i) {
+        const Pair pair = list_.pair[i];
+        if (!(what_[i] & touching) || !owns(static_cast<std::size_t>(capsules.rod[pair.a]))) continue;
+        const ContactSpring<Pack<1>> now{broadcast<1>(spring_[i].x), spring_[i].energy};
+        const Alone c = alone(capsules, 0, i, &now); // a spring pulls as it is: what has slid has shortened it
+        const Vec3d force = lane(c.force.on_1, 0) + c.more_on_first.first + c.more_on_first.second;
+        all.push_back({pair, c.s, c.t, force, capsules.node[pair.a].radius + capsules.node[pair.b].radius - c.distance});
+    }
+    return all;
+}
+
+} // namespace skein
