@@ -62,7 +62,8 @@ struct Contacts::Packed {
     static constexpr std::uint32_t most = 128, at_a_time = 64;
     alignas(64) double s[most + W], t[most + W], x[most + W], y[most + W], z[most + W], squared[most + W], radius_1[most + W],
         radius_2[most + W];
-    std::uint32_t pair[most + W];
+    std::uint32_t index[most + W]; ///< of pairs
+    Pair pair[most + W];
     std::uint32_t count = 0;
     std::uint32_t side_by_side[most]; ///< which of them are near-parallel
     std::uint32_t sides = 0;
@@ -98,8 +99,12 @@ struct Contacts::Alone {
 
 /// Adds those of some pairs that touch.
 void Contacts::pack(const Capsules& capsules, std::uint32_t begin, std::uint32_t end, Packed& packed, Finds& finds) {
+    // Pointers by themselves: what is written here might be members, for all that the compiler knows.
     const Pair* const pair = &list_.pair[begin];
     const CapsuleNode* const node = capsules.node.data();
+    const CapsuleMotion* const motion = capsules.motion.data();
+    const std::uint8_t* const was = &was_[begin];
+    std::uint32_t n = packed.count, sides = packed.sides;
     for_capsule_tiles(
         end - begin, [&](std::size_t k) { return std::pair(node + pair[k].a, node + pair[k].b); },
         [&](std::size_t k) {
@@ -112,12 +117,11 @@ void Contacts::pack(const Capsules& capsules, std::uint32_t begin, std::uint32_t
             const auto closest = closest_points(tile.p, tile.d1, tile.q, tile.d2);
             const P reach = tile.radius_1 + tile.radius_2, squared = dot(closest.apart, closest.apart);
             const unsigned valid = end - i >= W ? 0xffu : (1u << (end - i)) - 1, touch = bits_of(squared < reach * reach) & valid;
-            for (unsigned ended = low_bits(&was_[i]) & ~touch & valid; ended != 0; ended &= ended - 1) {
+            for (unsigned ended = low_bits(was + k) & ~touch & valid; ended != 0; ended &= ended - 1) {
                 const std::uint32_t at = i + static_cast<std::uint32_t>(std::countr_zero(ended));
                 if (owns(static_cast<std::size_t>(capsules.rod[list_.pair[at].a]))) finds.rubbed += last_spring_[at].energy;
             }
             if (touch == 0) return;
-            const std::uint32_t n = packed.count;
             compress_store(packed.s + n, touch, closest.s);
             compress_store(packed.t + n, touch, closest.t);
             compress_store(packed.x + n, touch, closest.apart.x);
@@ -126,18 +130,23 @@ void Contacts::pack(const Capsules& capsules, std::uint32_t begin, std::uint32_t
             compress_store(packed.squared + n, touch, squared);
             compress_store(packed.radius_1 + n, touch, tile.radius_1);
             compress_store(packed.radius_2 + n, touch, tile.radius_2);
-            for (unsigned left = touch; left != 0; left &= left - 1) {
-                const auto l = static_cast<std::uint32_t>(std::countr_zero(left));
-                packed.pair[packed.count++] = i + l;
-                __builtin_prefetch(&capsules.motion[pair[k + l].b]);
-                __builtin_prefetch(&capsules.motion[pair[k + l].b + 1]);
-            }
             for (unsigned side = bits_of((closest.sine_squared < P(blend * blend)) & (closest.last > closest.first)) & touch; side != 0;
                  side &= side - 1) {
                 const unsigned below = touch & ((side & -side) - 1);
-                packed.side_by_side[packed.sides++] = n + static_cast<std::uint32_t>(std::popcount(below));
+                packed.side_by_side[sides++] = n + static_cast<std::uint32_t>(std::popcount(below));
+            }
+            for (unsigned left = touch; left != 0; left &= left - 1) {
+                const auto l = static_cast<std::uint32_t>(std::countr_zero(left));
+                const Pair both = pair[k + l];
+                packed.index[n] = i + l;
+                packed.pair[n] = both;
+                ++n;
+                __builtin_prefetch(&motion[both.b]);
+                __builtin_prefetch(&motion[both.b + 1]);
             }
         });
+    packed.count = n;
+    packed.sides = sides;
 }
 
 /// At a joint: the spring of the neighbour beyond, if that touched within its elements; else the pair's own.
@@ -261,12 +270,18 @@ void Contacts::push_packed(const Capsules& capsules, double h, const Packed& pac
                            Finds& finds, Sums& sums, AlignedVector<ContactLoad>& loads) {
     const P one(1.0), none(0.0);
     const CapsuleMotion* const motion = capsules.motion.data();
+    const std::int32_t* const rod = capsules.rod.data();
+    const std::uint8_t* const owned = owned_.empty() ? nullptr : owned_.data();
+    std::uint8_t *const what = what_.data(), *const touched = touched_.data();
+    Spring* const kept = spring_.data();
+    ContactLoad* const load = loads.data();
+    Mail::Desk desk = mail_.desk(post);
+    const std::uint32_t behind = block.last_slot;
     std::uint32_t next_side = 0;
     for (std::uint32_t i = 0; i < packed.count; i += W) {
         const int count = static_cast<int>(std::min<std::uint32_t>(W, packed.count - i));
-        const std::uint32_t* index = packed.pair + i;
-        Pair pair[W];
-        for (int l = 0; l < W; ++l) pair[l] = list_.pair[index[l]];
+        const std::uint32_t* const index = packed.index + i;
+        const Pair* const pair = packed.pair + i;
         const auto velocity_a = [&](int next) { return load_transposed<W>([&](int l) { return &motion[pair[l].a + static_cast<std::uint32_t>(next)].velocity.x; }).vector; };
         const auto velocity_b = [&](int next) { return load_transposed<W>([&](int l) { return &motion[pair[l].b + static_cast<std::uint32_t>(next)].velocity.x; }).vector; };
         const P s = lanes(packed.s + i), t = lanes(packed.t + i), radius_1 = lanes(packed.radius_1 + i), radius_2 = lanes(packed.radius_2 + i);
@@ -309,39 +324,40 @@ void Contacts::push_packed(const Capsules& capsules, double h, const Packed& pac
         }
 
         alignas(64) ElementLoad on_first[W], on_second[W];
-        const auto share = [&](ElementLoad* load, const Vec3<P>& f, P at, const Vec3<P>& couple) __attribute__((always_inline)) {
-            store_transposed<W>((one - at) * f, none, [&](int l) { return &load[l].first.x; });
-            store_transposed<W>(at * f, none, [&](int l) { return &load[l].second.x; });
-            store_transposed<W>(couple, none, [&](int l) { return &load[l].couple.x; });
+        const auto share = [&](ElementLoad* to, const Vec3<P>& f, P at, const Vec3<P>& couple) __attribute__((always_inline)) {
+            store_transposed<W>((one - at) * f, none, [&](int l) { return &to[l].first.x; });
+            store_transposed<W>(at * f, none, [&](int l) { return &to[l].second.x; });
+            store_transposed<W>(couple, none, [&](int l) { return &to[l].couple.x; });
         };
         share(on_first, force.on_1, s, force.arm_1 * force.moment);
         share(on_second, -force.on_1, t, force.arm_2 * force.moment);
         for (int m = 0; m < sides; ++m) on_first[more[m].lane] += more[m].on_first, on_second[more[m].lane] += more[m].on_second;
         if (kinds_.friction == ContactFriction::memory) {
             if (count == W) {
-                store_transposed<W>(spring.x, spring.energy, [&](int l) { return &spring_[index[l]].x.x; });
+                store_transposed<W>(spring.x, spring.energy, [&](int l) { return &kept[index[l]].x.x; });
             } else {
-                for (int l = 0; l < count; ++l) spring_[index[l]] = {lane(spring.x, l), spring.energy[l]};
+                for (int l = 0; l < count; ++l) kept[index[l]] = {lane(spring.x, l), spring.energy[l]};
             }
         }
         const unsigned within = bits_of((s > none) & (s < one) & (t > none) & (t < one));
-        for (int l = 0; l < count; ++l) what_[index[l]] = static_cast<std::uint8_t>(touching | (within >> l & 1) * inside);
+        for (int l = 0; l < count; ++l) what[index[l]] = static_cast<std::uint8_t>(touching | (within >> l & 1) * inside);
 
         unsigned mine = (1u << count) - 1; // by first rods
         for (int l = 0; l < count; ++l) {
-            const auto rod_1 = static_cast<std::size_t>(capsules.rod[pair[l].a]), rod_2 = static_cast<std::size_t>(capsules.rod[pair[l].b]);
-            if (owns(rod_1)) {
-                take(&loads[pair[l].a], on_first[l]);
-                touched_[rod_1] = 1;
+            const Pair both = pair[l];
+            const std::int32_t rod_1 = rod[both.a], rod_2 = rod[both.b];
+            if (!owned || owned[rod_1]) {
+                take(load + both.a, on_first[l]);
+                touched[rod_1] = 1;
             } else {
                 mine &= ~(1u << l);
             }
-            if (!owns(rod_2)) continue;
-            if (pair[l].b < block.last_slot) {
-                take(&loads[pair[l].b], on_second[l]);
-                touched_[rod_2] = 1;
+            if (owned && !owned[rod_2]) continue;
+            if (both.b < behind) {
+                take(load + both.b, on_second[l]);
+                touched[rod_2] = 1;
             } else {
-                mail_.post(pair[l].b, on_second[l], post[mail_.block_of(capsules, pair[l].b)]);
+                desk.post(rod_2, both.b, on_second[l]);
             }
         }
         sums.add(force, P(0.5) * (radius_1 + radius_2 - distance) * (some * inverse), mine);
@@ -371,6 +387,7 @@ void Contacts::push(const Capsules& capsules, double h, std::size_t number, std:
         for (std::uint32_t n = packed.count, first = n / W * W; n % W != 0; ++n) { // the last tile is filled up with its first
             for (double* of : {packed.s, packed.t, packed.x, packed.y, packed.z, packed.squared, packed.radius_1, packed.radius_2})
                 of[n] = of[first];
+            packed.index[n] = packed.index[first];
             packed.pair[n] = packed.pair[first];
         }
         push_packed(capsules, h, packed, block, post, finds, sums, loads);

@@ -50,11 +50,20 @@ public:
 
     /// Before the contacts of a block: where its next letters go, by block. `next` belongs to the thread.
     void open(std::size_t block, std::vector<std::size_t>& next) const;
-    void post(std::uint32_t slot, const ElementLoad& load, std::size_t& next) {
-        letter_[next] = load;
-        address_[next] = slot;
-        ++next;
-    }
+    /// Where a task posts what it has for rods of other blocks.
+    struct Desk {
+        ElementLoad* letter;
+        std::uint32_t* address;
+        const std::uint32_t* block_of_rod;
+        std::size_t* next;
+
+        SKEIN_INLINE void post(std::int32_t rod, std::uint32_t slot, const ElementLoad& load) {
+            const std::size_t at = next[block_of_rod[rod]]++;
+            letter[at] = load;
+            address[at] = slot;
+        }
+    };
+    Desk desk(std::vector<std::size_t>& next) { return {letter_.data(), address_.data(), block_of_rod_.data(), next.data()}; }
     void close(std::size_t block, const std::vector<std::size_t>& next);
     /// The first block that may write to this one; itself if none does.
     std::size_t first_sender(std::size_t block) const;
