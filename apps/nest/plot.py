@@ -4,7 +4,7 @@
 Prints what loops.py measures and draws
   RUN/nest.png   the bed at rest and at its highest load, stress over strain, coordination over stress and time
   RUN/cost.png   where the time of a step goes (from summary.json); cost of finding candidates over the number of rods, from the JSON of
-                 bench_contact (--benchmark_format=json); speed over cores, from a table of bench/scaling/scaling.py
+                 bench_contact (--benchmark_format=json); speed over cores, from a table of bench/scenes/nest/nest.py
 as the paper's Fig. 2 has them. Needs numpy, h5py and matplotlib.
 """
 
@@ -191,7 +191,7 @@ def draw_search(axes, path):
 
 def draw_scaling(axes, path):
     with open(path, newline="") as file:
-        rows = [row for row in csv.DictReader(file) if row.get("study", "strong") == "strong"]
+        rows = [row for row in csv.DictReader(file) if row.get("study", "strong") == "strong" and row.get("scene", "nest") != "free"]
     most = max(int(row["ranks"]) * int(row["threads"]) for row in rows)
     axes.plot([1, most], [1, most], color=QUIET, lw=1, ls="--", label="ideal")
     for protocol, colour in (("asynchronous", "#8fb0d4"), ("synchronous", "#3f6fa8")):
@@ -229,7 +229,7 @@ def main():
     parser.add_argument("run", type=Path, help="directory of a run's results")
     parser.add_argument("--area", type=float, help="of the base, m^2; default: the servo's")
     parser.add_argument("--contact-bench", type=Path, help="JSON of bench_contact")
-    parser.add_argument("--scaling", type=Path, help="table of bench/scaling/scaling.py")
+    parser.add_argument("--scaling", type=Path, help="table of bench/scenes/nest/nest.py")
     arguments = parser.parse_args()
 
     run = loops.read(arguments.run, arguments.area)

@@ -100,7 +100,7 @@ int run_command(const RunArguments& arguments, int& argc, char**& argv) {
         const SceneSpec scene = read_scene(arguments.scene.file, arguments.scene.overrides);
         std::vector<RodGroup> groups = make_groups(scene);
         const Machine machine = machine_of(comm, arguments);
-        const Threads threads(machine.threads);
+        const Threads threads(machine.threads, arguments.shuffle);
         Plan plan = make_plan(scene, groups, machine);
         RunOptions options = arguments.options;
         if (options.out.empty()) options.out = default_out(arguments.scene.file);

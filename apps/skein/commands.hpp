@@ -17,6 +17,7 @@ struct RunArguments {
     SceneArguments scene;
     RunOptions options;
     int threads = 0; ///< 0: the cores this rank may use
+    unsigned shuffle = 0;
     int lanes = 8;
     Mapping mapping = Mapping::automatic;
 };

@@ -52,6 +52,7 @@ int main(int argc, char** argv) {
     add_scene_options(*run_command, run.scene);
     run_command->add_option("-o,--out", run.options.out, "directory of results; default out/<scene name>");
     run_command->add_option("-t,--threads", run.threads, "threads per rank; default: the cores this rank may use")->check(CLI::PositiveNumber);
+    run_command->add_option("--shuffle", run.shuffle, "seed of a random order in which threads take their work; the same bits, for checks")->option_text("SEED");
     run_command->add_option("--lanes", run.lanes, "rods side by side in SIMD registers")->check(CLI::IsMember({1, 2, 4, 8}))->capture_default_str();
     add_mapping(*run_command, run.mapping);
     run_command->add_option("--steps", run.options.steps, "stop after this step")->check(CLI::PositiveNumber);

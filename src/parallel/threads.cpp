@@ -9,6 +9,9 @@
 #include <sched.h>
 
 #include <algorithm>
+#include <numeric>
+#include <random>
+#include <vector>
 
 namespace skein {
 
@@ -43,13 +46,21 @@ std::string Threads::available_core_list() {
     return list;
 }
 
-Threads::Threads(int count) : count_(count > 0 ? count : available_cores()) {
+Threads::Threads(int count, unsigned shuffle) : count_(count > 0 ? count : available_cores()), shuffle_(shuffle) {
     if (count_ > 1) arena_ = std::make_unique<Arena>(count_);
 }
 
 Threads::~Threads() = default;
 
 void Threads::for_each(std::size_t n, const std::function<void(std::size_t i, int thread)>& body) const {
+    if (shuffle_ == 0) return run(n, body);
+    std::vector<std::size_t> order(n);
+    std::iota(order.begin(), order.end(), std::size_t{0});
+    std::shuffle(order.begin(), order.end(), std::minstd_rand(++shuffle_));
+    run(n, [&](std::size_t i, int thread) { body(order[i], thread); });
+}
+
+void Threads::run(std::size_t n, const std::function<void(std::size_t i, int thread)>& body) const {
     if (!arena_) {
         for (std::size_t i = 0; i < n; ++i) body(i, 0);
         return;

@@ -11,8 +11,9 @@ namespace skein {
 /// A fixed team of threads. Loops run inside it; the caller takes part.
 class Threads {
 public:
-    /// `count` 0: as many as this process may use (its affinity mask).
-    explicit Threads(int count);
+    /// `count` 0: as many as this process may use (its affinity mask). `shuffle` not 0: loops take their numbers in an order drawn from
+    /// it, each loop in its own; for checks that no result depends on it.
+    explicit Threads(int count, unsigned shuffle = 0);
     ~Threads();
     int count() const { return count_; }
     /// Cores in this process's affinity mask: how many, and which, e.g. "0-3,8".
@@ -25,8 +26,11 @@ public:
 
 private:
     struct Arena;
+    void run(std::size_t n, const std::function<void(std::size_t i, int thread)>& body) const;
+
     std::unique_ptr<Arena> arena_;
     int count_;
+    mutable unsigned shuffle_;
 };
 
 } // namespace skein

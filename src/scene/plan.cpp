@@ -29,8 +29,8 @@ namespace {
 
 // Prediction only: ns per element-step and core at 8 lanes, medians of bench/micro on a 2.5 GHz Cascade Lake core.
 constexpr double drift_ns = 3.2, elliptic_drift_ns = 9, elastic_ns = 5.6, kick_ns = 1, stretched_kick_ns = 1.6, load_ns = 1;
-// Contacts at the density of a nest, half a candidate per element; walls where few nodes touch.
-constexpr double contact_ns = 25, walls_ns = 2;
+// Of bench/scenes/nest: contacts at its density, half a candidate per element, and what rods show and feel; a box with floor and lid.
+constexpr double contact_ns = 55, walls_ns = 12;
 constexpr double rigid_ns = 12; // all of a body: by the ratio of runs with bodies and with rods
 
 /// Undamped rods are lost after 1e5 steps and more above 0.707 of the limit, where modes go round in four steps or fewer and strain

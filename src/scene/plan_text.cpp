@@ -112,6 +112,10 @@ std::string to_json(const Plan& p) {
                           {"rotary_inertia", {{"least_scale", g.least_rotary_scale}, {"largest_scale", g.largest_rotary_scale}, {"bending_shift", g.bending_shift}}},
                           {"tension_limit", std::isfinite(g.tension_limit) ? nlohmann::ordered_json(g.tension_limit) : nlohmann::ordered_json()}});
     }
+    nlohmann::ordered_json walls = nlohmann::ordered_json::array();
+    for (const Wall& wall : p.walls)
+        walls.push_back({{"name", wall.name}, {"kind", wall_names[static_cast<std::size_t>(wall.kind)]}, {"law", law_text(wall.law)},
+                         {"driven", wall.servo.drives()}, {"moves", wall.moves_steadily()}});
     const nlohmann::ordered_json json = {{"title", p.title},
                                          {"machine",
                                           {{"ranks", p.machine.ranks},
@@ -122,6 +126,9 @@ std::string to_json(const Plan& p) {
                                          {"rods", p.rods},
                                          {"elements", p.elements},
                                          {"groups", groups},
+                                         {"contact", p.contact ? nlohmann::ordered_json(law_text(p.contact->law)) : nlohmann::ordered_json()},
+                                         {"walls", walls},
+                                         {"steps_together", steps_together(p)},
                                          {"dt", p.dt},
                                          {"limit", p.limit},
                                          {"automatic_dt", p.automatic_dt},

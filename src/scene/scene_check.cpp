@@ -426,8 +426,14 @@ private:
     }
 
     void law(const ContactLaw& law, const std::string& path) {
-        if (law.stiffness <= 0 && !(law.restitution > 0 && law.collision_time > 0))
-            add(path, "it needs 'stiffness', or 'restitution' and 'collision_time' [s]");
+        if (law.stiffness <= 0 && law.restitution <= 0) add(path, "it needs 'stiffness', or 'restitution' and 'collision_time' [s]");
+        if (law.restitution <= 0) {
+            unused(path, {"collision_time", "collision_speed"}, "without 'restitution'");
+        } else {
+            if (law.collision_time <= 0) add(path, "'restitution' needs 'collision_time' [s]");
+            if (law.normal == ContactNormal::linear) unused(path, {"collision_speed"}, "for the linear law");
+            else if (law.collision_speed <= 0) add(path, "'restitution' of the hertz law needs 'collision_speed' [m/s]");
+        }
         if (law.friction == ContactFriction::none) unused(path, {"static_friction", "kinetic_friction", "friction_from"}, "without 'friction'");
         else if (law.static_friction <= 0 && law.kinetic_friction <= 0) add(path, "friction needs 'static_friction' or 'kinetic_friction'");
         const bool slips = law.friction == ContactFriction::regularised || law.friction == ContactFriction::published;
@@ -465,8 +471,22 @@ private:
                 if (scene_.walls[j].name == wall.name) add(path + ".name", fmt::format("two walls are named '{}'", wall.name));
             acted_on(wall.rods, path);
             law(wall.law, path);
+            if (wall.servo.drives()) watched(wall.servo.watch, path + ".servo.watch");
         }
         if (!scene_.walls.empty() && scene_.time.integrator != Integrator::verlet) add("wall.0", "walls need integrator = \"verlet\"");
+    }
+
+    /// A wall or a side of a box.
+    void watched(const std::string& name, const std::string& path) {
+        std::vector<std::string> names;
+        for (const Wall& wall : scene_.walls) {
+            if (wall.kind != WallKind::box) names.push_back(wall.name);
+            else for (const char* side : {"x-", "x+", "y-", "y+", "z-", "z+"})
+                if (std::find(wall.open.begin(), wall.open.end(), side) == wall.open.end()) names.push_back(wall.name + " " + side);
+        }
+        if (std::find(names.begin(), names.end(), name) != names.end()) return;
+        const std::vector<std::string_view> known(names.begin(), names.end());
+        add(path, fmt::format("there is no wall '{}' to watch{}", name, suggestion(name, known, "the walls are")));
     }
 
     const SceneSpec& scene_;

@@ -121,6 +121,10 @@ class Contact(DriverTest):
         for lanes in (1, 2, 4):
             self.run_skein(f"w{lanes}", "--lanes", str(lanes))
             self.assertEqual(self.digest(f"w{lanes}"), self.digest("one"), f"{lanes} lanes")
+        for ranks, threads, seed in ((1, 2, 1), (2, 2, 7)):
+            out = f"shuffled{seed}"
+            self.run_skein(out, "--shuffle", str(seed), ranks=ranks, threads=threads)
+            self.assertEqual(self.digest(out), self.digest("one"), out)
 
     def test_output_cadence_leaves_no_trace(self):
         quiet = [f"--set=output.{key}=0" for key in ("trajectory", "tips", "series", "checkpoint")] + ["--set=time.divide=0.0125"]

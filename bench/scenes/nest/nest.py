@@ -92,9 +92,20 @@ def main():
             free_row = next(r for r in rows if r["scene"] == "free" and (r["ranks"], r["threads"]) == (row["ranks"], row["threads"]))
             print(f"{row['ranks']}x{row['threads']}: a step is {row['step_ns'] / free_row['step_ns']:.2f} of that of free rods, rods are {row['rods_ns'] / row['step_ns']:.0%} of it, "
                   f"{nest[0]['step_ns'] / row['step_ns']:.2f} times as fast as {nest[0]['ranks']}x{nest[0]['threads']}")
+    one = nest[0]
+    cores = [row["ranks"] * row["threads"] / (one["ranks"] * one["threads"]) for row in nest]
+    for row in nest:
+        row["speedup"] = one["step_ns"] / row["step_ns"] * one["ranks"] * one["threads"]
+    for several in (lambda row: row["ranks"] == 1, lambda row: row["ranks"] > 1): # Amdahl: T(p)/T(1) = s + (1 - s)/p
+        points = [(1 - 1 / p, row["step_ns"] / one["step_ns"] - 1 / p, row) for p, row in zip(cores, nest) if several(row) and p > 1]
+        if points:
+            serial = max(0.0, sum(a * b for a, b, _ in points) / sum(a * a for a, b, _ in points))
+            print(f"{'threads' if several(one) else 'ranks'}: serial fraction {serial:.1%} by Amdahl's law")
+            for row in [row for _, _, row in points] + ([one] if several(one) else []):
+                row["serial_fraction"] = serial
     if arguments.csv:
         with arguments.csv.open("w", newline="") as file:
-            writer = csv.DictWriter(file, list(nest[0]))
+            writer = csv.DictWriter(file, list(one))
             writer.writeheader()
             writer.writerows(rows)
 

@@ -75,19 +75,22 @@ int different(const Crowd& crowd, const Loads& x, const Contacts& of_x, const Lo
 TEST(ManyContacts, AreTheSameForAnyThreadsAndOwners) {
     constexpr int rods = 300;
     Crowd crowd(rods, 6);
-    const Threads one(1), three(3);
+    const Threads one(1), three(3), shuffled(2, 5);
     std::vector<std::uint8_t> all(rods, 1), mine(rods, 0), others(rods, 0);
     for (int r = 0; r < rods; ++r) (r % 7 < 3 ? mine : others)[static_cast<std::size_t>(r)] = 1;
     Contacts whole(crowd.capsules, laws(), one), threaded(crowd.capsules, laws(), three), first(crowd.capsules, laws(), one, mine),
         second(crowd.capsules, laws(), three, others);
-    Loads x, y, z, w;
+    Contacts in_disorder(crowd.capsules, laws(), shuffled);
+    Loads x, y, z, w, v;
     for (int step = 0; step < 200; ++step) {
         crowd.move(1e-4);
         whole.evaluate(crowd.capsules, 0, 1e-4, x);
         threaded.evaluate(crowd.capsules, 0, 1e-4, y);
+        in_disorder.evaluate(crowd.capsules, 0, 1e-4, v);
         first.evaluate(crowd.capsules, 0, 1e-4, z);
         second.evaluate(crowd.capsules, 0, 1e-4, w);
         ASSERT_EQ(different(crowd, x, whole, y, threaded, all), 0) << step;
+        ASSERT_EQ(different(crowd, x, whole, v, in_disorder, all), 0) << step;
         ASSERT_EQ(different(crowd, x, whole, z, first, mine), 0) << step;
         ASSERT_EQ(different(crowd, x, whole, w, second, others), 0) << step;
     }

@@ -2,7 +2,9 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <atomic>
+#include <mutex>
 #include <stdexcept>
 #include <string>
 #include <thread>
@@ -49,6 +51,25 @@ TEST_P(ThreadsTest, hand_on_an_exception) {
         FAIL();
     } catch (const std::runtime_error& error) {
         EXPECT_EQ(error.what(), std::string("item 57"));
+    }
+}
+
+TEST_P(ThreadsTest, shuffle_every_loop_anew) {
+    const Threads threads(GetParam(), 3);
+    constexpr std::size_t n = 100;
+    std::vector<std::size_t> orders[2];
+    for (auto& order : orders) {
+        std::mutex mutex;
+        threads.for_each(n, [&](std::size_t i, int) {
+            const std::lock_guard lock(mutex);
+            order.push_back(i);
+        });
+        EXPECT_FALSE(std::is_sorted(order.begin(), order.end()));
+    }
+    EXPECT_NE(orders[0], orders[1]);
+    for (auto& order : orders) {
+        std::sort(order.begin(), order.end());
+        for (std::size_t i = 0; i < n; ++i) EXPECT_EQ(order[i], i);
     }
 }
 
