@@ -74,7 +74,7 @@ SKEIN_INLINE ContactForce<Pack<W>> contact_force(ContactKinds kinds, const Conta
     Vec3<P> friction = none;
     if (kinds.friction == ContactFriction::memory) {
         const P stiffness = law.tangential_stiffness * root;
-        const Vec3<P> moved = fma(step, tangential, spring.x), in_plane = moved - dot(moved, n) * n;
+        const Vec3<P> before = spring.x, moved = fma(step, tangential, before), in_plane = moved - dot(moved, n) * n;
         const Vec3<P> trial = -(stiffness * in_plane) - law.tangential_damping * tangential;
         const P squared = dot(trial, trial), limit = law.static_friction * pressed;
         const auto sticks = squared <= limit * limit;
@@ -91,9 +91,12 @@ SKEIN_INLINE ContactForce<Pack<W>> contact_force(ContactKinds kinds, const Conta
         friction = select(touches, friction, none);
         spring.x = select(touches, after, none);
         damped = select(touches, damped, zero);
-        // What the force takes from the rods and the spring does not have: however the spring has come to what it was.
+        // What the force takes from the rods and the spring does not have: however the spring has come to what it was. Places and rates
+        // stand half a step apart, so over a step of rates it is the mean of this force and the one before that works; with this one
+        // alone a spring that swings would seem to rub away k h^2 u^2/2 in every step.
         const P energy = half * stiffness * dot(spring.x, spring.x);
-        out.rubbed = spring.energy - energy - damped - step * dot(friction, tangential);
+        const Vec3<P> mean = half * (friction - fma(stiffness, before, P(law.tangential_damping) * tangential));
+        out.rubbed = spring.energy - energy - damped - step * dot(select(touches, mean, none), tangential);
         out.damped += damped;
         out.stored += energy;
         spring.energy = energy;

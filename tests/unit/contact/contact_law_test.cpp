@@ -53,6 +53,44 @@ TEST(ContactLaw, BouncesAsItIsTold) {
     EXPECT_THROW((ContactLaw{.restitution = 0.5}.resolved(1)), InputError);
 }
 
+/// A body held by nothing but the spring of a contact: what it swings is not rubbed away, what it slides is, all of it.
+TEST(ContactLaw, RubsOnlyWhereItSlides) {
+    const double mass = 0.2, overlap = 0.01;
+    const Vec3d none{0, 0, 0};
+    for (const ContactNormal normal : {ContactNormal::linear, ContactNormal::hertz}) {
+        const ContactLaw law{.normal = normal, .stiffness = 1e4, .friction = ContactFriction::memory, .static_friction = 0.5, .kinetic_friction = 0.5};
+        const auto numbers = law.numbers().as<Pack<1>>();
+        const double stiffness = numbers.tangential_stiffness[0] * (normal == ContactNormal::hertz ? std::sqrt(overlap) : 1), h = 0.1 / std::sqrt(stiffness / mass);
+        ContactSpring<Pack<1>> spring{broadcast<1>(none), 0.0};
+        const auto step = [&](double v) {
+            return contact_force<1>({normal, law.friction}, numbers,
+                                    {broadcast<1>(Vec3d{1, 0, 0}), 2 - overlap, 1.0, 1.0, broadcast<1>(Vec3d{0, v, 0}), broadcast<1>(none), broadcast<1>(none),
+                                     broadcast<1>(none)},
+                                    h, spring);
+        };
+        double v = 0.01, rubbed = 0;
+        const double energy = 0.5 * mass * v * v;
+        for (int i = 0; i < 20000; ++i) {
+            const auto f = step(v);
+            rubbed += f.rubbed[0];
+            v += h * f.on_1.y[0] / mass;
+        }
+        EXPECT_LT(std::abs(rubbed), 1e-6 * energy);
+        EXPECT_NEAR(0.5 * mass * v * v + spring.energy[0], energy, 0.2 * energy) << "it swings on";
+
+        const double before = spring.energy[0];
+        double slid = 0, drag = 0;
+        rubbed = 0;
+        for (int i = 0; i < 20000; ++i) {
+            const auto f = step(1.0);
+            rubbed += f.rubbed[0];
+            slid += h;
+            drag = -f.on_1.y[0];
+        }
+        EXPECT_NEAR(rubbed + spring.energy[0] - before, drag * slid, 1e-2 * drag * slid); // the beginning sticks
+    }
+}
+
 TEST(ContactLaw, BeginsSoftlyAndWithoutFriction) {
     const ContactLaw law{.stiffness = 1e6,
                          .damping = 1e3,
