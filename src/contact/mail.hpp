@@ -7,24 +7,25 @@
 #include "contact/pair_list.hpp"
 
 #include <span>
+#include <type_traits>
 
 namespace skein {
 
 /// What a contact does to an element.
 struct alignas(32) ElementLoad {
     Vec3d first;  ///< force at its first node, lab, N
-    double unused = 0;
+    double unused;
     Vec3d second; ///< at its second
-    double unused_too = 0;
+    double unused_too;
     Vec3d couple; ///< lab, N m
-    double nothing = 0;
+    double nothing;
 
     ElementLoad& operator+=(const ElementLoad& o) {
         first += o.first, second += o.second, couple += o.couple;
         return *this;
     }
 };
-static_assert(sizeof(ElementLoad) == 96);
+static_assert(sizeof(ElementLoad) == 96 && std::is_trivially_default_constructible_v<ElementLoad>);
 
 /// Consecutive rods and their slots.
 struct RodBlock {
