@@ -71,6 +71,7 @@ public:
     bool visit(std::span<const Step>, bool) override { return true; }
     void move(const Step&) override {}
     bool act(const Step&, bool) override { return true; }
+    void act_and_move(const Step&, const Step&) override {}
     std::string near_limit() const override { return {}; }
     std::span<const LocalRod> local() const override { return local_; }
     RodPlace place(std::size_t i) const override { return {i, 0}; }
