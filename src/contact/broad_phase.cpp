@@ -20,9 +20,11 @@ double half_length(const Capsules& c, std::size_t slot) { return 0.5 * norm(c.no
 Vec3d least_of(const Vec3d& a, const Vec3d& b) { return {std::min(a.x, b.x), std::min(a.y, b.y), std::min(a.z, b.z)}; }
 Vec3d most_of(const Vec3d& a, const Vec3d& b) { return {std::max(a.x, b.x), std::max(a.y, b.y), std::max(a.z, b.z)}; }
 
+} // namespace
+
 /// Of pairs (a[i], b[i]) those that may touch and whose capsules are less than `skin` apart. a and b have room for a tile more.
-void append_near(const Capsules& c, double skin, std::span<const std::uint8_t> owned, std::uint32_t* a, std::uint32_t* b,
-                 std::size_t count, std::vector<Pair>& near) {
+void BroadPhase::append_near(const Capsules& c, double skin, std::span<const std::uint8_t> owned, std::uint32_t* a, std::uint32_t* b,
+                             std::size_t count, Near& near) {
     constexpr std::size_t W = CapsuleTile::width;
     if (count == 0) return;
     std::fill(a + count, a + count + W, a[0]);
@@ -37,20 +39,21 @@ void append_near(const Capsules& c, double skin, std::span<const std::uint8_t> o
         },
         [&](std::size_t i, const CapsuleTile& tile) {
             const auto apart = closest_points(tile.p, tile.d1, tile.q, tile.d2).apart;
-            const auto reach = tile.radius_1 + tile.radius_2 + Pack<W>(skin);
-            unsigned bits = bits_of(dot(apart, apart) < reach * reach) & (count - i < W ? (1u << (count - i)) - 1 : 0xffu);
+            const auto both = tile.radius_1 + tile.radius_2, reach = both + Pack<W>(skin), squared = dot(apart, apart);
+            unsigned bits = bits_of(squared < reach * reach) & (count - i < W ? (1u << (count - i)) - 1 : 0xffu);
+            const unsigned touching = bits_of(squared < both * both);
             for (; bits != 0; bits &= bits - 1) {
-                const std::size_t l = i + static_cast<std::size_t>(std::countr_zero(bits));
+                const int lane = std::countr_zero(bits);
+                const std::size_t l = i + static_cast<std::size_t>(lane);
                 if (!c.may_touch(a[l], b[l])) continue;
+                near.idle += ~touching >> lane & 1;
                 if (!owned.empty() && !owned[static_cast<std::size_t>(c.rod[a[l]])] &&
                     !owned[static_cast<std::size_t>(c.rod[b[l]])])
                     continue;
-                near.push_back({std::min(a[l], b[l]), std::max(a[l], b[l])});
+                near.pairs.push_back({std::min(a[l], b[l]), std::max(a[l], b[l])});
             }
         });
 }
-
-} // namespace
 
 /// Where the elements of some cells are.
 struct BroadPhase::Ranges {
@@ -92,7 +95,7 @@ struct BroadPhase::Found {
     const Capsules& capsules;
     double skin;
     std::span<const std::uint8_t> owned;
-    std::vector<Pair>& near;
+    Near& near;
     std::size_t count = 0;
     std::uint32_t a[most + 32], b[most + 32];
 
@@ -299,17 +302,20 @@ void BroadPhase::build(const Capsules& capsules, double skin, Candidates& candid
     for (const Grid& grid : grids_)
         for (std::uint32_t c = 0; c < grid.cells(); c += block_size)
             tasks.push_back({&grid, c, std::min<std::uint32_t>(grid.cells(), c + block_size)});
-    pairs_.resize(tasks.size());
+    near_.resize(tasks.size());
     threads_.for_each(tasks.size(), [&](std::size_t t, int) {
-        pairs_[t].clear();
-        Found found{.capsules = capsules, .skin = skin, .owned = owned, .near = pairs_[t]};
+        near_[t].pairs.clear();
+        near_[t].idle = 0;
+        Found found{.capsules = capsules, .skin = skin, .owned = owned, .near = near_[t]};
         look(*tasks[t].grid, tasks[t].begin, tasks[t].end, static_cast<float>(skin) + slack_, found);
     });
     const auto visit = [&](auto&& body) {
-        threads_.for_each(pairs_.size(), [&](std::size_t t, int) {
-            for (const Pair& pair : pairs_[t]) body(pair.a, pair.b);
+        threads_.for_each(near_.size(), [&](std::size_t t, int) {
+            for (const Pair& pair : near_[t].pairs) body(pair.a, pair.b);
         });
     };
+    candidates.idle = 0;
+    for (const Near& near : near_) candidates.idle += near.idle;
     group(threads_, capsules.slots(), visit, candidates.first, candidates.partner);
 }
 
@@ -318,20 +324,21 @@ void BroadPhase::build_exhaustively(const Capsules& capsules, double skin, Candi
     candidates.first.assign(slots + 1, 0);
     candidates.partner.clear();
     std::vector<std::uint32_t> first, second;
-    std::vector<Pair> near;
+    Near near;
     for (std::uint32_t a = 0; a < slots; ++a) {
         candidates.first[a] = static_cast<std::uint32_t>(candidates.partner.size());
         if (!capsules.has_element(a)) continue;
         second.clear();
-        near.clear();
+        near.pairs.clear();
         for (std::uint32_t b = a + 1; b < slots; ++b)
             if (capsules.has_element(b)) second.push_back(b);
         const std::size_t count = second.size();
         first.assign(count + 8, a);
         second.resize(count + 8);
         append_near(capsules, skin, {}, first.data(), second.data(), count, near);
-        for (const Pair& pair : near) candidates.partner.push_back(pair.b);
+        for (const Pair& pair : near.pairs) candidates.partner.push_back(pair.b);
     }
+    candidates.idle = near.idle;
     candidates.first[slots] = static_cast<std::uint32_t>(candidates.partner.size());
 }
 

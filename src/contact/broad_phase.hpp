@@ -23,6 +23,7 @@ struct Pair {
 struct Candidates {
     std::vector<std::uint32_t> first; ///< [slots + 1]
     std::vector<std::uint32_t> partner;
+    std::int64_t idle = 0; ///< pairs that are near and do not touch, whoever owns them
 
     std::size_t count() const { return partner.size(); }
 };
@@ -85,7 +86,13 @@ private:
     AlignedVector<std::int32_t> rod_; ///< elements with the same one do not touch; others' own where a rod touches itself
     AlignedVector<std::uint32_t> slot_;
     std::vector<std::uint32_t> cell_of_, place_, cell_begin_;
-    std::vector<std::vector<Pair>> pairs_; ///< by task
+    struct Near {
+        std::vector<Pair> pairs;
+        std::int64_t idle = 0;
+    };
+    std::vector<Near> near_; ///< by task
+    static void append_near(const Capsules& capsules, double skin, std::span<const std::uint8_t> owned, std::uint32_t* a, std::uint32_t* b,
+                            std::size_t count, Near& near);
 };
 
 } // namespace skein

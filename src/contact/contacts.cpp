@@ -11,7 +11,7 @@ namespace skein {
 
 namespace {
 
-// The skin is such that searches cost as much as the pairs that do not touch.
+// The skin is such that searches cost as much as the pairs that do not touch, whoever owns them: all ranks choose the same.
 constexpr double search_cost = 15;  // of an element, in such pairs
 constexpr double least_skin = 0.01; // in diameters
 
@@ -71,16 +71,15 @@ void Contacts::carry_over(const PairList& fresh, const Capsules& capsules) {
 
 /// A list may last so long that its idle pairs cost more than a new one with less skin.
 bool Contacts::is_wasteful() const {
-    const double idle = static_cast<double>(figures_.listed - figures_.active);
-    return figures_.skin > least_skin * diameter_ && static_cast<double>(age_) * idle > 4 * search_cost * static_cast<double>(place_.size());
+    return figures_.skin > least_skin * diameter_ && static_cast<double>(age_) * static_cast<double>(idle_) > 4 * search_cost * static_cast<double>(place_.size());
 }
 
 void Contacts::renew_list(const Capsules& capsules) {
     const Timers::Guard timing(figures_.search_s);
     if (figures_.renewals > 0 && age_ > 0) {
-        const double search = search_cost * static_cast<double>(capsules.slots()) / static_cast<double>(age_), idle = static_cast<double>(figures_.listed - figures_.active);
         // Idle pairs grow with the skin, searches per step fall with it.
-        const double change = std::clamp(std::sqrt(search / std::max(idle, 1.0)), 0.5, 1.5);
+        const double search = search_cost * static_cast<double>(capsules.slots()) / static_cast<double>(age_);
+        const double change = std::clamp(std::sqrt(search / static_cast<double>(std::max<std::int64_t>(idle_, 1))), 0.5, 1.5);
         figures_.skin = std::clamp(figures_.skin * change, least_skin * diameter_, diameter_);
     }
     age_ = 0;
@@ -88,6 +87,7 @@ void Contacts::renew_list(const Capsules& capsules) {
 
     Candidates candidates;
     search_.build(capsules, figures_.skin, candidates, owned_);
+    idle_ = candidates.idle;
     PairList fresh(std::move(candidates), threads_, kinds_.friction == ContactFriction::memory);
     carry_over(fresh, capsules);
     list_ = std::move(fresh);

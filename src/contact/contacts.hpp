@@ -122,6 +122,7 @@ private:
     std::vector<std::vector<std::size_t>> post_; ///< by thread: where next letters go, by block
     std::vector<std::uint8_t> touched_;
     std::int64_t age_ = 0; ///< steps since the list was made
+    std::int64_t idle_ = 0; ///< pairs, of all ranks, that did not touch then
     ContactFigures figures_;
 };
 

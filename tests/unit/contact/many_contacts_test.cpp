@@ -99,6 +99,11 @@ TEST(ManyContacts, AreTheSameForAnyThreadsAndOwners) {
     EXPECT_GT(f.renewals, 2);
     EXPECT_EQ(f.active, a.active + b.active);
     EXPECT_GE(f.listed, 1);
+    EXPECT_EQ(f.listed, a.listed + b.listed);
+    for (const ContactFigures& other : {t, a, b}) {
+        EXPECT_EQ(f.renewals, other.renewals);
+        EXPECT_EQ(f.skin, other.skin);
+    }
     EXPECT_EQ(f.deepest, std::max(a.deepest, b.deepest));
     EXPECT_EQ(f.stiffest, std::max(a.stiffest, b.stiffest));
     EXPECT_NEAR(f.stored, a.stored + b.stored, 1e-12 * f.stored);
