@@ -119,7 +119,7 @@ void Contacts::pack(const Capsules& capsules, std::uint32_t begin, std::uint32_t
             const unsigned valid = end - i >= W ? 0xffu : (1u << (end - i)) - 1, touch = bits_of(squared < reach * reach) & valid;
             for (unsigned ended = low_bits(was + k) & ~touch & valid; ended != 0; ended &= ended - 1) {
                 const std::uint32_t at = i + static_cast<std::uint32_t>(std::countr_zero(ended));
-                if (owns(static_cast<std::size_t>(capsules.rod[list_.pair[at].a]))) finds.rubbed += last_spring_[at].energy;
+                if (owns(static_cast<std::size_t>(capsules.rod[list_.pair[at].a]))) finds.rubbed += last_spring_[at].energy();
             }
             if (touch == 0) return;
             compress_store(packed.s + n, touch, closest.s);
@@ -160,9 +160,8 @@ SKEIN_INLINE std::uint32_t Contacts::spring_at_joint(std::uint32_t pair, int da,
     return take(list_.beyond(pair, da, 0), from);
 }
 
-/// x of contacts before this step, and what energy theirs had.
 template <int N>
-SKEIN_INLINE ContactSpring<Pack<N>> Contacts::springs_before(const std::uint32_t* pair, Pack<N> s, Pack<N> t) const {
+SKEIN_INLINE Contacts::Remembered<N> Contacts::springs_before(const std::uint32_t* pair, Pack<N> s, Pack<N> t) const {
     using Q = Pack<N>;
     const auto nothing = static_cast<std::uint32_t>(list_.count());
     std::uint32_t from[N];
@@ -172,7 +171,7 @@ SKEIN_INLINE ContactSpring<Pack<N>> Contacts::springs_before(const std::uint32_t
     const unsigned a_low = bits_of(s <= Q(0.0)), a_high = bits_of(s >= Q(1.0)), b_low = bits_of(t <= Q(0.0)),
                    b_high = bits_of(t >= Q(1.0));
     unsigned at_joint = a_low | a_high | b_low | b_high;
-    if (at_joint == 0) return {own.vector, own.behind};
+    if (at_joint == 0) return {{own.vector, own.behind}, own.vector};
     for (; at_joint != 0; at_joint &= at_joint - 1) {
         const int l = std::countr_zero(at_joint);
         const auto step = [l](unsigned low, unsigned high) {
@@ -180,7 +179,7 @@ SKEIN_INLINE ContactSpring<Pack<N>> Contacts::springs_before(const std::uint32_t
         };
         from[l] = spring_at_joint(pair[l], step(a_low, a_high), step(b_low, b_high), from[l]);
     }
-    return {load().vector, own.behind};
+    return {{own.vector, own.behind}, load().vector};
 }
 
 template <int N> SKEIN_INLINE ContactNumbers<Pack<N>> Contacts::numbers(const Capsules& capsules, const std::uint32_t* pair) const {
@@ -205,8 +204,8 @@ template <int N> SKEIN_INLINE ContactNumbers<Pack<N>> Contacts::numbers(const Ca
 }
 
 /// As it is, of a pair that touches. Near-parallel elements push at the two ends of their overlap, and at the nearest points with what is
-/// left of the normal force and all friction. `spring`: the memory that the contact has, where it is not that of the step before.
-Contacts::Alone Contacts::alone(const Capsules& capsules, double h, std::uint32_t pair, const ContactSpring<Pack<1>>* spring) const {
+/// left of the normal force and all friction. `now`: the spring that the contact has, where it is not to move on.
+Contacts::Alone Contacts::alone(const Capsules& capsules, double h, std::uint32_t pair, const Spring* now) const {
     using Q = Pack<1>;
     const auto [a, b] = list_.pair[pair];
     const CapsuleNode *a0 = &capsules.node[a], *b0 = &capsules.node[b];
@@ -235,18 +234,20 @@ Contacts::Alone Contacts::alone(const Capsules& capsules, double h, std::uint32_
         for (const double s : {closest.first[0], closest.last[0]}) {
             const double t = std::clamp(dot(a0->position + s * d1 - b0->position, d2) / dot(d2, d2), 0.0, 1.0);
             ContactSpring<Q> none{broadcast<1>(Vec3d{0, 0, 0}), 0.0};
-            const auto f = contact_force<1>({kinds_.normal, ContactFriction::none}, law, state_at(s, t), h, none, 0.5 * share);
+            const auto f = contact_force<1>({kinds_.normal, ContactFriction::none}, law, state_at(s, t), h, none, none.x, 0.5 * share);
             elsewhere += f.normal[0], stored += f.stored[0], damped += f.damped[0], stiffest = std::max(stiffest, f.stiffness[0]);
             const Vec3d on_1 = lane(f.on_1, 0), moment = lane(f.moment, 0);
             out.more_on_first += {.first = (1 - s) * on_1, .second = s * on_1, .couple = f.arm_1[0] * moment};
             out.more_on_second += {.first = -((1 - t) * on_1), .second = -(t * on_1), .couple = f.arm_2[0] * moment};
         }
     }
-    out.spring = {broadcast<1>(Vec3d{0, 0, 0}), 0.0};
-    if (kinds_.friction == ContactFriction::memory) out.spring = spring ? *spring : springs_before<1>(&pair, closest.s, closest.t);
+    Remembered<1> spring{};
+    if (now) spring = {{broadcast<1>(now->x), now->stiffness}, broadcast<1>(now->x)};
+    else if (kinds_.friction == ContactFriction::memory) spring = springs_before<1>(&pair, closest.s, closest.t);
     const ContactState<Q> state = state_at(out.s, out.t);
     out.distance = state.distance[0];
-    out.force = contact_force<1>(kinds_, law, state, h, out.spring, 1 - share, elsewhere);
+    out.force = contact_force<1>(kinds_, law, state, h, spring.own, spring.from, 1 - share, elsewhere);
+    out.spring = spring.own;
     out.force.stored += stored;
     out.force.damped += damped;
     out.force.stiffness = max(out.force.stiffness, Q(stiffest));
@@ -285,8 +286,9 @@ void Contacts::push_packed(const Capsules& capsules, double h, const Packed& pac
         const auto velocity_a = [&](int next) { return load_transposed<W>([&](int l) { return &motion[pair[l].a + static_cast<std::uint32_t>(next)].velocity.x; }).vector; };
         const auto velocity_b = [&](int next) { return load_transposed<W>([&](int l) { return &motion[pair[l].b + static_cast<std::uint32_t>(next)].velocity.x; }).vector; };
         const P s = lanes(packed.s + i), t = lanes(packed.t + i), radius_1 = lanes(packed.radius_1 + i), radius_2 = lanes(packed.radius_2 + i);
-        ContactSpring<P> spring{broadcast<W>(Vec3d{0, 0, 0}), 0.0};
-        if (kinds_.friction == ContactFriction::memory) spring = springs_before<W>(index, s, t);
+        Remembered<W> remembered{};
+        if (kinds_.friction == ContactFriction::memory) remembered = springs_before<W>(index, s, t);
+        ContactSpring<P>& spring = remembered.own;
         const P distance = sqrt(lanes(packed.squared + i)), smaller = min(radius_1, radius_2), some = max(distance, P(1e-150));
         const P inverse = one / (some * smaller); // one division for two
         Vec3<P> normal = (smaller * inverse) * Vec3<P>{lanes(packed.x + i), lanes(packed.y + i), lanes(packed.z + i)};
@@ -302,7 +304,7 @@ void Contacts::push_packed(const Capsules& capsules, double h, const Packed& pac
                                     load_transposed<W>([&](int l) { return &motion[pair[l].a].spin.x; }).vector,
                                     between(velocity_b(0), velocity_b(1), t),
                                     load_transposed<W>([&](int l) { return &motion[pair[l].b].spin.x; }).vector};
-        ContactForce<P> force = contact_force<W>(kinds_, numbers<W>(capsules, index), state, h, spring);
+        ContactForce<P> force = contact_force<W>(kinds_, numbers<W>(capsules, index), state, h, spring, remembered.from);
 
         struct {
             int lane;
@@ -319,7 +321,7 @@ void Contacts::push_packed(const Capsules& capsules, double h, const Packed& pac
             force.damped.set(l, by_itself.force.damped[0]);
             force.stiffness.set(l, by_itself.force.stiffness[0]);
             set_lane(spring.x, l, lane(by_itself.spring.x, 0));
-            spring.energy.set(l, by_itself.spring.energy[0]);
+            spring.stiffness.set(l, by_itself.spring.stiffness[0]);
             more[sides++] = {l, by_itself.more_on_first, by_itself.more_on_second};
         }
 
@@ -334,9 +336,9 @@ void Contacts::push_packed(const Capsules& capsules, double h, const Packed& pac
         for (int m = 0; m < sides; ++m) on_first[more[m].lane] += more[m].on_first, on_second[more[m].lane] += more[m].on_second;
         if (kinds_.friction == ContactFriction::memory) {
             if (count == W) {
-                store_transposed<W>(spring.x, spring.energy, [&](int l) { return &kept[index[l]].x.x; });
+                store_transposed<W>(spring.x, spring.stiffness, [&](int l) { return &kept[index[l]].x.x; });
             } else {
-                for (int l = 0; l < count; ++l) kept[index[l]] = {lane(spring.x, l), spring.energy[l]};
+                for (int l = 0; l < count; ++l) kept[index[l]] = {lane(spring.x, l), spring.stiffness[l]};
             }
         }
         const unsigned within = bits_of((s > none) & (s < one) & (t > none) & (t < one));
@@ -413,8 +415,7 @@ std::vector<Contact> Contacts::active(const Capsules& capsules) const {
     for (std::uint32_t i = 0; i < list_.count(); ++i) {
         const Pair pair = list_.pair[i];
         if (!(what_[i] & touching) || !owns(static_cast<std::size_t>(capsules.rod[pair.a]))) continue;
-        const ContactSpring<Pack<1>> now{broadcast<1>(spring_[i].x), spring_[i].energy};
-        const Alone c = alone(capsules, 0, i, &now); // a spring pulls as it is: what has slid has shortened it
+        const Alone c = alone(capsules, 0, i, &spring_[i]); // a spring pulls as it is: what has slid has shortened it
         const Vec3d force = lane(c.force.on_1, 0) + c.more_on_first.first + c.more_on_first.second;
         all.push_back({pair, c.s, c.t, force, capsules.node[pair.a].radius + capsules.node[pair.b].radius - c.distance});
     }

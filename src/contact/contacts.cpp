@@ -60,7 +60,7 @@ void Contacts::carry_over(const PairList& fresh, const Capsules& capsules) {
             for (std::uint32_t old = list_.first[a]; old < list_.first[a + 1]; ++old) {
                 while (i < fresh.first[a + 1] && fresh.pair[i].b < list_.pair[old].b) ++i;
                 if (i < fresh.first[a + 1] && fresh.pair[i].b == list_.pair[old].b) what[i] = what_[old], spring[i] = spring_[old];
-                else if (what_[old] & touching && owns(static_cast<std::size_t>(capsules.rod[a]))) lost[block] += spring_[old].energy;
+                else if (what_[old] & touching && owns(static_cast<std::size_t>(capsules.rod[a]))) lost[block] += spring_[old].energy();
             }
         }
     });
@@ -113,7 +113,7 @@ void Contacts::restore(std::span<const KeptContact> kept, double rubbed, double 
         ++list_.first[c.a + 1];
         list_.pair.push_back({c.a, c.b});
         what_.push_back(static_cast<std::uint8_t>(c.what));
-        spring_.push_back({c.spring, c.energy});
+        spring_.push_back({c.spring, c.stiffness});
     }
     std::partial_sum(list_.first.begin(), list_.first.end(), list_.first.begin());
     place_.clear();
@@ -125,7 +125,7 @@ std::vector<KeptContact> Contacts::kept() const {
         if (!owns(rod)) continue;
         for (std::uint32_t i = list_.first[static_cast<std::size_t>(first_slot_[rod])];
              i < list_.first[static_cast<std::size_t>(first_slot_[rod + 1])]; ++i)
-            if (what_[i] & touching) all.push_back({list_.pair[i].a, list_.pair[i].b, what_[i], spring_[i].energy, spring_[i].x});
+            if (what_[i] & touching) all.push_back({list_.pair[i].a, list_.pair[i].b, what_[i], spring_[i].stiffness, spring_[i].x});
     }
     return all;
 }

@@ -49,7 +49,7 @@ struct Contact {
 struct KeptContact {
     std::uint32_t a, b; ///< slots
     std::uint32_t what; ///< bits, as Contacts means them
-    double energy;      ///< of the spring, J
+    double stiffness;   ///< k_t with which the spring pulled, N/m
     Vec3d spring;       ///< lab, m
 };
 
@@ -74,13 +74,19 @@ public:
 
 private:
     struct alignas(32) Spring {
-        Vec3d x;       ///< m
-        double energy; ///< J
+        Vec3d x;          ///< m
+        double stiffness; ///< k_t with which it pulled, N/m
+        double energy() const { return energy_of(x, stiffness); }
     };
     /// What a block finds.
     struct alignas(64) Finds {
         std::int64_t listed = 0, active = 0;
         double deepest = 0, stiffest = 0, stored = 0, rubbed = 0, damped = 0;
+    };
+    /// What contacts left behind, and the x that they go on from.
+    template <int W> struct Remembered {
+        ContactSpring<Pack<W>> own;
+        Vec3<Pack<W>> from;
     };
     struct Alone;
     struct Packed;
@@ -98,9 +104,9 @@ private:
     void pack(const Capsules& capsules, std::uint32_t begin, std::uint32_t end, Packed& packed, Finds& finds);
     void push_packed(const Capsules& capsules, double h, const Packed& packed, const RodBlock& block, std::vector<std::size_t>& post,
                      Finds& finds, Sums& sums, AlignedVector<ContactLoad>& loads);
-    template <int W> ContactSpring<Pack<W>> springs_before(const std::uint32_t* pair, Pack<W> s, Pack<W> t) const;
+    template <int W> Remembered<W> springs_before(const std::uint32_t* pair, Pack<W> s, Pack<W> t) const;
     std::uint32_t spring_at_joint(std::uint32_t pair, int da, int db, std::uint32_t own) const;
-    Alone alone(const Capsules& capsules, double h, std::uint32_t pair, const ContactSpring<Pack<1>>* spring = nullptr) const;
+    Alone alone(const Capsules& capsules, double h, std::uint32_t pair, const Spring* now = nullptr) const;
     template <int W> ContactNumbers<Pack<W>> numbers(const Capsules& capsules, const std::uint32_t* pair) const;
 
     ContactLaws laws_;

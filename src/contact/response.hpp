@@ -24,11 +24,13 @@ template <class P> struct ContactState {
     Vec3<P> velocity_1, spin_1, velocity_2, spin_2; ///< of the axes beside the contact; lab
 };
 
-/// x of a contact's memory and its energy, J.
+/// A contact's memory, and the k_t with which it pulled.
 template <class P> struct ContactSpring {
     Vec3<P> x;
-    P energy;
+    P stiffness;
 };
+/// (1/2) k_t x^2, J.
+template <class P> SKEIN_INLINE P energy_of(const Vec3<P>& x, P stiffness) { return P(0.5) * stiffness * dot(x, x); }
 
 template <class P> struct ContactForce {
     Vec3<P> on_1;   ///< N; on 2 the opposite
@@ -46,10 +48,11 @@ struct ContactKinds {
 };
 
 /// `weight`: of the normal force, where a contact has several points; `elsewhere`: normal force of the others, which friction counts
-/// too. `spring`: x as it comes, 0 in a new contact, and the energy that its contact had; then as it leaves, 0 where nothing touches.
+/// too. `spring`: as the contact left it, 0 in a new one; then as it leaves it now, 0 where nothing touches. `from`: the x that it goes on
+/// from, which may be another's.
 template <int W>
 SKEIN_INLINE ContactForce<Pack<W>> contact_force(ContactKinds kinds, const ContactNumbers<Pack<W>>& law, const ContactState<Pack<W>>& in, double h,
-                                                 ContactSpring<Pack<W>>& spring, Pack<W> weight = 1.0, Pack<W> elsewhere = 0.0) {
+                                                 ContactSpring<Pack<W>>& spring, const Vec3<Pack<W>>& from, Pack<W> weight = 1.0, Pack<W> elsewhere = 0.0) {
     using P = Pack<W>;
     const P zero(0.0), half(0.5), one(1.0), tiny(1e-150), step(h);
     const P overlap = in.radius_1 + in.radius_2 - in.distance, depth = max(overlap, zero);
@@ -74,7 +77,7 @@ SKEIN_INLINE ContactForce<Pack<W>> contact_force(ContactKinds kinds, const Conta
     Vec3<P> friction = none;
     if (kinds.friction == ContactFriction::memory) {
         const P stiffness = law.tangential_stiffness * root;
-        const Vec3<P> before = spring.x, moved = fma(step, tangential, before), in_plane = moved - dot(moved, n) * n;
+        const Vec3<P> moved = fma(step, tangential, from), in_plane = moved - dot(moved, n) * n;
         const Vec3<P> trial = -(stiffness * in_plane) - law.tangential_damping * tangential;
         const P squared = dot(trial, trial), limit = law.static_friction * pressed;
         const auto sticks = squared <= limit * limit;
@@ -89,17 +92,17 @@ SKEIN_INLINE ContactForce<Pack<W>> contact_force(ContactKinds kinds, const Conta
             after = select(sticks, in_plane, -((size * inverse) * fma(P(law.tangential_damping), tangential, slides)));
         }
         friction = select(touches, friction, none);
-        spring.x = select(touches, after, none);
         damped = select(touches, damped, zero);
         // What the force takes from the rods and the spring does not have: however the spring has come to what it was. Places and rates
         // stand half a step apart, so over a step of rates it is the mean of this force and the one before that works; with this one
         // alone a spring that swings would seem to rub away k h^2 u^2/2 in every step.
-        const P energy = half * stiffness * dot(spring.x, spring.x);
-        const Vec3<P> mean = half * (friction - fma(stiffness, before, P(law.tangential_damping) * tangential));
-        out.rubbed = spring.energy - energy - damped - step * dot(select(touches, mean, none), tangential);
+        const Vec3<P> mean = half * (friction - fma(spring.stiffness, spring.x, P(law.tangential_damping) * tangential));
+        const P energy_before = energy_of(spring.x, spring.stiffness);
+        spring = {select(touches, after, none), select(touches, stiffness, zero)};
+        const P energy = energy_of(spring.x, spring.stiffness);
+        out.rubbed = energy_before - energy - damped - step * dot(select(touches, mean, none), tangential);
         out.damped += damped;
         out.stored += energy;
-        spring.energy = energy;
     } else if (kinds.friction != ContactFriction::none) {
         const P speed = norm(tangential);
         P share = law.kinetic_friction * pressed / max(speed, max(kinds.friction == ContactFriction::regularised ? law.slip_speed : zero, tiny));

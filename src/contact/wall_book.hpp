@@ -44,7 +44,7 @@ public:
     /// What a node keeps of a wall from step to step.
     struct Kept {
         Vec3<P> spring; ///< m
-        Vec3<P> sums;   ///< energy of the spring; rubbed, damped; J
+        Vec3<P> sums;   ///< k_t with which the spring pulled, N/m; rubbed, damped; J
     };
     struct Page {
         AlignedVector<Entry> entry;    ///< one per wall that acts on the group

@@ -116,8 +116,8 @@ private:
     /// What springs held when a node leaves its walls is lost to friction.
     static void let_go(Kept& kept, Mask<W> where) {
         const P none(0.0);
+        kept.sums.y += select(where, energy_of(kept.spring, kept.sums.x), none);
         kept.spring = select(where, Vec3<P>{}, kept.spring);
-        kept.sums.y += select(where, kept.sums.x, none);
         kept.sums.x = select(where, none, kept.sums.x);
     }
     void forget(Page& page, int i) const {
@@ -222,8 +222,8 @@ private:
             state.distance = s.distance;
             state.velocity_2 = broadcast<W>(wall[w].velocity);
             ContactSpring<P> spring{kept.spring, kept.sums.x};
-            const ContactForce<P> out = contact_force<W>(wall[w].kinds, wall[w].law.template as<P>(), state, h, spring);
-            kept = {spring.x, {spring.energy, kept.sums.y + out.rubbed, kept.sums.z + out.damped}};
+            const ContactForce<P> out = contact_force<W>(wall[w].kinds, wall[w].law.template as<P>(), state, h, spring, kept.spring);
+            kept = {spring.x, {spring.stiffness, kept.sums.y + out.rubbed, kept.sums.z + out.damped}};
             force += out.on_1;
             couple += out.arm_1 * out.moment;
             enter(page.entry[w], state, out, touches);

@@ -17,8 +17,8 @@ namespace skein {
 namespace {
 
 constexpr std::size_t slot_numbers = 10;   ///< position, radius, velocity, spin
-constexpr std::size_t spring_numbers = 7;  ///< two slots, what, energy, spring
-constexpr const char* springs_name = "springs";
+constexpr std::size_t spring_numbers = 7;  ///< two slots, what, stiffness, spring
+constexpr const char* springs_name = "contacts";
 constexpr const char* walls_name = "walls";
 
 /// Rows of numbers of all ranks, put in order.
@@ -260,7 +260,7 @@ std::vector<KeptNumbers> Interactions::kept() const {
 std::vector<double> Interactions::springs() const {
     const ContactFigures f = contacts_->figures();
     std::vector<std::array<double, spring_numbers>> mine;
-    for (const KeptContact& c : contacts_->kept()) mine.push_back({double(c.a), double(c.b), double(c.what), c.energy, c.spring.x, c.spring.y, c.spring.z});
+    for (const KeptContact& c : contacts_->kept()) mine.push_back({double(c.a), double(c.b), double(c.what), c.stiffness, c.spring.x, c.spring.y, c.spring.z});
     std::vector<double> numbers = exact_sums(comm_, std::vector<std::vector<double>>{{f.rubbed}, {f.damped}});
     for (const auto& r : gathered_rows(comm_, mine)) numbers.insert(numbers.end(), r.begin(), r.end());
     return numbers;

@@ -24,7 +24,7 @@ Bounce bounce(const ContactLaw& law, double m, double speed) {
         return contact_force<1>({law.normal, ContactFriction::none}, numbers,
                                 {broadcast<1>(Vec3d{1, 0, 0}), 2 - overlap, 1.0, 1.0, broadcast<1>(Vec3d{v, 0, 0}),
                                  broadcast<1>(none), broadcast<1>(none), broadcast<1>(none)},
-                                0, spring)
+                                0, spring, spring.x)
             .normal[0];
     };
     double g = 0, v = speed, t = 0;
@@ -66,7 +66,7 @@ TEST(ContactLaw, RubsOnlyWhereItSlides) {
             return contact_force<1>({normal, law.friction}, numbers,
                                     {broadcast<1>(Vec3d{1, 0, 0}), 2 - overlap, 1.0, 1.0, broadcast<1>(Vec3d{0, v, 0}), broadcast<1>(none), broadcast<1>(none),
                                      broadcast<1>(none)},
-                                    h, spring);
+                                    h, spring, spring.x);
         };
         double v = 0.01, rubbed = 0;
         const double energy = 0.5 * mass * v * v;
@@ -76,9 +76,9 @@ TEST(ContactLaw, RubsOnlyWhereItSlides) {
             v += h * f.on_1.y[0] / mass;
         }
         EXPECT_LT(std::abs(rubbed), 1e-6 * energy);
-        EXPECT_NEAR(0.5 * mass * v * v + spring.energy[0], energy, 0.2 * energy) << "it swings on";
+        EXPECT_NEAR(0.5 * mass * v * v + energy_of(spring.x, spring.stiffness)[0], energy, 0.2 * energy) << "it swings on";
 
-        const double before = spring.energy[0];
+        const double before = energy_of(spring.x, spring.stiffness)[0];
         double slid = 0, drag = 0;
         rubbed = 0;
         for (int i = 0; i < 20000; ++i) {
@@ -87,7 +87,7 @@ TEST(ContactLaw, RubsOnlyWhereItSlides) {
             slid += h;
             drag = -f.on_1.y[0];
         }
-        EXPECT_NEAR(rubbed + spring.energy[0] - before, drag * slid, 1e-2 * drag * slid); // the beginning sticks
+        EXPECT_NEAR(rubbed + energy_of(spring.x, spring.stiffness)[0] - before, drag * slid, 1e-2 * drag * slid); // the beginning sticks
     }
 }
 
@@ -128,7 +128,7 @@ template <int W> Drawn<W> draw(unsigned seed, int first) {
             d.state.distance.set(l, 2 * uniform(random));
         for (Vec3<Pack<W>>* v : {&d.state.velocity_1, &d.state.spin_1, &d.state.velocity_2, &d.state.spin_2, &d.spring.x})
             set_lane(*v, l, vector());
-        d.spring.energy.set(l, uniform(random));
+        d.spring.stiffness.set(l, uniform(random));
         for (Pack<W>* p : {&d.law.stiffness, &d.law.damping, &d.law.static_friction, &d.law.kinetic_friction,
                            &d.law.tangential_stiffness, &d.law.tangential_damping, &d.law.slip_speed})
             p->set(l, uniform(random));
@@ -142,10 +142,10 @@ TEST(ContactForce, IsTheSameInOneLaneAndInEight) {
              {ContactFriction::none, ContactFriction::memory, ContactFriction::regularised, ContactFriction::published})
             for (unsigned seed = 0; seed < 100; ++seed) {
                 auto eight = draw<8>(seed, 0);
-                const auto all = contact_force<8>({normal, friction}, eight.law, eight.state, 0.1, eight.spring);
+                const auto all = contact_force<8>({normal, friction}, eight.law, eight.state, 0.1, eight.spring, eight.spring.x);
                 for (int l = 0; l < 8; ++l) {
                     auto one = draw<1>(seed, l);
-                    const auto f = contact_force<1>({normal, friction}, one.law, one.state, 0.1, one.spring);
+                    const auto f = contact_force<1>({normal, friction}, one.law, one.state, 0.1, one.spring, one.spring.x);
                     ASSERT_EQ(norm(lane(all.on_1, l) - lane(f.on_1, 0)), 0);
                     ASSERT_EQ(norm(lane(all.moment, l) - lane(f.moment, 0)), 0);
                     ASSERT_EQ(norm(lane(eight.spring.x, l) - lane(one.spring.x, 0)), 0);
@@ -169,7 +169,7 @@ TEST(ContactForce, OfPublishedFriction) {
                                           broadcast<1>(none),
                                           broadcast<1>(none),
                                           broadcast<1>(none)};
-        return -contact_force<1>({ContactNormal::linear, ContactFriction::published}, law, state, 1e-3, spring).on_1.x[0];
+        return -contact_force<1>({ContactNormal::linear, ContactFriction::published}, law, state, 1e-3, spring, spring.x).on_1.x[0];
     };
     EXPECT_EQ(drag(0), 0);
     EXPECT_EQ(drag(0.9e-3), 0);
@@ -195,7 +195,7 @@ TEST(ContactForce, AccountsForItsEnergy) {
             const ContactState<Pack<1>> state{
                 broadcast<1>(Vec3d{0, 0, 1}), 2 * radius - overlap, radius, radius, broadcast<1>(v), broadcast<1>(none),
                 broadcast<1>(none),           broadcast<1>(none)};
-            const auto f = contact_force<1>({normal, ContactFriction::memory}, law, state, h, spring);
+            const auto f = contact_force<1>({normal, ContactFriction::memory}, law, state, h, spring, spring.x);
             const Vec3d force = lane(f.on_1, 0);
             done -= h * dot(0.5 * (force + force_before), v);
             force_before = force;
