@@ -1,9 +1,9 @@
 #include "contact/broad_phase.hpp"
 
 #include "contact/capsule_tiles.hpp"
-#include "core/closest_points.hpp"
 #include "contact/compress.hpp"
 #include "contact/group.hpp"
+#include "core/closest_points.hpp"
 
 #include <algorithm>
 #include <bit>

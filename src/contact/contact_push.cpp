@@ -6,7 +6,6 @@
 
 #include <algorithm>
 #include <bit>
-#include <cmath>
 #include <cstring>
 
 namespace skein {
@@ -259,10 +258,10 @@ namespace {
 /// What a contact does to the slots of its element.
 SKEIN_INLINE void take(ContactLoad* at, const ElementLoad& load) {
     using Four = detail::FourDoubles;
-    const auto four = [](auto& x) __attribute__((always_inline)) -> Four& { return *reinterpret_cast<Four*>(const_cast<Vec3d*>(&x)); };
-    four(at[0].force) += four(load.first);
-    four(at[1].force) += four(load.second);
-    four(at[0].couple) += four(load.couple);
+    const auto add = [](Vec3d& to, const Vec3d& more) __attribute__((always_inline)) { reinterpret_cast<Four&>(to) += reinterpret_cast<const Four&>(more); };
+    add(at[0].force, load.first);
+    add(at[1].force, load.second);
+    add(at[0].couple, load.couple);
 }
 
 } // namespace

@@ -1,6 +1,7 @@
 #include "contact/mail.hpp"
 
 #include <algorithm>
+#include <utility>
 
 namespace skein {
 

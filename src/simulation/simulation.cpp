@@ -139,17 +139,18 @@ bool Simulation::step_alone(std::span<const Step> steps, bool check) {
 bool Simulation::step_together(std::span<const Step> steps, bool check) {
     const auto timed = [&](auto&& work) {
         const auto timing = timers_.time(Phase::rods);
-        return work();
+        work();
     };
+    bool fit = true;
     timed([&] { rods_->move(steps.front()); }); // per tile: drift
-    for (std::size_t i = 0; i + 1 < steps.size(); ++i) {
-        interactions_->meet(steps[i], timers_);                        // contacts
-        timed([&] { rods_->act_and_move(steps[i], steps[i + 1]); });   // per tile: forces, loads, walls, kick; the next drift
-        interactions_->steer(steps[i], timers_);                       // servos
+    for (std::size_t i = 0; i < steps.size(); ++i) {
+        interactions_->meet(steps[i], timers_); // contacts
+        timed([&] {                             // per tile: forces, loads, walls, kick; then the next drift
+            if (i + 1 < steps.size()) rods_->act_and_move(steps[i], steps[i + 1]);
+            else fit = rods_->act(steps[i], check);
+        });
+        interactions_->steer(steps[i], timers_); // servos
     }
-    interactions_->meet(steps.back(), timers_);
-    const bool fit = timed([&] { return rods_->act(steps.back(), check); });
-    interactions_->steer(steps.back(), timers_);
     return fit && (!check || interactions_->fit());
 }
 

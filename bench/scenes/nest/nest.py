@@ -16,10 +16,28 @@ import re
 import shutil
 import statistics
 import subprocess
+import sys
 import tempfile
+from dataclasses import dataclass
 from pathlib import Path
 
+sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "scaling"))
+from scaling import serial_fraction  # noqa: E402  (from bench/scaling)
+
 PHASES = ("rods", "exchange", "search", "contacts")
+
+
+@dataclass
+class Layout:
+    """A row of the table, as serial_fraction wants it."""
+    row: dict
+
+    @property
+    def cores(self):
+        return self.row["ranks"] * self.row["threads"]
+
+    def step_s(self):
+        return 1e-9 * self.row["step_ns"]
 
 
 def free_scene(text):
@@ -92,20 +110,18 @@ def main():
             free_row = next(r for r in rows if r["scene"] == "free" and (r["ranks"], r["threads"]) == (row["ranks"], row["threads"]))
             print(f"{row['ranks']}x{row['threads']}: a step is {row['step_ns'] / free_row['step_ns']:.2f} of that of free rods, rods are {row['rods_ns'] / row['step_ns']:.0%} of it, "
                   f"{nest[0]['step_ns'] / row['step_ns']:.2f} times as fast as {nest[0]['ranks']}x{nest[0]['threads']}")
-    one = nest[0]
-    cores = [row["ranks"] * row["threads"] / (one["ranks"] * one["threads"]) for row in nest]
+    one = Layout(nest[0])
     for row in nest:
-        row["speedup"] = one["step_ns"] / row["step_ns"] * one["ranks"] * one["threads"]
-    for several in (lambda row: row["ranks"] == 1, lambda row: row["ranks"] > 1): # Amdahl: T(p)/T(1) = s + (1 - s)/p
-        points = [(1 - 1 / p, row["step_ns"] / one["step_ns"] - 1 / p, row) for p, row in zip(cores, nest) if several(row) and p > 1]
-        if points:
-            serial = max(0.0, sum(a * b for a, b, _ in points) / sum(a * a for a, b, _ in points))
-            print(f"{'threads' if several(one) else 'ranks'}: serial fraction {serial:.1%} by Amdahl's law")
-            for row in [row for _, _, row in points] + ([one] if several(one) else []):
+        row["speedup"] = one.cores * one.step_s() / Layout(row).step_s()
+    for of, own in (("threads", [row for row in nest if row["ranks"] == 1]), ("ranks", [row for row in nest if row["ranks"] > 1])):
+        if any(Layout(row).cores > one.cores for row in own):
+            serial = max(0.0, serial_fraction(one, [Layout(row) for row in own]))
+            print(f"{of}: serial fraction {serial:.1%} by Amdahl's law")
+            for row in own:
                 row["serial_fraction"] = serial
     if arguments.csv:
         with arguments.csv.open("w", newline="") as file:
-            writer = csv.DictWriter(file, list(one))
+            writer = csv.DictWriter(file, list(dict.fromkeys(key for row in rows for key in row)))
             writer.writeheader()
             writer.writerows(rows)
 
