@@ -139,6 +139,11 @@ ContactLaws::ContactLaws(std::size_t materials, std::vector<ContactLaw> laws) : 
             throw InputError("contact: all laws of a scene have one kind of normal force and one kind of friction");
 }
 
+bool ContactLaws::remember() const {
+    return friction() != ContactFriction::none ||
+           std::any_of(laws_.begin(), laws_.end(), [](const ContactLaw& law) { return law.damping > 0 || law.soft_damping > 0; });
+}
+
 std::vector<ContactNumbers<double>> ContactLaws::numbers(double time) const {
     std::vector<ContactNumbers<double>> all;
     for (const ContactLaw& law : laws_) all.push_back(law.at(time).numbers());

@@ -75,6 +75,8 @@ public:
     const ContactLaw& between(std::size_t i, std::size_t j) const { return laws_[i * materials_ + j]; }
     ContactNormal normal() const { return laws_[0].normal; }
     ContactFriction friction() const { return laws_[0].friction; }
+    /// Whether a contact has to know what it did a step before: all but elastic ones without friction.
+    bool remember() const;
     /// At a time, in the order of the laws.
     std::vector<ContactNumbers<double>> numbers(double time) const;
 

@@ -91,7 +91,7 @@ struct Contacts::Sums {
 struct Contacts::Alone {
     using Q = Pack<1>;
     ContactForce<Q> force; ///< at the nearest points; sums and the stiffness are those of all points
-    ContactSpring<Q> spring;
+    ContactMemory<Q> memory;
     double s, t, distance;
     ElementLoad more_on_first, more_on_second; ///< at the ends of what lies side by side
 };
@@ -118,7 +118,7 @@ void Contacts::pack(const Capsules& capsules, std::uint32_t begin, std::uint32_t
             const unsigned valid = end - i >= W ? 0xffu : (1u << (end - i)) - 1, touch = bits_of(squared < reach * reach) & valid;
             for (unsigned ended = low_bits(was + k) & ~touch & valid; ended != 0; ended &= ended - 1) {
                 const std::uint32_t at = i + static_cast<std::uint32_t>(std::countr_zero(ended));
-                if (owns(static_cast<std::size_t>(capsules.rod[list_.pair[at].a]))) finds.rubbed += last_spring_[at].energy();
+                if (owns(static_cast<std::size_t>(capsules.rod[list_.pair[at].a]))) finds.rubbed += last_memory_[at].energy();
             }
             if (touch == 0) return;
             compress_store(packed.s + n, touch, closest.s);
@@ -160,17 +160,18 @@ SKEIN_INLINE std::uint32_t Contacts::spring_at_joint(std::uint32_t pair, int da,
 }
 
 template <int N>
-SKEIN_INLINE Contacts::Remembered<N> Contacts::springs_before(const std::uint32_t* pair, Pack<N> s, Pack<N> t) const {
+SKEIN_INLINE Contacts::Remembered<N> Contacts::memory_before(const std::uint32_t* pair, Pack<N> s, Pack<N> t) const {
     using Q = Pack<N>;
     const auto nothing = static_cast<std::uint32_t>(list_.count());
     std::uint32_t from[N];
     for (int l = 0; l < N; ++l) from[l] = was_[pair[l]] & touching ? pair[l] : nothing;
-    const auto load = [&] { return load_transposed<N>([&](int l) { return &last_spring_[from[l]].x.x; }); };
-    const auto own = load();
+    const auto spring = load_transposed<N>([&](int l) { return &last_memory_[from[l]].x.x; });
+    const auto beside = load_transposed<N>([&](int l) { return &last_memory_[from[l]].beside.x; });
+    const ContactMemory<Q> own{spring.vector, spring.behind, beside.vector, beside.behind};
     const unsigned a_low = bits_of(s <= Q(0.0)), a_high = bits_of(s >= Q(1.0)), b_low = bits_of(t <= Q(0.0)),
                    b_high = bits_of(t >= Q(1.0));
-    unsigned at_joint = a_low | a_high | b_low | b_high;
-    if (at_joint == 0) return {{own.vector, own.behind}, own.vector};
+    unsigned at_joint = kinds_.friction == ContactFriction::memory ? a_low | a_high | b_low | b_high : 0;
+    if (at_joint == 0) return {own, own.x};
     for (; at_joint != 0; at_joint &= at_joint - 1) {
         const int l = std::countr_zero(at_joint);
         const auto step = [l](unsigned low, unsigned high) {
@@ -178,7 +179,7 @@ SKEIN_INLINE Contacts::Remembered<N> Contacts::springs_before(const std::uint32_
         };
         from[l] = spring_at_joint(pair[l], step(a_low, a_high), step(b_low, b_high), from[l]);
     }
-    return {{own.vector, own.behind}, load().vector};
+    return {own, load_transposed<N>([&](int l) { return &last_memory_[from[l]].x.x; }).vector};
 }
 
 template <int N> SKEIN_INLINE ContactNumbers<Pack<N>> Contacts::numbers(const Capsules& capsules, const std::uint32_t* pair) const {
@@ -203,8 +204,8 @@ template <int N> SKEIN_INLINE ContactNumbers<Pack<N>> Contacts::numbers(const Ca
 }
 
 /// As it is, of a pair that touches. Near-parallel elements push at the two ends of their overlap, and at the nearest points with what is
-/// left of the normal force and all friction. `now`: the spring that the contact has, where it is not to move on.
-Contacts::Alone Contacts::alone(const Capsules& capsules, double h, std::uint32_t pair, const Spring* now) const {
+/// left of the normal force and all friction. `now`: the memory that the contact has, where it is not to move on.
+Contacts::Alone Contacts::alone(const Capsules& capsules, double h, std::uint32_t pair, const ContactMemory<double>* now) const {
     using Q = Pack<1>;
     const auto [a, b] = list_.pair[pair];
     const CapsuleNode *a0 = &capsules.node[a], *b0 = &capsules.node[b];
@@ -232,21 +233,21 @@ Contacts::Alone Contacts::alone(const Capsules& capsules, double h, std::uint32_
         share = 1 - closest.sine_squared[0] / (blend * blend);
         for (const double s : {closest.first[0], closest.last[0]}) {
             const double t = std::clamp(dot(a0->position + s * d1 - b0->position, d2) / dot(d2, d2), 0.0, 1.0);
-            ContactSpring<Q> none{broadcast<1>(Vec3d{0, 0, 0}), 0.0};
+            ContactMemory<Q> none{};
             const auto f = contact_force<1>({kinds_.normal, ContactFriction::none}, law, state_at(s, t), h, none, none.x, 0.5 * share);
-            elsewhere += f.normal[0], stored += f.stored[0], damped += f.damped[0], stiffest = std::max(stiffest, f.stiffness[0]);
+            elsewhere += f.normal[0], stored += f.stored[0], damped += 2 * f.damped[0], stiffest = std::max(stiffest, f.stiffness[0]);
             const Vec3d on_1 = lane(f.on_1, 0), moment = lane(f.moment, 0);
             out.more_on_first += {.first = (1 - s) * on_1, .second = s * on_1, .couple = f.arm_1[0] * moment};
             out.more_on_second += {.first = -((1 - t) * on_1), .second = -(t * on_1), .couple = f.arm_2[0] * moment};
         }
     }
-    Remembered<1> spring{};
-    if (now) spring = {{broadcast<1>(now->x), now->stiffness}, broadcast<1>(now->x)};
-    else if (kinds_.friction == ContactFriction::memory) spring = springs_before<1>(&pair, closest.s, closest.t);
+    Remembered<1> before{};
+    if (now) before = {{.x = broadcast<1>(now->x), .stiffness = now->stiffness}, broadcast<1>(now->x)};
+    else if (remembers_) before = memory_before<1>(&pair, closest.s, closest.t);
     const ContactState<Q> state = state_at(out.s, out.t);
     out.distance = state.distance[0];
-    out.force = contact_force<1>(kinds_, law, state, h, spring.own, spring.from, 1 - share, elsewhere);
-    out.spring = spring.own;
+    out.force = contact_force<1>(kinds_, law, state, h, before.own, before.from, 1 - share, elsewhere);
+    out.memory = before.own;
     out.force.stored += stored;
     out.force.damped += damped;
     out.force.stiffness = max(out.force.stiffness, Q(stiffest));
@@ -273,7 +274,7 @@ void Contacts::push_packed(const Capsules& capsules, double h, const Packed& pac
     const std::int32_t* const rod = capsules.rod.data();
     const std::uint8_t* const owned = owned_.empty() ? nullptr : owned_.data();
     std::uint8_t *const what = what_.data(), *const touched = touched_.data();
-    Spring* const kept = spring_.data();
+    ContactMemory<double>* const kept = memory_.data();
     ContactLoad* const load = loads.data();
     Mail::Desk desk = mail_.desk(post);
     const std::uint32_t behind = block.last_slot;
@@ -286,8 +287,8 @@ void Contacts::push_packed(const Capsules& capsules, double h, const Packed& pac
         const auto velocity_b = [&](int next) { return load_transposed<W>([&](int l) { return &motion[pair[l].b + static_cast<std::uint32_t>(next)].velocity.x; }).vector; };
         const P s = lanes(packed.s + i), t = lanes(packed.t + i), radius_1 = lanes(packed.radius_1 + i), radius_2 = lanes(packed.radius_2 + i);
         Remembered<W> remembered{};
-        if (kinds_.friction == ContactFriction::memory) remembered = springs_before<W>(index, s, t);
-        ContactSpring<P>& spring = remembered.own;
+        if (remembers_) remembered = memory_before<W>(index, s, t);
+        ContactMemory<P>& memory = remembered.own;
         const P distance = sqrt(lanes(packed.squared + i)), smaller = min(radius_1, radius_2), some = max(distance, P(1e-150));
         const P inverse = one / (some * smaller); // one division for two
         Vec3<P> normal = (smaller * inverse) * Vec3<P>{lanes(packed.x + i), lanes(packed.y + i), lanes(packed.z + i)};
@@ -303,7 +304,7 @@ void Contacts::push_packed(const Capsules& capsules, double h, const Packed& pac
                                     load_transposed<W>([&](int l) { return &motion[pair[l].a].spin.x; }).vector,
                                     between(velocity_b(0), velocity_b(1), t),
                                     load_transposed<W>([&](int l) { return &motion[pair[l].b].spin.x; }).vector};
-        ContactForce<P> force = contact_force<W>(kinds_, numbers<W>(capsules, index), state, h, spring, remembered.from);
+        ContactForce<P> force = contact_force<W>(kinds_, numbers<W>(capsules, index), state, h, memory, remembered.from);
 
         struct {
             int lane;
@@ -319,8 +320,10 @@ void Contacts::push_packed(const Capsules& capsules, double h, const Packed& pac
             force.rubbed.set(l, by_itself.force.rubbed[0]);
             force.damped.set(l, by_itself.force.damped[0]);
             force.stiffness.set(l, by_itself.force.stiffness[0]);
-            set_lane(spring.x, l, lane(by_itself.spring.x, 0));
-            spring.stiffness.set(l, by_itself.spring.stiffness[0]);
+            set_lane(memory.x, l, lane(by_itself.memory.x, 0));
+            memory.stiffness.set(l, by_itself.memory.stiffness[0]);
+            set_lane(memory.beside, l, lane(by_itself.memory.beside, 0));
+            memory.dashpot.set(l, by_itself.memory.dashpot[0]);
             more[sides++] = {l, by_itself.more_on_first, by_itself.more_on_second};
         }
 
@@ -333,12 +336,11 @@ void Contacts::push_packed(const Capsules& capsules, double h, const Packed& pac
         share(on_first, force.on_1, s, force.arm_1 * force.moment);
         share(on_second, -force.on_1, t, force.arm_2 * force.moment);
         for (int m = 0; m < sides; ++m) on_first[more[m].lane] += more[m].on_first, on_second[more[m].lane] += more[m].on_second;
-        if (kinds_.friction == ContactFriction::memory) {
-            if (count == W) {
-                store_transposed<W>(spring.x, spring.stiffness, [&](int l) { return &kept[index[l]].x.x; });
-            } else {
-                for (int l = 0; l < count; ++l) kept[index[l]] = {lane(spring.x, l), spring.stiffness[l]};
-            }
+        if (remembers_ && count == W) {
+            store_transposed<W>(memory.x, memory.stiffness, [&](int l) { return &kept[index[l]].x.x; });
+            store_transposed<W>(memory.beside, memory.dashpot, [&](int l) { return &kept[index[l]].beside.x; });
+        } else if (remembers_) {
+            for (int l = 0; l < count; ++l) kept[index[l]] = {lane(memory.x, l), memory.stiffness[l], lane(memory.beside, l), memory.dashpot[l]};
         }
         const unsigned within = bits_of((s > none) & (s < one) & (t > none) & (t < one));
         for (int l = 0; l < count; ++l) what[index[l]] = static_cast<std::uint8_t>(touching | (within >> l & 1) * inside);
@@ -374,9 +376,6 @@ void Contacts::push(const Capsules& capsules, double h, std::size_t number, std:
     const std::uint32_t begin = list_.first[block.first_slot], end = list_.first[block.last_slot];
     if (begin == end) return;
     std::fill(what_.begin() + begin, what_.begin() + end, std::uint8_t{0});
-    for (std::uint32_t rod = block.first_rod; rod < block.last_rod; ++rod)
-        if (owns(rod))
-            finds.listed += list_.first[static_cast<std::size_t>(first_slot_[rod + 1])] - list_.first[static_cast<std::size_t>(first_slot_[rod])];
     mail_.open(number, post);
     Packed packed;
     Sums sums;
@@ -414,7 +413,7 @@ std::vector<Contact> Contacts::active(const Capsules& capsules) const {
     for (std::uint32_t i = 0; i < list_.count(); ++i) {
         const Pair pair = list_.pair[i];
         if (!(what_[i] & touching) || !owns(static_cast<std::size_t>(capsules.rod[pair.a]))) continue;
-        const Alone c = alone(capsules, 0, i, &spring_[i]); // a spring pulls as it is: what has slid has shortened it
+        const Alone c = alone(capsules, 0, i, &memory_[i]); // a spring pulls as it is: what has slid has shortened it
         const Vec3d force = lane(c.force.on_1, 0) + c.more_on_first.first + c.more_on_first.second;
         all.push_back({pair, c.s, c.t, force, capsules.node[pair.a].radius + capsules.node[pair.b].radius - c.distance});
     }

@@ -26,31 +26,32 @@ double mean_diameter(const Capsules& c) {
 } // namespace
 
 Contacts::Contacts(const Capsules& capsules, ContactLaws laws, const Threads& threads, std::vector<std::uint8_t> owned_rods)
-    : laws_(std::move(laws)), kinds_{laws_.normal(), laws_.friction()}, threads_(threads), owned_(std::move(owned_rods)),
+    : laws_(std::move(laws)), kinds_{laws_.normal(), laws_.friction()}, remembers_(laws_.remember()), threads_(threads), owned_(std::move(owned_rods)),
       search_(capsules, threads), diameter_(mean_diameter(capsules)), first_slot_(capsules.first_slot),
       mail_(capsules), finds_(mail_.blocks().size()), post_(static_cast<std::size_t>(threads.count())),
       touched_(capsules.first_slot.size() - 1, 0) {
     figures_.skin = 0.25 * diameter_;
 }
 
-/// Whether some of these rods have moved further than the list allows.
+/// The places of some nodes; behind the last one that one again.
+Contacts::Places Contacts::places(const Capsules& capsules, std::size_t tile) {
+    const std::size_t first = tile * places_at_once, last = capsules.slots() - 1;
+    return load_transposed<places_at_once>([&](int l) { return &capsules.node[std::min(first + static_cast<std::size_t>(l), last)].position.x; }).vector;
+}
+
+/// Whether some of these rods, or neighbours by number, have moved further than the list allows.
 bool Contacts::far(const Capsules& capsules, const RodBlock& block) const {
     const double most = 0.25 * figures_.skin * figures_.skin; // each of two may go half the way
-    double furthest[4] = {};                                  // four, as a maximum waits for the one before
-    const auto moved = [&](std::size_t i) {
-        const Vec3d d = capsules.node[i].position - place_[i];
-        return dot(d, d);
-    };
-    std::size_t i = block.first_slot;
-    const std::size_t end = block.last_slot;
-    for (; i + 4 <= end; i += 4)
-        for (std::size_t k = 0; k < 4; ++k) furthest[k] = std::max(furthest[k], moved(i + k));
-    for (; i < end; ++i) furthest[0] = std::max(furthest[0], moved(i));
-    return !(std::max({furthest[0], furthest[1], furthest[2], furthest[3]}) < most);
+    Pack<places_at_once> furthest(0.0);
+    for (std::size_t tile = block.first_slot / places_at_once; tile * places_at_once < block.last_slot; ++tile) {
+        const Places moved = places(capsules, tile) - place_[tile];
+        furthest = max(furthest, dot(moved, moved));
+    }
+    return any(!(furthest < Pack<places_at_once>(most)));
 }
 
 void Contacts::carry_over(const PairList& fresh, const Capsules& capsules) {
-    AlignedVector<Spring> spring(fresh.count() + 1, Spring{{0, 0, 0}, 0});
+    AlignedVector<ContactMemory<double>> memory(fresh.count() + 1, ContactMemory<double>{});
     std::vector<std::uint8_t> what(fresh.count() + PairList::padding, 0);
     const std::size_t slots = list_.count() > 0 ? fresh.first.size() - 1 : 0;
     std::vector<double> lost(blocks_of(slots), 0.0);
@@ -59,19 +60,19 @@ void Contacts::carry_over(const PairList& fresh, const Capsules& capsules) {
             std::uint32_t i = fresh.first[a];
             for (std::uint32_t old = list_.first[a]; old < list_.first[a + 1]; ++old) {
                 while (i < fresh.first[a + 1] && fresh.pair[i].b < list_.pair[old].b) ++i;
-                if (i < fresh.first[a + 1] && fresh.pair[i].b == list_.pair[old].b) what[i] = what_[old], spring[i] = spring_[old];
-                else if (what_[old] & touching && owns(static_cast<std::size_t>(capsules.rod[a]))) lost[block] += spring_[old].energy();
+                if (i < fresh.first[a + 1] && fresh.pair[i].b == list_.pair[old].b) what[i] = what_[old], memory[i] = memory_[old];
+                else if (what_[old] & touching && owns(static_cast<std::size_t>(capsules.rod[a]))) lost[block] += memory_[old].energy();
             }
         }
     });
     for (const double energy : lost) figures_.rubbed += energy;
-    spring_ = std::move(spring);
+    memory_ = std::move(memory);
     what_ = std::move(what);
 }
 
 /// A list may last so long that its idle pairs cost more than a new one with less skin.
 bool Contacts::is_wasteful() const {
-    return figures_.skin > least_skin * diameter_ && static_cast<double>(age_) * static_cast<double>(idle_) > 4 * search_cost * static_cast<double>(place_.size());
+    return figures_.skin > least_skin * diameter_ && static_cast<double>(age_) * static_cast<double>(idle_) > 4 * search_cost * static_cast<double>(first_slot_.back());
 }
 
 void Contacts::renew_list(const Capsules& capsules) {
@@ -91,11 +92,14 @@ void Contacts::renew_list(const Capsules& capsules) {
     PairList fresh(std::move(candidates), threads_, kinds_.friction == ContactFriction::memory);
     carry_over(fresh, capsules);
     list_ = std::move(fresh);
-    last_spring_.assign(list_.count() + 1, Spring{{0, 0, 0}, 0});
+    last_memory_.assign(list_.count() + 1, ContactMemory<double>{});
     was_.assign(list_.count() + PairList::padding, 0);
     mail_.make_room(list_, capsules, threads_);
-    place_.resize(capsules.slots());
-    for (std::size_t i = 0; i < place_.size(); ++i) place_[i] = capsules.node[i].position;
+    place_.resize((capsules.slots() + places_at_once - 1) / places_at_once);
+    for (std::size_t tile = 0; tile < place_.size(); ++tile) place_[tile] = places(capsules, tile);
+    figures_.listed = 0;
+    for (std::size_t rod = 0; rod + 1 < first_slot_.size(); ++rod)
+        if (owns(rod)) figures_.listed += list_.first[static_cast<std::size_t>(first_slot_[rod + 1])] - list_.first[static_cast<std::size_t>(first_slot_[rod])];
 }
 
 void Contacts::restore(std::span<const KeptContact> kept, double rubbed, double damped) {
@@ -108,12 +112,12 @@ void Contacts::restore(std::span<const KeptContact> kept, double rubbed, double 
     list_ = {};
     list_.first.assign(static_cast<std::size_t>(first_slot_.back()) + 1, 0);
     what_.clear();
-    spring_.clear();
+    memory_.clear();
     for (const KeptContact& c : sorted) {
         ++list_.first[c.a + 1];
         list_.pair.push_back({c.a, c.b});
         what_.push_back(static_cast<std::uint8_t>(c.what));
-        spring_.push_back({c.spring, c.stiffness});
+        memory_.push_back(c.memory);
     }
     std::partial_sum(list_.first.begin(), list_.first.end(), list_.first.begin());
     place_.clear();
@@ -125,7 +129,7 @@ std::vector<KeptContact> Contacts::kept() const {
         if (!owns(rod)) continue;
         for (std::uint32_t i = list_.first[static_cast<std::size_t>(first_slot_[rod])];
              i < list_.first[static_cast<std::size_t>(first_slot_[rod + 1])]; ++i)
-            if (what_[i] & touching) all.push_back({list_.pair[i].a, list_.pair[i].b, what_[i], spring_[i].stiffness, spring_[i].x});
+            if (what_[i] & touching) all.push_back({list_.pair[i].a, list_.pair[i].b, what_[i], memory_[i]});
     }
     return all;
 }
@@ -159,9 +163,9 @@ bool Contacts::evaluate_listed(const Capsules& capsules, double h, AlignedVector
 void Contacts::evaluate(const Capsules& capsules, double time, double h, AlignedVector<ContactLoad>& loads) {
     numbers_ = laws_.numbers(time);
     loads.resize(capsules.slots());
-    if (place_.size() != capsules.slots() || is_wasteful()) renew_list(capsules);
+    if (place_.empty() || is_wasteful()) renew_list(capsules);
     const auto turn = [&] { // what was new is what was before
-        std::swap(spring_, last_spring_);
+        std::swap(memory_, last_memory_);
         std::swap(what_, was_);
     };
     turn();
@@ -173,10 +177,10 @@ void Contacts::evaluate(const Capsules& capsules, double time, double h, Aligned
     }
     ++age_;
     ContactFigures& f = figures_;
-    f.listed = f.active = 0;
+    f.active = 0;
     f.deepest = f.stiffest = f.stored = 0;
     for (const Finds& found : finds_) {
-        f.listed += found.listed, f.active += found.active;
+        f.active += found.active;
         f.deepest = std::max(f.deepest, found.deepest), f.stiffest = std::max(f.stiffest, found.stiffest);
         f.stored += found.stored, f.rubbed += found.rubbed, f.damped += found.damped;
     }

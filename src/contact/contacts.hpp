@@ -12,6 +12,7 @@
 #include "contact/mail.hpp"
 #include "contact/pair_list.hpp"
 #include "contact/response.hpp"
+#include "contact/transposed.hpp"
 #include "core/timer.hpp"
 
 namespace skein {
@@ -23,7 +24,7 @@ struct alignas(64) ContactLoad {
     Vec3d couple; ///< on the element, lab, N m
     double unused_too = 0;
 };
-static_assert(sizeof(ContactLoad) == 64);
+static_assert(sizeof(ContactLoad) == 64 && sizeof(ContactMemory<double>) == 64);
 
 /// Of the last evaluation, but for the number of renewals and what is lost; of pairs whose first rod is owned.
 struct ContactFigures {
@@ -49,8 +50,7 @@ struct Contact {
 struct KeptContact {
     std::uint32_t a, b; ///< slots
     std::uint32_t what; ///< bits, as Contacts means them
-    double stiffness;   ///< k_t with which the spring pulled, N/m
-    Vec3d spring;       ///< lab, m
+    ContactMemory<double> memory; ///< lab
 };
 
 class Contacts {
@@ -73,26 +73,24 @@ public:
     std::vector<Contact> active(const Capsules& capsules) const;
 
 private:
-    struct alignas(32) Spring {
-        Vec3d x;          ///< m
-        double stiffness; ///< k_t with which it pulled, N/m
-        double energy() const { return energy_of(x, stiffness); }
-    };
     /// What a block finds.
     struct alignas(64) Finds {
-        std::int64_t listed = 0, active = 0;
+        std::int64_t active = 0;
         double deepest = 0, stiffest = 0, stored = 0, rubbed = 0, damped = 0;
     };
     /// What contacts left behind, and the x that they go on from.
     template <int W> struct Remembered {
-        ContactSpring<Pack<W>> own;
+        ContactMemory<Pack<W>> own;
         Vec3<Pack<W>> from;
     };
+    static constexpr int places_at_once = 8;
+    using Places = Vec3<Pack<places_at_once>>;
     struct Alone;
     struct Packed;
     struct Sums;
 
     bool owns(std::size_t rod) const { return owned_.empty() || owned_[rod]; }
+    static Places places(const Capsules& capsules, std::size_t tile);
     bool far(const Capsules& capsules, const RodBlock& block) const;
     bool is_wasteful() const;
     bool evaluate_listed(const Capsules& capsules, double h, AlignedVector<ContactLoad>& loads);
@@ -104,13 +102,14 @@ private:
     void pack(const Capsules& capsules, std::uint32_t begin, std::uint32_t end, Packed& packed, Finds& finds);
     void push_packed(const Capsules& capsules, double h, const Packed& packed, const RodBlock& block, std::vector<std::size_t>& post,
                      Finds& finds, Sums& sums, AlignedVector<ContactLoad>& loads);
-    template <int W> Remembered<W> springs_before(const std::uint32_t* pair, Pack<W> s, Pack<W> t) const;
+    template <int W> Remembered<W> memory_before(const std::uint32_t* pair, Pack<W> s, Pack<W> t) const;
     std::uint32_t spring_at_joint(std::uint32_t pair, int da, int db, std::uint32_t own) const;
-    Alone alone(const Capsules& capsules, double h, std::uint32_t pair, const Spring* now = nullptr) const;
+    Alone alone(const Capsules& capsules, double h, std::uint32_t pair, const ContactMemory<double>* now = nullptr) const;
     template <int W> ContactNumbers<Pack<W>> numbers(const Capsules& capsules, const std::uint32_t* pair) const;
 
     ContactLaws laws_;
     ContactKinds kinds_;
+    bool remembers_; ///< contacts have memory to keep
     std::vector<ContactNumbers<double>> numbers_; ///< now, as the laws are ordered
     const Threads& threads_;
     std::vector<std::uint8_t> owned_; ///< by rod; none: all
@@ -119,11 +118,11 @@ private:
     std::vector<std::int32_t> first_slot_; ///< as in the capsules
     PairList list_;
     Mail mail_;
-    AlignedVector<Vec3d> place_; ///< of nodes when the list was made
+    AlignedVector<Places> place_; ///< of nodes when the list was made, so many at once
     /// What a pair is doing, as bits.
     enum : std::uint8_t { touching = 1, inside = 4 }; ///< inside: at no end of either element
     std::vector<std::uint8_t> what_, was_;       ///< by pair; now and before; padded
-    AlignedVector<Spring> spring_, last_spring_; ///< by pair; behind them one of zeros
+    AlignedVector<ContactMemory<double>> memory_, last_memory_; ///< by pair, a cache line each; behind them one of zeros
     std::vector<Finds> finds_;                   ///< by block
     std::vector<std::vector<std::size_t>> post_; ///< by thread: where next letters go, by block
     std::vector<std::uint8_t> touched_;

@@ -4,13 +4,14 @@
 //   linear        N = max(0, k g + c u_n)
 //   Hertz         N = max(0, sqrt(g) (k g + c u_n))
 //   memory        x <- (x + h u_t) in the tangent plane,  T* = -k_t x - c_t u_t,  k_t = kappa k (linear), kappa k sqrt(g) (Hertz)
-//                 T = T* while |T*| <= mu_s N;  else T = mu_k N T*/|T*| and x = -(T + c_t u_t)/k_t
+//                 T = T* while |T*| <= mu_s N;  else T = mu_k N T*/|T*| and x = -T/k_t: what slides, does so beside the dashpot
 //   regularised   T = -mu_k N u_t/max(|u_t|, v_s)
 //   published     T = -(1 - f) mu_k N u_t/|u_t|,  f = 1 up to v_s, 0 from 1.5 v_s on, linear between
 //   on 1: force -N n + T, couple a1 x T;  on 2: force N n - T, couple -a2 x T
-// A contact pushes, whatever its dashpot says. Energy: springs store k g^2/2 (Hertz 2 k g^2.5/5) and k_t x^2/2; dashpots damp
-// (N - spring's) u_n h and c_t u_t^2 h; the rest of what goes, goes by rubbing: that of slip, and of springs that change otherwise than
-// by motion. Source: Cundall, Strack 1979 (Geotechnique 29, 47).
+// A contact pushes, whatever its dashpot says. Energy: springs store k g^2/2 (Hertz 2 k g^2.5/5) and k_t x^2/2. Places and rates stand half
+// a step apart, so over a step of rates u the mean of a force and of that a step before works, exactly. So much is damped by what N and T
+// are beyond their springs, and the rest of what T takes is rubbed: that of slip, and of springs that change otherwise than by motion.
+// Source: Cundall, Strack 1979 (Geotechnique 29, 47).
 // Cost: 190 flop, of which six divisions and roots.
 #pragma once
 
@@ -24,13 +25,16 @@ template <class P> struct ContactState {
     Vec3<P> velocity_1, spin_1, velocity_2, spin_2; ///< of the axes beside the contact; lab
 };
 
-/// A contact's memory, and the k_t with which it pulled.
-template <class P> struct ContactSpring {
-    Vec3<P> x;
-    P stiffness;
+/// What a contact keeps from a step to the next.
+template <class P> struct ContactMemory {
+    Vec3<P> x;      ///< the spring of friction, m
+    P stiffness;    ///< k_t with which it pulled, N/m
+    Vec3<P> beside; ///< what T was beyond that, N
+    P dashpot;      ///< what N was beyond its spring, N
+
+    /// In the spring, J.
+    SKEIN_INLINE P energy() const { return P(0.5) * stiffness * dot(x, x); }
 };
-/// (1/2) k_t x^2, J.
-template <class P> SKEIN_INLINE P energy_of(const Vec3<P>& x, P stiffness) { return P(0.5) * stiffness * dot(x, x); }
 
 template <class P> struct ContactForce {
     Vec3<P> on_1;   ///< N; on 2 the opposite
@@ -48,11 +52,11 @@ struct ContactKinds {
 };
 
 /// `weight`: of the normal force, where a contact has several points; `elsewhere`: normal force of the others, which friction counts
-/// too. `spring`: as the contact left it, 0 in a new one; then as it leaves it now, 0 where nothing touches. `from`: the x that it goes on
+/// too. `memory`: as the contact left it, 0 of a new one; then as it leaves it now, 0 where nothing touches. `from`: the x that it goes on
 /// from, which may be another's.
 template <int W>
 SKEIN_INLINE ContactForce<Pack<W>> contact_force(ContactKinds kinds, const ContactNumbers<Pack<W>>& law, const ContactState<Pack<W>>& in, double h,
-                                                 ContactSpring<Pack<W>>& spring, const Vec3<Pack<W>>& from, Pack<W> weight = 1.0, Pack<W> elsewhere = 0.0) {
+                                                 ContactMemory<Pack<W>>& memory, const Vec3<Pack<W>>& from, Pack<W> weight = 1.0, Pack<W> elsewhere = 0.0) {
     using P = Pack<W>;
     const P zero(0.0), half(0.5), one(1.0), tiny(1e-150), step(h);
     const P overlap = in.radius_1 + in.radius_2 - in.distance, depth = max(overlap, zero);
@@ -69,11 +73,12 @@ SKEIN_INLINE ContactForce<Pack<W>> contact_force(ContactKinds kinds, const Conta
     out.normal = select(touches, max(zero, fma(weighted * law.damping, approach, elastic)), zero);
     out.stiffness = select(touches, hertz ? P(1.5) * root * law.stiffness : law.stiffness, zero);
     out.stored = P(hertz ? 0.4 : 0.5) * elastic * depth;
-    out.damped = (out.normal - elastic) * approach * step;
+    const Vec3<P> none{zero, zero, zero}, half_way = (half * step) * tangential;
+    ContactMemory<P> now{none, zero, none, select(touches, out.normal - elastic, zero)};
+    out.damped = half * step * approach * (memory.dashpot + now.dashpot);
     out.rubbed = zero;
     const P pressed = out.normal + elsewhere;
 
-    const Vec3<P> none{zero, zero, zero};
     Vec3<P> friction = none;
     if (kinds.friction == ContactFriction::memory) {
         const P stiffness = law.tangential_stiffness * root;
@@ -81,26 +86,22 @@ SKEIN_INLINE ContactForce<Pack<W>> contact_force(ContactKinds kinds, const Conta
         const Vec3<P> trial = -(stiffness * in_plane) - law.tangential_damping * tangential;
         const P squared = dot(trial, trial), limit = law.static_friction * pressed;
         const auto sticks = squared <= limit * limit;
-        Vec3<P> after = in_plane;
-        P damped = law.tangential_damping * dot(tangential, tangential) * step;
+        Vec3<P> after = in_plane, beside = -(law.tangential_damping * tangential);
         friction = trial;
         if (any(!sticks)) {
-            const P size = max(sqrt(squared), tiny), some_stiffness = max(stiffness, tiny), inverse = one / (size * some_stiffness);
-            const Vec3<P> slides = (law.kinetic_friction * pressed * some_stiffness * inverse) * trial;
-            damped = select(sticks, damped, zero);
-            friction = select(sticks, trial, slides);
-            after = select(sticks, in_plane, -((size * inverse) * fma(P(law.tangential_damping), tangential, slides)));
+            const P inverse = one / (max(sqrt(squared), tiny) * max(stiffness, tiny));
+            const Vec3<P> slides = (law.kinetic_friction * pressed * inverse) * trial; // over k_t
+            friction = select(sticks, trial, stiffness * slides);
+            after = select(sticks, in_plane, -slides);
+            beside = select(sticks, beside, none);
         }
         friction = select(touches, friction, none);
-        damped = select(touches, damped, zero);
-        // What the force takes from the rods and the spring does not have: however the spring has come to what it was. Places and rates
-        // stand half a step apart, so over a step of rates it is the mean of this force and the one before that works; with this one
-        // alone a spring that swings would seem to rub away k h^2 u^2/2 in every step.
-        const Vec3<P> mean = half * (friction - fma(spring.stiffness, spring.x, P(law.tangential_damping) * tangential));
-        const P energy_before = energy_of(spring.x, spring.stiffness);
-        spring = {select(touches, after, none), select(touches, stiffness, zero)};
-        const P energy = energy_of(spring.x, spring.stiffness);
-        out.rubbed = energy_before - energy - damped - step * dot(select(touches, mean, none), tangential);
+        now.x = select(touches, after, none);
+        now.stiffness = select(touches, stiffness, zero);
+        now.beside = select(touches, beside, none);
+        const P damped = -dot(memory.beside + now.beside, half_way), energy = now.energy();
+        const Vec3<P> before = memory.beside - memory.stiffness * memory.x;
+        out.rubbed = memory.energy() - energy - damped - dot(before + friction, half_way);
         out.damped += damped;
         out.stored += energy;
     } else if (kinds.friction != ContactFriction::none) {
@@ -109,8 +110,12 @@ SKEIN_INLINE ContactForce<Pack<W>> contact_force(ContactKinds kinds, const Conta
         if (kinds.friction == ContactFriction::published)
             share *= min(max((speed - law.slip_speed) / max(half * law.slip_speed, tiny), zero), one);
         friction = -(share * tangential);
-        out.rubbed = -(dot(friction, tangential) * step);
+        now.beside = friction;
+        out.rubbed = -dot(memory.beside + friction, half_way);
     }
+    out.damped = select(touches, out.damped, zero);
+    out.rubbed = select(touches, out.rubbed, memory.energy()); // what a spring has when the contact ends
+    memory = now;
     out.moment = cross(n, friction);
     out.on_1 = friction - out.normal * n;
     return out;

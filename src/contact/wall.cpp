@@ -18,20 +18,18 @@ Vec3d unit(const Wall& wall, const Vec3d& a, const char* what) {
     return (1 / size) * a;
 }
 
-constexpr const char* side_names[] = {"x-", "x+", "y-", "y+", "z-", "z+"};
-
 void add_sides(const Wall& box, std::vector<Wall>& out) {
     for (const std::string& side : box.open)
-        if (std::find(std::begin(side_names), std::end(side_names), side) == std::end(side_names))
+        if (std::find(std::begin(box_side_names), std::end(box_side_names), side) == std::end(box_side_names))
             refuse(box, "a box has no side '" + side + "'; sides are x-, x+, y-, y+, z-, z+");
     const double lower[] = {box.lower.x, box.lower.y, box.lower.z}, upper[] = {box.upper.x, box.upper.y, box.upper.z};
     for (int side = 0; side < 6; ++side) {
         const int axis = side / 2;
         if (!(lower[axis] < upper[axis])) refuse(box, "the upper corner must lie beyond the lower one in every direction");
-        if (std::find(box.open.begin(), box.open.end(), side_names[side]) != box.open.end()) continue;
+        if (!has_side(box, box_side_names[side])) continue;
         const double inward = side % 2 ? -1 : 1;
         Wall plane = box;
-        plane.name += std::string(" ") + side_names[side];
+        plane.name += " " + std::string(box_side_names[side]);
         plane.kind = WallKind::plane;
         plane.point = side % 2 ? box.upper : box.lower;
         plane.normal = {axis == 0 ? inward : 0, axis == 1 ? inward : 0, axis == 2 ? inward : 0};
@@ -82,6 +80,8 @@ void Wall::fields(FieldVisitor& f) {
 }
 
 bool Wall::acts_on(const std::string& group) const { return rods.empty() || std::find(rods.begin(), rods.end(), group) != rods.end(); }
+
+bool has_side(const Wall& box, std::string_view side) { return std::find(box.open.begin(), box.open.end(), side) == box.open.end(); }
 
 std::vector<Wall> expanded(const std::vector<Wall>& walls) {
     std::vector<Wall> out;

@@ -60,6 +60,11 @@ struct WallState {
     Vec3d velocity{0, 0, 0}; ///< m/s
 };
 
+/// Sides that a box has, in order; open or not.
+inline constexpr std::string_view box_side_names[] = {"x-", "x+", "y-", "y+", "z-", "z+"};
+/// Whether a box has that side.
+bool has_side(const Wall& box, std::string_view side);
+
 /// The walls of a scene without boxes, directions of length 1: their planes, named after the box and the side ("box z-"). Throws
 /// InputError where numbers contradict each other.
 std::vector<Wall> expanded(const std::vector<Wall>& walls);

@@ -43,8 +43,8 @@ public:
     };
     /// What a node keeps of a wall from step to step.
     struct Kept {
-        Vec3<P> spring; ///< m
-        Vec3<P> sums;   ///< k_t with which the spring pulled, N/m; rubbed, damped; J
+        ContactMemory<P> of_last;
+        P rubbed{}, damped{}; ///< J
     };
     struct Page {
         AlignedVector<Entry> entry;    ///< one per wall that acts on the group
@@ -92,8 +92,8 @@ public:
         const Entry& e = page.entry[static_cast<std::size_t>(at)];
         WallAccount all{lane(e.force, lane_), e.normal[lane_], e.touching[lane_], e.deepest[lane_], e.stiffness[lane_], e.stored[lane_]};
         for (std::size_t i = static_cast<std::size_t>(at); i < page.kept.size(); i += acting_.size()) {
-            all.rubbed += page.kept[i].sums.y[lane_];
-            all.damped += page.kept[i].sums.z[lane_];
+            all.rubbed += page.kept[i].rubbed[lane_];
+            all.damped += page.kept[i].damped[lane_];
         }
         return all;
     }

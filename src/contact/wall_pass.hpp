@@ -57,9 +57,9 @@ public:
             }
     }
 
-    std::span<Vec3<Pack<W>>> memory(const RodTile<W>& rod) override {
+    std::span<Pack<W>> memory(const RodTile<W>& rod) override {
         Page& page = book_->page(rod.number);
-        return {&page.kept.data()->spring, 2 * page.kept.size()};
+        return {&page.kept.data()->of_last.x.x, sizeof(Kept) / sizeof(P) * page.kept.size()};
     }
     void recall(const RodTile<W>& rod) override { // what is put back has to be looked at
         Page& page = book_->page(rod.number);
@@ -97,7 +97,7 @@ private:
     using Entry = typename WallBook<W>::Entry;
     using Kept = typename WallBook<W>::Kept;
     using Page = typename WallBook<W>::Page;
-    static_assert(sizeof(Kept) == 2 * sizeof(Vec3<P>));
+    static_assert(sizeof(Kept) % sizeof(P) == 0);
 
     /// Where the nodes of a tile are, and how far from a wall the thickest may be that touches it.
     struct Box {
@@ -116,9 +116,9 @@ private:
     /// What springs held when a node leaves its walls is lost to friction.
     static void let_go(Kept& kept, Mask<W> where) {
         const P none(0.0);
-        kept.sums.y += select(where, energy_of(kept.spring, kept.sums.x), none);
-        kept.spring = select(where, Vec3<P>{}, kept.spring);
-        kept.sums.x = select(where, none, kept.sums.x);
+        ContactMemory<P>& m = kept.of_last;
+        kept.rubbed += select(where, m.energy(), none);
+        m = {select(where, Vec3<P>{}, m.x), select(where, none, m.stiffness), select(where, Vec3<P>{}, m.beside), select(where, none, m.dashpot)};
     }
     void forget(Page& page, int i) const {
         for (std::size_t w = 0; w < acting(); ++w) let_go(page.kept[static_cast<std::size_t>(i) * acting() + w], P(1.0) > P(0.0));
@@ -221,9 +221,10 @@ private:
             state.normal = s.towards;
             state.distance = s.distance;
             state.velocity_2 = broadcast<W>(wall[w].velocity);
-            ContactSpring<P> spring{kept.spring, kept.sums.x};
-            const ContactForce<P> out = contact_force<W>(wall[w].kinds, wall[w].law.template as<P>(), state, h, spring, kept.spring);
-            kept = {spring.x, {spring.stiffness, kept.sums.y + out.rubbed, kept.sums.z + out.damped}};
+            const Vec3<P> from = kept.of_last.x;
+            const ContactForce<P> out = contact_force<W>(wall[w].kinds, wall[w].law.template as<P>(), state, h, kept.of_last, from);
+            kept.rubbed += out.rubbed;
+            kept.damped += out.damped;
             force += out.on_1;
             couple += out.arm_1 * out.moment;
             enter(page.entry[w], state, out, touches);

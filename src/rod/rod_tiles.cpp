@@ -324,8 +324,7 @@ template <int W> std::vector<double> RodTiles<W>::memory(std::size_t i) const {
     std::vector<double> numbers;
     const auto [t, l] = place_[i];
     for (const auto& pass : programs_[tiles_[t].program])
-        for (const Vec3<Pack<W>>& v : pass->memory(tiles_[t]))
-            for (const double x : {v.x[l], v.y[l], v.z[l]}) numbers.push_back(x);
+        for (const Pack<W>& p : pass->memory(tiles_[t])) numbers.push_back(p[l]);
     return numbers;
 }
 
@@ -335,9 +334,9 @@ template <int W> void RodTiles<W>::set_memory(std::size_t i, std::span<const dou
     const int last = first == tile.lanes - 1 ? W - 1 : first; // spare lanes do what the last rod does
     std::size_t at = 0;
     for (const auto& pass : programs_[tile.program]) {
-        for (Vec3<Pack<W>>& v : pass->memory(tile)) {
-            for (int l = first; l <= last; ++l) set_lane(v, l, {numbers[at], numbers[at + 1], numbers[at + 2]});
-            at += 3;
+        for (Pack<W>& p : pass->memory(tile)) {
+            for (int l = first; l <= last; ++l) p.set(l, numbers[at]);
+            ++at;
         }
         pass->recall(tile);
     }

@@ -60,7 +60,7 @@ public:
     /// Rods that feel each other meet after this pass: all must have come here before any goes on.
     virtual bool rods_meet() const { return false; }
     /// What the pass remembers of a tile from step to step, lane by lane, for checkpoints.
-    virtual std::span<Vec3<Pack<W>>> memory(const RodTile<W>&) { return {}; }
+    virtual std::span<Pack<W>> memory(const RodTile<W>&) { return {}; }
     /// Called when it has been put back.
     virtual void recall(const RodTile<W>&) {}
 };

@@ -481,8 +481,8 @@ private:
         std::vector<std::string> names;
         for (const Wall& wall : scene_.walls) {
             if (wall.kind != WallKind::box) names.push_back(wall.name);
-            else for (const char* side : {"x-", "x+", "y-", "y+", "z-", "z+"})
-                if (std::find(wall.open.begin(), wall.open.end(), side) == wall.open.end()) names.push_back(wall.name + " " + side);
+            else for (const std::string_view side : box_side_names)
+                if (has_side(wall, side)) names.push_back(fmt::format("{} {}", wall.name, side));
         }
         if (std::find(names.begin(), names.end(), name) != names.end()) return;
         const std::vector<std::string_view> known(names.begin(), names.end());

@@ -17,8 +17,8 @@ namespace skein {
 namespace {
 
 constexpr std::size_t slot_numbers = 10;   ///< position, radius, velocity, spin
-constexpr std::size_t spring_numbers = 7;  ///< two slots, what, stiffness, spring
-constexpr const char* springs_name = "contacts";
+constexpr std::size_t contact_size = 11;   ///< two slots, what, memory
+constexpr const char* contacts_name = "contact_memory";
 constexpr const char* walls_name = "walls";
 
 /// Rows of numbers of all ranks, put in order.
@@ -244,23 +244,26 @@ std::string Interactions::contact_table() const {
 
 std::vector<std::string> Interactions::kept_names() const {
     std::vector<std::string> names;
-    if (contacts_) names.emplace_back(springs_name);
+    if (contacts_) names.emplace_back(contacts_name);
     if (around_.walls) names.emplace_back(walls_name);
     return names;
 }
 
 std::vector<KeptNumbers> Interactions::kept() const {
     std::vector<KeptNumbers> all;
-    if (contacts_) all.push_back({springs_name, springs()});
+    if (contacts_) all.push_back({contacts_name, contact_numbers()});
     if (around_.walls) all.push_back({walls_name, wall_numbers()});
     return all;
 }
 
-/// Sums of the contacts' energies, then the springs of all ranks by pair.
-std::vector<double> Interactions::springs() const {
+/// Sums of the contacts' energies, then the memory of all ranks' contacts by pair.
+std::vector<double> Interactions::contact_numbers() const {
     const ContactFigures f = contacts_->figures();
-    std::vector<std::array<double, spring_numbers>> mine;
-    for (const KeptContact& c : contacts_->kept()) mine.push_back({double(c.a), double(c.b), double(c.what), c.stiffness, c.spring.x, c.spring.y, c.spring.z});
+    std::vector<std::array<double, contact_size>> mine;
+    for (const KeptContact& c : contacts_->kept()) {
+        const ContactMemory<double>& m = c.memory;
+        mine.push_back({double(c.a), double(c.b), double(c.what), m.x.x, m.x.y, m.x.z, m.stiffness, m.beside.x, m.beside.y, m.beside.z, m.dashpot});
+    }
     std::vector<double> numbers = exact_sums(comm_, std::vector<std::vector<double>>{{f.rubbed}, {f.damped}});
     for (const auto& r : gathered_rows(comm_, mine)) numbers.insert(numbers.end(), r.begin(), r.end());
     return numbers;
@@ -280,14 +283,14 @@ std::vector<double> Interactions::wall_numbers() const {
 
 void Interactions::restore(std::span<const KeptNumbers> kept) {
     for (const KeptNumbers& k : kept) {
-        if (k.name == springs_name) {
-            std::vector<KeptContact> springs;
-            for (std::size_t i = 2; i + spring_numbers <= k.numbers.size(); i += spring_numbers) {
+        if (k.name == contacts_name) {
+            std::vector<KeptContact> contacts;
+            for (std::size_t i = 2; i + contact_size <= k.numbers.size(); i += contact_size) {
                 const double* n = k.numbers.data() + i;
-                springs.push_back({static_cast<std::uint32_t>(n[0]), static_cast<std::uint32_t>(n[1]), static_cast<std::uint32_t>(n[2]), n[3], {n[4], n[5], n[6]}});
+                contacts.push_back({static_cast<std::uint32_t>(n[0]), static_cast<std::uint32_t>(n[1]), static_cast<std::uint32_t>(n[2]), {{n[3], n[4], n[5]}, n[6], {n[7], n[8], n[9]}, n[10]}});
             }
-            if (comm_.root()) contacts_->restore(springs, k.numbers[0], k.numbers[1]); // sums of all ranks
-            else contacts_->restore(springs);
+            if (comm_.root()) contacts_->restore(contacts, k.numbers[0], k.numbers[1]); // sums of all ranks
+            else contacts_->restore(contacts);
         } else if (k.name == walls_name) {
             std::size_t at = 0;
             for (DrivenWall& d : driven_) {

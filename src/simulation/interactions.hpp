@@ -50,7 +50,7 @@ private:
     std::string complaint() const;
     /// Sum over all rods, in their order, of their normal forces on a wall, N; or, with `along`, of their forces times that.
     double pressed(int wall, const Vec3d* along = nullptr);
-    std::vector<double> springs() const;
+    std::vector<double> contact_numbers() const;
     std::vector<double> wall_numbers() const;
 
     const Communicator comm_;

@@ -20,11 +20,11 @@ Bounce bounce(const ContactLaw& law, double m, double speed) {
         n.stiffness, n.damping, n.static_friction, n.kinetic_friction, n.tangential_stiffness, n.tangential_damping, n.slip_speed};
     const Vec3d none{0, 0, 0};
     const auto force = [&](double overlap, double v) {
-        ContactSpring<Pack<1>> spring{broadcast<1>(none), 0.0};
+        ContactMemory<Pack<1>> memory{};
         return contact_force<1>({law.normal, ContactFriction::none}, numbers,
                                 {broadcast<1>(Vec3d{1, 0, 0}), 2 - overlap, 1.0, 1.0, broadcast<1>(Vec3d{v, 0, 0}),
                                  broadcast<1>(none), broadcast<1>(none), broadcast<1>(none)},
-                                0, spring, spring.x)
+                                0, memory, memory.x)
             .normal[0];
     };
     double g = 0, v = speed, t = 0;
@@ -61,12 +61,12 @@ TEST(ContactLaw, RubsOnlyWhereItSlides) {
         const ContactLaw law{.normal = normal, .stiffness = 1e4, .friction = ContactFriction::memory, .static_friction = 0.5, .kinetic_friction = 0.5};
         const auto numbers = law.numbers().as<Pack<1>>();
         const double stiffness = numbers.tangential_stiffness[0] * (normal == ContactNormal::hertz ? std::sqrt(overlap) : 1), h = 0.1 / std::sqrt(stiffness / mass);
-        ContactSpring<Pack<1>> spring{broadcast<1>(none), 0.0};
+        ContactMemory<Pack<1>> memory{};
         const auto step = [&](double v) {
             return contact_force<1>({normal, law.friction}, numbers,
                                     {broadcast<1>(Vec3d{1, 0, 0}), 2 - overlap, 1.0, 1.0, broadcast<1>(Vec3d{0, v, 0}), broadcast<1>(none), broadcast<1>(none),
                                      broadcast<1>(none)},
-                                    h, spring, spring.x);
+                                    h, memory, memory.x);
         };
         double v = 0.01, rubbed = 0;
         const double energy = 0.5 * mass * v * v;
@@ -76,9 +76,9 @@ TEST(ContactLaw, RubsOnlyWhereItSlides) {
             v += h * f.on_1.y[0] / mass;
         }
         EXPECT_LT(std::abs(rubbed), 1e-6 * energy);
-        EXPECT_NEAR(0.5 * mass * v * v + energy_of(spring.x, spring.stiffness)[0], energy, 0.2 * energy) << "it swings on";
+        EXPECT_NEAR(0.5 * mass * v * v + memory.energy()[0], energy, 0.2 * energy) << "it swings on";
 
-        const double before = energy_of(spring.x, spring.stiffness)[0];
+        const double before = memory.energy()[0];
         double slid = 0, drag = 0;
         rubbed = 0;
         for (int i = 0; i < 20000; ++i) {
@@ -87,8 +87,40 @@ TEST(ContactLaw, RubsOnlyWhereItSlides) {
             slid += h;
             drag = -f.on_1.y[0];
         }
-        EXPECT_NEAR(rubbed + energy_of(spring.x, spring.stiffness)[0] - before, drag * slid, 1e-2 * drag * slid); // the beginning sticks
+        EXPECT_NEAR(rubbed + memory.energy()[0] - before, drag * slid, 1e-2 * drag * slid); // the beginning sticks
     }
+}
+
+/// Rates that change their sign from step to step: books hold all the same.
+TEST(ContactLaw, DashpotsDampWhatIsThere) {
+    const double mass = 0.2, overlap = 0.01, h = 1e-3;
+    const Vec3d none{0, 0, 0};
+    const double damping = 1.5 * mass / h; // v <- -v/2
+    for (const bool along : {false, true})
+        for (const double friction : {0.0, 1e9}) {
+            ContactLaw law{.normal = ContactNormal::linear, .stiffness = 1e3, .friction = ContactFriction::memory, .static_friction = friction};
+            (along ? law.tangential_damping : law.damping) = damping;
+            const auto numbers = law.numbers().as<Pack<1>>();
+            ContactMemory<Pack<1>> memory{};
+            double v = 0.01, damped = 0, rubbed = 0, stored = 0;
+            const double energy = 0.5 * mass * v * v;
+            for (int i = 0; i < 60; ++i) {
+                const auto f = contact_force<1>({law.normal, law.friction}, numbers,
+                                                {broadcast<1>(Vec3d{1, 0, 0}), 2 - overlap, 1.0, 1.0, broadcast<1>(along ? Vec3d{0, v, 0} : Vec3d{v, 0, 0}), broadcast<1>(none),
+                                                 broadcast<1>(none), broadcast<1>(none)},
+                                                h, memory, memory.x);
+                damped += f.damped[0], rubbed += f.rubbed[0], stored = memory.energy()[0];
+                v += h * (along ? f.on_1.y[0] : f.on_1.x[0] + law.stiffness * overlap) / mass; // the spring holds what presses
+            }
+            if (along && friction == 0) {
+                EXPECT_EQ(damped, 0);
+                EXPECT_EQ(rubbed, 0);
+                EXPECT_EQ(stored, 0);
+            } else {
+                EXPECT_NEAR(damped + rubbed + stored + 0.5 * mass * v * v, energy, 1e-6 * energy);
+                EXPECT_NEAR(damped, energy, 1e-2 * energy);
+            }
+        }
 }
 
 TEST(ContactLaw, BeginsSoftlyAndWithoutFriction) {
@@ -113,7 +145,7 @@ TEST(ContactLaw, BeginsSoftlyAndWithoutFriction) {
 template <int W> struct Drawn {
     ContactNumbers<Pack<W>> law;
     ContactState<Pack<W>> state;
-    ContactSpring<Pack<W>> spring;
+    ContactMemory<Pack<W>> memory;
 };
 template <int W> Drawn<W> draw(unsigned seed, int first) {
     Drawn<W> d;
@@ -126,9 +158,9 @@ template <int W> Drawn<W> draw(unsigned seed, int first) {
         set_lane(d.state.normal, l, (1 / norm(n)) * n);
         d.state.radius_1.set(l, 0.5 + uniform(random)), d.state.radius_2.set(l, 0.5 + uniform(random)),
             d.state.distance.set(l, 2 * uniform(random));
-        for (Vec3<Pack<W>>* v : {&d.state.velocity_1, &d.state.spin_1, &d.state.velocity_2, &d.state.spin_2, &d.spring.x})
+        for (Vec3<Pack<W>>* v : {&d.state.velocity_1, &d.state.spin_1, &d.state.velocity_2, &d.state.spin_2, &d.memory.x, &d.memory.beside})
             set_lane(*v, l, vector());
-        d.spring.stiffness.set(l, uniform(random));
+        d.memory.stiffness.set(l, uniform(random)), d.memory.dashpot.set(l, uniform(random));
         for (Pack<W>* p : {&d.law.stiffness, &d.law.damping, &d.law.static_friction, &d.law.kinetic_friction,
                            &d.law.tangential_stiffness, &d.law.tangential_damping, &d.law.slip_speed})
             p->set(l, uniform(random));
@@ -142,13 +174,13 @@ TEST(ContactForce, IsTheSameInOneLaneAndInEight) {
              {ContactFriction::none, ContactFriction::memory, ContactFriction::regularised, ContactFriction::published})
             for (unsigned seed = 0; seed < 100; ++seed) {
                 auto eight = draw<8>(seed, 0);
-                const auto all = contact_force<8>({normal, friction}, eight.law, eight.state, 0.1, eight.spring, eight.spring.x);
+                const auto all = contact_force<8>({normal, friction}, eight.law, eight.state, 0.1, eight.memory, eight.memory.x);
                 for (int l = 0; l < 8; ++l) {
                     auto one = draw<1>(seed, l);
-                    const auto f = contact_force<1>({normal, friction}, one.law, one.state, 0.1, one.spring, one.spring.x);
+                    const auto f = contact_force<1>({normal, friction}, one.law, one.state, 0.1, one.memory, one.memory.x);
                     ASSERT_EQ(norm(lane(all.on_1, l) - lane(f.on_1, 0)), 0);
                     ASSERT_EQ(norm(lane(all.moment, l) - lane(f.moment, 0)), 0);
-                    ASSERT_EQ(norm(lane(eight.spring.x, l) - lane(one.spring.x, 0)), 0);
+                    ASSERT_EQ(norm(lane(eight.memory.x, l) - lane(one.memory.x, 0)), 0);
                     ASSERT_EQ(all.stored[l], f.stored[0]);
                     ASSERT_EQ(all.rubbed[l], f.rubbed[0]);
                     ASSERT_EQ(all.damped[l], f.damped[0]);
@@ -160,7 +192,7 @@ TEST(ContactForce, OfPublishedFriction) {
     const ContactNumbers<Pack<1>> law{100.0, 0.0, 0.0, 0.4, 0.0, 0.0, 1e-3};
     const auto drag = [&](double speed) {
         const Vec3d none{0, 0, 0};
-        ContactSpring<Pack<1>> spring{broadcast<1>(none), 0.0};
+        ContactMemory<Pack<1>> memory{};
         const ContactState<Pack<1>> state{broadcast<1>(Vec3d{0, 0, 1}),
                                           1.9,
                                           1.0,
@@ -169,7 +201,7 @@ TEST(ContactForce, OfPublishedFriction) {
                                           broadcast<1>(none),
                                           broadcast<1>(none),
                                           broadcast<1>(none)};
-        return -contact_force<1>({ContactNormal::linear, ContactFriction::published}, law, state, 1e-3, spring, spring.x).on_1.x[0];
+        return -contact_force<1>({ContactNormal::linear, ContactFriction::published}, law, state, 1e-3, memory, memory.x).on_1.x[0];
     };
     EXPECT_EQ(drag(0), 0);
     EXPECT_EQ(drag(0.9e-3), 0);
@@ -182,7 +214,7 @@ TEST(ContactForce, OfPublishedFriction) {
 TEST(ContactForce, AccountsForItsEnergy) {
     for (const ContactNormal normal : {ContactNormal::linear, ContactNormal::hertz}) {
         const ContactNumbers<Pack<1>> law{1e4, 5.0, 0.5, 0.4, 8e3, 3.0, 0.0};
-        ContactSpring<Pack<1>> spring{broadcast<1>(Vec3d{0, 0, 0}), 0.0};
+        ContactMemory<Pack<1>> memory{};
         double done = 0, lost = 0, stored = 0, rubbed = 0;
         const double h = 2e-6, radius = 0.1;
         Vec3d force_before{0, 0, 0};
@@ -195,7 +227,7 @@ TEST(ContactForce, AccountsForItsEnergy) {
             const ContactState<Pack<1>> state{
                 broadcast<1>(Vec3d{0, 0, 1}), 2 * radius - overlap, radius, radius, broadcast<1>(v), broadcast<1>(none),
                 broadcast<1>(none),           broadcast<1>(none)};
-            const auto f = contact_force<1>({normal, ContactFriction::memory}, law, state, h, spring, spring.x);
+            const auto f = contact_force<1>({normal, ContactFriction::memory}, law, state, h, memory, memory.x);
             const Vec3d force = lane(f.on_1, 0);
             done -= h * dot(0.5 * (force + force_before), v);
             force_before = force;

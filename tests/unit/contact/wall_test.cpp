@@ -427,10 +427,10 @@ TEST(Walls, GoOnFromWhatTheyRemember) {
     whole.advance(3000);
     ASSERT_GT(whole.account().touching, 0);
     ASSERT_GT(whole.account().stored, 0);
-    const auto springs = whole.wall_pass->memory(whole.tile());
-    ASSERT_EQ(springs.size(), 18u); // per node a spring and its sums
+    const auto memory = whole.wall_pass->memory(whole.tile());
+    ASSERT_EQ(memory.size(), 90u); // per node what the contact keeps and two sums
     for (std::size_t k = 0; k < whole.slots().size(); ++k) other.tile().slot[k] = whole.slots()[k];
-    std::copy(springs.begin(), springs.end(), other.wall_pass->memory(other.tile()).begin());
+    std::copy(memory.begin(), memory.end(), other.wall_pass->memory(other.tile()).begin());
     other.wall_pass->recall(other.tile());
     whole.advance(3000);
     other.advance(3000);
