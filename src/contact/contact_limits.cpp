@@ -62,7 +62,7 @@ double contact_limit(const ContactMobility& of, const ContactLaw& law, double st
 TimeLimit contact_time_limit(const RodGroup& group, const ContactLaw& law, double share) {
     const ContactMobility of = contact_mobility(group);
     const double overlap = share * of.diameter;
-    return {"contact", contact_limit(of, law, tangent_stiffness(law, overlap), tangent_damping(law, overlap), is_rigid(group) ? 6 : 2), of.element};
+    return {"contact", contact_limit(of, law, tangent_stiffness(law, overlap), tangent_damping(law, overlap), is_rigid(group) ? 6 : 4), of.element};
 }
 
 } // namespace skein

@@ -30,8 +30,8 @@ double reduced_mass(const RodGroup& a, const RodGroup& b);
 double tangent_stiffness(const ContactLaw& law, double overlap);
 double tangent_damping(const ContactLaw& law, double overlap);
 
-/// s; `touching`: how many at once.
-double contact_limit(const ContactMobility& of, const ContactLaw& law, double stiffness, double damping, int touching = 2);
+/// s; `touching`: how many at once, at one node.
+double contact_limit(const ContactMobility& of, const ContactLaw& law, double stiffness, double damping, int touching);
 
 /// Of a group under a law at overlaps up to a share of the diameter, as an entry of its plan.
 TimeLimit contact_time_limit(const RodGroup& group, const ContactLaw& law, double share);
