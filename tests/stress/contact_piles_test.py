@@ -8,7 +8,7 @@ import unittest
 import numpy
 
 from driver import STICKS
-from single_runs import SKEIN, SingleRuns
+from single_runs import APPS, SKEIN, SingleRuns
 
 PILE = """
 [time]
@@ -89,6 +89,31 @@ series = 0.02
         self.assertGreater(series["deepest_overlap"][1], 0.8)
         self.assertLess(series["max_speed"].max(), 0.3)
         self.assertLess(series["deepest_overlap"][-1], 0.01)
+
+
+class PressedNest(SingleRuns):
+    """The nest of 110 rods, its lid in haste: what it does to the rods is kept, rubbed or damped."""
+
+    WALLS = ("side", "floor", "lid")
+    KEPT = ("kinetic_translation", "kinetic_rotation", "elastic_stretch", "elastic_shear", "elastic_bend", "elastic_twist", "potential", "contact_energy",
+            "wall_energy")
+    LOST = ("contact_rubbed", "contact_damped", "wall_rubbed", "wall_damped", "dissipated")
+
+    def test_books_balance(self):
+        for out, *settings in (["rough"], ["smooth"] + [f"{place}.friction_from=1" for place in ("contact", *(f"wall.{w}" for w in self.WALLS))]):
+            haste = [f"wall.{w}.friction_from=0.02" for w in self.WALLS] + ["contact.friction_from=0.02", "wall.lid.from=0.05", "wall.lid.servo.speed=0.3", "time.duration=0.25",
+                     "output.series=0.01", "output.trajectory=0", "output.checkpoint=0.25", "output.audit=true"]
+            self.run_alone(out, *haste, *settings, scene=APPS / "nest/nest_110.toml")
+            series = self.series(out)
+            balance = series["lid_work"] - sum(series[name] - series[name][0] for name in self.KEPT + self.LOST)
+            moved = series["dissipated"][-1] + series["contact_damped"][-1] + series["wall_damped"][-1] + abs(series["contact_rubbed"][-1])
+            self.assertGreater(series["contacts"].max(), 150, out)
+            self.assertGreater(series["lid_work"][-1], 1e-3, out)
+            self.assertLess(numpy.abs(balance).max(), 2e-3 * moved, out)
+            if out == "smooth":
+                self.assertLess(abs(series["contact_rubbed"][-1]), 1e-3 * moved)
+            else:
+                self.assertGreater(series["contact_rubbed"][-1], 0.2 * moved)
 
 
 class Incline(SingleRuns):
