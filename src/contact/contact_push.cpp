@@ -142,6 +142,8 @@ void Contacts::pack(const Capsules& capsules, std::uint32_t begin, std::uint32_t
                 ++n;
                 __builtin_prefetch(&motion[both.b]);
                 __builtin_prefetch(&motion[both.b + 1]);
+                __builtin_prefetch(&last_memory_[i + l]);
+                __builtin_prefetch(&memory_[i + l], 1);
             }
         });
     packed.count = n;
