@@ -103,6 +103,7 @@ void Contacts::pack(const Capsules& capsules, std::uint32_t begin, std::uint32_t
     const CapsuleNode* const node = capsules.node.data();
     const CapsuleMotion* const motion = capsules.motion.data();
     const std::uint8_t* const was = &was_[begin];
+    const bool remembers = remembers_;
     std::uint32_t n = packed.count, sides = packed.sides;
     for_capsule_tiles(
         end - begin, [&](std::size_t k) { return std::pair(node + pair[k].a, node + pair[k].b); },
@@ -142,6 +143,7 @@ void Contacts::pack(const Capsules& capsules, std::uint32_t begin, std::uint32_t
                 ++n;
                 __builtin_prefetch(&motion[both.b]);
                 __builtin_prefetch(&motion[both.b + 1]);
+                if (!remembers) continue;
                 __builtin_prefetch(&last_memory_[i + l]);
                 __builtin_prefetch(&memory_[i + l], 1);
             }
