@@ -31,7 +31,8 @@ std::vector<HeldElement> held_elements(const std::vector<int>& at, std::span<con
 /// Nodes and elements back where they started, at rest.
 class Fixed final : public Constraint {
 public:
-    Fixed(std::vector<HeldNode> nodes, std::vector<HeldElement> elements) : nodes_(std::move(nodes)), elements_(std::move(elements)) {}
+    Fixed(std::vector<HeldNode> nodes, std::vector<HeldElement> elements)
+        : nodes_(std::move(nodes)), elements_(std::move(elements)) {}
     void values(Slot<1>* slot, double) const override {
         for (const auto& [i, x] : nodes_) slot[i].position = broadcast<1>(x);
         for (const auto& [k, q] : elements_) slot[k].director = broadcast<1>(q);
@@ -50,9 +51,11 @@ private:
 class General final : public Constraint {
 public:
     General(std::vector<HeldNode> nodes, std::vector<HeldElement> elements, const Vec3d& translation, const Vec3d& rotation)
-        : nodes_(std::move(nodes)), elements_(std::move(elements)), held_(translation), free_(free_of(translation)), free_turns_(free_of(rotation)) {}
+        : nodes_(std::move(nodes)), elements_(std::move(elements)), held_(translation), free_(free_of(translation)),
+          free_turns_(free_of(rotation)) {}
     void values(Slot<1>* slot, double) const override {
-        for (const auto& [i, x] : nodes_) slot[i].position = broadcast<1>(scale(free_, lane(slot[i].position, 0)) + scale(held_, x));
+        for (const auto& [i, x] : nodes_)
+            slot[i].position = broadcast<1>(scale(free_, lane(slot[i].position, 0)) + scale(held_, x));
     }
     void rates(Slot<1>* slot, double) const override {
         for (const auto& held : nodes_) slot[held.at].velocity = scale(broadcast<1>(free_), slot[held.at].velocity);
@@ -73,7 +76,8 @@ private:
 /// components of the line between the ends, taken as body components without transformation: as published.
 class HelicalBuckling final : public Constraint {
 public:
-    HelicalBuckling(std::span<const Slot<1>> start, std::size_t last_node, std::size_t last_element, double time, double slack, double rotations)
+    HelicalBuckling(std::span<const Slot<1>> start, std::size_t last_node, std::size_t last_element, double time, double slack,
+                    double rotations)
         : time_(time), last_(last_node), last_element_(last_element) {
         const Vec3d first = lane(start.front().position, 0), end = lane(start[last_].position, 0);
         const Vec3d d = (1 / norm(end - first)) * (end - first);
@@ -116,17 +120,19 @@ std::vector<int> places(const Entry& e, const std::string& key, std::size_t size
 
 } // namespace
 
-std::shared_ptr<const Constraint> make_constraint(const Entry& e, std::span<const Slot<1>> start, std::size_t node_count, std::size_t element_count) {
+std::shared_ptr<const Constraint> make_constraint(const Entry& e, std::span<const Slot<1>> start, std::size_t node_count,
+                                                  std::size_t element_count) {
     const std::string kind = e["kind"].text();
     if (kind == "one_end_fixed") return std::make_shared<Fixed>(held_nodes({0}, start), held_elements({0}, start));
     if (kind == "helical_buckling" && node_count > 1)
-        return std::make_shared<HelicalBuckling>(start, node_count - 1, element_count - 1, e["twisting_time"].positive(), e["slack"].number(),
-                                                 e["number_of_rotations"].number());
+        return std::make_shared<HelicalBuckling>(start, node_count - 1, element_count - 1, e["twisting_time"].positive(),
+                                                 e["slack"].number(), e["number_of_rotations"].number());
     if (kind != "fixed" && kind != "general") throw NotBuilt("constraint '" + kind + "' (" + e.path() + ")");
     auto nodes = held_nodes(places(e, "position_index", node_count), start);
     auto elements = held_elements(places(e, "director_index", element_count), start);
     if (kind == "fixed") return std::make_shared<Fixed>(std::move(nodes), std::move(elements));
-    return std::make_shared<General>(std::move(nodes), std::move(elements), e["translation_fixed"].flags(), e["rotation_fixed_lab"].flags());
+    return std::make_shared<General>(std::move(nodes), std::move(elements), e["translation_fixed"].flags(),
+                                     e["rotation_fixed_lab"].flags());
 }
 
 } // namespace skein::replay

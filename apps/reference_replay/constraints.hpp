@@ -18,9 +18,10 @@ public:
     virtual void rates(Slot<1>* slot, double time) const = 0;
 };
 
-/// `start`: the system's state at the start; how many nodes and elements the file's lists have of it (a closed rod's last slot is no
-/// node of its own). Throws NotBuilt.
-std::shared_ptr<const Constraint> make_constraint(const Entry& entry, std::span<const Slot<1>> start, std::size_t nodes, std::size_t elements);
+/// `start`: the system's state at the start; how many nodes and elements the file's lists have of it (a closed rod's last slot is
+/// no node of its own). Throws NotBuilt.
+std::shared_ptr<const Constraint> make_constraint(const Entry& entry, std::span<const Slot<1>> start, std::size_t nodes,
+                                                  std::size_t elements);
 
 class ValuesPass final : public TilePass<1> {
 public:

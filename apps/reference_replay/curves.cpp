@@ -76,7 +76,8 @@ FramedCurve read_curve(const Entry& e) {
     }
     const std::size_t n = curve.closed ? curve.node.size() : curve.node.size() - 1;
     if (curve.d1.size() != n) normal->fail("has " + std::to_string(curve.d1.size()) + " vectors, not " + std::to_string(n));
-    if (const auto radius = find(e, radius_names)) curve.radius = radius->json().is_number() ? std::vector(n, radius->number()) : radius->positives(n);
+    if (const auto radius = find(e, radius_names))
+        curve.radius = radius->json().is_number() ? std::vector(n, radius->number()) : radius->positives(n);
     curve.length = 0;
     for (std::size_t k = 0; k < n; ++k) curve.length += norm(curve.node[(k + 1) % curve.node.size()] - curve.node[k]);
     if (const auto length = find(e, length_names)) curve.length = length->positive();
@@ -128,7 +129,8 @@ void find_values(const Entry& e, const std::string& path, std::string kind, std:
         for (const auto& item : json.items())
             if (item.value().is_string() && contains(lower(item.key()), "segment")) kind = lower(item.value().get<std::string>());
         for (const auto& item : json.items())
-            find_values(Entry(item.value(), e.path() + "." + item.key()), path + (path.empty() ? "" : ".") + lower(item.key()), kind, values);
+            find_values(Entry(item.value(), e.path() + "." + item.key()), path + (path.empty() ? "" : ".") + lower(item.key()),
+                        kind, values);
         return;
     }
     const bool named = kind_of(path) != Quantity::none;
@@ -226,7 +228,8 @@ std::vector<Deviation> replay_curves(const Entry& file) {
         for (const Value& value : values) {
             const auto computed = evaluate(curves[i], value);
             if (computed.size() != value.numbers.size())
-                results[i].fail("has " + std::to_string(value.numbers.size()) + " numbers in '" + value.path + "', not " + std::to_string(computed.size()));
+                results[i].fail("has " + std::to_string(value.numbers.size()) + " numbers in '" + value.path + "', not " +
+                                std::to_string(computed.size()));
             double worst = 0, scale = 1; // turns
             for (const double v : value.numbers) scale = std::max(scale, std::abs(v));
             for (std::size_t j = 0; j < computed.size(); ++j) {

@@ -14,7 +14,8 @@ class Decay final : public TilePass<1> {
 public:
     /// One z for every kick of a step, whatever its length.
     Decay(const RodGroup& group, const Damping& damping, double time_step)
-        : kick_(std::vector(largest_stages, KickConstants(group, damping_rates(group, {&damping, 1}), time_step, DampingScheme::after))) {}
+        : kick_(std::vector(largest_stages,
+                            KickConstants(group, damping_rates(group, {&damping, 1}), time_step, DampingScheme::after))) {}
     std::string_view name() const override { return "damper"; }
     void run(const RodTile<1>& rod, SlotLoad<1>* load, const Step& step) const override {
         for (int k = 0; k <= rod.n; ++k) load[k].force = {}, load[k].couple = {};
@@ -62,11 +63,15 @@ std::unique_ptr<TilePass<1>> make_damper(const Entry& e, const RodGroup& group) 
     if (kind != "analytical_linear") throw NotBuilt("damper '" + kind + "' (" + e.path() + ")");
     const double h = e["time_step"].positive();
     if (e.has("uniform_damping_constant"))
-        return std::make_unique<Decay>(group, Damping{.kind = DampingKind::uniform, .rate = e["uniform_damping_constant"].number()}, h);
-    if (e.has("damping_constant")) return std::make_unique<Decay>(group, Damping{.kind = DampingKind::legacy, .rate = e["damping_constant"].number()}, h);
-    return std::make_unique<Decay>(group, Damping{.kind = DampingKind::physical,
-                                                  .translational = e["translational_damping_constant"].number(),
-                                                  .rotational = e["rotational_damping_constant"].number()}, h);
+        return std::make_unique<Decay>(group, Damping{.kind = DampingKind::uniform, .rate = e["uniform_damping_constant"].number()},
+                                       h);
+    if (e.has("damping_constant"))
+        return std::make_unique<Decay>(group, Damping{.kind = DampingKind::legacy, .rate = e["damping_constant"].number()}, h);
+    return std::make_unique<Decay>(group,
+                                   Damping{.kind = DampingKind::physical,
+                                           .translational = e["translational_damping_constant"].number(),
+                                           .rotational = e["rotational_damping_constant"].number()},
+                                   h);
 }
 
 } // namespace skein::replay

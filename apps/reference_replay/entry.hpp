@@ -94,7 +94,8 @@ public:
     /// A value under any other key would be physics that is passed over; texts are remarks.
     void expect_keys(std::initializer_list<std::string_view> known) const {
         for (const auto& [key, value] : json_->items())
-            if (!value.is_string() && std::find(known.begin(), known.end(), key) == known.end()) fail("has an unknown key '" + key + "'");
+            if (!value.is_string() && std::find(known.begin(), known.end(), key) == known.end())
+                fail("has an unknown key '" + key + "'");
     }
 
     [[noreturn]] void fail(const std::string& what) const { throw InputError(path_ + " " + what); }

@@ -18,7 +18,9 @@ void flatten(const Entry& e, std::vector<double>& list) {
 
 } // namespace
 
-bool of_state(const std::string& field) { return std::find(std::begin(state_fields), std::end(state_fields), field) != std::end(state_fields); }
+bool of_state(const std::string& field) {
+    return std::find(std::begin(state_fields), std::end(state_fields), field) != std::end(state_fields);
+}
 
 Fields fields_of(const Rod& rod, const std::vector<Slot<1>>& state) {
     const RodGroup& g = rod.group;
@@ -48,7 +50,8 @@ Fields fields_of(const Rod& rod, const std::vector<Slot<1>>& state) {
     }
     for (std::size_t k = 0; k < g.voronoi.size(); ++k) {
         const VoronoiConstants& c = g.voronoi[k];
-        const Vec3d kappa = c.inv_length * lane(relative_rotation(state[(k + 1) % n].director, state[k].director), 0), bend = kappa - c.rest_curvature;
+        const Vec3d kappa = c.inv_length * lane(relative_rotation(state[(k + 1) % n].director, state[k].director), 0),
+                    bend = kappa - c.rest_curvature;
         append(f["kappa"], kappa);
         bending += 0.5 / c.inv_length * dot(bend, scale(c.stiffness, bend));
     }
@@ -74,9 +77,11 @@ Fields reference_fields(const Entry& e, const Fields& computed) {
         if (!of_state(name) && !e.has(name)) continue;
         const Entry field = e[name];
         if (name == "energy")
-            f[name] = {field["translational"].number(), field["rotational"].number(), field["bending"].number(), field["shear"].number()};
+            f[name] = {field["translational"].number(), field["rotational"].number(), field["bending"].number(),
+                       field["shear"].number()};
         else flatten(field, f[name]);
-        if (f[name].size() != values.size()) field.fail("has " + std::to_string(f[name].size()) + " numbers, not " + std::to_string(values.size()));
+        if (f[name].size() != values.size())
+            field.fail("has " + std::to_string(f[name].size()) + " numbers, not " + std::to_string(values.size()));
     }
     return f;
 }

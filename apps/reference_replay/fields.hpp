@@ -12,7 +12,8 @@ using Fields = std::map<std::string, std::vector<double>>; ///< of one system at
 inline constexpr const char* state_fields[] = {"position", "velocity", "directors", "omega"};
 bool of_state(const std::string& field);
 
-/// State and what follows from it, with the published definitions. `state`: of the end of the step; loads are those that acted last.
+/// State and what follows from it, with the published definitions. `state`: of the end of the step; loads are those that acted
+/// last.
 Fields fields_of(const Rod& rod, const std::vector<Slot<1>>& state);
 Fields fields_of(const RigidBody& body, const Slot<1>& state);
 

@@ -63,7 +63,8 @@ struct MuscleTorques {
     void add(const RodTile<1>& rod, SlotLoad<1>* load, const Step& step) const {
         for (int k = 1; k < rod.n; ++k) {
             const auto j = static_cast<std::size_t>(rod.n - 1 - k);
-            const double a = ramp_at(step.time, ramp) * spline[j] * std::sin(2 * pi / period * step.time - wave_number * s[j] + phase);
+            const double a =
+                ramp_at(step.time, ramp) * spline[j] * std::sin(2 * pi / period * step.time - wave_number * s[j] + phase);
             add_couple(load[k], at(rod.slot[k].director) * (a * direction));
             add_couple(load[k - 1], at(rod.slot[k - 1].director) * (-a * direction));
         }
@@ -74,7 +75,7 @@ struct MuscleTorques {
 struct Magnetic {
     static constexpr std::string_view kind = "magnetic";
     static constexpr double tolerance = 2.220446049250313e-12; ///< on the ramp, s, as published
-    std::vector<Vec3d> moment; ///< A m^2, body
+    std::vector<Vec3d> moment;                                 ///< A m^2, body
     Vec3d amplitude, frequency, phase;
     bool oscillating;
     double ramp, start, end;
@@ -82,11 +83,13 @@ struct Magnetic {
         const double width = ramp + tolerance;
         const double r = t <= start ? 0.0 : t <= end ? std::min(1.0, (t - start) / width) : std::max(0.0, 1 - (t - end) / width);
         if (!oscillating) return r * amplitude;
-        return scale(r * amplitude, Vec3d{std::sin(frequency.x * t + phase.x), std::sin(frequency.y * t + phase.y), std::sin(frequency.z * t + phase.z)});
+        return scale(r * amplitude, Vec3d{std::sin(frequency.x * t + phase.x), std::sin(frequency.y * t + phase.y),
+                                          std::sin(frequency.z * t + phase.z)});
     }
     void add(const RodTile<1>& rod, SlotLoad<1>* load, const Step& step) const {
         const Vec3d b = field(step.time);
-        for (int k = 0; k < rod.n; ++k) add_couple(load[k], cross(moment[static_cast<std::size_t>(k)], at(rod.slot[k].director) * b));
+        for (int k = 0; k < rod.n; ++k)
+            add_couple(load[k], cross(moment[static_cast<std::size_t>(k)], at(rod.slot[k].director) * b));
     }
 };
 
@@ -102,8 +105,14 @@ Magnetic magnetic(const Entry& e, std::size_t n) {
     if (field != "constant" && field != "oscillating") throw NotBuilt("magnetic field '" + field + "' (" + e.path() + ")");
     const bool oscillating = field == "oscillating";
     const Vec3d none{0, 0, 0};
-    return {e["moment_material_frame"].vectors(n), e["amplitude"].vector(), oscillating ? one_or_three(e["angular_frequency"]) : none,
-            oscillating ? one_or_three(e["phase"]) : none, oscillating, e["ramp_interval"].number(), e["start_time"].number(), e["end_time"].number()};
+    return {e["moment_material_frame"].vectors(n),
+            e["amplitude"].vector(),
+            oscillating ? one_or_three(e["angular_frequency"]) : none,
+            oscillating ? one_or_three(e["phase"]) : none,
+            oscillating,
+            e["ramp_interval"].number(),
+            e["start_time"].number(),
+            e["end_time"].number()};
 }
 
 } // namespace
@@ -111,11 +120,14 @@ Magnetic magnetic(const Entry& e, std::size_t n) {
 std::unique_ptr<TilePass<1>> make_load(const Entry& e, const RodGroup& group) {
     const std::string kind = e["kind"].text();
     const auto n = static_cast<std::size_t>(group.elements());
-    const auto pass = [&]<class L>(L load) -> std::unique_ptr<TilePass<1>> { return std::make_unique<LoadPass<L, 1>>(std::move(load), group); };
+    const auto pass = [&]<class L>(L load) -> std::unique_ptr<TilePass<1>> {
+        return std::make_unique<LoadPass<L, 1>>(std::move(load), group);
+    };
     if (kind == "gravity") return pass(Gravity{e["acc"].vector()});
     if (kind == "uniform_torques") return pass(UniformTorques{e["torque"].vector()});
     if (kind == "magnetic") return pass(magnetic(e, n));
-    if (kind == "endpoint_forces") return pass(EndForces{e["start_force"].vector(), e["end_force"].vector(), e["ramp_up_time"].number()});
+    if (kind == "endpoint_forces")
+        return pass(EndForces{e["start_force"].vector(), e["end_force"].vector(), e["ramp_up_time"].number()});
     if (kind == "uniform_forces") return pass(UniformForces{e["force"].vector()});
     if (kind == "muscle_torques")
         return pass(MuscleTorques{e["ramp_up_time"].number(), e["period"].positive(), e["wave_number"].number(),

@@ -12,9 +12,10 @@ namespace {
 using namespace skein;
 using namespace skein::replay;
 
-constexpr const char* usage = "usage: reference_replay FILE.json\n"
-                              "replays rods, rigid bodies and planes with their loads, contacts, constraints and dampers, or framed curves\n"
-                              "exit codes: 0 every field agrees, 1 a field differs, 2 the file is malformed, 7 the file needs physics that is not built\n";
+constexpr const char* usage =
+    "usage: reference_replay FILE.json\n"
+    "replays rods, rigid bodies and planes with their loads, contacts, constraints and dampers, or framed curves\n"
+    "exit codes: 0 every field agrees, 1 a field differs, 2 the file is malformed, 7 the file needs physics that is not built\n";
 
 void print(const std::vector<Deviation>& deviations) {
     fmt::print("{:>6}  {:<22}{:>12}{:>12}\n", "step", "field", "deviation", "tolerance");

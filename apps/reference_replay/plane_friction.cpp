@@ -19,12 +19,12 @@ Vec3d add_to_all(const Vec3d& a, double s) { return {a.x + s, a.y + s, a.z + s};
 /// An element in contact.
 struct Touch {
     std::size_t k;
-    double radius, response; ///< m; R, N
-    Vec3d axial, rolling;    ///< a, b
-    Vec3d arm;               ///< p, m
+    double radius, response;             ///< m; R, N
+    Vec3d axial, rolling;                ///< a, b
+    Vec3d arm;                           ///< p, m
     double axial_sticks, rolling_sticks; ///< s_a, s_b
-    double axial_speed;      ///< m/s
-    Vec3d slip;              ///< u
+    double axial_speed;                  ///< m/s
+    Vec3d slip;                          ///< u
 };
 
 Vec3d force_at_node(const Rod& rod, std::size_t i) { return lane(rod.internal[i].force, 0) + lane(rod.external[i].force, 0); }
@@ -62,7 +62,8 @@ double sticking(double speed, double tolerated) {
 Plane read_plane(const Entry& e) { return {e["origin"].vector(), e["normal"].vector()}; }
 
 PlaneFriction::PlaneFriction(const Entry& e)
-    : rubs(e["kind"].text() != "rod_plane"), stiffness(e["k"].number()), damping(e["nu"].number()), surface_tolerance(e["surface_tol"].number()) {
+    : rubs(e["kind"].text() != "rod_plane"), stiffness(e["k"].number()), damping(e["nu"].number()),
+      surface_tolerance(e["surface_tol"].number()) {
     e.expect_keys({"kind", "system", "other", "k", "nu", "surface_tol", "slip_velocity_tol", "kinetic_mu", "static_mu"});
     if (!rubs) return;
     slip_velocity = e["slip_velocity_tol"].positive();
@@ -89,17 +90,24 @@ void PlaneFriction::add(Rod& rod, const Plane& plane) const {
         const Vec3d turning = transpose_times(q, cross(lane(rod.slot[k].spin, 0), q * arm));
         const double axial_speed = dot(v, a), rolling_speed = dot(v, b) + dot(turning, b);
         const Vec3d slip = rolling_speed * b + axial_speed * a;
-        touches.push_back({.k = k, .radius = s.radius, .response = norm(response), .axial = a, .rolling = b, .arm = arm,
+        touches.push_back({.k = k,
+                           .radius = s.radius,
+                           .response = norm(response),
+                           .axial = a,
+                           .rolling = b,
+                           .arm = arm,
                            .axial_sticks = sticking(norm(axial_speed * a), slip_velocity),
                            .rolling_sticks = sticking(norm(rolling_speed * b), slip_velocity),
-                           .axial_speed = axial_speed, .slip = (1 / norm(add_to_all(slip, 1e-14))) * slip});
+                           .axial_speed = axial_speed,
+                           .slip = (1 / norm(add_to_all(slip, 1e-14))) * slip});
     }
     // Loads were read for all elements before the first of them acts: neighbours share nodes.
     for (std::size_t i = 0; i < touches.size(); ++i) add_to_nodes(rod, touches[i].k, normal_force[i]);
     if (!rubs) return;
 
     for (const Touch& t : touches)
-        add_to_nodes(rod, t.k, (-(1 - t.axial_sticks) * along(kinetic, t.axial_speed) * t.response * dot(t.slip, t.axial)) * t.axial);
+        add_to_nodes(rod, t.k,
+                     (-(1 - t.axial_sticks) * along(kinetic, t.axial_speed) * t.response * dot(t.slip, t.axial)) * t.axial);
     for (const Touch& t : touches)
         add_at_contact(rod, t, (-(1 - t.rolling_sticks) * kinetic.z * t.response * dot(t.slip, t.rolling)) * t.rolling);
 
@@ -108,14 +116,16 @@ void PlaneFriction::add(Rod& rod, const Plane& plane) const {
     for (std::size_t i = 0; i < touches.size(); ++i) {
         const Touch& t = touches[i];
         const double pull = dot(force[i], t.axial);
-        add_to_nodes(rod, t.k, (-std::min(std::abs(pull), t.axial_sticks * along(still, pull) * t.response) * sign(pull)) * t.axial);
+        add_to_nodes(rod, t.k,
+                     (-std::min(std::abs(pull), t.axial_sticks * along(still, pull) * t.response) * sign(pull)) * t.axial);
     }
     for (std::size_t i = 0; i < touches.size(); ++i) {
         const Touch& t = touches[i];
         const Vec3d couple = lane(rod.internal[t.k].couple, 0) + lane(rod.external[t.k].couple, 0);
         const double turn = dot(transpose_times(frame(rod.slot[t.k]), couple), t.axial);
         const double without_slip = (2 * turn / t.radius - dot(force[i], t.rolling)) / 3;
-        add_at_contact(rod, t, (std::min(std::abs(without_slip), t.rolling_sticks * still.z * t.response) * sign(without_slip)) * t.rolling);
+        add_at_contact(
+            rod, t, (std::min(std::abs(without_slip), t.rolling_sticks * still.z * t.response) * sign(without_slip)) * t.rolling);
     }
 }
 

@@ -41,8 +41,8 @@ Integrator integrator_of(const Entry& stepper) {
 }
 
 /// What a field's deviation is relative to. State: the file's `scale`. Strains are differences of the state over a length: what the
-/// scale of the state makes of them, over the shortest rest length; loads that answer internal ones: the stiffness times that, where
-/// it is more than the largest value of the file. The rest: that value.
+/// scale of the state makes of them, over the shortest rest length; loads that answer internal ones: the stiffness times that,
+/// where it is more than the largest value of the file. The rest: that value.
 double scale_of(const std::string& field, const Entry& file, const Scene& scene, double largest_value) {
     if (of_state(field)) return file["scale"][field].number();
     const double position = file["scale"]["position"].number(), inv_length = scene.largest_inv_length();

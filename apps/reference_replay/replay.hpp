@@ -9,7 +9,7 @@ namespace skein::replay {
 struct Deviation {
     long step;
     std::string field;
-    double value;     ///< largest |difference| over the field's scale
+    double value; ///< largest |difference| over the field's scale
     double tolerance;
     bool agrees() const { return value <= tolerance; }
 };

@@ -41,7 +41,8 @@ RigidBody read_body(const Entry& e) {
                      broadcast<1>(e["omega"].vectors(1)[0])}};
 }
 
-BodyProgram::BodyProgram(RigidBody& body, const Stepping& stepping, const std::vector<Entry>& constraints, const std::vector<Entry>& dampers)
+BodyProgram::BodyProgram(RigidBody& body, const Stepping& stepping, const std::vector<Entry>& constraints,
+                         const std::vector<Entry>& dampers)
     : body_(body), stages_(stepping.scheme.stages.size()) {
     for (const Entry& e : constraints) constraints_.push_back(make_constraint(e, {&body.slot, 1}, 1, 1));
     for (const Entry& e : dampers) kept_ *= kept_by(e);
@@ -73,11 +74,11 @@ Slot<1> BodyProgram::closed_state(double lag, double time) const {
 std::function<void(const Step&)> make_body_load(const Entry& e, RigidBody& body) {
     const std::string kind = e["kind"].text();
     if (kind == "gravity") return [&body, weight = body.mass * e["acc"].vector()](const Step&) { body.force += weight; };
-    if (kind == "uniform_torques") return [&body, torque = e["torque"].vector()](const Step&) { body.couple += frame(body.slot) * torque; };
+    if (kind == "uniform_torques")
+        return [&body, torque = e["torque"].vector()](const Step&) { body.couple += frame(body.slot) * torque; };
     if (kind == "endpoint_forces") // its first node is its last
-        return [&body, sum = e["start_force"].vector() + e["end_force"].vector(), ramp = e["ramp_up_time"].number()](const Step& step) {
-            body.force += ramp_at(step.time, ramp) * sum;
-        };
+        return [&body, sum = e["start_force"].vector() + e["end_force"].vector(),
+                ramp = e["ramp_up_time"].number()](const Step& step) { body.force += ramp_at(step.time, ramp) * sum; };
     throw NotBuilt("load '" + kind + "' on a body (" + e.path() + ")");
 }
 

@@ -29,7 +29,8 @@ RigidBody read_body(const Entry& entry);
 /// The step of one body.
 class BodyProgram {
 public:
-    BodyProgram(RigidBody& body, const Stepping& stepping, const std::vector<Entry>& constraints, const std::vector<Entry>& dampers);
+    BodyProgram(RigidBody& body, const Stepping& stepping, const std::vector<Entry>& constraints,
+                const std::vector<Entry>& dampers);
 
     void move(const Step& step) const;
     void kick(const Step& step) const;

@@ -19,7 +19,8 @@ Rod read_rod(const Entry& e, int number) {
     if (n < (ring ? 3u : 1u)) e.fail("has too few elements");
     const std::size_t nodes = ring ? n : n + 1, cells = ring ? n : n - 1;
     const auto length = e["rest_lengths"].positives(n), volume = e["volume"].positives(n), mass = e["mass"].positives(nodes);
-    const auto inertia = e["mass_second_moment_of_inertia"].vectors(n), shear = e["shear_matrix"].vectors(n), sigma = e["rest_sigma"].vectors(n);
+    const auto inertia = e["mass_second_moment_of_inertia"].vectors(n), shear = e["shear_matrix"].vectors(n),
+               sigma = e["rest_sigma"].vectors(n);
     const auto cell = e["rest_voronoi_lengths"].positives(cells);
     const auto bend = e["bend_matrix"].vectors(cells), kappa = e["rest_kappa"].vectors(cells);
 
@@ -30,14 +31,23 @@ Rod read_rod(const Entry& e, int number) {
     spec.material = {.density = 1, .youngs_modulus = 1, .law = Law::elastica};
     spec.section = {.radius = 1};
     spec.shape = {.length = std::accumulate(length.begin(), length.end(), 0.0), .elements = static_cast<long>(n), .closed = ring};
-    Rod rod{RodGroup(spec, number, number, ""), std::vector<Slot<1>>(n + 1), std::vector<SlotLoad<1>>(n + 1), std::vector<SlotLoad<1>>(n + 1)};
+    Rod rod{RodGroup(spec, number, number, ""), std::vector<Slot<1>>(n + 1), std::vector<SlotLoad<1>>(n + 1),
+            std::vector<SlotLoad<1>>(n + 1)};
     for (std::size_t k = 0; k < n; ++k) {
         ElementConstants& c = rod.group.element[k];
         const Vec3d& j = inertia[k];
         if (!(j.x > 0 && j.y > 0 && j.z > 0)) e["mass_second_moment_of_inertia"].fail("is not positive");
-        c = {.rest_length = length[k], .inv_rest_length = 1 / length[k], .volume = volume[k], .radius = std::sqrt(volume[k] / (std::numbers::pi * length[k])),
-             .stiffness = shear[k], .rest_strain = sigma[k], .rest_stretch = 1 + sigma[k].z, .inertia = j,
-             .inv_inertia = {1 / j.x, 1 / j.y, 1 / j.z}, .inertia_ratio = j.z / j.x, .bending = c.bending};
+        c = {.rest_length = length[k],
+             .inv_rest_length = 1 / length[k],
+             .volume = volume[k],
+             .radius = std::sqrt(volume[k] / (std::numbers::pi * length[k])),
+             .stiffness = shear[k],
+             .rest_strain = sigma[k],
+             .rest_stretch = 1 + sigma[k].z,
+             .inertia = j,
+             .inv_inertia = {1 / j.x, 1 / j.y, 1 / j.z},
+             .inertia_ratio = j.z / j.x,
+             .bending = c.bending};
     }
     for (std::size_t k = 0; k < cells; ++k) {
         const double before = length[k], after = length[(k + 1) % n];

@@ -1,5 +1,5 @@
-// A rod of a reference file: constants as the file has them, its state and loads, and its step with the published conventions made of
-// the library's passes. What acts between systems stands between the two halves of a step.
+// A rod of a reference file: constants as the file has them, its state and loads, and its step with the published conventions made
+// of the library's passes. What acts between systems stands between the two halves of a step.
 #pragma once
 
 #include "constraints.hpp"

@@ -43,7 +43,8 @@ Vec3d RodBodyContact::force(const Vec3d& apart, double radii, const Vec3d& veloc
 void RodBodyContact::add(Rod& rod, RigidBody& body) const {
     const bool cylinder = body.shape == RigidBody::Shape::cylinder;
     const auto segments = segments_of(rod);
-    if (replay::box_of(rod, largest_radius(segments) + (cylinder ? largest_length(segments) : 0.0)).apart_from(box_of(body))) return;
+    if (replay::box_of(rod, largest_radius(segments) + (cylinder ? largest_length(segments) : 0.0)).apart_from(box_of(body)))
+        return;
     const Vec3d axis = body.length * body.axis(), tip = body.position() - 0.5 * axis;
     Vec3d force_on_body{0, 0, 0}, torque{0, 0, 0}; // lab
     for (std::size_t k = 0; k < segments.size(); ++k) {

@@ -12,8 +12,8 @@
 namespace skein::replay {
 
 struct RodBodyContact {
-    double stiffness, damping;          ///< k, N/m; nu, N s/m
-    double friction, velocity_damping;  ///< mu; c_v, N s/m
+    double stiffness, damping;         ///< k, N/m; nu, N s/m
+    double friction, velocity_damping; ///< mu; c_v, N s/m
     explicit RodBodyContact(const Entry& entry);
     void add(Rod& rod, RigidBody& body) const;
 

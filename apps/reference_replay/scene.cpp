@@ -28,7 +28,8 @@ Scene::Scene(const Entry& file, const Stepping& stepping) {
     for (std::size_t i = 0; i < systems_.size(); ++i) {
         const auto constraints = entries_of("constraints_in_order", i), dampers = entries_of("dampers_in_order", i);
         if (Rod* rod = std::get_if<Rod>(&systems_[i])) rods_.emplace_back(*rod, stepping, constraints, dampers);
-        else if (RigidBody* body = std::get_if<RigidBody>(&systems_[i])) bodies_.emplace_back(*body, stepping, constraints, dampers);
+        else if (RigidBody* body = std::get_if<RigidBody>(&systems_[i]))
+            bodies_.emplace_back(*body, stepping, constraints, dampers);
         else if (!constraints.empty()) throw NotBuilt("constraint on a plane (" + constraints[0].path() + ")");
         else if (!dampers.empty()) throw NotBuilt("damper on a plane (" + dampers[0].path() + ")");
     }
@@ -43,7 +44,8 @@ template <class Kind> Kind& Scene::system(const Entry& number, const char* what)
 
 Rod& Scene::open_rod(const Entry& number) {
     Rod& rod = system<Rod>(number, "a rod");
-    if (rod.group.closed()) throw NotBuilt("contact on a ring (" + number.path() + ")"); // published codes have no node after the last
+    if (rod.group.closed())
+        throw NotBuilt("contact on a ring (" + number.path() + ")"); // published codes have no node after the last
     return rod;
 }
 
@@ -52,17 +54,19 @@ Scene::Load Scene::load_of(const Entry& e) {
     const bool on_plane = kind == "rod_plane" || kind == "rod_plane_anisotropic_friction";
     answers_ = answers_ || on_plane || kind == "rod_rod_contact";
     if (kind == "rod_rod_contact")
-        return [&a = open_rod(e["system"]), &b = open_rod(e["other"]), contact = RodRodContact(e)](const Step&) { contact.add(a, b); };
-    if (kind == "rod_self_contact") return [&rod = open_rod(e["system"]), contact = RodSelfContact(e)](const Step&) { contact.add(rod); };
+        return
+            [&a = open_rod(e["system"]), &b = open_rod(e["other"]), contact = RodRodContact(e)](const Step&) { contact.add(a, b); };
+    if (kind == "rod_self_contact")
+        return [&rod = open_rod(e["system"]), contact = RodSelfContact(e)](const Step&) { contact.add(rod); };
     if (kind == "rod_cylinder_contact" || kind == "rod_sphere_contact") {
         RigidBody& body = system<RigidBody>(e["other"], "a body");
-        if ((kind == "rod_sphere_contact") != (body.shape == RigidBody::Shape::sphere)) e["other"].fail("is not the body of a '" + kind + "'");
+        if ((kind == "rod_sphere_contact") != (body.shape == RigidBody::Shape::sphere))
+            e["other"].fail("is not the body of a '" + kind + "'");
         return [&rod = open_rod(e["system"]), &body, contact = RodBodyContact(e)](const Step&) { contact.add(rod, body); };
     }
     if (on_plane)
-        return [&rod = open_rod(e["system"]), &plane = system<Plane>(e["other"], "a plane"), friction = PlaneFriction(e)](const Step&) {
-            friction.add(rod, plane);
-        };
+        return [&rod = open_rod(e["system"]), &plane = system<Plane>(e["other"], "a plane"),
+                friction = PlaneFriction(e)](const Step&) { friction.add(rod, plane); };
     if (e.has("other")) throw NotBuilt("'" + kind + "' between systems (" + e.path() + ")");
     System& on = systems_[place(e["system"])];
     if (Rod* rod = std::get_if<Rod>(&on)) return load_on_rod(e, *rod);
@@ -104,7 +108,8 @@ std::vector<Fields> Scene::fields(double lag, double time) const {
     auto body = bodies_.begin();
     for (const System& system : systems_) {
         if (const Rod* r = std::get_if<Rod>(&system)) fields.push_back(fields_of(*r, (rod++)->closed_state(lag, time)));
-        else if (const RigidBody* b = std::get_if<RigidBody>(&system)) fields.push_back(fields_of(*b, (body++)->closed_state(lag, time)));
+        else if (const RigidBody* b = std::get_if<RigidBody>(&system))
+            fields.push_back(fields_of(*b, (body++)->closed_state(lag, time)));
         else fields.emplace_back();
     }
     return fields;
@@ -122,7 +127,8 @@ double Scene::answering_stiffness() const {
     double largest = 0;
     for (const System& system : systems_)
         if (const Rod* rod = std::get_if<Rod>(&system); rod && answers_)
-            for (const ElementConstants& c : rod->group.element) largest = std::max({largest, c.stiffness.x, c.stiffness.y, c.stiffness.z});
+            for (const ElementConstants& c : rod->group.element)
+                largest = std::max({largest, c.stiffness.x, c.stiffness.y, c.stiffness.z});
     return largest;
 }
 

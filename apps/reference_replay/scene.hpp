@@ -31,7 +31,9 @@ private:
     Load load_on_rod(const Entry& entry, Rod& rod);
     void clear_loads();
 
-    std::size_t place(const Entry& system) const { return static_cast<std::size_t>(system.index(static_cast<int>(systems_.size()))); }
+    std::size_t place(const Entry& system) const {
+        return static_cast<std::size_t>(system.index(static_cast<int>(systems_.size())));
+    }
     template <class Kind> Kind& system(const Entry& number, const char* what);
     Rod& open_rod(const Entry& number);
 

@@ -26,7 +26,8 @@ std::vector<Segment> segments_of(const Rod& rod) {
 // [0, 1] the nearest of the four pairs of an end and the other segment. Nearly parallel: from the start of b.
 Nearest nearest(const Vec3d& start_a, const Vec3d& edge_a, const Vec3d& start_b, const Vec3d& edge_b) {
     const Vec3d r = start_b - start_a;
-    const double aa = dot(edge_a, edge_a), ab = dot(edge_a, edge_b), bb = dot(edge_b, edge_b), ra = dot(r, edge_a), rb = dot(r, edge_b);
+    const double aa = dot(edge_a, edge_a), ab = dot(edge_a, edge_b), bb = dot(edge_b, edge_b), ra = dot(r, edge_a),
+                 rb = dot(r, edge_b);
     const auto between = [&](double t, double s) { return r + s * edge_b - t * edge_a; };
     double t, s;
     if (std::abs(1 - ab * ab / (aa * bb)) < 1e-6) {
@@ -38,17 +39,22 @@ Nearest nearest(const Vec3d& start_a, const Vec3d& edge_a, const Vec3d& start_b,
         if (s < 0 || s > 1 || t < 0 || t > 1) {
             const struct {
                 double t, s;
-            } pairs[] = {{within_segment(ra / aa), 0}, {within_segment((ra + ab) / aa), 1}, {0, within_segment(-rb / bb)}, {1, within_segment((ab - rb) / bb)}};
+            } pairs[] = {{within_segment(ra / aa), 0},
+                         {within_segment((ra + ab) / aa), 1},
+                         {0, within_segment(-rb / bb)},
+                         {1, within_segment((ab - rb) / bb)}};
             double least = INFINITY;
             for (const auto& pair : pairs)
-                if (const double distance = norm(between(pair.t, pair.s)); distance < least) least = distance, t = pair.t, s = pair.s;
+                if (const double distance = norm(between(pair.t, pair.s)); distance < least)
+                    least = distance, t = pair.t, s = pair.s;
         }
     }
     return {between(t, s), start_b + s * edge_b};
 }
 
 bool Box::apart_from(const Box& b) const {
-    return upper.x < b.lower.x || upper.y < b.lower.y || upper.z < b.lower.z || b.upper.x < lower.x || b.upper.y < lower.y || b.upper.z < lower.z;
+    return upper.x < b.lower.x || upper.y < b.lower.y || upper.z < b.lower.z || b.upper.x < lower.x || b.upper.y < lower.y ||
+           b.upper.z < lower.z;
 }
 
 Box box_of(const Rod& rod, double reach) {
@@ -63,10 +69,14 @@ Box box_of(const Rod& rod, double reach) {
 }
 
 double largest_radius(const std::vector<Segment>& segments) {
-    return std::max_element(segments.begin(), segments.end(), [](const Segment& a, const Segment& b) { return a.radius < b.radius; })->radius;
+    return std::max_element(segments.begin(), segments.end(),
+                            [](const Segment& a, const Segment& b) { return a.radius < b.radius; })
+        ->radius;
 }
 double largest_length(const std::vector<Segment>& segments) {
-    return std::max_element(segments.begin(), segments.end(), [](const Segment& a, const Segment& b) { return a.length < b.length; })->length;
+    return std::max_element(segments.begin(), segments.end(),
+                            [](const Segment& a, const Segment& b) { return a.length < b.length; })
+        ->length;
 }
 
 EndWeights end_weights(std::size_t element, std::size_t elements) {

@@ -35,8 +35,8 @@ Box box_of(const Rod& rod, double reach);
 double largest_radius(const std::vector<Segment>& segments);
 double largest_length(const std::vector<Segment>& segments);
 
-/// How much of the force on an element each of its nodes gets. Published contacts give it to both in full; in the first and last element
-/// a third of it goes from the end node to the other.
+/// How much of the force on an element each of its nodes gets. Published contacts give it to both in full; in the first and last
+/// element a third of it goes from the end node to the other.
 struct EndWeights {
     double first, second;
 };
@@ -44,6 +44,8 @@ EndWeights end_weights(std::size_t element, std::size_t elements);
 /// Adds to the external loads of both nodes of an element, by those weights.
 void add_to_element(Rod& rod, std::size_t element, const Vec3d& force);
 
-inline Vec3d mean_velocity(const Rod& rod, std::size_t element) { return 0.5 * (rod.velocity(element) + rod.velocity(element + 1)); }
+inline Vec3d mean_velocity(const Rod& rod, std::size_t element) {
+    return 0.5 * (rod.velocity(element) + rod.velocity(element + 1));
+}
 
 } // namespace skein::replay

@@ -78,10 +78,14 @@ Machine machine_of(const Communicator& comm, const RunArguments& arguments) {
 void advise_on_binding(const Machine& m) {
     const int online = static_cast<int>(std::thread::hardware_concurrency());
     if (m.threads > m.cores)
-        std::fprintf(stderr, "warning: %d threads on the %d core%s this rank may use; start with mpirun -n %d --map-by slot:PE=%d --bind-to core, or --bind-to none\n",
+        std::fprintf(stderr,
+                     "warning: %d threads on the %d core%s this rank may use; start with mpirun -n %d --map-by slot:PE=%d "
+                     "--bind-to core, or --bind-to none\n",
                      m.threads, m.cores, m.cores == 1 ? "" : "s", m.ranks, m.threads);
     else if (m.ranks * m.threads < online && m.cores < online / std::max(1, m.ranks))
-        std::fprintf(stderr, "note: %d of %d cores are used, because this rank is bound to %d; mpirun --bind-to none (or --map-by slot:PE=%d) frees the rest\n",
+        std::fprintf(stderr,
+                     "note: %d of %d cores are used, because this rank is bound to %d; mpirun --bind-to none (or --map-by "
+                     "slot:PE=%d) frees the rest\n",
                      m.ranks * m.threads, online, m.cores, online / std::max(1, m.ranks));
 }
 
@@ -112,7 +116,8 @@ int run_command(const RunArguments& arguments, int& argc, char**& argv) {
         Simulation simulation(comm, threads, scene, std::move(groups), std::move(plan), options);
         const RunResult result = simulation.run();
         if (comm.root() && result.code == Exit::limit)
-            std::printf(options.checkpoint ? "Stopped at a limit, with a checkpoint of step %lld; the same command resumes.\n" : "Stopped at a limit at step %lld.\n",
+            std::printf(options.checkpoint ? "Stopped at a limit, with a checkpoint of step %lld; the same command resumes.\n"
+                                           : "Stopped at a limit at step %lld.\n",
                         static_cast<long long>(result.step));
         return static_cast<int>(result.code);
     });
@@ -125,7 +130,8 @@ int plan_command(const PlanArguments& arguments) {
         const int cores = Threads::available_cores();
         const int threads = arguments.threads > 0 ? arguments.threads : std::max(1, cores / ranks);
         const std::vector<RodGroup> groups = make_groups(scene);
-        const Plan plan = make_plan(scene, groups, {ranks, threads, std::max(threads, cores / ranks), arguments.lanes, {}, arguments.mapping});
+        const Plan plan =
+            make_plan(scene, groups, {ranks, threads, std::max(threads, cores / ranks), arguments.lanes, {}, arguments.mapping});
         std::printf("%s", (arguments.json ? to_json(plan) : to_text(plan)).c_str());
     });
 }
@@ -135,8 +141,9 @@ int check_command(const SceneArguments& arguments) {
         const SceneSpec scene = read_scene(arguments.file, arguments.overrides);
         const std::vector<RodGroup> groups = make_groups(scene);
         const Plan plan = make_plan(scene, groups, {});
-        std::printf("%s: good; %lld rods, %lld elements, %lld steps of %.6g s\n", arguments.file.c_str(), static_cast<long long>(plan.rods),
-                    static_cast<long long>(plan.elements), static_cast<long long>(plan.steps), plan.dt);
+        std::printf("%s: good; %lld rods, %lld elements, %lld steps of %.6g s\n", arguments.file.c_str(),
+                    static_cast<long long>(plan.rods), static_cast<long long>(plan.elements), static_cast<long long>(plan.steps),
+                    plan.dt);
     });
 }
 
@@ -167,12 +174,15 @@ int info_command(const std::string& scene) {
         if (std::filesystem::exists(out))
             for (const auto& entry : std::filesystem::directory_iterator(out)) {
                 long long step = -1;
-                if (entry.path().extension() == ".h5" && std::sscanf(entry.path().filename().string().c_str(), "checkpoint_%lld", &step) == 1)
+                if (entry.path().extension() == ".h5" &&
+                    std::sscanf(entry.path().filename().string().c_str(), "checkpoint_%lld", &step) == 1)
                     newest = std::max<std::int64_t>(newest, step);
             }
         if (newest < 0) std::printf("%s: no checkpoint in %s\n", scene.c_str(), out.c_str());
-        else std::printf("%s: checkpoint of step %lld of %lld (%.1f %%) in %s\n", scene.c_str(), static_cast<long long>(newest),
-                         static_cast<long long>(plan.steps), 100.0 * static_cast<double>(newest) / static_cast<double>(plan.steps), out.c_str());
+        else
+            std::printf("%s: checkpoint of step %lld of %lld (%.1f %%) in %s\n", scene.c_str(), static_cast<long long>(newest),
+                        static_cast<long long>(plan.steps), 100.0 * static_cast<double>(newest) / static_cast<double>(plan.steps),
+                        out.c_str());
     });
 }
 

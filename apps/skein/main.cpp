@@ -26,12 +26,16 @@ bool first_process() {
     return true;
 }
 
-const std::map<std::string, skein::Mapping> mappings = {{"auto", skein::Mapping::automatic}, {"across", skein::Mapping::across}, {"along", skein::Mapping::along}};
-const std::map<std::string, skein::Protocol> protocols = {{"asynchronous", skein::Protocol::asynchronous}, {"synchronous", skein::Protocol::synchronous}};
+const std::map<std::string, skein::Mapping> mappings = {
+    {"auto", skein::Mapping::automatic}, {"across", skein::Mapping::across}, {"along", skein::Mapping::along}};
+const std::map<std::string, skein::Protocol> protocols = {{"asynchronous", skein::Protocol::asynchronous},
+                                                          {"synchronous", skein::Protocol::synchronous}};
 
 void add_scene_options(CLI::App& command, skein::SceneArguments& scene) {
     command.add_option("SCENE", scene.file, "scene file (TOML)")->required();
-    command.add_option("--set", scene.overrides, "override a key, e.g. --set time.duration=10 (may be repeated)")->type_name("KEY=VALUE")->allow_extra_args(false);
+    command.add_option("--set", scene.overrides, "override a key, e.g. --set time.duration=10 (may be repeated)")
+        ->type_name("KEY=VALUE")
+        ->allow_extra_args(false);
 }
 
 void add_mapping(CLI::App& command, skein::Mapping& mapping) {
@@ -51,17 +55,26 @@ int main(int argc, char** argv) {
     CLI::App* run_command = app.add_subcommand("run", "run a scene, or resume it from its last checkpoint");
     add_scene_options(*run_command, run.scene);
     run_command->add_option("-o,--out", run.options.out, "directory of results; default out/<scene name>");
-    run_command->add_option("-t,--threads", run.threads, "threads per rank; default: the cores this rank may use")->check(CLI::PositiveNumber);
-    run_command->add_option("--shuffle", run.shuffle, "seed of a random order in which threads take their work; the same bits, for checks")->option_text("SEED");
-    run_command->add_option("--lanes", run.lanes, "rods side by side in SIMD registers")->check(CLI::IsMember({1, 2, 4, 8}))->capture_default_str();
+    run_command->add_option("-t,--threads", run.threads, "threads per rank; default: the cores this rank may use")
+        ->check(CLI::PositiveNumber);
+    run_command
+        ->add_option("--shuffle", run.shuffle, "seed of a random order in which threads take their work; the same bits, for checks")
+        ->option_text("SEED");
+    run_command->add_option("--lanes", run.lanes, "rods side by side in SIMD registers")
+        ->check(CLI::IsMember({1, 2, 4, 8}))
+        ->capture_default_str();
     add_mapping(*run_command, run.mapping);
     run_command->add_option("--steps", run.options.steps, "stop after this step")->check(CLI::PositiveNumber);
     run_command->add_option("--until", run.options.until, "stop at this time [s]")->check(CLI::PositiveNumber);
-    run_command->add_option("--walltime", run.options.walltime, "stop with a checkpoint after this many seconds")->check(CLI::PositiveNumber);
-    run_command->add_option("--protocol", run.options.protocol, "synchronous: all threads and ranks meet after every step; the same bits, for scaling studies")
+    run_command->add_option("--walltime", run.options.walltime, "stop with a checkpoint after this many seconds")
+        ->check(CLI::PositiveNumber);
+    run_command
+        ->add_option("--protocol", run.options.protocol,
+                     "synchronous: all threads and ranks meet after every step; the same bits, for scaling studies")
         ->transform(CLI::CheckedTransformer(protocols))
         ->option_text("{asynchronous,synchronous}=asynchronous");
-    run_command->add_flag_callback("--no-checkpoint", [&] { run.options.checkpoint = false; }, "write none, not even at the end; for timing");
+    run_command->add_flag_callback(
+        "--no-checkpoint", [&] { run.options.checkpoint = false; }, "write none, not even at the end; for timing");
     run_command->add_flag("--overwrite", run.options.overwrite, "start anew, removing earlier results");
     run_command->add_flag("-q,--quiet", run.options.quiet, "no plan, no progress, no table");
 
@@ -71,7 +84,9 @@ int main(int argc, char** argv) {
     plan_command->add_flag("--json", plan.json, "as JSON");
     plan_command->add_option("--ranks", plan.ranks, "number of ranks to plan for")->check(CLI::PositiveNumber);
     plan_command->add_option("-t,--threads", plan.threads, "threads per rank")->check(CLI::PositiveNumber);
-    plan_command->add_option("--lanes", plan.lanes, "rods side by side in SIMD registers")->check(CLI::IsMember({1, 2, 4, 8}))->capture_default_str();
+    plan_command->add_option("--lanes", plan.lanes, "rods side by side in SIMD registers")
+        ->check(CLI::IsMember({1, 2, 4, 8}))
+        ->capture_default_str();
     add_mapping(*plan_command, plan.mapping);
 
     skein::SceneArguments check;
@@ -79,7 +94,8 @@ int main(int argc, char** argv) {
     add_scene_options(*check_command, check);
 
     skein::DescribeArguments describe;
-    CLI::App* describe_command = app.add_subcommand("describe", "a scene with all defaults spelled out, or the keys that scenes know");
+    CLI::App* describe_command =
+        app.add_subcommand("describe", "a scene with all defaults spelled out, or the keys that scenes know");
     describe_command->add_option("SCENE_OR_KEY", describe.what, "scene file, or a key such as rods.material; default: all keys");
 
     std::string info_scene;

@@ -40,7 +40,8 @@ Capsules nest(int rods) {
         c.skip.push_back(-1);
         const Vec3d along{normal(random), normal(random), normal(random)};
         for (int k = 0; k <= elements; ++k) {
-            c.node.push_back({places[static_cast<std::size_t>(r)].second + ((k - 0.5 * elements) / elements / norm(along)) * along, k < elements ? 0.5 * diameter : -1});
+            c.node.push_back({places[static_cast<std::size_t>(r)].second + ((k - 0.5 * elements) / elements / norm(along)) * along,
+                              k < elements ? 0.5 * diameter : -1});
             c.rod.push_back(r);
         }
     }
@@ -61,7 +62,8 @@ void candidates(benchmark::State& state, int rods, int thread_count, bool exhaus
         benchmark::DoNotOptimize(found.partner.data());
     }
     const double count = static_cast<double>(rods) * elements;
-    state.counters["per element"] = benchmark::Counter(count, benchmark::Counter::kIsIterationInvariantRate | benchmark::Counter::kInvert);
+    state.counters["per element"] =
+        benchmark::Counter(count, benchmark::Counter::kIsIterationInvariantRate | benchmark::Counter::kInvert);
     state.counters["pairs per element"] = static_cast<double>(found.count()) / count;
 }
 
@@ -73,7 +75,12 @@ void contacts(benchmark::State& state, int rods, int thread_count) {
     std::normal_distribution<double> normal;
     for (CapsuleMotion& m : c.motion) m.velocity = {normal(random), normal(random), normal(random)};
     Contacts all(c,
-                 ContactLaw{.normal = ContactNormal::hertz, .stiffness = 1e3, .damping = 1, .friction = ContactFriction::memory, .static_friction = 0.4, .kinetic_friction = 0.4},
+                 ContactLaw{.normal = ContactNormal::hertz,
+                            .stiffness = 1e3,
+                            .damping = 1,
+                            .friction = ContactFriction::memory,
+                            .static_friction = 0.4,
+                            .kinetic_friction = 0.4},
                  threads);
     AlignedVector<ContactLoad> loads;
     all.evaluate(c, 0, 1e-6, loads);
@@ -82,7 +89,9 @@ void contacts(benchmark::State& state, int rods, int thread_count) {
         benchmark::DoNotOptimize(loads.data());
     }
     const ContactFigures figures = all.figures();
-    const auto per = [&](double count) { return benchmark::Counter(count, benchmark::Counter::kIsIterationInvariantRate | benchmark::Counter::kInvert); };
+    const auto per = [&](double count) {
+        return benchmark::Counter(count, benchmark::Counter::kIsIterationInvariantRate | benchmark::Counter::kInvert);
+    };
     state.counters["per listed pair"] = per(static_cast<double>(figures.listed));
     state.counters["per contact"] = per(static_cast<double>(figures.active));
     state.counters["per element"] = per(static_cast<double>(rods) * elements);
@@ -94,12 +103,17 @@ void contacts(benchmark::State& state, int rods, int thread_count) {
 int main(int argc, char** argv) {
     for (const int rods : {1000, 10000, 100000})
         for (const int threads : {1, 2})
-            benchmark::RegisterBenchmark(fmt::format("candidates/grids/N{}/threads{}", rods, threads).c_str(), candidates, rods, threads, false)->UseRealTime();
+            benchmark::RegisterBenchmark(fmt::format("candidates/grids/N{}/threads{}", rods, threads).c_str(), candidates, rods,
+                                         threads, false)
+                ->UseRealTime();
     for (const int rods : {250, 500, 1000, 2000})
         for (const bool all : {false, true})
-            benchmark::RegisterBenchmark(fmt::format("candidates/{}/N{}", all ? "all_pairs" : "grids", rods).c_str(), candidates, rods, 1, all);
+            benchmark::RegisterBenchmark(fmt::format("candidates/{}/N{}", all ? "all_pairs" : "grids", rods).c_str(), candidates,
+                                         rods, 1, all);
     for (const int rods : {100, 1000, 10000, 100000})
-        for (const int threads : {1, 2}) benchmark::RegisterBenchmark(fmt::format("contacts/N{}/threads{}", rods, threads).c_str(), contacts, rods, threads)->UseRealTime();
+        for (const int threads : {1, 2})
+            benchmark::RegisterBenchmark(fmt::format("contacts/N{}/threads{}", rods, threads).c_str(), contacts, rods, threads)
+                ->UseRealTime();
     benchmark::Initialize(&argc, argv);
     if (benchmark::ReportUnrecognizedArguments(argc, argv)) return 2;
     benchmark::RunSpecifiedBenchmarks();

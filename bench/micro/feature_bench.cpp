@@ -1,8 +1,8 @@
-// What each feature adds to the step of uniform, free, undamped rods: gravity, a damper, a clamp, a magnetic couple, a muscle wave, all of
-// them, and all of them in the scene but on other rods; eight lanes, one thread, state in L2.
+// What each feature adds to the step of uniform, free, undamped rods: gravity, a damper, a clamp, a magnetic couple, a muscle wave,
+// all of them, and all of them in the scene but on other rods; eight lanes, one thread, state in L2.
 //   bench_features [--csv FILE] [--repeats 25]
-// Every repeat times each row once, in turn; a row's cost is the median over the repeats of its processor time over that of the base in
-// the same repeat. The bars are 10 % for a feature, 20 % for all, 2 % for what is in the scene but not on these rods.
+// Every repeat times each row once, in turn; a row's cost is the median over the repeats of its processor time over that of the
+// base in the same repeat. The bars are 10 % for a feature, 20 % for all, 2 % for what is in the scene but not on these rods.
 #include "measure.hpp"
 #include "support/scenes_for_tests.hpp"
 
@@ -51,15 +51,13 @@ const Feature features[] = {
     {"clamp", bar_one, [](SceneSpec& s) { s.rods[0].start = EndKind::clamped; }},
     {"magnetic couple", bar_one, [](SceneSpec& s) { s.loads = {loads[1]}; }},
     {"muscle wave", bar_one, [](SceneSpec& s) { s.loads = {loads[2]}; }},
-    {"all",
-     bar_all,
+    {"all", bar_all,
      [](SceneSpec& s) {
          s.loads = loads;
          s.damping = {damper};
          s.rods[0].start = EndKind::clamped;
      }},
-    {"all, on other rods",
-     bar_off,
+    {"all, on other rods", bar_off,
      [](SceneSpec& s) { // eight rods of two elements
          RodSpec other = s.rods[0];
          other.name = "other";
@@ -96,8 +94,8 @@ int main(int argc, char** argv) {
         file.emplace(fmt::output_file(csv));
         file->print("elements,steps_per_visit,feature,ns,over_base,bar,steps,digest\n");
     }
-    fmt::print("{}; ns per element-step, state in L2\n\n{:<4}{:>12}  {:<20}{:>8}{:>11}{:>8}  {}\n", bench::processor(), "n", "steps/visit", "feature", "ns", "over base", "bar",
-               "digest");
+    fmt::print("{}; ns per element-step, state in L2\n\n{:<4}{:>12}  {:<20}{:>8}{:>11}{:>8}  {}\n", bench::processor(), "n",
+               "steps/visit", "feature", "ns", "over base", "bar", "digest");
     for (const long n : {20L, 50L})
         for (const std::int64_t per_visit : {std::int64_t{1}, std::int64_t{Clock::largest_batch}}) {
             std::vector<Row> rows;
@@ -118,13 +116,17 @@ int main(int argc, char** argv) {
                 std::vector<double> over;
                 for (std::size_t i = 0; i < row.seconds.size(); ++i)
                     over.push_back(row.seconds[i] / static_cast<double>(row.stage->plan.elements) /
-                                   (rows[0].seconds[i] / static_cast<double>(rows[0].stage->plan.elements)) - 1);
-                const double ns = 1e9 * median(row.seconds) / static_cast<double>(row.stage->plan.elements * steps), cost = median(over), bar = row.feature->bar;
+                                       (rows[0].seconds[i] / static_cast<double>(rows[0].stage->plan.elements)) -
+                                   1);
+                const double ns = 1e9 * median(row.seconds) / static_cast<double>(row.stage->plan.elements * steps),
+                             cost = median(over), bar = row.feature->bar;
                 const std::int64_t done = row.stage->clock.done();
-                fmt::print("{:<4}{:>12}  {:<20}{:>8.2f}{:>11}{:>8}  {:016x}\n", n, per_visit, row.feature->name, ns, bar == 0 ? "-" : fmt::format("{:+.1f} %", 100 * cost),
+                fmt::print("{:<4}{:>12}  {:<20}{:>8.2f}{:>11}{:>8}  {:016x}\n", n, per_visit, row.feature->name, ns,
+                           bar == 0 ? "-" : fmt::format("{:+.1f} %", 100 * cost),
                            bar == 0 ? "-" : fmt::format("{:.0f} %", 100 * bar), row.stage->rods->digest());
                 if (file)
-                    file->print("{},{},\"{}\",{:.4g},{:.4g},{},{},{:016x}\n", n, per_visit, row.feature->name, ns, cost, bar, done, row.stage->rods->digest());
+                    file->print("{},{},\"{}\",{:.4g},{:.4g},{},{},{:016x}\n", n, per_visit, row.feature->name, ns, cost, bar, done,
+                                row.stage->rods->digest());
             }
         }
     return 0;

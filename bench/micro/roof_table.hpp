@@ -20,9 +20,10 @@ public:
         if (!csv.empty()) csv_.emplace(fmt::output_file(csv));
     }
     bool ReportContext(const Context&) override {
-        fmt::print("{:<26}{:>3}{:>5}{:>6}{:>10}{:>9}{:>8}{:>7}{:>8}{:>8}{:>8}\n", "per element(-step)", "W", "n", "in", "kB", "ns", "GF/s", "peak", "bytes", "GB/s",
-                   "update");
-        if (csv_) csv_->print("what,width,elements,level,working_set_bytes,ns,flop,bytes,gflops,share_of_peak,gbs,share_of_update\n");
+        fmt::print("{:<26}{:>3}{:>5}{:>6}{:>10}{:>9}{:>8}{:>7}{:>8}{:>8}{:>8}\n", "per element(-step)", "W", "n", "in", "kB", "ns",
+                   "GF/s", "peak", "bytes", "GB/s", "update");
+        if (csv_)
+            csv_->print("what,width,elements,level,working_set_bytes,ns,flop,bytes,gflops,share_of_peak,gbs,share_of_update\n");
         return true;
     }
     void ReportRuns(const std::vector<Run>& runs) override {
@@ -46,12 +47,12 @@ public:
         };
         const double of_peak = share(gflops, peak_, name.width), of_update = share(gbs, update_, name.level);
         const auto percent = [](double s) { return s == 0 ? std::string("-") : fmt::format("{:.0f} %", 100 * s); };
-        fmt::print("{:<26}{:>3}{:>5}{:>6}{:>10.1f}{:>9.3f}{:>8.1f}{:>7}{:>8.1f}{:>8.1f}{:>8}\n", name.what, name.width, name.elements, name.level, 1e-3 * set, ns, gflops,
-                   percent(of_peak), bytes, gbs, percent(of_update));
+        fmt::print("{:<26}{:>3}{:>5}{:>6}{:>10.1f}{:>9.3f}{:>8.1f}{:>7}{:>8.1f}{:>8.1f}{:>8}\n", name.what, name.width,
+                   name.elements, name.level, 1e-3 * set, ns, gflops, percent(of_peak), bytes, gbs, percent(of_update));
         std::fflush(stdout);
         if (csv_)
-            csv_->print("{},{},{},{},{:.0f},{:.5g},{:.5g},{:.5g},{:.5g},{:.4g},{:.5g},{:.4g}\n", name.what, name.width, name.elements, name.level, set, ns, flop, bytes,
-                        gflops, of_peak, gbs, of_update);
+            csv_->print("{},{},{},{},{:.0f},{:.5g},{:.5g},{:.5g},{:.5g},{:.4g},{:.5g},{:.4g}\n", name.what, name.width,
+                        name.elements, name.level, set, ns, flop, bytes, gflops, of_peak, gbs, of_update);
     }
 
 private:

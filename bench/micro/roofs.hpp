@@ -1,4 +1,5 @@
-// What a core can do: fused multiply-adds from registers at every width, and streams through arrays that fill a level of the memory.
+// What a core can do: fused multiply-adds from registers at every width, and streams through arrays that fill a level of the
+// memory.
 #pragma once
 
 #include "core/aligned.hpp"
@@ -33,7 +34,8 @@ template <int W> void run_peak(benchmark::State& state) {
     set_cost(state, 1.0 * chains * links * W, 2, 0, 0);
 }
 
-/// Records of `Read` lines of which `Written` are changed in place, a <- s a + s: update is 8 of 8; a rotation of frames 4 of 7, a step 13 of 13.
+/// Records of `Read` lines of which `Written` are changed in place, a <- s a + s: update is 8 of 8; a rotation of frames 4 of 7, a
+/// step 13 of 13.
 template <int Read, int Written> void run_update(benchmark::State& state, double bytes) {
     using P = Pack<8>;
     const auto records = static_cast<std::size_t>(bytes / (Read * sizeof(P)));
@@ -48,7 +50,8 @@ template <int Read, int Written> void run_update(benchmark::State& state, double
         benchmark::DoNotOptimize(sum);
         benchmark::ClobberMemory();
     }
-    set_cost(state, static_cast<double>(records) * 8, 2.0 * Written + Read - Written, 8.0 * (Read + Written), static_cast<double>(a.size() * sizeof(P)));
+    set_cost(state, static_cast<double>(records) * 8, 2.0 * Written + Read - Written, 8.0 * (Read + Written),
+             static_cast<double>(a.size() * sizeof(P)));
 }
 
 /// a <- b + s c in three arrays; counted without the reading of a that a cache makes of it.

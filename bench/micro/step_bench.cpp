@@ -33,7 +33,8 @@ struct Subject {
     Stage stage;
     std::optional<bench::TextbookRods> textbook;
 
-    Subject(int width, long elements, long rods) : stage(test::cilia_scene(width == 0 ? std::min(rods, 8 * textbook_share) : rods, elements), width == 0 ? 1 : width) {
+    Subject(int width, long elements, long rods)
+        : stage(test::cilia_scene(width == 0 ? std::min(rods, 8 * textbook_share) : rods, elements), width == 0 ? 1 : width) {
         if (width == 0) textbook.emplace(stage.groups[0], stage.plan.groups[0], stage.plan.dt, stage.groups[0].count());
     }
     std::int64_t element_count() const { return stage.groups[0].count() * stage.groups[0].elements(); }
@@ -44,7 +45,8 @@ struct Subject {
         stage.clock.advance(batch);
     }
 
-    static constexpr long textbook_share = 1250; ///< tiles' worth of rods beyond which the textbook's time per element no longer changes
+    static constexpr long textbook_share =
+        1250; ///< tiles' worth of rods beyond which the textbook's time per element no longer changes
 };
 
 void run_step(benchmark::State& state, int width, long elements, Residence residence, std::int64_t steps) {
@@ -52,7 +54,8 @@ void run_step(benchmark::State& state, int width, long elements, Residence resid
     subject.visit(1);
     for (auto _ : state) subject.visit(steps);
     const double work = static_cast<double>(subject.element_count()) * static_cast<double>(steps);
-    state.counters["per element-step"] = benchmark::Counter(work, benchmark::Counter::kIsIterationInvariantRate | benchmark::Counter::kInvert);
+    state.counters["per element-step"] =
+        benchmark::Counter(work, benchmark::Counter::kIsIterationInvariantRate | benchmark::Counter::kInvert);
     state.counters["element-steps"] = benchmark::Counter(work, benchmark::Counter::kIsIterationInvariantRate);
 }
 
@@ -95,8 +98,9 @@ int main(int argc, char** argv) {
             for (const int steps : {1, Clock::largest_batch})
                 for (const int width : {0, 1, 2, 4, 8}) {
                     const std::string code = width == 0 ? "textbook" : fmt::format("W{}", width);
-                    benchmark::RegisterBenchmark(fmt::format("step/{}/n{}/{}/visit{}", code, elements, residence.name, steps).c_str(), run_step, width,
-                                                 elements, residence, steps)
+                    benchmark::RegisterBenchmark(
+                        fmt::format("step/{}/n{}/{}/visit{}", code, elements, residence.name, steps).c_str(), run_step, width,
+                        elements, residence, steps)
                         ->Unit(benchmark::kMillisecond);
                 }
         }

@@ -1,4 +1,5 @@
-// What six walls cost per element: rods in the middle of a box, and rods that lie on its floor with every node; beside the elastic pass.
+// What six walls cost per element: rods in the middle of a box, and rods that lie on its floor with every node; beside the elastic
+// pass.
 //   names: <case>/W<width>/n<elements>/<level>
 #include "contact/wall_pass.hpp"
 #include "micro/working_set.hpp"
@@ -19,7 +20,12 @@ std::vector<Wall> box(ContactFriction friction) {
     box.kind = WallKind::box;
     box.lower = {-half_side, -half_side, -half_side};
     box.upper = {half_side, half_side, half_side};
-    box.law = {.normal = ContactNormal::hertz, .stiffness = 1e5, .damping = 10, .friction = friction, .static_friction = 0.4, .kinetic_friction = 0.2};
+    box.law = {.normal = ContactNormal::hertz,
+               .stiffness = 1e5,
+               .damping = 10,
+               .friction = friction,
+               .static_friction = 0.4,
+               .kinetic_friction = 0.2};
     return {box};
 }
 
@@ -33,7 +39,8 @@ template <int W> void run(benchmark::State& state, Case which, long n, double by
     spec.placement.origin = {0, 0, lies ? radius - half_side - 1e-3 : 0};
     const RodGroup group(spec, 0, 0, "");
     WorkingSet<W> set(group, bytes);
-    const auto walls = std::make_shared<Walls>(box(which == Case::all_on_floor_without_friction ? ContactFriction::none : ContactFriction::memory));
+    const auto walls = std::make_shared<Walls>(
+        box(which == Case::all_on_floor_without_friction ? ContactFriction::none : ContactFriction::memory));
     const auto book = std::make_shared<WallBook<W>>(*walls, group);
     std::unique_ptr<TilePass<W>> pass;
     if (which == Case::elastic) pass = std::make_unique<ElasticPass<IncompressibleLaw, W>>(Ends{});
@@ -46,15 +53,18 @@ template <int W> void run(benchmark::State& state, Case which, long n, double by
         for (const RodTile<W>& tile : set.tiles()) pass->run(tile, set.load(), steps[0]);
         benchmark::ClobberMemory();
     }
-    if (lies && book->account({0, 0}, walls->find("box z-")).touching != static_cast<double>(n) + 1) state.SkipWithError("not all nodes touch");
-    state.counters["per element"] = benchmark::Counter(set.elements(), benchmark::Counter::kIsIterationInvariantRate | benchmark::Counter::kInvert);
+    if (lies && book->account({0, 0}, walls->find("box z-")).touching != static_cast<double>(n) + 1)
+        state.SkipWithError("not all nodes touch");
+    state.counters["per element"] =
+        benchmark::Counter(set.elements(), benchmark::Counter::kIsIterationInvariantRate | benchmark::Counter::kInvert);
 }
 
 template <int W> void add() {
     for (const Level& level : {levels[1], levels[2]})
         for (int which = 0; which < 4; ++which)
-            benchmark::RegisterBenchmark(fmt::format("{}/W{}/n20/{}", names[which], W, level.name).c_str(),
-                                         [=](benchmark::State& state) { run<W>(state, static_cast<Case>(which), 20, level.state_bytes); })
+            benchmark::RegisterBenchmark(
+                fmt::format("{}/W{}/n20/{}", names[which], W, level.name).c_str(),
+                [=](benchmark::State& state) { run<W>(state, static_cast<Case>(which), 20, level.state_bytes); })
                 ->MinTime(0.05);
 }
 

@@ -24,7 +24,8 @@ template <int W> class WorkingSet {
 public:
     WorkingSet(const RodGroup& group, double bytes) : slots_(static_cast<std::size_t>(group.slots())), load_(slots_) {
         const auto state = test::shaken_state(group, 1e-4, 1e-2, 1e-3);
-        const auto tiles = std::max<std::size_t>(1, static_cast<std::size_t>(bytes / static_cast<double>(slots_ * sizeof(Slot<W>))));
+        const auto tiles =
+            std::max<std::size_t>(1, static_cast<std::size_t>(bytes / static_cast<double>(slots_ * sizeof(Slot<W>))));
         first_.resize(slots_);
         for (std::size_t k = 0; k < slots_; ++k)
             for (int i = 0; i < W; ++i) {
@@ -35,7 +36,8 @@ public:
             }
         slot_.resize(tiles * slots_);
         for (std::size_t t = 0; t < tiles; ++t) {
-            RodTile<W> tile{slot_.data() + t * slots_, group.element.data(), group.voronoi.data(), &group, group.elements(), t, {}, W};
+            RodTile<W> tile{
+                slot_.data() + t * slots_, group.element.data(), group.voronoi.data(), &group, group.elements(), t, {}, W};
             for (int i = 0; i < W; ++i) tile.index[i] = static_cast<std::int64_t>(t) * W + i;
             tiles_.push_back(tile);
         }

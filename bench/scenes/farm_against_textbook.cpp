@@ -1,6 +1,7 @@
 // The cilia farm, stepped by Skein and by the textbook (bench/textbook) in one run: time, and the difference of the two results
-// at the end, so that a speed never stands without the error at which it holds. Skein's rows are what its speed is made of, one thing
-// after the other: one sweep with polynomials (W = 1), 2, 4 and 8 rods side by side, 64 steps while a tile is in cache, two threads.
+// at the end, so that a speed never stands without the error at which it holds. Skein's rows are what its speed is made of, one
+// thing after the other: one sweep with polynomials (W = 1), 2, 4 and 8 rods side by side, 64 steps while a tile is in cache, two
+// threads.
 //   bench_farm [--cilia 111797] [--elements 25] [--steps 64] [--textbook 4000] [--repeats 5] [--csv FILE]
 // Each repeat times every row once, in turn, so that a busy machine slows all rows alike; the table holds medians of wall time
 // and of core time (processor time of all threads, which other programs disturb least).
@@ -10,8 +11,8 @@
 #include "textbook/textbook_rods.hpp"
 
 #include <CLI/CLI.hpp>
-#include <fmt/os.h>
 #include <fmt/format.h>
+#include <fmt/os.h>
 
 #include <algorithm>
 #include <memory>
@@ -27,7 +28,7 @@ using test::Stage;
 
 /// One code in one setting, with rods of its own.
 struct Row {
-    int lanes, threads; ///< no lanes: the textbook
+    int lanes, threads;     ///< no lanes: the textbook
     std::int64_t per_visit; ///< steps that a rod or tile makes before the next one's turn
     std::unique_ptr<Stage> stage;
     std::unique_ptr<bench::TextbookRods> textbook;
@@ -46,10 +47,14 @@ struct Row {
         wall_s.push_back(wall_seconds() - wall);
         core_s.push_back(core_seconds() - core);
     }
-    double ns(const std::vector<double>& seconds, std::int64_t steps) const { return 1e9 * median(seconds) / static_cast<double>(elements * steps); }
+    double ns(const std::vector<double>& seconds, std::int64_t steps) const {
+        return 1e9 * median(seconds) / static_cast<double>(elements * steps);
+    }
     std::string code() const { return textbook ? "textbook" : "skein"; }
     std::string digest() const { return textbook ? "-" : fmt::format("{:016x}", stage->rods->digest()); }
-    double bytes_per_element() const { return static_cast<double>(textbook ? textbook->bytes() : stage->rods->bytes()) / static_cast<double>(elements); }
+    double bytes_per_element() const {
+        return static_cast<double>(textbook ? textbook->bytes() : stage->rods->bytes()) / static_cast<double>(elements);
+    }
 };
 
 /// Largest distance between nodes of the two codes' rods at synchronised time, over the rods' length.
@@ -59,7 +64,8 @@ double difference(const Stage& stage, const bench::TextbookRods& textbook) {
     for (std::size_t i = 0; i < textbook.count(); ++i) {
         textbook.state(i, other);
         const auto own = stage.state(i);
-        for (std::size_t k = 0; k < own.size(); ++k) most = std::max(most, norm(lane(own[k].position, 0) - lane(other[k].position, 0)));
+        for (std::size_t k = 0; k < own.size(); ++k)
+            most = std::max(most, norm(lane(own[k].position, 0) - lane(other[k].position, 0)));
     }
     return most / stage.scene.rods[0].shape.length;
 }
@@ -71,7 +77,8 @@ double motion(const Stage& stage, std::size_t rods) {
     for (std::size_t i = 0; i < rods; ++i) {
         stage.groups[0].start_state(stage.rods->local()[i].index, start);
         const auto now = stage.state(i);
-        for (std::size_t k = 0; k < now.size(); ++k) most = std::max(most, norm(lane(now[k].position, 0) - lane(start[k].position, 0)));
+        for (std::size_t k = 0; k < now.size(); ++k)
+            most = std::max(most, norm(lane(now[k].position, 0) - lane(start[k].position, 0)));
     }
     return most / stage.scene.rods[0].shape.length;
 }
@@ -85,7 +92,8 @@ int main(int argc, char** argv) {
     app.add_option("--cilia", cilia, "rods of the scene")->check(CLI::PositiveNumber);
     app.add_option("--elements", elements, "elements per rod")->check(CLI::Range(2, 10000));
     app.add_option("--steps", steps, "steps per repeat")->check(CLI::PositiveNumber);
-    app.add_option("--textbook", subset, "rods that the textbook steps: the scene's first; time is per element-step")->check(CLI::PositiveNumber);
+    app.add_option("--textbook", subset, "rods that the textbook steps: the scene's first; time is per element-step")
+        ->check(CLI::PositiveNumber);
     app.add_option("--repeats", repeats, "repeats, of which the table shows the median")->check(CLI::PositiveNumber);
     app.add_option("--csv", csv, "file for the table");
     CLI11_PARSE(app, argc, argv);
@@ -108,16 +116,20 @@ int main(int argc, char** argv) {
     }
     for (long repeat = 1; repeat <= repeats; ++repeat)
         for (Row& row : rows) row.time(repeat * steps);
-    std::stable_sort(rows.begin(), rows.end(), [](const Row& a, const Row& b) { return std::tuple(a.threads, a.per_visit, a.lanes) < std::tuple(b.threads, b.per_visit, b.lanes); });
+    std::stable_sort(rows.begin(), rows.end(), [](const Row& a, const Row& b) {
+        return std::tuple(a.threads, a.per_visit, a.lanes) < std::tuple(b.threads, b.per_visit, b.lanes);
+    });
 
     const auto row_of = [&](int lanes, std::int64_t per_visit) -> const Row& {
-        return *std::find_if(rows.begin(), rows.end(), [&](const Row& r) { return r.lanes == lanes && r.threads == 1 && r.per_visit == per_visit; });
+        return *std::find_if(rows.begin(), rows.end(),
+                             [&](const Row& r) { return r.lanes == lanes && r.threads == 1 && r.per_visit == per_visit; });
     };
     const Stage& one = *row_of(8, 1).stage;
     const bench::TextbookRods& textbook = *row_of(0, 1).textbook;
     const std::string digest = row_of(8, 1).digest();
     const double apart = difference(one, textbook), moved = motion(one, textbook.count());
-    const bool agree = std::all_of(rows.begin(), rows.end(), [&](const Row& row) { return row.textbook || row.digest() == digest; });
+    const bool agree =
+        std::all_of(rows.begin(), rows.end(), [&](const Row& row) { return row.textbook || row.digest() == digest; });
     // A row is compared with the textbook that takes as many steps per visit.
     struct Figures {
         double wall_ns, wall_ratio, core_ns, core_ratio;
@@ -128,24 +140,27 @@ int main(int argc, char** argv) {
         return Figures{wall, twin.ns(twin.wall_s, steps) / wall, core, twin.ns(twin.core_s, steps) / core};
     };
 
-    fmt::print("{}; ns per element-step\n{} cilia x {} elements ({} by the textbook), {} repeats of {} steps, dt = {:.4g} s\n\n", processor(), cilia, elements, subset,
-               repeats, steps, one.plan.dt);
-    fmt::print("{:<9} {:>5} {:>7} {:>11} {:>8} {:>7} {:>8} {:>7} {:>13}  {}\n", "code", "lanes", "threads", "steps/visit", "wall ns", "ratio", "core ns", "ratio",
-               "bytes/element", "digest");
+    fmt::print("{}; ns per element-step\n{} cilia x {} elements ({} by the textbook), {} repeats of {} steps, dt = {:.4g} s\n\n",
+               processor(), cilia, elements, subset, repeats, steps, one.plan.dt);
+    fmt::print("{:<9} {:>5} {:>7} {:>11} {:>8} {:>7} {:>8} {:>7} {:>13}  {}\n", "code", "lanes", "threads", "steps/visit",
+               "wall ns", "ratio", "core ns", "ratio", "bytes/element", "digest");
     for (const Row& row : rows) {
         const auto [wall_ns, wall_ratio, core_ns, core_ratio] = figures(row);
-        fmt::print("{:<9} {:>5} {:>7} {:>11} {:>8.2f} {:>7.2f} {:>8.2f} {:>7.2f} {:>13.1f}  {}\n", row.code(), std::max(1, row.lanes), row.threads, row.per_visit,
-                   wall_ns, wall_ratio, core_ns, core_ratio, row.bytes_per_element(), row.digest());
+        fmt::print("{:<9} {:>5} {:>7} {:>11} {:>8.2f} {:>7.2f} {:>8.2f} {:>7.2f} {:>13.1f}  {}\n", row.code(),
+                   std::max(1, row.lanes), row.threads, row.per_visit, wall_ns, wall_ratio, core_ns, core_ratio,
+                   row.bytes_per_element(), row.digest());
     }
-    fmt::print("\nafter {} steps: rods moved {:.3g} L; largest difference between Skein and the textbook {:.2g} L; digests {}\n", repeats * steps, moved, apart,
-               agree ? "agree" : "DIFFER");
+    fmt::print("\nafter {} steps: rods moved {:.3g} L; largest difference between Skein and the textbook {:.2g} L; digests {}\n",
+               repeats * steps, moved, apart, agree ? "agree" : "DIFFER");
     if (!csv.empty()) {
         auto file = fmt::output_file(csv);
-        file.print("cpu,cilia,elements,steps,code,lanes,threads,steps_per_visit,wall_ns,wall_ratio,core_ns,core_ratio,bytes_per_element,digest,difference_over_length\n");
+        file.print("cpu,cilia,elements,steps,code,lanes,threads,steps_per_visit,wall_ns,wall_ratio,core_ns,core_ratio,bytes_per_"
+                   "element,digest,difference_over_length\n");
         for (const Row& row : rows) {
             const auto [wall_ns, wall_ratio, core_ns, core_ratio] = figures(row);
-            file.print("\"{}\",{},{},{},{},{},{},{},{:.4g},{:.4g},{:.4g},{:.4g},{:.5g},{},{:.3g}\n", processor(), cilia, elements, repeats * steps, row.code(),
-                       std::max(1, row.lanes), row.threads, row.per_visit, wall_ns, wall_ratio, core_ns, core_ratio, row.bytes_per_element(), row.digest(), apart);
+            file.print("\"{}\",{},{},{},{},{},{},{},{:.4g},{:.4g},{:.4g},{:.4g},{:.5g},{},{:.3g}\n", processor(), cilia, elements,
+                       repeats * steps, row.code(), std::max(1, row.lanes), row.threads, row.per_visit, wall_ns, wall_ratio,
+                       core_ns, core_ratio, row.bytes_per_element(), row.digest(), apart);
         }
     }
     return agree ? 0 : 1;

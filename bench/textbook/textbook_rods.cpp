@@ -22,10 +22,10 @@ TextbookRod::TextbookRod(const RodGroup& group, std::int64_t index, const std::v
     : n_(static_cast<std::size_t>(group.elements())), dt_(dt), position_(n_ + 1), velocity_(n_ + 1), force_(n_ + 1), decay_(n_ + 1),
       gain_(n_ + 1), d1_(n_ + 1), d2_(n_ + 1), d3_(n_ + 1), spin_(n_), couple_(n_), turn_(n_), edge_(n_), strain_(n_), stress_(n_),
       internal_force_(n_), angle_(n_), sine_over_angle_(n_), versine_over_square_(n_), length_(n_), axial_ratio_(n_),
-      shear_stiffness_(n_), axial_stiffness_(n_), rate_transverse_(n_), rate_axial_(n_), impulse_transverse_(n_), impulse_axial_(n_),
-      moment_(n_), skew_(n_ + 1), phi_(n_ + 1), tau_(n_ + 1), first_(n_ + 1), second_(n_ + 1), trace_(n_ + 1), cell_angle_(n_ + 1),
-      cell_dilatation_(n_ + 1), energy_(n_ + 1), tension_(n_ + 1), cell_length_(n_), share_before_(n_), share_after_(n_), bending_(n_),
-      torsion_(n_) {
+      shear_stiffness_(n_), axial_stiffness_(n_), rate_transverse_(n_), rate_axial_(n_), impulse_transverse_(n_),
+      impulse_axial_(n_), moment_(n_), skew_(n_ + 1), phi_(n_ + 1), tau_(n_ + 1), first_(n_ + 1), second_(n_ + 1), trace_(n_ + 1),
+      cell_angle_(n_ + 1), cell_dilatation_(n_ + 1), energy_(n_ + 1), tension_(n_ + 1), cell_length_(n_), share_before_(n_),
+      share_after_(n_), bending_(n_), torsion_(n_) {
     std::vector<Slot<1>> start(n_ + 1);
     group.start_state(index, start);
     const KickConstants kick_constants(group, damping_rates(group, damping), dt);
@@ -165,9 +165,12 @@ void TextbookRod::stresses() {
 void TextbookRod::turns() {
     for (std::size_t k = 0; k < n_; ++k) {
         const std::size_t q = k + 1;
-        skew_.x[k] = d2_.x[q] * d3_.x[k] + d2_.y[q] * d3_.y[k] + d2_.z[q] * d3_.z[k] - d3_.x[q] * d2_.x[k] - d3_.y[q] * d2_.y[k] - d3_.z[q] * d2_.z[k];
-        skew_.y[k] = d3_.x[q] * d1_.x[k] + d3_.y[q] * d1_.y[k] + d3_.z[q] * d1_.z[k] - d1_.x[q] * d3_.x[k] - d1_.y[q] * d3_.y[k] - d1_.z[q] * d3_.z[k];
-        skew_.z[k] = d1_.x[q] * d2_.x[k] + d1_.y[q] * d2_.y[k] + d1_.z[q] * d2_.z[k] - d2_.x[q] * d1_.x[k] - d2_.y[q] * d1_.y[k] - d2_.z[q] * d1_.z[k];
+        skew_.x[k] = d2_.x[q] * d3_.x[k] + d2_.y[q] * d3_.y[k] + d2_.z[q] * d3_.z[k] - d3_.x[q] * d2_.x[k] - d3_.y[q] * d2_.y[k] -
+                     d3_.z[q] * d2_.z[k];
+        skew_.y[k] = d3_.x[q] * d1_.x[k] + d3_.y[q] * d1_.y[k] + d3_.z[q] * d1_.z[k] - d1_.x[q] * d3_.x[k] - d1_.y[q] * d3_.y[k] -
+                     d1_.z[q] * d3_.z[k];
+        skew_.z[k] = d1_.x[q] * d2_.x[k] + d1_.y[q] * d2_.y[k] + d1_.z[q] * d2_.z[k] - d2_.x[q] * d1_.x[k] - d2_.y[q] * d1_.y[k] -
+                     d2_.z[q] * d1_.z[k];
     }
     for (std::size_t k = 0; k < n_; ++k) {
         const std::size_t q = k + 1;
@@ -285,18 +288,21 @@ void TextbookRod::state(std::span<Slot<1>> out) const {
 }
 
 std::size_t TextbookRod::bytes() const {
-    constexpr std::size_t node_arrays = 3 * 3 + 2, frame_arrays = 3 * 3, element_arrays = 8 * 3 + 12, cell_arrays = 5 * 3 + 5, cell_constants = 5;
+    constexpr std::size_t node_arrays = 3 * 3 + 2, frame_arrays = 3 * 3, element_arrays = 8 * 3 + 12, cell_arrays = 5 * 3 + 5,
+                          cell_constants = 5;
     return sizeof *this + 8 * ((node_arrays + frame_arrays + cell_arrays) * (n_ + 1) + (element_arrays + cell_constants) * n_);
 }
 
 TextbookRods::TextbookRods(const RodGroup& group, const GroupPlan& plan, double dt, std::int64_t count) {
     const RodSpec& spec = group.spec();
     const auto is_zero = [](const Vec3d& a) { return a.x == 0 && a.y == 0 && a.z == 0; };
-    const bool same_model = plan.circular && spec.start == EndKind::clamped && spec.end == EndKind::free && is_zero(spec.shape.rest_strain) &&
-                            is_zero(spec.shape.rest_curvature) && spec.shape.rest_curvature_profile.empty() && plan.damping.size() == 1 &&
+    const bool same_model = plan.circular && spec.start == EndKind::clamped && spec.end == EndKind::free &&
+                            is_zero(spec.shape.rest_strain) && is_zero(spec.shape.rest_curvature) &&
+                            spec.shape.rest_curvature_profile.empty() && plan.damping.size() == 1 &&
                             plan.damping[0].kind == DampingKind::legacy && plan.loads.size() == 1 &&
                             std::holds_alternative<MagneticField>(plan.loads[0]);
-    if (!same_model) throw InputError("group '" + group.name() + "' is not what bench/textbook is written for: see textbook_rods.hpp");
+    if (!same_model)
+        throw InputError("group '" + group.name() + "' is not what bench/textbook is written for: see textbook_rods.hpp");
     field_ = std::get<MagneticField>(plan.loads[0]);
     for (std::int64_t i = 0; i < count; ++i) rods_.emplace_back(group, i, plan.damping, dt);
 }

@@ -53,11 +53,11 @@ private:
     // Elements, [n]. Body, but for edge and internal force.
     Vectors spin_, couple_, turn_, edge_, strain_, stress_, internal_force_;
     std::vector<double> angle_, sine_over_angle_, versine_over_square_;
-    std::vector<double> length_, axial_ratio_;                             ///< rest length, J3/J1
-    std::vector<double> shear_stiffness_, axial_stiffness_;                ///< N
-    std::vector<double> rate_transverse_, rate_axial_;                     ///< z per dilatation
-    std::vector<double> impulse_transverse_, impulse_axial_;               ///< h/J_i
-    Vectors moment_;                                                       ///< V m, A m^2
+    std::vector<double> length_, axial_ratio_;               ///< rest length, J3/J1
+    std::vector<double> shear_stiffness_, axial_stiffness_;  ///< N
+    std::vector<double> rate_transverse_, rate_axial_;       ///< z per dilatation
+    std::vector<double> impulse_transverse_, impulse_axial_; ///< h/J_i
+    Vectors moment_;                                         ///< V m, A m^2
 
     // Cells, [n + 1]: cell k lies between elements k-1 and k; the wall's half cell first, the empty one of the free end last.
     Vectors skew_, phi_, tau_, first_, second_; ///< twice the sine, log, moment, a = phi x tau, b = g phi x a

@@ -23,8 +23,8 @@ Vec3d most_of(const Vec3d& a, const Vec3d& b) { return {std::max(a.x, b.x), std:
 } // namespace
 
 /// Of pairs (a[i], b[i]) those that may touch and whose capsules are less than `skin` apart. a and b have room for a tile more.
-void BroadPhase::append_near(const Capsules& c, double skin, std::span<const std::uint8_t> owned, std::uint32_t* a, std::uint32_t* b,
-                             std::size_t count, Near& near) {
+void BroadPhase::append_near(const Capsules& c, double skin, std::span<const std::uint8_t> owned, std::uint32_t* a,
+                             std::uint32_t* b, std::size_t count, Near& near) {
     constexpr std::size_t W = CapsuleTile::width;
     if (count == 0) return;
     std::fill(a + count, a + count + W, a[0]);

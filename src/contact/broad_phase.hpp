@@ -3,8 +3,8 @@
 //   2. each against those of half its neighbouring cells, sixteen at a time
 //   3. of those that meet, capsules against capsules, eight pairs at a time
 // There is a grid per size of elements, each twice as coarse as the one before; an element looks into its own grid and all coarser
-// ones. Cells wrap round, so space has no bounds. Pairs are put in order at the end: the list is the same for any number of threads.
-// Cost per element at nest density: see docs/performance.md.
+// ones. Cells wrap round, so space has no bounds. Pairs are put in order at the end: the list is the same for any number of
+// threads. Cost per element at nest density: see docs/performance.md.
 #pragma once
 
 #include "contact/capsules.hpp"
@@ -19,7 +19,8 @@ struct Pair {
     friend auto operator<=>(const Pair&, const Pair&) = default;
 };
 
-/// Pairs by their first element, which is that with the lower slot: partner[first[a]] .. partner[first[a + 1] - 1], in rising order.
+/// Pairs by their first element, which is that with the lower slot: partner[first[a]] .. partner[first[a + 1] - 1], in rising
+/// order.
 struct Candidates {
     std::vector<std::uint32_t> first; ///< [slots + 1]
     std::vector<std::uint32_t> partner;
@@ -30,12 +31,13 @@ struct Candidates {
 
 class BroadPhase {
 public:
-    /// Sizes are those at this time, and stay elements' own: stretch changes cells, not grids. The largest element of a grid is at most
-    /// twice its smallest.
+    /// Sizes are those at this time, and stay elements' own: stretch changes cells, not grids. The largest element of a grid is at
+    /// most twice its smallest.
     BroadPhase(const Capsules& capsules, const Threads& threads);
     ~BroadPhase();
 
-    /// All pairs whose capsules are less than `skin` apart, m, and that may touch. `owned`: by rod; pairs of two others are left out.
+    /// All pairs whose capsules are less than `skin` apart, m, and that may touch. `owned`: by rod; pairs of two others are left
+    /// out.
     void build(const Capsules& capsules, double skin, Candidates& candidates, std::span<const std::uint8_t> owned = {});
 
     /// The same by looking at every pair: what `build` is held against.
@@ -79,7 +81,7 @@ private:
     std::vector<std::uint8_t> grid_of_; ///< of each slot
     std::vector<Grid> grids_;
     Vec3d origin_{0, 0, 0}, next_origin_{0, 0, 0};
-    float slack_ = 0; ///< what single precision may lose, m
+    float slack_ = 0;              ///< what single precision may lose, m
     AlignedVector<Sphere> sphere_; ///< by slot
     // By cell.
     AlignedVector<float> x_, y_, z_, reach_;
@@ -91,8 +93,8 @@ private:
         std::int64_t idle = 0;
     };
     std::vector<Near> near_; ///< by task
-    static void append_near(const Capsules& capsules, double skin, std::span<const std::uint8_t> owned, std::uint32_t* a, std::uint32_t* b,
-                            std::size_t count, Near& near);
+    static void append_near(const Capsules& capsules, double skin, std::span<const std::uint8_t> owned, std::uint32_t* a,
+                            std::uint32_t* b, std::size_t count, Near& near);
 };
 
 } // namespace skein

@@ -9,8 +9,8 @@
 
 namespace skein {
 
-/// One per slot: where things are, which is all that a search and the test of a candidate need. Element k of a rod lies between its slots
-/// k and k + 1; the last slot of a rod has no element.
+/// One per slot: where things are, which is all that a search and the test of a candidate need. Element k of a rod lies between its
+/// slots k and k + 1; the last slot of a rod has no element.
 struct CapsuleNode {
     Vec3d position; ///< lab, m
     double radius;  ///< of the element, m; below 0 where the slot has none
@@ -39,7 +39,8 @@ struct Capsules {
     /// Elements that may touch, by what they are and not where.
     bool may_touch(std::size_t a, std::size_t b) const {
         if (rod[a] != rod[b]) return true;
-        const std::int32_t gap = skip[static_cast<std::size_t>(rod[a])], apart = static_cast<std::int32_t>(a) - static_cast<std::int32_t>(b);
+        const std::int32_t gap = skip[static_cast<std::size_t>(rod[a])],
+                           apart = static_cast<std::int32_t>(a) - static_cast<std::int32_t>(b);
         return gap >= 0 && (apart > gap || -apart > gap);
     }
 };

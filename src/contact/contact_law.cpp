@@ -47,10 +47,9 @@ template <class F> double falling_root(F&& f, double value) {
 } // namespace
 
 void ContactLaw::fields(FieldVisitor& f) {
-    f.choice({.name = "law",
-              .unit = "",
-              .text = "linear: k g + c u_n; hertz: sqrt(g) times that; g: overlap, u_n: speed of approach"},
-             normal, contact_normal_names);
+    f.choice(
+        {.name = "law", .unit = "", .text = "linear: k g + c u_n; hertz: sqrt(g) times that; g: overlap, u_n: speed of approach"},
+        normal, contact_normal_names);
     f.visit({.name = "stiffness", .unit = "N/m, N/m^1.5", .text = "k", .at_least = 0}, stiffness);
     f.visit(
         {.name = "damping", .unit = "N s/m, N s/m^1.5", .text = "c; a contact never pulls, whatever its damping", .at_least = 0},

@@ -1,7 +1,7 @@
 // How rods push and rub: the law of a contact as scenes state it, and one law per pair of materials.          theory.md section 18
 //   linear  N = max(0, k g + c u_n)        Hertz  N = max(0, sqrt(g) (k g + c u_n))        friction: contact/response.hpp
-// A law may begin softly, so that rods placed into each other part slowly, and its friction later. Instead of k and c a restitution e
-// and a time t_c may be given, for which bodies of a known effective mass m push each other:
+// A law may begin softly, so that rods placed into each other part slowly, and its friction later. Instead of k and c a restitution
+// e and a time t_c may be given, for which bodies of a known effective mass m push each other:
 //   linear  e = exp(-2 z acos(z)/sqrt(1 - z^2)) with z = c/(2 sqrt(k m)), as a contact does not pull;  -ln e = z w t_c, k = m w^2
 //   Hertz   x'' = -max(0, sqrt(x) (x + D x')), x(0) = 0, x'(0) = 1 leaves at -e after T; lengths in G = v t_c/T, times in t_c/T.
 //           e and t_c depend on the speed v: both are those at the one given.

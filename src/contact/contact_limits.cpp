@@ -14,7 +14,8 @@ ContactMobility rigid_mobility(const RodGroup& group) {
     const double half = 0.5 * c.rest_length, r = c.radius, whole = 1 / element_mass(group);
     const double rises = half * r * c.inv_inertia.x, falls = r * r * (c.inv_inertia.z - c.inv_inertia.x); // a parabola in the sine
     const double sine = rises < falls ? rises / falls : 1, lever = half + r * sine;
-    return {whole + half * half * c.inv_inertia.x, whole + lever * lever * c.inv_inertia.x + r * r * (1 - sine * sine) * c.inv_inertia.z, 2 * r, 0};
+    return {whole + half * half * c.inv_inertia.x,
+            whole + lever * lever * c.inv_inertia.x + r * r * (1 - sine * sine) * c.inv_inertia.z, 2 * r, 0};
 }
 
 } // namespace
@@ -26,7 +27,8 @@ ContactMobility contact_mobility(const RodGroup& group) {
         const auto at = static_cast<std::size_t>(k);
         const ElementConstants& c = group.element[at];
         // A ring's last node has no mass: it is its first.
-        const double light = std::min(group.node_mass[at], group.node_mass[at + 1] > 0 ? group.node_mass[at + 1] : group.node_mass[0]);
+        const double light =
+            std::min(group.node_mass[at], group.node_mass[at + 1] > 0 ? group.node_mass[at + 1] : group.node_mass[0]);
         const double tangential = 1 / light + c.radius * c.radius * c.inv_inertia.z;
         if (tangential > most.tangential) most = {1 / light, tangential, most.diameter, k};
         most.diameter = std::max(most.diameter, 2 * c.radius);
@@ -53,7 +55,8 @@ double contact_limit(const ContactMobility& of, const ContactLaw& law, double st
     };
     double dt = limit(stiffness, damping, of.normal);
     if (law.friction == ContactFriction::memory) {
-        const double spring = law.normal == ContactNormal::linear ? stiffness : stiffness / 1.5; // k_t = kappa k sqrt(g), not its derivative
+        const double spring =
+            law.normal == ContactNormal::linear ? stiffness : stiffness / 1.5; // k_t = kappa k sqrt(g), not its derivative
         dt = std::min(dt, limit(law.tangential_share * spring, law.tangential_damping, of.tangential));
     }
     return dt;
@@ -62,7 +65,9 @@ double contact_limit(const ContactMobility& of, const ContactLaw& law, double st
 TimeLimit contact_time_limit(const RodGroup& group, const ContactLaw& law, double share) {
     const ContactMobility of = contact_mobility(group);
     const double overlap = share * of.diameter;
-    return {"contact", contact_limit(of, law, tangent_stiffness(law, overlap), tangent_damping(law, overlap), is_rigid(group) ? 6 : 4), of.element};
+    return {"contact",
+            contact_limit(of, law, tangent_stiffness(law, overlap), tangent_damping(law, overlap), is_rigid(group) ? 6 : 4),
+            of.element};
 }
 
 } // namespace skein

@@ -1,7 +1,7 @@
 // The largest stable step that contacts leave.                                                                theory.md (58)
-//   normal     the end node of a rod, squeezed between two others of its kind:  (sqrt(c^2 + 4 k m) - c)/k with 2 k, 2 c and the reduced mass
-//   friction   the same for the tangential spring, which turns the element about its axis as well: 1/m + r^2/J3
-//   rigid body at the point of its surface that yields most: normal 1/m + (l/2)^2/J1; friction 1/m + max over c of
+//   normal     the end node of a rod, squeezed between two others of its kind:  (sqrt(c^2 + 4 k m) - c)/k with 2 k, 2 c and the
+//   reduced mass friction   the same for the tangential spring, which turns the element about its axis as well: 1/m + r^2/J3 rigid
+//   body at the point of its surface that yields most: normal 1/m + (l/2)^2/J1; friction 1/m + max over c of
 //              ((l/2 + r c)^2/J1 + r^2 (1 - c^2)/J3), c in [0, 1] the sine of the latitude on a round end; among more others
 //              than a node: balls stacked densely, 12 around each, have eigenvalues up to (2/m) max(4 k + 8 k_t, 20 k_t), which six
 //              at once cover
@@ -20,8 +20,8 @@ struct ContactMobility {
 };
 ContactMobility contact_mobility(const RodGroup& group);
 
-/// Masses that a restitution is meant for, kg: of an element, of what meets a wall, which a rigid body does with both its nodes, and of
-/// two elements that collide.
+/// Masses that a restitution is meant for, kg: of an element, of what meets a wall, which a rigid body does with both its nodes,
+/// and of two elements that collide.
 double element_mass(const RodGroup& group);
 double mass_at_wall(const RodGroup& group);
 double reduced_mass(const RodGroup& a, const RodGroup& b);

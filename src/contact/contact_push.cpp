@@ -130,8 +130,8 @@ void Contacts::pack(const Capsules& capsules, std::uint32_t begin, std::uint32_t
             compress_store(packed.squared + n, touch, squared);
             compress_store(packed.radius_1 + n, touch, tile.radius_1);
             compress_store(packed.radius_2 + n, touch, tile.radius_2);
-            for (unsigned side = bits_of((closest.sine_squared < P(blend * blend)) & (closest.last > closest.first)) & touch; side != 0;
-                 side &= side - 1) {
+            for (unsigned side = bits_of((closest.sine_squared < P(blend * blend)) & (closest.last > closest.first)) & touch;
+                 side != 0; side &= side - 1) {
                 const unsigned below = touch & ((side & -side) - 1);
                 packed.side_by_side[sides++] = n + static_cast<std::uint32_t>(std::popcount(below));
             }
@@ -207,8 +207,8 @@ template <int N> SKEIN_INLINE ContactNumbers<Pack<N>> Contacts::numbers(const Ca
     return all;
 }
 
-/// As it is, of a pair that touches. Near-parallel elements push at the two ends of their overlap, and at the nearest points with what is
-/// left of the normal force and all friction. `now`: the memory that the contact has, where it is not to move on.
+/// As it is, of a pair that touches. Near-parallel elements push at the two ends of their overlap, and at the nearest points with
+/// what is left of the normal force and all friction. `now`: the memory that the contact has, where it is not to move on.
 Contacts::Alone Contacts::alone(const Capsules& capsules, double h, std::uint32_t pair, const ContactMemory<double>* now) const {
     using Q = Pack<1>;
     const auto [a, b] = list_.pair[pair];
@@ -238,8 +238,10 @@ Contacts::Alone Contacts::alone(const Capsules& capsules, double h, std::uint32_
         for (const double s : {closest.first[0], closest.last[0]}) {
             const double t = std::clamp(dot(a0->position + s * d1 - b0->position, d2) / dot(d2, d2), 0.0, 1.0);
             ContactMemory<Q> none{};
-            const auto f = contact_force<1>({kinds_.normal, ContactFriction::none}, law, state_at(s, t), h, none, none.x, 0.5 * share);
-            elsewhere += f.normal[0], stored += f.stored[0], damped += 2 * f.damped[0], stiffest = std::max(stiffest, f.stiffness[0]);
+            const auto f =
+                contact_force<1>({kinds_.normal, ContactFriction::none}, law, state_at(s, t), h, none, none.x, 0.5 * share);
+            elsewhere += f.normal[0], stored += f.stored[0], damped += 2 * f.damped[0],
+                stiffest = std::max(stiffest, f.stiffness[0]);
             const Vec3d on_1 = lane(f.on_1, 0), moment = lane(f.moment, 0);
             out.more_on_first += {.first = (1 - s) * on_1, .second = s * on_1, .couple = f.arm_1[0] * moment};
             out.more_on_second += {.first = -((1 - t) * on_1), .second = -(t * on_1), .couple = f.arm_2[0] * moment};
@@ -263,7 +265,9 @@ namespace {
 /// What a contact does to the slots of its element.
 SKEIN_INLINE void take(ContactLoad* at, const ElementLoad& load) {
     using Four = detail::FourDoubles;
-    const auto add = [](Vec3d& to, const Vec3d& more) __attribute__((always_inline)) { reinterpret_cast<Four&>(to) += reinterpret_cast<const Four&>(more); };
+    const auto add = [](Vec3d & to, const Vec3d& more) __attribute__((always_inline)) {
+        reinterpret_cast<Four&>(to) += reinterpret_cast<const Four&>(more);
+    };
     add(at[0].force, load.first);
     add(at[1].force, load.second);
     add(at[0].couple, load.couple);
@@ -271,8 +275,8 @@ SKEIN_INLINE void take(ContactLoad* at, const ElementLoad& load) {
 
 } // namespace
 
-void Contacts::push_packed(const Capsules& capsules, double h, const Packed& packed, const RodBlock& block, std::vector<std::size_t>& post,
-                           Finds& finds, Sums& sums, AlignedVector<ContactLoad>& loads) {
+void Contacts::push_packed(const Capsules& capsules, double h, const Packed& packed, const RodBlock& block,
+                           std::vector<std::size_t>& post, Finds& finds, Sums& sums, AlignedVector<ContactLoad>& loads) {
     const P one(1.0), none(0.0);
     const CapsuleMotion* const motion = capsules.motion.data();
     const std::int32_t* const rod = capsules.rod.data();
@@ -287,9 +291,16 @@ void Contacts::push_packed(const Capsules& capsules, double h, const Packed& pac
         const int count = static_cast<int>(std::min<std::uint32_t>(W, packed.count - i));
         const std::uint32_t* const index = packed.index + i;
         const Pair* const pair = packed.pair + i;
-        const auto velocity_a = [&](int next) { return load_transposed<W>([&](int l) { return &motion[pair[l].a + static_cast<std::uint32_t>(next)].velocity.x; }).vector; };
-        const auto velocity_b = [&](int next) { return load_transposed<W>([&](int l) { return &motion[pair[l].b + static_cast<std::uint32_t>(next)].velocity.x; }).vector; };
-        const P s = lanes(packed.s + i), t = lanes(packed.t + i), radius_1 = lanes(packed.radius_1 + i), radius_2 = lanes(packed.radius_2 + i);
+        const auto velocity_a = [&](int next) {
+            return load_transposed<W>([&](int l) { return &motion[pair[l].a + static_cast<std::uint32_t>(next)].velocity.x; })
+                .vector;
+        };
+        const auto velocity_b = [&](int next) {
+            return load_transposed<W>([&](int l) { return &motion[pair[l].b + static_cast<std::uint32_t>(next)].velocity.x; })
+                .vector;
+        };
+        const P s = lanes(packed.s + i), t = lanes(packed.t + i), radius_1 = lanes(packed.radius_1 + i),
+                radius_2 = lanes(packed.radius_2 + i);
         Remembered<W> remembered{};
         if (remembers_) remembered = memory_before<W>(index, s, t);
         ContactMemory<P>& memory = remembered.own;
@@ -299,7 +310,8 @@ void Contacts::push_packed(const Capsules& capsules, double h, const Packed& pac
         if (const auto met = distance < P(1e-150); any(met))
             for (int l = 0; l < count; ++l)
                 if (met[l])
-                    set_lane(normal, l, lane(across<1>(broadcast<1>(edge(capsules, pair[l].a)), broadcast<1>(edge(capsules, pair[l].b))), 0));
+                    set_lane(normal, l,
+                             lane(across<1>(broadcast<1>(edge(capsules, pair[l].a)), broadcast<1>(edge(capsules, pair[l].b))), 0));
         const ContactState<P> state{normal,
                                     distance,
                                     radius_1,
@@ -332,7 +344,7 @@ void Contacts::push_packed(const Capsules& capsules, double h, const Packed& pac
         }
 
         alignas(64) ElementLoad on_first[W], on_second[W];
-        const auto share = [&](ElementLoad* to, const Vec3<P>& f, P at, const Vec3<P>& couple) __attribute__((always_inline)) {
+        const auto share = [&](ElementLoad * to, const Vec3<P>& f, P at, const Vec3<P>& couple) __attribute__((always_inline)) {
             store_transposed<W>((one - at) * f, none, [&](int l) { return &to[l].first.x; });
             store_transposed<W>(at * f, none, [&](int l) { return &to[l].second.x; });
             store_transposed<W>(couple, none, [&](int l) { return &to[l].couple.x; });
@@ -344,7 +356,8 @@ void Contacts::push_packed(const Capsules& capsules, double h, const Packed& pac
             store_transposed<W>(memory.x, memory.stiffness, [&](int l) { return &kept[index[l]].x.x; });
             store_transposed<W>(memory.beside, memory.dashpot, [&](int l) { return &kept[index[l]].beside.x; });
         } else if (remembers_) {
-            for (int l = 0; l < count; ++l) kept[index[l]] = {lane(memory.x, l), memory.stiffness[l], lane(memory.beside, l), memory.dashpot[l]};
+            for (int l = 0; l < count; ++l)
+                kept[index[l]] = {lane(memory.x, l), memory.stiffness[l], lane(memory.beside, l), memory.dashpot[l]};
         }
         const unsigned within = bits_of((s > none) & (s < one) & (t > none) & (t < one));
         for (int l = 0; l < count; ++l) what[index[l]] = static_cast<std::uint8_t>(touching | (within >> l & 1) * inside);
@@ -372,7 +385,8 @@ void Contacts::push_packed(const Capsules& capsules, double h, const Packed& pac
     }
 }
 
-void Contacts::push(const Capsules& capsules, double h, std::size_t number, std::vector<std::size_t>& post, AlignedVector<ContactLoad>& loads) {
+void Contacts::push(const Capsules& capsules, double h, std::size_t number, std::vector<std::size_t>& post,
+                    AlignedVector<ContactLoad>& loads) {
     const RodBlock& block = mail_.blocks()[number];
     Finds& finds = finds_[number] = {};
     std::fill(touched_.begin() + block.first_rod, touched_.begin() + block.last_rod, std::uint8_t{0});

@@ -5,8 +5,17 @@ namespace skein {
 void ContactSpec::fields(FieldVisitor& f) {
     law.fields(f);
     f.visit({.name = "self", .unit = "", .text = "rods touch themselves too"}, self);
-    f.visit({.name = "self_gap", .unit = "m", .text = "elements of one rod nearer than this along it never touch; 0: half the way round its section", .at_least = 0}, self_gap);
-    f.visit({.name = "overlap", .unit = "-", .text = "over the diameter: the deepest that the limit of the time step allows for", .above = 0, .at_most = 1}, overlap);
+    f.visit({.name = "self_gap",
+             .unit = "m",
+             .text = "elements of one rod nearer than this along it never touch; 0: half the way round its section",
+             .at_least = 0},
+            self_gap);
+    f.visit({.name = "overlap",
+             .unit = "-",
+             .text = "over the diameter: the deepest that the limit of the time step allows for",
+             .above = 0,
+             .at_most = 1},
+            overlap);
 }
 
 void ContactPair::fields(FieldVisitor& f) {

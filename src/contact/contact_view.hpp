@@ -1,5 +1,5 @@
-// What rods show of themselves to each other, and what they feel of each other: shared by the passes of all groups and by whoever works
-// contacts out. Rods stand in it by gid, so its order does not depend on who owns which.
+// What rods show of themselves to each other, and what they feel of each other: shared by the passes of all groups and by whoever
+// works contacts out. Rods stand in it by gid, so its order does not depend on who owns which.
 #pragma once
 
 #include "contact/contact_spec.hpp"
@@ -12,18 +12,21 @@
 namespace skein {
 
 struct ContactView {
-    Capsules capsules;               ///< of all rods of the scene
-    AlignedVector<ContactLoad> load; ///< by slot; only where rods are touched
+    Capsules capsules;                     ///< of all rods of the scene
+    AlignedVector<ContactLoad> load;       ///< by slot; only where rods are touched
     std::span<const std::uint8_t> touched; ///< by rod
 
     /// `materials`: of the laws; 1: all alike.
     ContactView(std::span<const RodGroup> groups, const ContactSpec& spec, std::size_t materials);
-    std::size_t first_slot(std::int64_t gid) const { return static_cast<std::size_t>(capsules.first_slot[static_cast<std::size_t>(gid)]); }
-    static constexpr double bytes_per_slot = sizeof(CapsuleNode) + sizeof(CapsuleMotion) + sizeof(std::int32_t) + sizeof(ContactLoad);
+    std::size_t first_slot(std::int64_t gid) const {
+        return static_cast<std::size_t>(capsules.first_slot[static_cast<std::size_t>(gid)]);
+    }
+    static constexpr double bytes_per_slot =
+        sizeof(CapsuleNode) + sizeof(CapsuleMotion) + sizeof(std::int32_t) + sizeof(ContactLoad);
 };
 
-/// Last before rods meet: nodes, radii, spins in the lab. Radii are those of rest: were they to follow the stretch, contact would do work on
-/// it that no force takes.
+/// Last before rods meet: nodes, radii, spins in the lab. Radii are those of rest: were they to follow the stretch, contact would
+/// do work on it that no force takes.
 template <int W> class ShowPass final : public TilePass<W> {
 public:
     static constexpr std::string_view pass_name = "show to others";
@@ -82,7 +85,8 @@ public:
         for (int k = 0; k <= rod.n; ++k) {
             const auto at = [&](int l) -> const ContactLoad& { return felt[l][step[l] * static_cast<std::size_t>(k)]; };
             load[k].force += load_transposed<W>([&](int l) { return &at(l).force.x; }).vector;
-            if (k < rod.n) load[k].couple += rod.slot[k].director * load_transposed<W>([&](int l) { return &at(l).couple.x; }).vector;
+            if (k < rod.n)
+                load[k].couple += rod.slot[k].director * load_transposed<W>([&](int l) { return &at(l).couple.x; }).vector;
         }
     }
 

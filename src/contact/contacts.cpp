@@ -26,17 +26,19 @@ double mean_diameter(const Capsules& c) {
 } // namespace
 
 Contacts::Contacts(const Capsules& capsules, ContactLaws laws, const Threads& threads, std::vector<std::uint8_t> owned_rods)
-    : laws_(std::move(laws)), kinds_{laws_.normal(), laws_.friction()}, remembers_(laws_.remember()), threads_(threads), owned_(std::move(owned_rods)),
-      search_(capsules, threads), diameter_(mean_diameter(capsules)), first_slot_(capsules.first_slot),
-      mail_(capsules), finds_(mail_.blocks().size()), post_(static_cast<std::size_t>(threads.count())),
-      touched_(capsules.first_slot.size() - 1, 0) {
+    : laws_(std::move(laws)), kinds_{laws_.normal(), laws_.friction()}, remembers_(laws_.remember()), threads_(threads),
+      owned_(std::move(owned_rods)), search_(capsules, threads), diameter_(mean_diameter(capsules)),
+      first_slot_(capsules.first_slot), mail_(capsules), finds_(mail_.blocks().size()),
+      post_(static_cast<std::size_t>(threads.count())), touched_(capsules.first_slot.size() - 1, 0) {
     figures_.skin = 0.25 * diameter_;
 }
 
 /// The places of some nodes; behind the last one that one again.
 Contacts::Places Contacts::places(const Capsules& capsules, std::size_t tile) {
     const std::size_t first = tile * places_at_once, last = capsules.slots() - 1;
-    return load_transposed<places_at_once>([&](int l) { return &capsules.node[std::min(first + static_cast<std::size_t>(l), last)].position.x; }).vector;
+    return load_transposed<places_at_once>(
+               [&](int l) { return &capsules.node[std::min(first + static_cast<std::size_t>(l), last)].position.x; })
+        .vector;
 }
 
 /// Whether some of these rods, or neighbours by number, have moved further than the list allows.
@@ -61,7 +63,8 @@ void Contacts::carry_over(const PairList& fresh, const Capsules& capsules) {
             for (std::uint32_t old = list_.first[a]; old < list_.first[a + 1]; ++old) {
                 while (i < fresh.first[a + 1] && fresh.pair[i].b < list_.pair[old].b) ++i;
                 if (i < fresh.first[a + 1] && fresh.pair[i].b == list_.pair[old].b) what[i] = what_[old], memory[i] = memory_[old];
-                else if (what_[old] & touching && owns(static_cast<std::size_t>(capsules.rod[a]))) lost[block] += memory_[old].energy();
+                else if (what_[old] & touching && owns(static_cast<std::size_t>(capsules.rod[a])))
+                    lost[block] += memory_[old].energy();
             }
         }
     });
@@ -72,7 +75,8 @@ void Contacts::carry_over(const PairList& fresh, const Capsules& capsules) {
 
 /// A list may last so long that its idle pairs cost more than a new one with less skin.
 bool Contacts::is_wasteful() const {
-    return figures_.skin > least_skin * diameter_ && static_cast<double>(age_) * static_cast<double>(idle_) > 4 * search_cost * static_cast<double>(first_slot_.back());
+    return figures_.skin > least_skin * diameter_ &&
+           static_cast<double>(age_) * static_cast<double>(idle_) > 4 * search_cost * static_cast<double>(first_slot_.back());
 }
 
 void Contacts::renew_list(const Capsules& capsules) {
@@ -99,7 +103,9 @@ void Contacts::renew_list(const Capsules& capsules) {
     for (std::size_t tile = 0; tile < place_.size(); ++tile) place_[tile] = places(capsules, tile);
     figures_.listed = 0;
     for (std::size_t rod = 0; rod + 1 < first_slot_.size(); ++rod)
-        if (owns(rod)) figures_.listed += list_.first[static_cast<std::size_t>(first_slot_[rod + 1])] - list_.first[static_cast<std::size_t>(first_slot_[rod])];
+        if (owns(rod))
+            figures_.listed += list_.first[static_cast<std::size_t>(first_slot_[rod + 1])] -
+                               list_.first[static_cast<std::size_t>(first_slot_[rod])];
 }
 
 void Contacts::restore(std::span<const KeptContact> kept, double rubbed, double damped) {

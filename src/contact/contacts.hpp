@@ -1,12 +1,12 @@
 // Contacts between rods: who may touch, who does, and what that does to them.                                theory.md section 18
 //   list of candidates, renewed when elements have moved half its skin
-//   push:    of a block of rods the pairs that touch, packed; their forces eight at a time; loads of both elements in order of pairs, but
+//   push:    of a block of rods the pairs that touch, packed; their forces eight at a time; loads of both elements in order of
+//   pairs, but
 //            those of second elements in other blocks, which go into the mail
 //   receive: what others have sent; a thread that goes on along the rods does it as it pushes, while all is at hand
-// No atomic, no order among threads: the bits of a rod's loads depend on the rods alone. A contact's friction spring is kept by pair.
-// Where a contact passes over a joint both elements touch, one at its end: that one follows the other's spring, and has it when it
-// takes over.
-// Cost: see docs/performance.md.
+// No atomic, no order among threads: the bits of a rod's loads depend on the rods alone. A contact's friction spring is kept by
+// pair. Where a contact passes over a joint both elements touch, one at its end: that one follows the other's spring, and has it
+// when it takes over. Cost: see docs/performance.md.
 #pragma once
 
 #include "contact/mail.hpp"
@@ -35,7 +35,8 @@ struct ContactFigures {
     double search_s = 0;                 ///< wall time of renewals since the beginning
     double stiffest = 0;                 ///< largest slope of the normal force over the overlap, N/m
     double stored = 0;                   ///< energy of normal and tangential springs, J
-    double rubbed = 0, damped = 0;       ///< by friction and by dashpots since the beginning, J; what handing over of springs gives counts against the former
+    double rubbed = 0, damped = 0;       ///< by friction and by dashpots since the beginning, J; what handing over of springs gives
+                                         ///< counts against the former
 };
 
 /// A contact that is, for those who look.
@@ -48,8 +49,8 @@ struct Contact {
 
 /// What a contact remembers from step to step.
 struct KeptContact {
-    std::uint32_t a, b; ///< slots
-    std::uint32_t what; ///< bits, as Contacts means them
+    std::uint32_t a, b;           ///< slots
+    std::uint32_t what;           ///< bits, as Contacts means them
     ContactMemory<double> memory; ///< lab
 };
 
@@ -97,11 +98,12 @@ private:
     void renew_list(const Capsules& capsules);
     void carry_over(const PairList& fresh, const Capsules& capsules);
 
-    void push(const Capsules& capsules, double h, std::size_t block, std::vector<std::size_t>& post, AlignedVector<ContactLoad>& loads);
+    void push(const Capsules& capsules, double h, std::size_t block, std::vector<std::size_t>& post,
+              AlignedVector<ContactLoad>& loads);
     void receive(const Capsules& capsules, std::size_t block, AlignedVector<ContactLoad>& loads);
     void pack(const Capsules& capsules, std::uint32_t begin, std::uint32_t end, Packed& packed, Finds& finds);
-    void push_packed(const Capsules& capsules, double h, const Packed& packed, const RodBlock& block, std::vector<std::size_t>& post,
-                     Finds& finds, Sums& sums, AlignedVector<ContactLoad>& loads);
+    void push_packed(const Capsules& capsules, double h, const Packed& packed, const RodBlock& block,
+                     std::vector<std::size_t>& post, Finds& finds, Sums& sums, AlignedVector<ContactLoad>& loads);
     template <int W> Remembered<W> memory_before(const std::uint32_t* pair, Pack<W> s, Pack<W> t) const;
     std::uint32_t spring_at_joint(std::uint32_t pair, int da, int db, std::uint32_t own) const;
     Alone alone(const Capsules& capsules, double h, std::uint32_t pair, const ContactMemory<double>* now = nullptr) const;
@@ -109,24 +111,24 @@ private:
 
     ContactLaws laws_;
     ContactKinds kinds_;
-    bool remembers_; ///< contacts have memory to keep
+    bool remembers_;                              ///< contacts have memory to keep
     std::vector<ContactNumbers<double>> numbers_; ///< now, as the laws are ordered
     const Threads& threads_;
     std::vector<std::uint8_t> owned_; ///< by rod; none: all
     BroadPhase search_;
-    double diameter_; ///< mean of the elements', m
+    double diameter_;                      ///< mean of the elements', m
     std::vector<std::int32_t> first_slot_; ///< as in the capsules
     PairList list_;
     Mail mail_;
     AlignedVector<Places> place_; ///< of nodes when the list was made, so many at once
     /// What a pair is doing, as bits.
-    enum : std::uint8_t { touching = 1, inside = 4 }; ///< inside: at no end of either element
-    std::vector<std::uint8_t> what_, was_;       ///< by pair; now and before; padded
+    enum : std::uint8_t { touching = 1, inside = 4 };           ///< inside: at no end of either element
+    std::vector<std::uint8_t> what_, was_;                      ///< by pair; now and before; padded
     AlignedVector<ContactMemory<double>> memory_, last_memory_; ///< by pair, a cache line each; behind them one of zeros
-    std::vector<Finds> finds_;                   ///< by block
-    std::vector<std::vector<std::size_t>> post_; ///< by thread: where next letters go, by block
+    std::vector<Finds> finds_;                                  ///< by block
+    std::vector<std::vector<std::size_t>> post_;                ///< by thread: where next letters go, by block
     std::vector<std::uint8_t> touched_;
-    std::int64_t age_ = 0; ///< steps since the list was made
+    std::int64_t age_ = 0;  ///< steps since the list was made
     std::int64_t idle_ = 0; ///< pairs, of all ranks, that did not touch then
     ContactFigures figures_;
 };

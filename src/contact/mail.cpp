@@ -22,7 +22,8 @@ void Mail::make_room(const PairList& list, const Capsules& capsules, const Threa
         std::size_t letters;
     };
     std::vector<std::vector<Wanted>> wanted(blocks_.size());
-    std::vector<std::vector<std::size_t>> letters_to(static_cast<std::size_t>(threads.count()), std::vector<std::size_t>(blocks_.size(), 0));
+    std::vector<std::vector<std::size_t>> letters_to(static_cast<std::size_t>(threads.count()),
+                                                     std::vector<std::size_t>(blocks_.size(), 0));
     threads.for_each(blocks_.size(), [&](std::size_t from, int thread) {
         std::vector<std::size_t>& letters = letters_to[static_cast<std::size_t>(thread)];
         const RodBlock& block = blocks_[from];

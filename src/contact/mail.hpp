@@ -1,6 +1,6 @@
-// Rods in blocks, each the work of one task, and what contacts of one block do to elements of those behind it. A task adds to the rods of
-// its own block as it goes; the rest waits in the mail until both blocks are done, and is added in order of the blocks it comes from.
-// Blocks are the same whatever touches, so these sums have the same bits for any threads, ranks and lists.
+// Rods in blocks, each the work of one task, and what contacts of one block do to elements of those behind it. A task adds to the
+// rods of its own block as it goes; the rest waits in the mail until both blocks are done, and is added in order of the blocks it
+// comes from. Blocks are the same whatever touches, so these sums have the same bits for any threads, ranks and lists.
 #pragma once
 
 #include "contact/capsules.hpp"
@@ -13,7 +13,7 @@ namespace skein {
 
 /// What a contact does to an element.
 struct alignas(32) ElementLoad {
-    Vec3d first;  ///< force at its first node, lab, N
+    Vec3d first; ///< force at its first node, lab, N
     double unused;
     Vec3d second; ///< at its second
     double unused_too;
@@ -44,7 +44,9 @@ public:
     explicit Mail(const Capsules& capsules);
 
     std::span<const RodBlock> blocks() const { return blocks_; }
-    std::uint32_t block_of(const Capsules& capsules, std::uint32_t slot) const { return block_of_rod_[static_cast<std::size_t>(capsules.rod[slot])]; }
+    std::uint32_t block_of(const Capsules& capsules, std::uint32_t slot) const {
+        return block_of_rod_[static_cast<std::size_t>(capsules.rod[slot])];
+    }
 
     /// Room for a letter per pair of different blocks.
     void make_room(const PairList& list, const Capsules& capsules, const Threads& threads);
@@ -79,9 +81,9 @@ public:
 private:
     std::vector<RodBlock> blocks_;
     std::vector<std::uint32_t> block_of_rod_;
-    std::vector<Route> route_;              ///< by sender, then receiver
+    std::vector<Route> route_;                 ///< by sender, then receiver
     std::vector<std::size_t> sent_, received_; ///< by block: where its routes begin in route_ and in to_
-    std::vector<std::uint32_t> to_;         ///< routes by receiver, then sender
+    std::vector<std::uint32_t> to_;            ///< routes by receiver, then sender
     AlignedVector<ElementLoad> letter_;
     std::vector<std::uint32_t> address_; ///< slots
 };

@@ -6,8 +6,7 @@
 
 namespace skein {
 
-PairList::PairList(Candidates&& candidates, const Threads& threads, bool with_neighbours)
-    : first(std::move(candidates.first)) {
+PairList::PairList(Candidates&& candidates, const Threads& threads, bool with_neighbours) : first(std::move(candidates.first)) {
     pair.resize(count() + padding);
     for_blocks(threads, first.size() - 1, [&](std::size_t begin, std::size_t end, std::size_t) {
         for (std::size_t a = begin; a < end; ++a)

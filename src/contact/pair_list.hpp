@@ -1,5 +1,5 @@
-// Candidate pairs one by one, in order, as the steps go through them until the list is renewed, and which pairs lie beyond the joints of
-// a pair.
+// Candidate pairs one by one, in order, as the steps go through them until the list is renewed, and which pairs lie beyond the
+// joints of a pair.
 #pragma once
 
 #include "contact/broad_phase.hpp"
@@ -11,14 +11,15 @@ namespace skein {
 struct PairList {
     static constexpr std::size_t padding = 72; ///< copies of a pair behind the last, for those who read in tiles and ahead
 
-    std::vector<std::uint32_t> first;   ///< of the pairs whose first element is a slot's, and behind the last
-    AlignedVector<Pair> pair;           ///< rising; padded
+    std::vector<std::uint32_t> first; ///< of the pairs whose first element is a slot's, and behind the last
+    AlignedVector<Pair> pair;         ///< rising; padded
 
     PairList() = default;
     PairList(Candidates&& candidates, const Threads& threads, bool with_neighbours);
 
     std::size_t count() const { return first.empty() ? 0 : first.back(); }
-    /// The pair of elements a + da and b + db, each -1, 0 or 1 and not both 0, if it is listed. No branch depends on where things are.
+    /// The pair of elements a + da and b + db, each -1, 0 or 1 and not both 0, if it is listed. No branch depends on where things
+    /// are.
     struct Neighbour {
         std::uint32_t pair;
         bool listed;
@@ -37,7 +38,8 @@ struct PairList {
 private:
     void find_neighbours(const Threads& threads);
 
-    /// Of pair (a, b), for a - 1 and a + 1: which of b - 1, b, b + 1 are its partners (three bits), and where the first of these is.
+    /// Of pair (a, b), for a - 1 and a + 1: which of b - 1, b, b + 1 are its partners (three bits), and where the first of these
+    /// is.
     std::vector<std::array<std::uint32_t, 2>> beyond_;
 };
 

@@ -8,11 +8,10 @@
 //   regularised   T = -mu_k N u_t/max(|u_t|, v_s)
 //   published     T = -(1 - f) mu_k N u_t/|u_t|,  f = 1 up to v_s, 0 from 1.5 v_s on, linear between
 //   on 1: force -N n + T, couple a1 x T;  on 2: force N n - T, couple -a2 x T
-// A contact pushes, whatever its dashpot says. Energy: springs store k g^2/2 (Hertz 2 k g^2.5/5) and k_t x^2/2. Places and rates stand half
-// a step apart, so over a step of rates u the mean of a force and of that a step before works, exactly. So much is damped by what N and T
-// are beyond their springs, and the rest of what T takes is rubbed: that of slip, and of springs that change otherwise than by motion.
-// Source: Cundall, Strack 1979 (Geotechnique 29, 47).
-// Cost: 190 flop, of which six divisions and roots.
+// A contact pushes, whatever its dashpot says. Energy: springs store k g^2/2 (Hertz 2 k g^2.5/5) and k_t x^2/2. Places and rates
+// stand half a step apart, so over a step of rates u the mean of a force and of that a step before works, exactly. So much is
+// damped by what N and T are beyond their springs, and the rest of what T takes is rubbed: that of slip, and of springs that change
+// otherwise than by motion. Source: Cundall, Strack 1979 (Geotechnique 29, 47). Cost: 190 flop, of which six divisions and roots.
 #pragma once
 
 #include "contact/contact_law.hpp"
@@ -37,12 +36,12 @@ template <class P> struct ContactMemory {
 };
 
 template <class P> struct ContactForce {
-    Vec3<P> on_1;   ///< N; on 2 the opposite
-    Vec3<P> moment; ///< n x T, N: the couple on i is arm_i times this
-    P arm_1, arm_2; ///< m
-    P normal;       ///< N
-    P stiffness;    ///< of the normal spring as it is, N/m
-    P stored;       ///< J, now
+    Vec3<P> on_1;     ///< N; on 2 the opposite
+    Vec3<P> moment;   ///< n x T, N: the couple on i is arm_i times this
+    P arm_1, arm_2;   ///< m
+    P normal;         ///< N
+    P stiffness;      ///< of the normal spring as it is, N/m
+    P stored;         ///< J, now
     P rubbed, damped; ///< J, in this step
 };
 
@@ -51,12 +50,13 @@ struct ContactKinds {
     ContactFriction friction;
 };
 
-/// `weight`: of the normal force, where a contact has several points; `elsewhere`: normal force of the others, which friction counts
-/// too. `memory`: as the contact left it, 0 of a new one; then as it leaves it now, 0 where nothing touches. `from`: the x that it goes on
-/// from, which may be another's.
-template <int W>
-SKEIN_INLINE ContactForce<Pack<W>> contact_force(ContactKinds kinds, const ContactNumbers<Pack<W>>& law, const ContactState<Pack<W>>& in, double h,
-                                                 ContactMemory<Pack<W>>& memory, const Vec3<Pack<W>>& from, Pack<W> weight = 1.0, Pack<W> elsewhere = 0.0) {
+/// `weight`: of the normal force, where a contact has several points; `elsewhere`: normal force of the others, which friction
+/// counts too. `memory`: as the contact left it, 0 of a new one; then as it leaves it now, 0 where nothing touches. `from`: the x
+/// that it goes on from, which may be another's.
+template <int W> SKEIN_INLINE ContactForce<Pack<W>> contact_force(ContactKinds kinds, const ContactNumbers<Pack<W>>& law,
+                                                                  const ContactState<Pack<W>>& in, double h,
+                                                                  ContactMemory<Pack<W>>& memory, const Vec3<Pack<W>>& from,
+                                                                  Pack<W> weight = 1.0, Pack<W> elsewhere = 0.0) {
     using P = Pack<W>;
     const P zero(0.0), half(0.5), one(1.0), tiny(1e-150), step(h);
     const P overlap = in.radius_1 + in.radius_2 - in.distance, depth = max(overlap, zero);
@@ -106,7 +106,8 @@ SKEIN_INLINE ContactForce<Pack<W>> contact_force(ContactKinds kinds, const Conta
         out.stored += energy;
     } else if (kinds.friction != ContactFriction::none) {
         const P speed = norm(tangential);
-        P share = law.kinetic_friction * pressed / max(speed, max(kinds.friction == ContactFriction::regularised ? law.slip_speed : zero, tiny));
+        P share = law.kinetic_friction * pressed /
+                  max(speed, max(kinds.friction == ContactFriction::regularised ? law.slip_speed : zero, tiny));
         if (kinds.friction == ContactFriction::published)
             share *= min(max((speed - law.slip_speed) / max(half * law.slip_speed, tiny), zero), one);
         friction = -(share * tangential);

@@ -1,5 +1,5 @@
-// Four numbers of W records each, transposed: a vector and what lies behind it. at(lane): where those of a lane are, on a multiple of
-// 32 bytes; a function, as pointers by the dozen would go through memory.
+// Four numbers of W records each, transposed: a vector and what lies behind it. at(lane): where those of a lane are, on a multiple
+// of 32 bytes; a function, as pointers by the dozen would go through memory.
 #pragma once
 
 #include "core/vec3.hpp"
@@ -22,13 +22,20 @@ template <int W, class At> SKEIN_INLINE LoadedVectors<W> load_transposed(At&& at
     if constexpr (W == 8) {
         using Four = detail::FourDoubles;
         const auto two = [&](int i) __attribute__((always_inline)) {
-            return __builtin_shufflevector(*reinterpret_cast<const Four*>(at(i)), *reinterpret_cast<const Four*>(at(i + 4)), 0, 1, 2, 3, 4, 5, 6, 7);
+            return __builtin_shufflevector(*reinterpret_cast<const Four*>(at(i)), *reinterpret_cast<const Four*>(at(i + 4)), 0, 1,
+                                           2, 3, 4, 5, 6, 7);
         };
         const auto r0 = two(0), r1 = two(1), r2 = two(2), r3 = two(3);
-        const auto even01 = __builtin_shufflevector(r0, r1, 0, 8, 2, 10, 4, 12, 6, 14), odd01 = __builtin_shufflevector(r0, r1, 1, 9, 3, 11, 5, 13, 7, 15);
-        const auto even23 = __builtin_shufflevector(r2, r3, 0, 8, 2, 10, 4, 12, 6, 14), odd23 = __builtin_shufflevector(r2, r3, 1, 9, 3, 11, 5, 13, 7, 15);
-        const auto low = [](auto a, auto b) __attribute__((always_inline)) { return Pack<W>(__builtin_shufflevector(a, b, 0, 1, 8, 9, 4, 5, 12, 13)); };
-        const auto high = [](auto a, auto b) __attribute__((always_inline)) { return Pack<W>(__builtin_shufflevector(a, b, 2, 3, 10, 11, 6, 7, 14, 15)); };
+        const auto even01 = __builtin_shufflevector(r0, r1, 0, 8, 2, 10, 4, 12, 6, 14),
+                   odd01 = __builtin_shufflevector(r0, r1, 1, 9, 3, 11, 5, 13, 7, 15);
+        const auto even23 = __builtin_shufflevector(r2, r3, 0, 8, 2, 10, 4, 12, 6, 14),
+                   odd23 = __builtin_shufflevector(r2, r3, 1, 9, 3, 11, 5, 13, 7, 15);
+        const auto low = [](auto a, auto b) __attribute__((always_inline)) {
+            return Pack<W>(__builtin_shufflevector(a, b, 0, 1, 8, 9, 4, 5, 12, 13));
+        };
+        const auto high = [](auto a, auto b) __attribute__((always_inline)) {
+            return Pack<W>(__builtin_shufflevector(a, b, 2, 3, 10, 11, 6, 7, 14, 15));
+        };
         return {{low(even01, even23), low(odd01, odd23), high(even01, even23)}, high(odd01, odd23)};
     } else {
         std::array<double, W> number[4];
@@ -42,9 +49,14 @@ template <int W, class At> SKEIN_INLINE LoadedVectors<W> load_transposed(At&& at
 template <int W, class At> SKEIN_INLINE void store_transposed(const Vec3<Pack<W>>& vector, Pack<W> behind, At&& at) {
     if constexpr (W == 8) {
         using Four = detail::FourDoubles;
-        const auto even = [](auto a, auto b) __attribute__((always_inline)) { return __builtin_shufflevector(a, b, 0, 8, 2, 10, 4, 12, 6, 14); };
-        const auto odd = [](auto a, auto b) __attribute__((always_inline)) { return __builtin_shufflevector(a, b, 1, 9, 3, 11, 5, 13, 7, 15); };
-        const auto xy_even = even(vector.x.v, vector.y.v), xy_odd = odd(vector.x.v, vector.y.v); // of records 0 2 4 6, and of 1 3 5 7
+        const auto even = [](auto a, auto b) __attribute__((always_inline)) {
+            return __builtin_shufflevector(a, b, 0, 8, 2, 10, 4, 12, 6, 14);
+        };
+        const auto odd = [](auto a, auto b) __attribute__((always_inline)) {
+            return __builtin_shufflevector(a, b, 1, 9, 3, 11, 5, 13, 7, 15);
+        };
+        const auto xy_even = even(vector.x.v, vector.y.v),
+                   xy_odd = odd(vector.x.v, vector.y.v); // of records 0 2 4 6, and of 1 3 5 7
         const auto zw_even = even(vector.z.v, behind.v), zw_odd = odd(vector.z.v, behind.v);
         const auto put = [&](int first, auto xy, auto zw) __attribute__((always_inline)) {
             *reinterpret_cast<Four*>(at(first)) = __builtin_shufflevector(xy, zw, 0, 1, 8, 9);

@@ -41,23 +41,49 @@ void add_sides(const Wall& box, std::vector<Wall>& out) {
 } // namespace
 
 void ServoSpec::fields(FieldVisitor& f) {
-    f.visit({.name = "speed", .unit = "m/s", .text = "along the wall's velocity, or where it has none along the normal of a plane", .required = true,
-            .above = 0},
+    f.visit({.name = "speed",
+             .unit = "m/s",
+             .text = "along the wall's velocity, or where it has none along the normal of a plane",
+             .required = true,
+             .above = 0},
             speed);
-    f.visit({.name = "watch", .unit = "", .text = "name of the wall whose stress decides; of a box a side, as in \"box z-\"", .required = true}, watch);
-    f.visit({.name = "area", .unit = "m^2", .text = "over which the force on the watched wall is spread", .required = true, .above = 0}, area);
-    f.visit({.name = "turn_back_above", .unit = "Pa", .text = "stress at which it turns back, with the weight of the rods", .required = true}, turn_back_above);
-    f.visit({.name = "turn_forth_below", .unit = "Pa", .text = "stress below which it turns forth again, with the weight of the rods", .required = true},
+    f.visit({.name = "watch",
+             .unit = "",
+             .text = "name of the wall whose stress decides; of a box a side, as in \"box z-\"",
+             .required = true},
+            watch);
+    f.visit(
+        {.name = "area", .unit = "m^2", .text = "over which the force on the watched wall is spread", .required = true, .above = 0},
+        area);
+    f.visit({.name = "turn_back_above",
+             .unit = "Pa",
+             .text = "stress at which it turns back, with the weight of the rods",
+             .required = true},
+            turn_back_above);
+    f.visit({.name = "turn_forth_below",
+             .unit = "Pa",
+             .text = "stress below which it turns forth again, with the weight of the rods",
+             .required = true},
             turn_forth_below);
     f.visit({.name = "not_before",
              .unit = "m",
-             .text = "it turns forth only when its point, measured against its way forth, is beyond this: of a lid that goes down z, the height"},
+             .text = "it turns forth only when its point, measured against its way forth, is beyond this: of a lid that goes down "
+                     "z, the height"},
             not_before);
     f.visit({.name = "cycles", .unit = "-", .text = "ways forth and back before it stops; 0: without end", .at_least = 0}, cycles);
-    f.visit({.name = "average", .unit = "s", .text = "time over which the stress is averaged (exponentially), as rods that hit the watched wall make it jump; 0: none", .at_least = 0},
-            average);
-    f.visit({.name = "approach", .unit = "m/s", .text = "speed at first, until the stress is above turn_forth_below or the wall at approach_to; 0: as speed", .at_least = 0}, approach);
-    f.visit({.name = "approach_to", .unit = "m", .text = "where its point, measured against its way forth, ends the approach"}, approach_to);
+    f.visit(
+        {.name = "average",
+         .unit = "s",
+         .text = "time over which the stress is averaged (exponentially), as rods that hit the watched wall make it jump; 0: none",
+         .at_least = 0},
+        average);
+    f.visit({.name = "approach",
+             .unit = "m/s",
+             .text = "speed at first, until the stress is above turn_forth_below or the wall at approach_to; 0: as speed",
+             .at_least = 0},
+            approach);
+    f.visit({.name = "approach_to", .unit = "m", .text = "where its point, measured against its way forth, ends the approach"},
+            approach_to);
     f.visit({.name = "ends_run", .unit = "", .text = "the run ends when the last cycle is done"}, ends_run);
 }
 
@@ -74,14 +100,19 @@ void Wall::fields(FieldVisitor& f) {
     f.visit({.name = "open", .unit = "", .text = "box: sides left open, of x-, x+, y-, y+, z-, z+"}, open);
     law.fields(f);
     f.visit({.name = "rods", .unit = "", .text = "groups it acts on; all where absent"}, rods);
-    f.visit({.name = "velocity", .unit = "m/s", .text = "at which it moves steadily; with a servo the direction of its way forth"}, velocity);
+    f.visit({.name = "velocity", .unit = "m/s", .text = "at which it moves steadily; with a servo the direction of its way forth"},
+            velocity);
     f.visit({.name = "from", .unit = "s", .text = "time from which it moves", .at_least = 0}, from);
     f.table({.name = "servo", .unit = "", .text = "moves the wall forth and back by the stress on a wall"}, servo);
 }
 
-bool Wall::acts_on(const std::string& group) const { return rods.empty() || std::find(rods.begin(), rods.end(), group) != rods.end(); }
+bool Wall::acts_on(const std::string& group) const {
+    return rods.empty() || std::find(rods.begin(), rods.end(), group) != rods.end();
+}
 
-bool has_side(const Wall& box, std::string_view side) { return std::find(box.open.begin(), box.open.end(), side) == box.open.end(); }
+bool has_side(const Wall& box, std::string_view side) {
+    return std::find(box.open.begin(), box.open.end(), side) == box.open.end();
+}
 
 std::vector<Wall> expanded(const std::vector<Wall>& walls) {
     std::vector<Wall> out;

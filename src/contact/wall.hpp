@@ -1,5 +1,6 @@
-// Walls that rods touch: planes, tubes, balls, and boxes, which are planes; at rest, moving steadily or driven by a servo. What a scene
-// says of them, and where they are. What they do to rods is in wall_pass.hpp. (A clamp's wall is another thing: rod/elastic.hpp.)
+// Walls that rods touch: planes, tubes, balls, and boxes, which are planes; at rest, moving steadily or driven by a servo. What a
+// scene says of them, and where they are. What they do to rods is in wall_pass.hpp. (A clamp's wall is another thing:
+// rod/elastic.hpp.)
 #pragma once
 
 #include "contact/contact_law.hpp"
@@ -21,7 +22,7 @@ struct ServoSpec {
     double area = 0;             ///< m^2
     double turn_back_above = 0;  ///< Pa
     double turn_forth_below = 0; ///< Pa
-    double not_before = -1e9;     ///< m
+    double not_before = -1e9;    ///< m
     long cycles = 0;             ///< 0: without end
     double average = 0;          ///< s; 0: the stress of each step decides
     double approach = 0;         ///< m/s, until the wall is first felt or has come to:
@@ -35,16 +36,16 @@ struct ServoSpec {
 struct Wall {
     std::string name;
     WallKind kind = WallKind::plane;
-    Vec3d point{0, 0, 0};         ///< on a plane, on a tube's axis, a ball's centre; m
-    Vec3d normal{0, 0, 1};        ///< of a plane, towards the rods
-    Vec3d axis{0, 0, 1};          ///< of a tube
-    double radius = 0;            ///< of a tube or ball, m
+    Vec3d point{0, 0, 0};  ///< on a plane, on a tube's axis, a ball's centre; m
+    Vec3d normal{0, 0, 1}; ///< of a plane, towards the rods
+    Vec3d axis{0, 0, 1};   ///< of a tube
+    double radius = 0;     ///< of a tube or ball, m
     WallSide side = WallSide::inside;
     Vec3d lower{0, 0, 0}, upper{0, 0, 0}; ///< corners of a box, m
-    std::vector<std::string> open; ///< sides that a box lacks
-    std::vector<std::string> rods; ///< groups it acts on; empty: all
-    Vec3d velocity{0, 0, 0};      ///< m/s
-    double from = 0;              ///< s: when it begins to move
+    std::vector<std::string> open;        ///< sides that a box lacks
+    std::vector<std::string> rods;        ///< groups it acts on; empty: all
+    Vec3d velocity{0, 0, 0};              ///< m/s
+    double from = 0;                      ///< s: when it begins to move
     ContactLaw law;
     ServoSpec servo;
     std::string source; ///< file:line of the table, for messages

@@ -1,5 +1,5 @@
-// What walls and the rods of one group do to each other, per tile, lane and wall: forces of the last step, sums since the start, and the
-// springs of friction. Sums run along the rod and in time, lane by lane: the same bits for any ranks, threads and lanes.
+// What walls and the rods of one group do to each other, per tile, lane and wall: forces of the last step, sums since the start,
+// and the springs of friction. Sums run along the rod and in time, lane by lane: the same bits for any ranks, threads and lanes.
 #pragma once
 
 #include "contact/wall.hpp"
@@ -13,12 +13,12 @@ namespace skein {
 
 /// One rod and one wall.
 struct WallAccount {
-    Vec3d force{0, 0, 0};  ///< of the rod on the wall at the last step, N
-    double normal = 0;     ///< sum of normal forces, N
-    double touching = 0;   ///< nodes
-    double deepest = 0;    ///< overlap over diameter
-    double stiffness = 0;  ///< largest tangent stiffness dN/dg of a node, N/m
-    double stored = 0;     ///< in all springs, J
+    Vec3d force{0, 0, 0};          ///< of the rod on the wall at the last step, N
+    double normal = 0;             ///< sum of normal forces, N
+    double touching = 0;           ///< nodes
+    double deepest = 0;            ///< overlap over diameter
+    double stiffness = 0;          ///< largest tangent stiffness dN/dg of a node, N/m
+    double stored = 0;             ///< in all springs, J
     double rubbed = 0, damped = 0; ///< sums since the start, J
 };
 
@@ -47,8 +47,8 @@ public:
         P rubbed{}, damped{}; ///< J
     };
     struct Page {
-        AlignedVector<Entry> entry;    ///< one per wall that acts on the group
-        AlignedVector<Kept> kept;      ///< [node][wall]
+        AlignedVector<Entry> entry;        ///< one per wall that acts on the group
+        AlignedVector<Kept> kept;          ///< [node][wall]
         std::vector<std::uint8_t> touched; ///< [node]: springs may be other than zero
         std::vector<std::uint8_t> near;    ///< [wall]: the tile's box is within reach at this step
         bool any_touched = false;
@@ -90,13 +90,15 @@ public:
         if (at < 0) return {};
         const Page& page = pages_[tile];
         const Entry& e = page.entry[static_cast<std::size_t>(at)];
-        WallAccount all{lane(e.force, lane_), e.normal[lane_], e.touching[lane_], e.deepest[lane_], e.stiffness[lane_], e.stored[lane_]};
+        WallAccount all{lane(e.force, lane_), e.normal[lane_],    e.touching[lane_],
+                        e.deepest[lane_],     e.stiffness[lane_], e.stored[lane_]};
         for (std::size_t i = static_cast<std::size_t>(at); i < page.kept.size(); i += acting_.size()) {
             all.rubbed += page.kept[i].rubbed[lane_];
             all.damped += page.kept[i].damped[lane_];
         }
         return all;
     }
+
 private:
     template <class F> void add(int wall, std::span<double> of_rod, F&& value) const {
         const int at = place_[static_cast<std::size_t>(wall)];
@@ -104,7 +106,8 @@ private:
         for (const Page& page : pages_) {
             if (!page.busy) continue;
             const Entry& e = page.entry[static_cast<std::size_t>(at)];
-            for (std::size_t l = 0; l < page.gid.size(); ++l) of_rod[static_cast<std::size_t>(page.gid[l])] += value(e, static_cast<int>(l));
+            for (std::size_t l = 0; l < page.gid.size(); ++l)
+                of_rod[static_cast<std::size_t>(page.gid[l])] += value(e, static_cast<int>(l));
         }
     }
 

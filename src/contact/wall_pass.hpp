@@ -1,11 +1,11 @@
 // Walls on the rods of one group.                                                                           theory.md (53)-(56)
 // Nodes touch walls, as balls of the mean of their elements' radii at rest.
-// The wall is body 2 of the contact law: of infinite mass, its surface at distance d of the node, overlap g = r - d, n towards it; so the
-// arm is r - g/2, to the middle of the overlap, as between rods. The node's surface moves at v + w x arm, w the mean lab spin of its
-// elements; the force goes to the node, half of the couple to each of its elements.
-// A tile whose box is away from all walls costs no more than the box, a node no more than looking at the walls that the box is near.
-// Springs are kept by tile, node and wall, touched only where nodes touch.
-// Cost: 7 flop per element where nothing is near; per plane near 5, per tube 19, per ball 10; 250 per node and wall that touch.
+// The wall is body 2 of the contact law: of infinite mass, its surface at distance d of the node, overlap g = r - d, n towards it;
+// so the arm is r - g/2, to the middle of the overlap, as between rods. The node's surface moves at v + w x arm, w the mean lab
+// spin of its elements; the force goes to the node, half of the couple to each of its elements. A tile whose box is away from all
+// walls costs no more than the box, a node no more than looking at the walls that the box is near. Springs are kept by tile, node
+// and wall, touched only where nodes touch. Cost: 7 flop per element where nothing is near; per plane near 5, per tube 19, per ball
+// 10; 250 per node and wall that touch.
 #pragma once
 
 #include "contact/contact_limits.hpp"
@@ -52,8 +52,15 @@ public:
                 const Wall& wall = walls_->wall[at];
                 const WallState state = walls_->at(at, step.time);
                 const Vec3d point = wall.point + state.offset, direction = wall.kind == WallKind::tube ? wall.axis : wall.normal;
-                now_[static_cast<std::size_t>(step.slot) * acting() + i] = {wall.kind, wall.side, point, direction, dot(direction, point), wall.radius, state.velocity,
-                                {wall.law.normal, wall.law.friction}, law_[i].at(step.time).numbers()};
+                now_[static_cast<std::size_t>(step.slot) * acting() + i] = {wall.kind,
+                                                                            wall.side,
+                                                                            point,
+                                                                            direction,
+                                                                            dot(direction, point),
+                                                                            wall.radius,
+                                                                            state.velocity,
+                                                                            {wall.law.normal, wall.law.friction},
+                                                                            law_[i].at(step.time).numbers()};
             }
     }
 
@@ -118,7 +125,8 @@ private:
         const P none(0.0);
         ContactMemory<P>& m = kept.of_last;
         kept.rubbed += select(where, m.energy(), none);
-        m = {select(where, Vec3<P>{}, m.x), select(where, none, m.stiffness), select(where, Vec3<P>{}, m.beside), select(where, none, m.dashpot)};
+        m = {select(where, Vec3<P>{}, m.x), select(where, none, m.stiffness), select(where, Vec3<P>{}, m.beside),
+             select(where, none, m.dashpot)};
     }
     void forget(Page& page, int i) const {
         for (std::size_t w = 0; w < acting(); ++w) let_go(page.kept[static_cast<std::size_t>(i) * acting() + w], P(1.0) > P(0.0));
@@ -143,7 +151,8 @@ private:
             P room;
             if (one.kind == WallKind::plane) {
                 const Vec3d& n = one.direction;
-                const Vec3<P> corner{n.x > 0 ? box.low.x : box.high.x, n.y > 0 ? box.low.y : box.high.y, n.z > 0 ? box.low.z : box.high.z};
+                const Vec3<P> corner{n.x > 0 ? box.low.x : box.high.x, n.y > 0 ? box.low.y : box.high.y,
+                                     n.z > 0 ? box.low.z : box.high.z};
                 room = margin(one, corner, box.reach);
             } else {
                 const P from = norm(away(one, middle)), size = norm(half) + box.reach;
@@ -175,11 +184,12 @@ private:
     }
 
     struct Surface {
-        P distance;       ///< of the node's axis
-        Vec3<P> towards;  ///< the wall
+        P distance;      ///< of the node's axis
+        Vec3<P> towards; ///< the wall
     };
     static Surface surface(const WallNow& wall, const Vec3<P>& x) {
-        if (wall.kind == WallKind::plane) return {dot(broadcast<W>(wall.direction), x) - P(wall.level), -broadcast<W>(wall.direction)};
+        if (wall.kind == WallKind::plane)
+            return {dot(broadcast<W>(wall.direction), x) - P(wall.level), -broadcast<W>(wall.direction)};
         const Vec3<P> y = away(wall, x);
         const P from = norm(y);
         const double sign = wall.side == WallSide::inside ? 1 : -1;
@@ -193,7 +203,8 @@ private:
     }
 
     /// `behind`: the element before the node, if the node before it has left it.
-    [[gnu::noinline]] void touch(const RodTile<W>& rod, SlotLoad<W>* load, double h, const WallNow* wall, int i, Page& page, Element& behind) const {
+    [[gnu::noinline]] void touch(const RodTile<W>& rod, SlotLoad<W>* load, double h, const WallNow* wall, int i, Page& page,
+                                 Element& behind) const {
         const int n = rod.n;
         // At an end both are the one element there.
         const int before = i > 0 ? i - 1 : rod.group->closed() ? n - 1 : 0, after = i < n ? i : n - 1;
@@ -254,7 +265,7 @@ private:
     bool rubs_ = false;
     double largest_radius_ = 0;
     std::vector<ContactLaw> law_; ///< by wall that acts
-    std::vector<WallNow> now_; ///< [slot of the step][wall]
+    std::vector<WallNow> now_;    ///< [slot of the step][wall]
 };
 
 } // namespace skein

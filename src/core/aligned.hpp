@@ -27,7 +27,9 @@ template <class T> struct AlignedAllocator {
 
 private:
     static constexpr std::size_t huge_page = std::size_t{2} << 20, large = 4 * huge_page;
-    static constexpr std::align_val_t alignment(std::size_t bytes) { return std::align_val_t{bytes < large ? cache_line : huge_page}; }
+    static constexpr std::align_val_t alignment(std::size_t bytes) {
+        return std::align_val_t{bytes < large ? cache_line : huge_page};
+    }
 };
 
 template <class T> using AlignedVector = std::vector<T, AlignedAllocator<T>>;

@@ -1,6 +1,6 @@
 // Closest points of two segments p1 + s d1 and p2 + t d2, s and t in [0, 1], for W pairs at once.               theory.md (52)
-//   The quadratic |r + s d1 - t d2|^2, r = p1 - p2, is convex: the free minimum in s, clamped, then that in t, clamped, then s again.
-//   Parallel segments: every s whose point has a foot on the other is as near; the middle of these is taken.
+//   The quadratic |r + s d1 - t d2|^2, r = p1 - p2, is convex: the free minimum in s, clamped, then that in t, clamped, then s
+//   again. Parallel segments: every s whose point has a foot on the other is as near; the middle of these is taken.
 // Segments without length are points. Where the sine of the angle is below 1e-7 round-off decides, and the middle is taken too.
 // Source: Ericson 2005, Real-Time Collision Detection, section 5.1.9. Cost: 90 flop and a division.
 #pragma once
@@ -11,15 +11,15 @@ namespace skein {
 
 template <class P> struct ClosestPoints {
     P s, t;
-    Vec3<P> apart;     ///< from the point on 1 to that on 2, m
-    P sine_squared;    ///< of the angle between the segments; 0 where one has no length
-    P first, last;     ///< the s between which 1 lies beside 2; meaningful for near-parallel segments
+    Vec3<P> apart;  ///< from the point on 1 to that on 2, m
+    P sine_squared; ///< of the angle between the segments; 0 where one has no length
+    P first, last;  ///< the s between which 1 lies beside 2; meaningful for near-parallel segments
 };
 
 template <int W> SKEIN_INLINE Pack<W> clamp01(Pack<W> x) { return min(max(x, Pack<W>(0.0)), Pack<W>(1.0)); }
 
-template <int W>
-SKEIN_INLINE ClosestPoints<Pack<W>> closest_points(const Vec3<Pack<W>>& p1, const Vec3<Pack<W>>& d1, const Vec3<Pack<W>>& p2, const Vec3<Pack<W>>& d2) {
+template <int W> SKEIN_INLINE ClosestPoints<Pack<W>> closest_points(const Vec3<Pack<W>>& p1, const Vec3<Pack<W>>& d1,
+                                                                    const Vec3<Pack<W>>& p2, const Vec3<Pack<W>>& d2) {
     using P = Pack<W>;
     const P zero(0.0), one(1.0), tiny(1e-60), parallel(1e-14);
     const Vec3<P> r = p1 - p2;

@@ -7,8 +7,9 @@ namespace skein {
 
 namespace detail {
 // Taylor series of exp(r), |r| <= ln(2)/2; first omitted term r^14/14! = 4e-18.
-inline constexpr double exp_series[] = {1.0,       1.0,        1.0 / 2,       1.0 / 6,        1.0 / 24,        1.0 / 120,        1.0 / 720,
-                                        1.0 / 5040, 1.0 / 40320, 1.0 / 362880, 1.0 / 3628800, 1.0 / 39916800, 1.0 / 479001600, 1.0 / 6227020800.0};
+inline constexpr double exp_series[] = {
+    1.0,        1.0,         1.0 / 2,      1.0 / 6,       1.0 / 24,       1.0 / 120,       1.0 / 720,
+    1.0 / 5040, 1.0 / 40320, 1.0 / 362880, 1.0 / 3628800, 1.0 / 39916800, 1.0 / 479001600, 1.0 / 6227020800.0};
 } // namespace detail
 
 /// exp(x), relative error below 5e-16 for x in [-708, 709]; clamped outside.
@@ -23,9 +24,7 @@ template <int W> SKEIN_INLINE Pack<W> exp(Pack<W> x) {
 }
 
 /// exp(-z) and phi1(z) = (1 - exp(-z))/z for z >= 0.
-template <int W> struct Decay {
-    Pack<W> factor, mean;
-};
+template <int W> struct Decay { Pack<W> factor, mean; };
 
 namespace detail {
 // phi1 on [0, 1], Chebyshev interpolant, relative error 2e-17: no division, no cancellation at 0.
@@ -58,14 +57,13 @@ template <int W> [[gnu::noinline]] void decay_rarely(Pack<W> z, Decay<W>& d) {
 template <int W> SKEIN_INLINE Decay<W> decay(Pack<W> z) {
     const Pack<W> mean = polynomial(z, detail::mean_decay);
     Decay<W> d{fnma(z, mean, Pack<W>(1.0)), mean};
-    if (any((z > Pack<W>(1.0)) | (z < Pack<W>(0.0)))) [[unlikely]] detail::decay_rarely(z, d);
+    if (any((z > Pack<W>(1.0)) | (z < Pack<W>(0.0)))) [[unlikely]]
+        detail::decay_rarely(z, d);
     return d;
 }
 
 /// The implicit midpoint's a = (2 - z)/(2 + z), 0 above z = 2, and b = (1 - a)/z, of two exponents for one division; z >= 0.
-template <int W> struct TwoDecays {
-    Decay<W> x, z;
-};
+template <int W> struct TwoDecays { Decay<W> x, z; };
 template <int W> SKEIN_INLINE TwoDecays<W> midpoint_decays(Pack<W> x, Pack<W> z) {
     using P = Pack<W>;
     const P inv_x = max(x, fma(P(0.5), x, P(1.0))), inv_z = max(z, fma(P(0.5), z, P(1.0))); // 1/b: 1 + z/2, and z above 2

@@ -69,9 +69,18 @@ template <int W> struct Pack {
         else v[lane] = value;
     }
 
-    SKEIN_INLINE Pack& operator+=(Pack b) { v += b.v; return *this; }
-    SKEIN_INLINE Pack& operator-=(Pack b) { v -= b.v; return *this; }
-    SKEIN_INLINE Pack& operator*=(Pack b) { v *= b.v; return *this; }
+    SKEIN_INLINE Pack& operator+=(Pack b) {
+        v += b.v;
+        return *this;
+    }
+    SKEIN_INLINE Pack& operator-=(Pack b) {
+        v -= b.v;
+        return *this;
+    }
+    SKEIN_INLINE Pack& operator*=(Pack b) {
+        v *= b.v;
+        return *this;
+    }
 
     SKEIN_INLINE friend Pack operator+(Pack a, Pack b) { return a.v + b.v; }
     SKEIN_INLINE friend Pack operator-(Pack a, Pack b) { return a.v - b.v; }
@@ -93,14 +102,17 @@ private:
 /// a b + c, rounded once.
 template <int W> SKEIN_INLINE Pack<W> fma(Pack<W> a, Pack<W> b, Pack<W> c) {
 #if defined(__AVX512F__)
-    if constexpr (W == 8) return Pack<W>(std::bit_cast<typename Pack<W>::Doubles>(
-        _mm512_fmadd_pd(std::bit_cast<__m512d>(a.v), std::bit_cast<__m512d>(b.v), std::bit_cast<__m512d>(c.v))));
+    if constexpr (W == 8)
+        return Pack<W>(std::bit_cast<typename Pack<W>::Doubles>(
+            _mm512_fmadd_pd(std::bit_cast<__m512d>(a.v), std::bit_cast<__m512d>(b.v), std::bit_cast<__m512d>(c.v))));
 #endif
 #if defined(__FMA__)
-    if constexpr (W == 4) return Pack<W>(std::bit_cast<typename Pack<W>::Doubles>(
-        _mm256_fmadd_pd(std::bit_cast<__m256d>(a.v), std::bit_cast<__m256d>(b.v), std::bit_cast<__m256d>(c.v))));
-    if constexpr (W == 2) return Pack<W>(std::bit_cast<typename Pack<W>::Doubles>(
-        _mm_fmadd_pd(std::bit_cast<__m128d>(a.v), std::bit_cast<__m128d>(b.v), std::bit_cast<__m128d>(c.v))));
+    if constexpr (W == 4)
+        return Pack<W>(std::bit_cast<typename Pack<W>::Doubles>(
+            _mm256_fmadd_pd(std::bit_cast<__m256d>(a.v), std::bit_cast<__m256d>(b.v), std::bit_cast<__m256d>(c.v))));
+    if constexpr (W == 2)
+        return Pack<W>(std::bit_cast<typename Pack<W>::Doubles>(
+            _mm_fmadd_pd(std::bit_cast<__m128d>(a.v), std::bit_cast<__m128d>(b.v), std::bit_cast<__m128d>(c.v))));
 #endif
     Pack<W> r;
     for (int lane = 0; lane < W; ++lane) r.set(lane, __builtin_fma(a[lane], b[lane], c[lane]));
@@ -109,8 +121,9 @@ template <int W> SKEIN_INLINE Pack<W> fma(Pack<W> a, Pack<W> b, Pack<W> c) {
 /// a b - c, rounded once. (Left to itself GCC negates c first where it needs c as well.)
 template <int W> SKEIN_INLINE Pack<W> fms(Pack<W> a, Pack<W> b, Pack<W> c) {
 #if defined(__AVX512F__)
-    if constexpr (W == 8) return Pack<W>(std::bit_cast<typename Pack<W>::Doubles>(
-        _mm512_fmsub_pd(std::bit_cast<__m512d>(a.v), std::bit_cast<__m512d>(b.v), std::bit_cast<__m512d>(c.v))));
+    if constexpr (W == 8)
+        return Pack<W>(std::bit_cast<typename Pack<W>::Doubles>(
+            _mm512_fmsub_pd(std::bit_cast<__m512d>(a.v), std::bit_cast<__m512d>(b.v), std::bit_cast<__m512d>(c.v))));
 #endif
     return fma(a, b, -c);
 }
@@ -119,7 +132,8 @@ template <int W> SKEIN_INLINE Pack<W> fnma(Pack<W> a, Pack<W> b, Pack<W> c) { re
 
 template <int W> SKEIN_INLINE Pack<W> sqrt(Pack<W> a) {
 #if defined(__AVX512F__)
-    if constexpr (W == 8) return Pack<W>(std::bit_cast<typename Pack<W>::Doubles>(_mm512_maskz_sqrt_pd(0xff, std::bit_cast<__m512d>(a.v))));
+    if constexpr (W == 8)
+        return Pack<W>(std::bit_cast<typename Pack<W>::Doubles>(_mm512_maskz_sqrt_pd(0xff, std::bit_cast<__m512d>(a.v))));
 #endif
 #if defined(__AVX__)
     if constexpr (W == 4) return Pack<W>(std::bit_cast<typename Pack<W>::Doubles>(_mm256_sqrt_pd(std::bit_cast<__m256d>(a.v))));
@@ -134,7 +148,9 @@ template <int W> SKEIN_INLINE Pack<W> select(Mask<W> m, Pack<W> a, Pack<W> b) { 
 template <int W> SKEIN_INLINE Pack<W> abs(Pack<W> a) { return select(a < Pack<W>(0.0), -a, a); }
 template <int W> SKEIN_INLINE Pack<W> max(Pack<W> a, Pack<W> b) {
 #if defined(__AVX512F__) // one instruction, of the same meaning even where one of both is no number
-    if constexpr (W == 8) return Pack<W>(std::bit_cast<typename Pack<W>::Doubles>(_mm512_maskz_max_pd(0xff, std::bit_cast<__m512d>(b.v), std::bit_cast<__m512d>(a.v))));
+    if constexpr (W == 8)
+        return Pack<W>(std::bit_cast<typename Pack<W>::Doubles>(
+            _mm512_maskz_max_pd(0xff, std::bit_cast<__m512d>(b.v), std::bit_cast<__m512d>(a.v))));
 #endif
     return select(a < b, b, a);
 }
@@ -145,8 +161,9 @@ namespace detail {
 template <int Shift, int W> SKEIN_INLINE Pack<W> rotated(Pack<W> a) {
     if constexpr (W == 1) return a;
     else return [&]<int... I>(std::integer_sequence<int, I...>) __attribute__((always_inline)) {
-        return Pack<W>(__builtin_shufflevector(a.v, a.v, ((I + Shift) % W)...));
-    }(std::make_integer_sequence<int, W>{});
+            return Pack<W>(__builtin_shufflevector(a.v, a.v, ((I + Shift) % W)...));
+        }
+    (std::make_integer_sequence<int, W>{});
 }
 } // namespace detail
 
@@ -165,7 +182,8 @@ template <int W> SKEIN_INLINE Pack<W> power_of_two(Pack<W> k) {
 
 namespace detail {
 /// c[First] + c[First + 1] x + ... + c[First + Count - 1] x^(Count - 1); power[i] = x^(2^i).
-template <int First, int Count, int W, int N> SKEIN_INLINE Pack<W> polynomial_part(const Pack<W> (&power)[4], const double (&c)[N]) {
+template <int First, int Count, int W, int N>
+SKEIN_INLINE Pack<W> polynomial_part(const Pack<W> (&power)[4], const double (&c)[N]) {
     if constexpr (Count == 1) {
         return Pack<W>(c[First]);
     } else {

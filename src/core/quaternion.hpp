@@ -37,7 +37,8 @@ template <class P> SKEIN_INLINE P dot(const Quaternion<P>& a, const Quaternion<P
 /// d3 in lab components: the third row of Q.
 template <class P> SKEIN_INLINE Vec3<P> third_director(const Quaternion<P>& q) {
     const Vec3<P> twice = q.v + q.v;
-    return {fma(q.v.x, twice.z, q.w * twice.y), fma(q.v.y, twice.z, -(q.w * twice.x)), fnma(q.v.x, twice.x, fnma(q.v.y, twice.y, P(1.0)))};
+    return {fma(q.v.x, twice.z, q.w * twice.y), fma(q.v.y, twice.z, -(q.w * twice.x)),
+            fnma(q.v.x, twice.x, fnma(q.v.y, twice.y, P(1.0)))};
 }
 
 /// Q, rows d1, d2, d3.
@@ -65,6 +66,8 @@ template <int W> SKEIN_INLINE void set_lane(Quaternion<Pack<W>>& q, int i, const
 template <int W> SKEIN_INLINE Quaternion<Pack<W>> select(Mask<W> m, const Quaternion<Pack<W>>& a, const Quaternion<Pack<W>>& b) {
     return {select(m, a.w, b.w), select(m, a.v, b.v)};
 }
-template <int W> SKEIN_INLINE Quaternion<Pack<W>> from_lane_after(const Quaternion<Pack<W>>& a) { return {from_lane_after(a.w), from_lane_after(a.v)}; }
+template <int W> SKEIN_INLINE Quaternion<Pack<W>> from_lane_after(const Quaternion<Pack<W>>& a) {
+    return {from_lane_after(a.w), from_lane_after(a.v)};
+}
 
 } // namespace skein

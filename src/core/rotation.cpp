@@ -50,7 +50,8 @@ template <int W> HalfAngle<Pack<W>> large_half_angle(Pack<W> squared, HalfAngle<
     return f;
 }
 
-template <int W> RelativeRotation<Pack<W>> large_relative_rotation(Pack<W> half_cosine, Vec3<Pack<W>> half_sine, RelativeRotation<Pack<W>> r) {
+template <int W>
+RelativeRotation<Pack<W>> large_relative_rotation(Pack<W> half_cosine, Vec3<Pack<W>> half_sine, RelativeRotation<Pack<W>> r) {
     for (int i = 0; i < W; ++i) {
         if (!(1 - half_cosine[i] > small_versine)) continue;
         // Of the two signs that a frame has, the one that makes the smaller turn.
@@ -62,8 +63,8 @@ template <int W> RelativeRotation<Pack<W>> large_relative_rotation(Pack<W> half_
     return r;
 }
 
-#define SKEIN_LARGE_ROTATIONS(W)                                                                                                                     \
-    template HalfAngle<Pack<W>> large_half_angle(Pack<W>, HalfAngle<Pack<W>>);                                                                       \
+#define SKEIN_LARGE_ROTATIONS(W)                                                                                                   \
+    template HalfAngle<Pack<W>> large_half_angle(Pack<W>, HalfAngle<Pack<W>>);                                                     \
     template RelativeRotation<Pack<W>> large_relative_rotation(Pack<W>, Vec3<Pack<W>>, RelativeRotation<Pack<W>>)
 SKEIN_LARGE_ROTATIONS(1);
 SKEIN_LARGE_ROTATIONS(2);

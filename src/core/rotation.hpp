@@ -9,8 +9,10 @@ namespace skein {
 
 namespace detail {
 // Chebyshev interpolants in t^2 on [0, 1/16], relative errors 1e-16 and 1e-18: the length of a quaternion is safe.
-inline constexpr double sin_over_t[] = {1.0, -0.16666666666662938, 0.008333333328559567, -0.0001984124845280886, 2.751820077874892e-06};
-inline constexpr double cos_t[] = {1.0, -0.49999999999999994, 0.04166666666665361, -0.0013888888879977843, 2.4801559801962674e-05, -2.751820049899299e-07};
+inline constexpr double sin_over_t[] = {1.0, -0.16666666666662938, 0.008333333328559567, -0.0001984124845280886,
+                                        2.751820077874892e-06};
+inline constexpr double cos_t[] = {
+    1.0, -0.49999999999999994, 0.04166666666665361, -0.0013888888879977843, 2.4801559801962674e-05, -2.751820049899299e-07};
 inline constexpr double small_half_angle_squared = 0.0625;
 // In y = 1 - cos(theta/2), interpolants on [0, 0.0315], relative errors 2e-17 and 9e-16: theta/sin(theta/2), and
 // g = (1 - (theta/2) cot(theta/2))/theta^2. With y and not sin^2 the nearest singularity is twice as far.
@@ -27,9 +29,7 @@ inline constexpr double small_versine = 0.0315; // theta = 0.503
 } // namespace detail
 
 /// cos t and sin(t)/t of half an angle t.
-template <class P> struct HalfAngle {
-    P cosine, sine_over;
-};
+template <class P> struct HalfAngle { P cosine, sine_over; };
 
 namespace detail {
 /// The lanes beyond the polynomials' reach.
@@ -38,7 +38,8 @@ template <int W> [[gnu::noinline, gnu::cold]] HalfAngle<Pack<W>> large_half_angl
 
 template <int W> SKEIN_INLINE HalfAngle<Pack<W>> half_angle(Pack<W> squared) {
     HalfAngle<Pack<W>> f{polynomial(squared, detail::cos_t), polynomial(squared, detail::sin_over_t)};
-    if (any(squared > Pack<W>(detail::small_half_angle_squared))) [[unlikely]] f = detail::large_half_angle(squared, f);
+    if (any(squared > Pack<W>(detail::small_half_angle_squared))) [[unlikely]]
+        f = detail::large_half_angle(squared, f);
     return f;
 }
 
@@ -57,11 +58,12 @@ template <class P> struct RelativeRotation {
 };
 
 namespace detail {
-template <int W>
-[[gnu::noinline, gnu::cold]] RelativeRotation<Pack<W>> large_relative_rotation(Pack<W> half_cosine, Vec3<Pack<W>> half_sine, RelativeRotation<Pack<W>> r);
+template <int W> [[gnu::noinline, gnu::cold]] RelativeRotation<Pack<W>>
+large_relative_rotation(Pack<W> half_cosine, Vec3<Pack<W>> half_sine, RelativeRotation<Pack<W>> r);
 } // namespace detail
 
-template <int W> SKEIN_INLINE RelativeRotation<Pack<W>> relative_rotation_and_jacobian(const Quaternion<Pack<W>>& a, const Quaternion<Pack<W>>& b) {
+template <int W>
+SKEIN_INLINE RelativeRotation<Pack<W>> relative_rotation_and_jacobian(const Quaternion<Pack<W>>& a, const Quaternion<Pack<W>>& b) {
     using P = Pack<W>;
     const P half_cosine = dot(a, b);
     const Vec3<P> half_sine{fma(b.w, a.v.x, fnma(a.w, b.v.x, fma(a.v.y, b.v.z, -(a.v.z * b.v.y)))),
@@ -69,7 +71,8 @@ template <int W> SKEIN_INLINE RelativeRotation<Pack<W>> relative_rotation_and_ja
                             fma(b.w, a.v.z, fnma(a.w, b.v.z, fma(a.v.x, b.v.y, -(a.v.y * b.v.x))))};
     const P versine = P(1.0) - half_cosine;
     RelativeRotation<P> r{polynomial(versine, detail::angle_over_half_sine) * half_sine, polynomial(versine, detail::log_jacobian)};
-    if (any(versine > P(detail::small_versine))) [[unlikely]] r = detail::large_relative_rotation(half_cosine, half_sine, r);
+    if (any(versine > P(detail::small_versine))) [[unlikely]]
+        r = detail::large_relative_rotation(half_cosine, half_sine, r);
     return r;
 }
 template <int W> SKEIN_INLINE Vec3<Pack<W>> relative_rotation(const Quaternion<Pack<W>>& a, const Quaternion<Pack<W>>& b) {

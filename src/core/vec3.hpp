@@ -13,8 +13,18 @@ inline double sqrt(double a) { return __builtin_sqrt(a); }
 template <class P> struct Vec3 {
     P x, y, z;
 
-    SKEIN_INLINE Vec3& operator+=(const Vec3& b) { x = x + b.x; y = y + b.y; z = z + b.z; return *this; }
-    SKEIN_INLINE Vec3& operator-=(const Vec3& b) { x = x - b.x; y = y - b.y; z = z - b.z; return *this; }
+    SKEIN_INLINE Vec3& operator+=(const Vec3& b) {
+        x = x + b.x;
+        y = y + b.y;
+        z = z + b.z;
+        return *this;
+    }
+    SKEIN_INLINE Vec3& operator-=(const Vec3& b) {
+        x = x - b.x;
+        y = y - b.y;
+        z = z - b.z;
+        return *this;
+    }
     SKEIN_INLINE friend Vec3 operator+(const Vec3& a, const Vec3& b) { return {a.x + b.x, a.y + b.y, a.z + b.z}; }
     SKEIN_INLINE friend Vec3 operator-(const Vec3& a, const Vec3& b) { return {a.x - b.x, a.y - b.y, a.z - b.z}; }
     SKEIN_INLINE friend Vec3 operator-(const Vec3& a) { return {-a.x, -a.y, -a.z}; }
@@ -58,7 +68,9 @@ template <int W> SKEIN_INLINE Vec3<Pack<W>> select(Mask<W> m, const Vec3<Pack<W>
 template <int W> SKEIN_INLINE Vec3<Pack<W>> from_lane_before(const Vec3<Pack<W>>& a) {
     return {from_lane_before(a.x), from_lane_before(a.y), from_lane_before(a.z)};
 }
-template <int W> SKEIN_INLINE Vec3<Pack<W>> from_lane_after(const Vec3<Pack<W>>& a) { return {from_lane_after(a.x), from_lane_after(a.y), from_lane_after(a.z)}; }
+template <int W> SKEIN_INLINE Vec3<Pack<W>> from_lane_after(const Vec3<Pack<W>>& a) {
+    return {from_lane_after(a.x), from_lane_after(a.y), from_lane_after(a.z)};
+}
 
 template <int W> SKEIN_INLINE Vec3d lane(const Vec3<Pack<W>>& a, int i) { return {a.x[i], a.y[i], a.z[i]}; }
 template <int W> SKEIN_INLINE void set_lane(Vec3<Pack<W>>& a, int i, const Vec3d& b) {

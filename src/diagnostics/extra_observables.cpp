@@ -18,7 +18,8 @@ void add_angular_momentum(ExtraFigures& f, const RodGroup& group, std::span<cons
         const auto centre = rigid_centre(state.data());
         sum += (group.node_mass[0] + group.node_mass[1]) * lane(cross(centre.position, centre.velocity), 0);
     } else {
-        for (std::size_t i = 0; i < state.size(); ++i) sum += group.node_mass[i] * cross(lane(state[i].position, 0), lane(state[i].velocity, 0));
+        for (std::size_t i = 0; i < state.size(); ++i)
+            sum += group.node_mass[i] * cross(lane(state[i].position, 0), lane(state[i].velocity, 0));
     }
     for (std::size_t k = 0; k < group.element.size(); ++k)
         sum += transpose_times(lane(state[k].director, 0), scale(group.element[k].inertia, lane(state[k].spin, 0)));
@@ -54,7 +55,8 @@ void add_knots(ExtraFigures& f, const RodGroup& group, std::span<const Slot<1>> 
         return;
     }
     f.sum[ExtraFigures::twist] = twist(node, d1, Curve::open);
-    f.sum[ExtraFigures::writhe] = writhe(with_end_segments(node, group.spec().shape.length, EndSegments::next_tangent), Curve::open);
+    f.sum[ExtraFigures::writhe] =
+        writhe(with_end_segments(node, group.spec().shape.length, EndSegments::next_tangent), Curve::open);
 }
 
 } // namespace
@@ -65,7 +67,8 @@ std::vector<std::string> extra_names(const ObservableSets& sets) {
         if (wanted) names.insert(names.end(), some.begin(), some.end());
     };
     add(sets.angular_momentum, {"angular_momentum_x[kg m^2/s]", "angular_momentum_y[kg m^2/s]", "angular_momentum_z[kg m^2/s]"});
-    add(sets.curvature, {"mean_bend_curvature[1/m]", "max_bend_curvature[1/m]", "mean_twist_per_length[rad/m]", "max_twist_per_length[rad/m]"});
+    add(sets.curvature,
+        {"mean_bend_curvature[1/m]", "max_bend_curvature[1/m]", "mean_twist_per_length[rad/m]", "max_twist_per_length[rad/m]"});
     add(sets.knots, {"twist[turns]", "writhe[turns]", "link[turns]"});
     return names;
 }

@@ -106,7 +106,8 @@ double linking(std::span<const Vec3d> a, Curve curve_a, std::span<const Vec3d> b
     return sum;
 }
 
-double auxiliary_link(std::span<const Vec3d> node, std::span<const Vec3d> d1, std::span<const double> radius, double length, EndSegments kind) {
+double auxiliary_link(std::span<const Vec3d> node, std::span<const Vec3d> d1, std::span<const double> radius, double length,
+                      EndSegments kind) {
     std::vector<Vec3d> auxiliary(node.begin(), node.end());
     for (std::size_t i = 0; i < node.size(); ++i) {
         const std::size_t k = i == 0 ? 0 : i - 1;

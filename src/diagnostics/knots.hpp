@@ -45,6 +45,7 @@ double linking(std::span<const Vec3d> a, Curve curve_a, std::span<const Vec3d> b
 /// The published link of an open rod: Gauss's integral of the centre line with an auxiliary line at distance `radius` [m, one per
 /// segment] along d1, both with the centre line's end segments. Node 0 takes d1 and radius of segment 0, node i those of segment
 /// i - 1. Tends to twist + writhe for fine and thin rods.
-double auxiliary_link(std::span<const Vec3d> node, std::span<const Vec3d> d1, std::span<const double> radius, double length, EndSegments kind);
+double auxiliary_link(std::span<const Vec3d> node, std::span<const Vec3d> d1, std::span<const double> radius, double length,
+                      EndSegments kind);
 
 } // namespace skein

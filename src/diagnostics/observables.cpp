@@ -17,7 +17,8 @@ namespace {
 double quadratic(const Vec3d& a, const Vec3d& diagonal) { return dot(a, scale(diagonal, a)); }
 
 /// Bending (d1, d2) and twisting (d3) energy of a cell of length D: D/2 q times the law's factor on B.
-void add_cell(RodEnergy& u, const Vec3d& phi, double length, double bending_factor, const Vec3d& stiffness, const Vec3d& rest_curvature) {
+void add_cell(RodEnergy& u, const Vec3d& phi, double length, double bending_factor, const Vec3d& stiffness,
+              const Vec3d& rest_curvature) {
     const Vec3d strain = (1 / length) * phi - rest_curvature;
     const double weight = 0.5 * length * bending_factor;
     u.bend += weight * (stiffness.x * strain.x * strain.x + stiffness.y * strain.y * strain.y);
@@ -25,7 +26,22 @@ void add_cell(RodEnergy& u, const Vec3d& phi, double length, double bending_fact
 }
 
 /// Sums over rods, then extremes.
-enum Sum { translation, rotation_, stretch, shear, bend, twist, momentum_x, momentum_y, momentum_z, mass_x, mass_y, mass_z, mass, sums };
+enum Sum {
+    translation,
+    rotation_,
+    stretch,
+    shear,
+    bend,
+    twist,
+    momentum_x,
+    momentum_y,
+    momentum_z,
+    mass_x,
+    mass_y,
+    mass_z,
+    mass,
+    sums
+};
 enum Extreme { speed, strain, turn, skew, extremes };
 
 struct RodFigures {
@@ -58,12 +74,14 @@ RodFigures figures(const RodGroup& group, std::span<const Slot<1>> state, double
         const Quaterniond q = lane(state[k].director, 0);
         f.extreme[skew] = std::max(f.extreme[skew], std::abs(dot(q, q) - 1));
         if (is_rigid(group)) break;
-        const double e = group.element[k].inv_rest_length * dot(third_director(q), lane(state[k + 1].position, 0) - lane(state[k].position, 0));
+        const double e =
+            group.element[k].inv_rest_length * dot(third_director(q), lane(state[k + 1].position, 0) - lane(state[k].position, 0));
         f.extreme[strain] = std::max(f.extreme[strain], std::abs(e - group.element[k].rest_stretch));
     }
     for (std::size_t k = 0; k < group.voronoi.size(); ++k) {
         const std::size_t next = (k + 1) % group.element.size();
-        f.extreme[turn] = std::max(f.extreme[turn], norm(relative_rotation(lane(state[next].director, 0), lane(state[k].director, 0))));
+        f.extreme[turn] =
+            std::max(f.extreme[turn], norm(relative_rotation(lane(state[next].director, 0), lane(state[k].director, 0))));
     }
     return f;
 }
@@ -77,7 +95,9 @@ RodEnergy rod_energy(const RodGroup& group, std::span<const Slot<1>> state, doub
     }
     // The published law has no energy: what stands for it are the integrals of its axial force, shear force and moment, each alone.
     const bool published = group.law() == Law::elastica;
-    const auto factor = [&](double dilatation) { return with_energy_law(group.law(), [&]<class L>(L) { return L::bending_factor(1 / dilatation); }); };
+    const auto factor = [&](double dilatation) {
+        return with_energy_law(group.law(), [&]<class L>(L) { return L::bending_factor(1 / dilatation); });
+    };
     RodEnergy u;
     for (std::size_t i = 0; i < state.size(); ++i) {
         const Vec3d v = lane(state[i].velocity, 0);
@@ -103,18 +123,32 @@ RodEnergy rod_energy(const RodGroup& group, std::span<const Slot<1>> state, doub
                  factor(v.share_before * e[k] + v.share_after * e[next]), v.stiffness, v.rest_curvature);
     }
     if (group.spec().start == EndKind::clamped)
-        add_cell(u, relative_rotation(lane(state[0].director, 0), start_wall_frame(group, time)), 0.5 * group.element[0].rest_length, factor(e[0]), group.element[0].bending,
-                 group.start_wall_rest_curvature);
+        add_cell(u, relative_rotation(lane(state[0].director, 0), start_wall_frame(group, time)),
+                 0.5 * group.element[0].rest_length, factor(e[0]), group.element[0].bending, group.start_wall_rest_curvature);
     if (group.spec().end == EndKind::clamped)
-        add_cell(u, relative_rotation(end_wall_frame(group, time), lane(state[n - 1].director, 0)), 0.5 * group.element[n - 1].rest_length, factor(e[n - 1]),
-                 group.element[n - 1].bending, group.end_wall_rest_curvature);
+        add_cell(u, relative_rotation(end_wall_frame(group, time), lane(state[n - 1].director, 0)),
+                 0.5 * group.element[n - 1].rest_length, factor(e[n - 1]), group.element[n - 1].bending,
+                 group.end_wall_rest_curvature);
     return u;
 }
 
 std::vector<std::string> observable_names(const ObservableSets& sets) {
-    std::vector<std::string> names = {"kinetic_translation[J]", "kinetic_rotation[J]", "elastic_stretch[J]", "elastic_shear[J]", "elastic_bend[J]", "elastic_twist[J]",
-            "momentum_x[kg m/s]", "momentum_y[kg m/s]", "momentum_z[kg m/s]", "centre_x[m]", "centre_y[m]", "centre_z[m]",
-            "max_speed[m/s]", "max_axial_strain[-]", "max_turn_per_cell[rad]", "max_director_defect[-]"};
+    std::vector<std::string> names = {"kinetic_translation[J]",
+                                      "kinetic_rotation[J]",
+                                      "elastic_stretch[J]",
+                                      "elastic_shear[J]",
+                                      "elastic_bend[J]",
+                                      "elastic_twist[J]",
+                                      "momentum_x[kg m/s]",
+                                      "momentum_y[kg m/s]",
+                                      "momentum_z[kg m/s]",
+                                      "centre_x[m]",
+                                      "centre_y[m]",
+                                      "centre_z[m]",
+                                      "max_speed[m/s]",
+                                      "max_axial_strain[-]",
+                                      "max_turn_per_cell[rad]",
+                                      "max_director_defect[-]"};
     for (std::string& name : extra_names(sets)) names.push_back(std::move(name));
     return names;
 }
@@ -124,8 +158,8 @@ double observed_energy(std::span<const double> observed) {
     return std::accumulate(energies.begin(), energies.end(), 0.0);
 }
 
-std::vector<double> observe(const Communicator& comm, const Threads& threads, std::span<const RodGroup> groups, const Rods& rods, double time, double lag,
-                            const ObservableSets& sets) {
+std::vector<double> observe(const Communicator& comm, const Threads& threads, std::span<const RodGroup> groups, const Rods& rods,
+                            double time, double lag, const ObservableSets& sets) {
     const auto local = rods.local();
     std::vector<RodFigures> all(local.size());
     std::vector<ExtraFigures> extra(sets.any() ? local.size() : 0);

@@ -16,7 +16,7 @@ namespace skein {
 
 /// Energies of one rod.                                                              theory.md (8)-(12)
 struct RodEnergy {
-    double translation = 0, rotation = 0;           ///< kinetic, J
+    double translation = 0, rotation = 0;               ///< kinetic, J
     double stretch = 0, shear = 0, bend = 0, twist = 0; ///< elastic, J; bending of half cells at walls included
     double elastic() const { return stretch + shear + bend + twist; }
 };
@@ -27,12 +27,13 @@ RodEnergy rod_energy(const RodGroup& group, std::span<const Slot<1>> state, doub
 std::vector<std::string> observable_names(const ObservableSets& sets = {});
 
 /// Where some of them stand in it: the first are energies, which add up to the whole.
-inline constexpr std::size_t observed_energies = 6, observed_centre = 9, observed_speed = 12, observed_axial_strain = 13, observed_turn_per_cell = 14;
+inline constexpr std::size_t observed_energies = 6, observed_centre = 9, observed_speed = 12, observed_axial_strain = 13,
+                             observed_turn_per_cell = 14;
 /// Kinetic and elastic energy of the scene, J, from what `observe` returned.
 double observed_energy(std::span<const double> observed);
 
 /// Collective. `time`: of the rates, s; `lag` moves copies on to it; `sets` come after what every run observes.
-std::vector<double> observe(const Communicator& comm, const Threads& threads, std::span<const RodGroup> groups, const Rods& rods, double time, double lag,
-                            const ObservableSets& sets = {});
+std::vector<double> observe(const Communicator& comm, const Threads& threads, std::span<const RodGroup> groups, const Rods& rods,
+                            double time, double lag, const ObservableSets& sets = {});
 
 } // namespace skein

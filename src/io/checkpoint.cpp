@@ -199,7 +199,8 @@ void read_kept(const H5File& file, const std::string& path, KeptNumbers& kept) {
 std::uint64_t file_bytes(const Communicator& comm, std::span<const RodGroup> groups, const Rods& rods, const CheckpointInfo& info) {
     std::uint64_t bytes = info.scene.size();
     for (const RodGroup& group : groups)
-        for (const Record& record : records_of(comm, group, rods, info.audited_from.has_value())) bytes += static_cast<std::uint64_t>(group.count()) * record.bytes();
+        for (const Record& record : records_of(comm, group, rods, info.audited_from.has_value()))
+            bytes += static_cast<std::uint64_t>(group.count()) * record.bytes();
     for (const KeptNumbers& kept : info.kept) bytes += kept.numbers.size() * sizeof(double);
     return bytes;
 }
@@ -352,7 +353,8 @@ std::vector<std::string> list_checkpoints(const Communicator& comm, const std::s
 
 std::optional<CheckpointInfo> read_checkpoint(const Communicator& comm, const std::string& directory,
                                               std::span<const RodGroup> groups, Rods& rods, const std::string& scene,
-                                              const std::function<void(const std::string&)>& warn, std::span<const std::string> kept) {
+                                              const std::function<void(const std::string&)>& warn,
+                                              std::span<const std::string> kept) {
     const auto names = list_checkpoints(comm, directory);
     for (const std::string& name : names) {
         try {

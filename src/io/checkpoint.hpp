@@ -44,6 +44,7 @@ void write_checkpoint(const Communicator& comm, const std::string& directory, st
 /// this throws.
 std::optional<CheckpointInfo> read_checkpoint(const Communicator& comm, const std::string& directory,
                                               std::span<const RodGroup> groups, Rods& rods, const std::string& scene,
-                                              const std::function<void(const std::string&)>& warn, std::span<const std::string> kept = {});
+                                              const std::function<void(const std::string&)>& warn,
+                                              std::span<const std::string> kept = {});
 
 } // namespace skein

@@ -5,21 +5,33 @@
 namespace skein {
 
 void OutputSpec::fields(FieldVisitor& f) {
-    f.visit({.name = "trajectory", .unit = "s", .text = "interval of whole-rod frames (HDF5 + XDMF); 0: none", .at_least = 0}, trajectory);
+    f.visit({.name = "trajectory", .unit = "s", .text = "interval of whole-rod frames (HDF5 + XDMF); 0: none", .at_least = 0},
+            trajectory);
     f.visit({.name = "directors", .unit = "", .text = "trajectory frames hold directors"}, directors);
     f.choice({.name = "precision", .unit = "", .text = "of trajectory and tip frames"}, precision, precision_names);
     f.visit({.name = "tips", .unit = "s", .text = "interval of frames of every rod's last node; 0: none", .at_least = 0}, tips);
     f.visit({.name = "series", .unit = "s", .text = "interval of the time series of observables; 0: none", .at_least = 0}, series);
-    f.visit({.name = "contacts", .unit = "s", .text = "interval of tables of all contacts between rods (CSV): who, where, force, overlap, friction spring, slip; 0: none", .at_least = 0}, contacts);
-    f.visit({.name = "observables", .unit = "", .text = "added to the series: any of \"angular_momentum\", \"curvature\", \"knots\""}, observables);
+    f.visit(
+        {.name = "contacts",
+         .unit = "s",
+         .text =
+             "interval of tables of all contacts between rods (CSV): who, where, force, overlap, friction spring, slip; 0: none",
+         .at_least = 0},
+        contacts);
+    f.visit(
+        {.name = "observables", .unit = "", .text = "added to the series: any of \"angular_momentum\", \"curvature\", \"knots\""},
+        observables);
     f.visit(
         {.name = "audit",
          .unit = "",
          .text = "adds an energy audit to the series: works of loads and moving walls, dissipation, and the defect of the balance"},
         audit);
-    f.visit({.name = "checkpoint", .unit = "s", .text = "interval of checkpoints; 0: only one at the end", .at_least = 0}, checkpoint);
+    f.visit({.name = "checkpoint", .unit = "s", .text = "interval of checkpoints; 0: only one at the end", .at_least = 0},
+            checkpoint);
 }
 
-bool OutputSpec::observes(std::string_view set) const { return std::find(observables.begin(), observables.end(), set) != observables.end(); }
+bool OutputSpec::observes(std::string_view set) const {
+    return std::find(observables.begin(), observables.end(), set) != observables.end();
+}
 
 } // namespace skein

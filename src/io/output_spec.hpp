@@ -16,12 +16,12 @@ struct OutputSpec {
     double trajectory = 0; ///< every node, into HDF5 + XDMF
     bool directors = true; ///< trajectory holds directors too
     Precision precision = Precision::single;
-    double tips = 0;       ///< last node of every rod, into HDF5
-    double series = 0;     ///< observables.csv
+    double tips = 0;                      ///< last node of every rod, into HDF5
+    double series = 0;                    ///< observables.csv
     std::vector<std::string> observables; ///< sets beyond energies, momentum and extremes
-    bool audit = false;    ///< energy audit
-    double contacts = 0;   ///< all contacts with their forces, into tables
-    double checkpoint = 0; ///< 0: only at the end
+    bool audit = false;                   ///< energy audit
+    double contacts = 0;                  ///< all contacts with their forces, into tables
+    double checkpoint = 0;                ///< 0: only at the end
 
     bool observes(std::string_view set) const;
 

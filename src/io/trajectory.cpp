@@ -66,7 +66,8 @@ void fill_directors(std::span<const Slot<1>> state, double* out) {
 void fill_normals(std::span<const Slot<1>> state, double* out) {
     const std::size_t last = state.size() - 2;
     for (std::size_t node = 0; node < state.size(); ++node) {
-        const auto before = matrix(state[node > 0 ? node - 1 : 0].director).d1, after = matrix(state[std::min(node, last)].director).d1;
+        const auto before = matrix(state[node > 0 ? node - 1 : 0].director).d1,
+                   after = matrix(state[std::min(node, last)].director).d1;
         out = put(out, Pack<1>(0.5) * (before + after));
     }
 }
@@ -159,10 +160,8 @@ public:
             std::vector<double> numbers;
             for (std::size_t i = task * batch; i < std::min((task + 1) * batch, local_.size()); ++i) {
                 rods_.export_rod(local_[i], state);
-                if (directors())
-                    synchronise(group_, state, lag);
-                else
-                    synchronise_positions(group_, state, lag);
+                if (directors()) synchronise(group_, state, lag);
+                else synchronise_positions(group_, state, lag);
                 for (std::size_t f = 0; f < fields_.size(); ++f) {
                     numbers.resize(fields_[f].numbers());
                     fields_[f].fill(state, numbers.data());
@@ -334,10 +333,8 @@ struct FrameWriter::Impl {
         on_root(comm, [&] {
             for (const auto& found : numbered_files(directory, kind_name() + "_", ".h5.tmp")) remove_file(path_of(found.name));
             for (const auto& found : numbered_files(directory, kind_name() + "_", ".h5")) {
-                if (found.number > step)
-                    remove_file(path_of(found.name));
-                else
-                    names += found.name + "\n";
+                if (found.number > step) remove_file(path_of(found.name));
+                else names += found.name + "\n";
             }
             if (names.empty() && kind == FrameKind::trajectory) remove_file(path_of("trajectory.xdmf"));
         });
@@ -413,10 +410,8 @@ struct FrameWriter::Impl {
         std::uint64_t bytes = frames * stamp_bytes;
         for (const GroupFrames& group : groups) bytes += frames * group.frame_bytes() + (file ? 0 : group.constant_bytes());
         on_root(comm, [&] { require_space(directory, bytes); });
-        if (file)
-            file->reserve(bytes);
-        else
-            open_file(bytes);
+        if (file) file->reserve(bytes);
+        else open_file(bytes);
         file->set_frames(frame_datasets(), open.steps.size());
         write_from(*file, comm, "/step", written, open.steps);
         write_from(*file, comm, "/time", written, open.times);

@@ -23,7 +23,8 @@ Vec3d over(double a, const Vec3d& j) { return {a / j.x, a / j.y, a / j.z}; }
 
 DampingRates damping_rates(const RodGroup& group, std::span<const Damping> damping) {
     DampingRates rates;
-    if (std::all_of(damping.begin(), damping.end(), [](const Damping& d) { return d.kind == DampingKind::laplacian; })) return rates;
+    if (std::all_of(damping.begin(), damping.end(), [](const Damping& d) { return d.kind == DampingKind::laplacian; }))
+        return rates;
     const auto n = static_cast<std::size_t>(group.elements());
     rates.node.assign(n + 1, 0.0);
     rates.element.assign(n, Vec3d{0, 0, 0});
@@ -31,14 +32,22 @@ DampingRates damping_rates(const RodGroup& group, std::span<const Damping> dampi
         if (d.kind == DampingKind::laplacian) continue;
         if (d.kind != DampingKind::uniform && !rates.follow_stretch()) rates.element_stretched.assign(n, Vec3d{0, 0, 0});
         for (std::size_t i = 0; i <= n; ++i)
-            if (group.node_mass[i] > 0) rates.node[i] += d.kind == DampingKind::physical ? d.translational / group.node_mass[i] : d.rate;
+            if (group.node_mass[i] > 0)
+                rates.node[i] += d.kind == DampingKind::physical ? d.translational / group.node_mass[i] : d.rate;
         for (std::size_t k = 0; k < n; ++k) {
             const Vec3d& j = group.element[k].inertia;
             switch (d.kind) {
-            case DampingKind::uniform: rates.element[k] += Vec3d{d.rate, d.rate, d.rate}; break;
-            case DampingKind::legacy: rates.element_stretched[k] += over(d.rate * legacy_mass(group, k), j); break;
-            case DampingKind::physical: rates.element_stretched[k] += over(d.rotational, j); break;
-            case DampingKind::laplacian: break;
+            case DampingKind::uniform:
+                rates.element[k] += Vec3d{d.rate, d.rate, d.rate};
+                break;
+            case DampingKind::legacy:
+                rates.element_stretched[k] += over(d.rate * legacy_mass(group, k), j);
+                break;
+            case DampingKind::physical:
+                rates.element_stretched[k] += over(d.rotational, j);
+                break;
+            case DampingKind::laplacian:
+                break;
             }
         }
     }

@@ -17,18 +17,23 @@ inline constexpr std::string_view damping_names[] = {"uniform", "legacy", "physi
 
 struct Damping {
     DampingKind kind = DampingKind::uniform;
-    double rate = 0;           ///< c, 1/s
-    double translational = 0;  ///< ct, kg/s
-    double rotational = 0;     ///< cr, kg m^2/s
-    long order = 0;            ///< p
+    double rate = 0;          ///< c, 1/s
+    double translational = 0; ///< ct, kg/s
+    double rotational = 0;    ///< cr, kg m^2/s
+    long order = 0;           ///< p
 
     void fields(FieldVisitor& f) {
         f.choice({.name = "kind", .unit = "", .text = "law of the rates", .required = true}, kind, damping_names);
         f.visit({.name = "rate", .unit = "1/s", .text = "uniform, legacy: c", .at_least = 0}, rate);
         f.visit({.name = "translational", .unit = "kg/s", .text = "physical: ct", .at_least = 0}, translational);
         f.visit({.name = "rotational", .unit = "kg m^2/s", .text = "physical: cr", .at_least = 0}, rotational);
-        f.visit({.name = "order", .unit = "-", .text = "laplacian: p of a filter of velocities and spins after each kick; the higher, the more it spares long waves",
-                 .at_least = 0, .at_most = 1000}, order);
+        f.visit(
+            {.name = "order",
+             .unit = "-",
+             .text = "laplacian: p of a filter of velocities and spins after each kick; the higher, the more it spares long waves",
+             .at_least = 0,
+             .at_most = 1000},
+            order);
     }
 };
 

@@ -12,9 +12,7 @@ struct Gravity {
     static constexpr std::string_view kind = "gravity";
     Vec3d acceleration{0, 0, -9.81}; ///< g, m/s^2, lab
 
-    void fields(FieldVisitor& f) {
-        f.visit({.name = "acceleration", .unit = "m/s^2", .text = "g, lab frame"}, acceleration);
-    }
+    void fields(FieldVisitor& f) { f.visit({.name = "acceleration", .unit = "m/s^2", .text = "g, lab frame"}, acceleration); }
 
     template <int W, class Map = Across<W>> void add(const RodTile<W>& rod, SlotLoad<W>* load, const Step&) const {
         const auto g = broadcast<W>(acceleration);

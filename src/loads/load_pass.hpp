@@ -37,7 +37,8 @@ private:
     std::vector<decltype([] {
         if constexpr (has_tile_data) return typename L::template TileData<W>{};
         else return Nothing{};
-    }())> tile_data_;
+    }())>
+        tile_data_;
 };
 
 /// `group`: of an along mapping any of its family; a load that keeps tables of its group makes families of one.

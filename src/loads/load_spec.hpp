@@ -20,8 +20,8 @@
 
 namespace skein {
 
-using Load = std::variant<Gravity, UniformForce, UniformCouple, EndForce, MagneticField, MuscleWave, SinusoidalEndForce, SlenderBodyDrag,
-                          MuscleTorques, PlaneFriction>;
+using Load = std::variant<Gravity, UniformForce, UniformCouple, EndForce, MagneticField, MuscleWave, SinusoidalEndForce,
+                          SlenderBodyDrag, MuscleTorques, PlaneFriction>;
 
 /// Loads that look along a rod from end to end, which strands do not.
 template <class L> inline constexpr bool needs_whole_rods = requires { requires L::needs_whole_rods; };

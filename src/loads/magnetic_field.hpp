@@ -34,7 +34,8 @@ struct MagneticField {
         f.visit({.name = "sine_axis", .unit = "-", .text = "u: the rotating part is B (u sin wt + v cos wt)"}, sine_axis);
         f.visit({.name = "cosine_axis", .unit = "-", .text = "v"}, cosine_axis);
         f.visit({.name = "period", .unit = "s", .text = "2 pi/w; a negative one turns the other way"}, period);
-        f.visit({.name = "ramp", .unit = "s", .text = "linear rise of the whole field from 0, and fall to it", .at_least = 0}, ramp);
+        f.visit({.name = "ramp", .unit = "s", .text = "linear rise of the whole field from 0, and fall to it", .at_least = 0},
+                ramp);
         f.visit({.name = "onset", .unit = "s", .text = "no field before", .at_least = 0}, onset);
         f.visit({.name = "until", .unit = "s", .text = "the field falls from then on; 0: it stays", .at_least = 0}, until);
     }
@@ -70,7 +71,8 @@ struct MagneticField {
         bool straight = true;
         for (int i = 0; i < W; ++i) {
             const auto start = rod.group_of(i).start_directors();
-            for (const Quaterniond& q : start) straight = straight && q.w == start[0].w && q.v.x == start[0].v.x && q.v.y == start[0].v.y && q.v.z == start[0].v.z;
+            for (const Quaterniond& q : start)
+                straight = straight && q.w == start[0].w && q.v.x == start[0].v.x && q.v.y == start[0].v.y && q.v.z == start[0].v.z;
         }
         TileData<W> data;
         data.stride = straight ? 0 : 1;
@@ -79,12 +81,14 @@ struct MagneticField {
             for (int i = 0; i < W; ++i) {
                 const RodGroup& group = rod.group_of(i);
                 const Quaterniond start = group.start_director(rod.index_of(i), static_cast<std::size_t>(rod.element_of(i, k)));
-                set_lane(data.moment[static_cast<std::size_t>(k)], i, group.spec().magnetisation.strength * (start * group.magnetisation(rod.index_of(i))));
+                set_lane(data.moment[static_cast<std::size_t>(k)], i,
+                         group.spec().magnetisation.strength * (start * group.magnetisation(rod.index_of(i))));
             }
         return data;
     }
 
-    template <int W, class Map = Across<W>> void add(const RodTile<W>& rod, const TileData<W>& data, SlotLoad<W>* load, const Step& step) const {
+    template <int W, class Map = Across<W>>
+    void add(const RodTile<W>& rod, const TileData<W>& data, SlotLoad<W>* load, const Step& step) const {
         const auto b = broadcast<W>(field[step.slot]);
         const Vec3<Pack<W>>* m = data.moment.data();
         for (int k = 0; k < rod.n; ++k, m += data.stride)

@@ -27,10 +27,20 @@ struct MuscleTorques {
     double ramp = 0;                  ///< s
 
     void fields(FieldVisitor& f) {
-        f.visit({.name = "coefficients", .unit = "N m", .text = "cubic B-spline from the rod's end to its start, at least 4; end values are met"}, coefficients);
-        f.visit({.name = "table", .unit = "N m", .text = "instead of a spline: amplitudes at s_i, one per element, from the rod's end to its start"}, table);
+        f.visit({.name = "coefficients",
+                 .unit = "N m",
+                 .text = "cubic B-spline from the rod's end to its start, at least 4; end values are met"},
+                coefficients);
+        f.visit({.name = "table",
+                 .unit = "N m",
+                 .text = "instead of a spline: amplitudes at s_i, one per element, from the rod's end to its start"},
+                table);
         f.visit({.name = "period", .unit = "s", .text = "T", .required = true, .above = 0}, period);
-        f.visit({.name = "wave_number", .unit = "rad", .text = "k, over the whole rod: 2 pi times the number of waves", .required = true}, wave_number);
+        f.visit({.name = "wave_number",
+                 .unit = "rad",
+                 .text = "k, over the whole rod: 2 pi times the number of waves",
+                 .required = true},
+                wave_number);
         f.visit({.name = "phase", .unit = "rad", .text = "phi"}, phase);
         f.visit({.name = "direction", .unit = "-", .text = "axis of the couple, lab frame"}, direction);
         f.visit({.name = "ramp", .unit = "s", .text = "linear rise from 0", .at_least = 0}, ramp);
@@ -52,7 +62,9 @@ struct MuscleTorques {
     void prepare(std::span<const Step> steps) { wave.prepare(steps, period, ramp); }
     VertexWave wave;
 
-    template <int W, class Map = Across<W>> void add(const RodTile<W>& rod, SlotLoad<W>* load, const Step& step) const { wave.add<W, Map>(rod, load, step, direction); }
+    template <int W, class Map = Across<W>> void add(const RodTile<W>& rod, SlotLoad<W>* load, const Step& step) const {
+        wave.add<W, Map>(rod, load, step, direction);
+    }
 };
 
 } // namespace skein

@@ -16,13 +16,13 @@ namespace skein {
 
 struct MuscleWave {
     static constexpr std::string_view kind = "muscle_wave";
-    double amplitude = 0;          ///< A, N m
-    std::vector<double> profile;   ///< A_j/A of every vertex (elements - 1, in a ring elements); empty: 1
-    double period = 0;             ///< T, s
-    double wavelength = 0;         ///< lambda, m
-    double phase = 0;              ///< phi, rad
-    Vec3d direction{0, 0, 1};      ///< d, lab
-    double ramp = 0;               ///< s
+    double amplitude = 0;        ///< A, N m
+    std::vector<double> profile; ///< A_j/A of every vertex (elements - 1, in a ring elements); empty: 1
+    double period = 0;           ///< T, s
+    double wavelength = 0;       ///< lambda, m
+    double phase = 0;            ///< phi, rad
+    Vec3d direction{0, 0, 1};    ///< d, lab
+    double ramp = 0;             ///< s
 
     void fields(FieldVisitor& f) {
         f.visit({.name = "amplitude", .unit = "N m", .text = "A, couple", .required = true}, amplitude);
@@ -51,7 +51,9 @@ struct MuscleWave {
     void prepare(std::span<const Step> steps) { wave.prepare(steps, period, ramp); }
     VertexWave wave;
 
-    template <int W, class Map = Across<W>> void add(const RodTile<W>& rod, SlotLoad<W>* load, const Step& step) const { wave.add<W, Map>(rod, load, step, direction); }
+    template <int W, class Map = Across<W>> void add(const RodTile<W>& rod, SlotLoad<W>* load, const Step& step) const {
+        wave.add<W, Map>(rod, load, step, direction);
+    }
 };
 
 } // namespace skein

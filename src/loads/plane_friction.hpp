@@ -1,10 +1,11 @@
 // A plane on which rods lie and slide with a friction of its own forth, back and sideways: snakes.
-// Per element, N the plane's normal, a = unit(t - (t.N) N), b = a x N, arm -r N; touching where the gap g = d - r is at most `tolerance`
+// Per element, N the plane's normal, a = unit(t - (t.N) N), b = a x N, arm -r N; touching where the gap g = d - r is at most
+// `tolerance`
 //   F = sum of nodal loads so far, half from each node (whole from end nodes)
 //   push   P = max(0, -F.N);  plane force (P - k min(0, g) - c v.N) N;  friction goes by P alone
 //   slip   v_a = v.a,  v_b = v.b + Q^T(w x Q arm).b;  phi(s) = 1 for |s| <= v_s, |2 - |s|/v_s| up to 2 v_s, 0 above
-//   slides along  -(1 - phi_a) mu_k(sign v_a) P (u.a) a;  across -(1 - phi_b) mu_k,side P (u.b) b, couple arm x that;  u = unit(v_a a + v_b b)
-//   holds  along  -clamp(F.a, -phi_a mu_s,back P, phi_a mu_s,forward P) a, F with sliding friction in it
+//   slides along  -(1 - phi_a) mu_k(sign v_a) P (u.a) a;  across -(1 - phi_b) mu_k,side P (u.b) b, couple arm x that;  u = unit(v_a
+//   a + v_b b) holds  along  -clamp(F.a, -phi_a mu_s,back P, phi_a mu_s,forward P) a, F with sliding friction in it
 //          across clamp(-(r F.b - 2 C.a)/(3 r), +- phi_b mu_s,side P) b, C the couple so far in the lab, couple arm x that
 // Reads the loads already there, internal and external, so it must stand last. The velocity is that of before the kick.
 // Source: Gazzola et al. 2018 (R. Soc. Open Sci. 5, 171628), as PyElastica has it. Cost: 330 flop per element.
@@ -24,29 +25,38 @@ struct PlaneFriction {
     static constexpr std::string_view kind = "anisotropic_plane";
     static constexpr bool needs_whole_rods = true; ///< loads that other elements have not yet touched are read ahead
 
-    Vec3d point{0, 0, 0};   ///< m
-    Vec3d normal{0, 0, 1};  ///< towards the rods
-    double stiffness = 0;   ///< k, N/m
-    double damping = 0;     ///< c, N s/m
-    double tolerance = 1e-4; ///< m
+    Vec3d point{0, 0, 0};                                                   ///< m
+    Vec3d normal{0, 0, 1};                                                  ///< towards the rods
+    double stiffness = 0;                                                   ///< k, N/m
+    double damping = 0;                                                     ///< c, N s/m
+    double tolerance = 1e-4;                                                ///< m
     double kinetic_forward = 0, kinetic_backward = 0, kinetic_sideways = 0; ///< mu_k
     double static_forward = 0, static_backward = 0, static_sideways = 0;    ///< mu_s
-    double slip_speed = 1e-8; ///< v_s, m/s
+    double slip_speed = 1e-8;                                               ///< v_s, m/s
 
     void fields(FieldVisitor& f) {
         f.visit({.name = "point", .unit = "m", .text = "on the plane"}, point);
-        f.visit({.name = "normal", .unit = "-", .text = "of the plane, towards the rods. The load must stand last: what all others press on the plane counts"},
+        f.visit({.name = "normal",
+                 .unit = "-",
+                 .text = "of the plane, towards the rods. The load must stand last: what all others press on the plane counts"},
                 normal);
-        f.visit({.name = "stiffness", .unit = "N/m", .text = "of the plane per element", .required = true, .at_least = 0}, stiffness);
+        f.visit({.name = "stiffness", .unit = "N/m", .text = "of the plane per element", .required = true, .at_least = 0},
+                stiffness);
         f.visit({.name = "damping", .unit = "N s/m", .text = "of the plane per element", .at_least = 0}, damping);
-        f.visit({.name = "tolerance", .unit = "m", .text = "gap up to which an element counts as touching", .at_least = 0}, tolerance);
-        f.visit({.name = "kinetic_forward", .unit = "-", .text = "sliding friction of motion along the tangent", .at_least = 0}, kinetic_forward);
-        f.visit({.name = "kinetic_backward", .unit = "-", .text = "sliding friction of motion against the tangent", .at_least = 0}, kinetic_backward);
+        f.visit({.name = "tolerance", .unit = "m", .text = "gap up to which an element counts as touching", .at_least = 0},
+                tolerance);
+        f.visit({.name = "kinetic_forward", .unit = "-", .text = "sliding friction of motion along the tangent", .at_least = 0},
+                kinetic_forward);
+        f.visit({.name = "kinetic_backward", .unit = "-", .text = "sliding friction of motion against the tangent", .at_least = 0},
+                kinetic_backward);
         f.visit({.name = "kinetic_sideways", .unit = "-", .text = "sliding friction across", .at_least = 0}, kinetic_sideways);
-        f.visit({.name = "static_forward", .unit = "-", .text = "holds against forces along the tangent", .at_least = 0}, static_forward);
-        f.visit({.name = "static_backward", .unit = "-", .text = "holds against forces against the tangent", .at_least = 0}, static_backward);
+        f.visit({.name = "static_forward", .unit = "-", .text = "holds against forces along the tangent", .at_least = 0},
+                static_forward);
+        f.visit({.name = "static_backward", .unit = "-", .text = "holds against forces against the tangent", .at_least = 0},
+                static_backward);
         f.visit({.name = "static_sideways", .unit = "-", .text = "lets roll without slip", .at_least = 0}, static_sideways);
-        f.visit({.name = "slip_speed", .unit = "m/s", .text = "v_s: slower is held, above twice this slides", .above = 0}, slip_speed);
+        f.visit({.name = "slip_speed", .unit = "m/s", .text = "v_s: slower is held, above twice this slides", .above = 0},
+                slip_speed);
     }
 
     std::vector<double> share; ///< m_k/(m_k + m_{k+1}), [n]
@@ -56,7 +66,8 @@ struct PlaneFriction {
         const double size = norm(normal);
         if (!(size > 0)) throw InputError("load anisotropic_plane: the normal has no direction");
         normal = (1 / size) * normal;
-        for (std::size_t k = 0; k + 1 < group.node_mass.size(); ++k) share.push_back(mass(group, k) / (mass(group, k) + mass(group, k + 1)));
+        for (std::size_t k = 0; k + 1 < group.node_mass.size(); ++k)
+            share.push_back(mass(group, k) / (mass(group, k) + mass(group, k + 1)));
     }
 
     template <int W, class Map = Across<W>> void add(const RodTile<W>& rod, SlotLoad<W>* load, const Step&) const {
@@ -91,8 +102,8 @@ private:
     template <class P> struct Grip {
         Vec3<P> along, across, force; ///< a, b, the plane's force
         P radius, push;
-        P slip_along, slip_across;    ///< v_a, v_b
-        P rest_along, rest_across;    ///< phi
+        P slip_along, slip_across; ///< v_a, v_b
+        P rest_along, rest_across; ///< phi
     };
 
     static double mass(const RodGroup& group, std::size_t i) { return std::max(group.node_mass[i], 1e-300); }
@@ -135,7 +146,8 @@ private:
     }
 
     /// Sliding friction on the element; its couple goes into the load.
-    template <int W> SKEIN_INLINE Vec3<Pack<W>> slide(const RodTile<W>& rod, SlotLoad<W>* load, int k, const Grip<Pack<W>>& g) const {
+    template <int W>
+    SKEIN_INLINE Vec3<Pack<W>> slide(const RodTile<W>& rod, SlotLoad<W>* load, int k, const Grip<Pack<W>>& g) const {
         using P = Pack<W>;
         const P per_slip = g.push / max(sqrt(fma(g.slip_along, g.slip_along, g.slip_across * g.slip_across)), P(1e-300));
         const P coefficient = select(g.slip_along > P(0.0), P(kinetic_forward), P(kinetic_backward));
@@ -145,11 +157,13 @@ private:
     }
 
     /// Friction that holds the element; its couple goes into the load.
-    template <int W> SKEIN_INLINE Vec3<Pack<W>> hold(const RodTile<W>& rod, SlotLoad<W>* load, int k, const Grip<Pack<W>>& g) const {
+    template <int W>
+    SKEIN_INLINE Vec3<Pack<W>> hold(const RodTile<W>& rod, SlotLoad<W>* load, int k, const Grip<Pack<W>>& g) const {
         using P = Pack<W>;
         const Vec3<P> all = element_load(rod, load, k), couple = transpose_times(rod.slot[k].director, load[k].couple);
         const auto clamped = [](P x, P low, P high) { return min(max(x, -low), high); };
-        const P along = clamped(dot(all, g.along), g.rest_along * P(static_backward) * g.push, g.rest_along * P(static_forward) * g.push);
+        const P along =
+            clamped(dot(all, g.along), g.rest_along * P(static_backward) * g.push, g.rest_along * P(static_forward) * g.push);
         const P no_slip = (P(2.0) * dot(couple, g.along) - g.radius * dot(all, g.across)) / (P(3.0) * g.radius);
         const P most = g.rest_across * P(static_sideways) * g.push;
         const Vec3<P> across = clamped(no_slip, most, most) * g.across;
@@ -157,7 +171,8 @@ private:
         return across - along * g.along;
     }
 
-    template <int W> SKEIN_INLINE static void turn(const RodTile<W>& rod, SlotLoad<W>* load, int k, const Grip<Pack<W>>& g, const Vec3<Pack<W>>& across) {
+    template <int W> SKEIN_INLINE static void turn(const RodTile<W>& rod, SlotLoad<W>* load, int k, const Grip<Pack<W>>& g,
+                                                   const Vec3<Pack<W>>& across) {
         // arm x F with arm = -r N, and N x b = a: -r F_b a
         load[k].couple += rod.slot[k].director * (-(g.radius * dot(across, g.across)) * g.along);
     }

@@ -15,18 +15,20 @@ namespace skein {
 
 struct SinusoidalEndForce {
     static constexpr std::string_view kind = "sinusoidal_end_force";
-    double start = 0;         ///< F_start, N
-    double end = 0;           ///< F_end, N
-    Vec3d normal{0, 1, 0};    ///< nu, lab
-    Vec3d tangent{0, 0, 1};   ///< tau, lab
-    double hold = 0;          ///< s
+    double start = 0;       ///< F_start, N
+    double end = 0;         ///< F_end, N
+    Vec3d normal{0, 1, 0};  ///< nu, lab
+    Vec3d tangent{0, 0, 1}; ///< tau, lab
+    double hold = 0;        ///< s
     double steady = -2;
-    double period = 4;        ///< T, s
+    double period = 4; ///< T, s
 
     void fields(FieldVisitor& f) {
         f.visit({.name = "start", .unit = "N", .text = "size of the force on the first node"}, start);
         f.visit({.name = "end", .unit = "N", .text = "size of the force on the last node"}, end);
-        f.visit({.name = "normal", .unit = "-", .text = "the force turns in the plane of `normal` and `normal` x `tangent`, lab frame"}, normal);
+        f.visit(
+            {.name = "normal", .unit = "-", .text = "the force turns in the plane of `normal` and `normal` x `tangent`, lab frame"},
+            normal);
         f.visit({.name = "tangent", .unit = "-", .text = "along the rod at the start, lab frame"}, tangent);
         f.visit({.name = "hold", .unit = "s", .text = "until then the force is steady, along `normal`", .at_least = 0}, hold);
         f.visit({.name = "steady", .unit = "-", .text = "the steady force over the turning one"}, steady);

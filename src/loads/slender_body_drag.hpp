@@ -20,7 +20,7 @@ namespace skein {
 struct SlenderBodyDrag {
     static constexpr std::string_view kind = "slender_body_drag";
     static constexpr bool needs_whole_rods = true; ///< L' is a sum along the rod
-    double viscosity = 0; ///< mu, Pa s
+    double viscosity = 0;                          ///< mu, Pa s
 
     void fields(FieldVisitor& f) {
         f.visit({.name = "viscosity",

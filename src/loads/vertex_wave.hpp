@@ -25,7 +25,8 @@ public:
     /// Amplitude A_j, N m, and phase a_j, rad, at vertex j, once for each; an open rod has no vertex 0.
     void set(int j, double amplitude, double phase) {
         const auto after = static_cast<std::size_t>(j), before = (j > 0 ? after : in_phase_.size()) - 1;
-        for (const auto& [parts, part] : {std::pair{&in_phase_, amplitude * std::cos(phase)}, std::pair{&quadrature_, amplitude * std::sin(phase)}}) {
+        for (const auto& [parts, part] :
+             {std::pair{&in_phase_, amplitude * std::cos(phase)}, std::pair{&quadrature_, amplitude * std::sin(phase)}}) {
             (*parts)[after] += part;
             (*parts)[before] -= part;
         }
@@ -40,7 +41,8 @@ public:
     template <int W, class Map> void add(const RodTile<W>& rod, SlotLoad<W>* load, const Step& step, const Vec3d& direction) const {
         const auto d = broadcast<W>(direction);
         for (int k = 0; k < rod.n; ++k) {
-            const auto m = Map::of_element(rod, in_phase_, k) * sine_[step.slot] - Map::of_element(rod, quadrature_, k) * cosine_[step.slot];
+            const auto m =
+                Map::of_element(rod, in_phase_, k) * sine_[step.slot] - Map::of_element(rod, quadrature_, k) * cosine_[step.slot];
             load[k].couple = fma(Pack<W>(m), rod.slot[k].director * d, load[k].couple);
         }
     }

@@ -16,14 +16,16 @@ inline std::size_t blocks_of(std::size_t n) { return (n + block_size - 1) / bloc
 
 /// body(begin, end, block) over [0, n).
 template <class F> void for_blocks(const Threads& threads, std::size_t n, F&& body) {
-    threads.for_each(blocks_of(n), [&](std::size_t block, int) { body(block * block_size, std::min(n, (block + 1) * block_size), block); });
+    threads.for_each(blocks_of(n),
+                     [&](std::size_t block, int) { body(block * block_size, std::min(n, (block + 1) * block_size), block); });
 }
 
 /// Turns counts into where each begins, and returns their sum.
 inline std::uint32_t begins_from_counts(const Threads& threads, std::vector<std::uint32_t>& counts) {
     std::vector<std::uint32_t> sums(blocks_of(counts.size()));
     for_blocks(threads, counts.size(), [&](std::size_t begin, std::size_t end, std::size_t block) {
-        sums[block] = std::accumulate(counts.begin() + static_cast<std::ptrdiff_t>(begin), counts.begin() + static_cast<std::ptrdiff_t>(end), 0u);
+        sums[block] = std::accumulate(counts.begin() + static_cast<std::ptrdiff_t>(begin),
+                                      counts.begin() + static_cast<std::ptrdiff_t>(end), 0u);
     });
     std::uint32_t sum = 0;
     for (std::uint32_t& s : sums) s = std::exchange(sum, sum + s);

@@ -118,7 +118,8 @@ std::vector<std::int64_t> Communicator::all_gather(std::int64_t value) const {
 std::vector<std::string> Communicator::all_gather(const std::string& text) const {
     const Layout layout(all_gather(static_cast<std::int64_t>(text.size())));
     std::string all(static_cast<std::size_t>(layout.offsets.back() + layout.counts.back()), '\0');
-    MPI_Allgatherv(text.data(), static_cast<int>(text.size()), MPI_CHAR, all.data(), layout.counts.data(), layout.offsets.data(), MPI_CHAR, native(handle_));
+    MPI_Allgatherv(text.data(), static_cast<int>(text.size()), MPI_CHAR, all.data(), layout.counts.data(), layout.offsets.data(),
+                   MPI_CHAR, native(handle_));
     ++counted.calls;
     std::vector<std::string> texts;
     for (std::size_t r = 0; r < layout.counts.size(); ++r)
@@ -128,7 +129,8 @@ std::vector<std::string> Communicator::all_gather(const std::string& text) const
 
 void Communicator::all_gather(std::span<const double> mine, std::span<const std::int64_t> counts, std::span<double> all) const {
     const Layout layout(counts);
-    MPI_Allgatherv(mine.data(), static_cast<int>(mine.size()), MPI_DOUBLE, all.data(), layout.counts.data(), layout.offsets.data(), MPI_DOUBLE, native(handle_));
+    MPI_Allgatherv(mine.data(), static_cast<int>(mine.size()), MPI_DOUBLE, all.data(), layout.counts.data(), layout.offsets.data(),
+                   MPI_DOUBLE, native(handle_));
     ++counted.calls;
     counted.bytes += static_cast<std::int64_t>(mine.size_bytes()) * (size_ - 1);
 }

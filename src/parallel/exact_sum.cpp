@@ -40,10 +40,8 @@ enum Property { largest, has_nan, has_plus_infinity, has_minus_infinity, propert
 std::array<double, properties> inspect(std::span<const double> terms) {
     std::array<double, properties> found{};
     for (const double x : terms) {
-        if (std::isfinite(x))
-            found[largest] = std::max(found[largest], std::abs(x));
-        else
-            found[std::isnan(x) ? has_nan : x > 0 ? has_plus_infinity : has_minus_infinity] = 1;
+        if (std::isfinite(x)) found[largest] = std::max(found[largest], std::abs(x));
+        else found[std::isnan(x) ? has_nan : x > 0 ? has_plus_infinity : has_minus_infinity] = 1;
     }
     return found;
 }
@@ -81,10 +79,8 @@ std::vector<double> exact_sums(const Communicator& comm, std::span<const std::ve
         const double infinity = std::numeric_limits<double>::infinity();
         if (column[has_nan] > 0 || (column[has_plus_infinity] > 0 && column[has_minus_infinity] > 0))
             sums[c] = std::numeric_limits<double>::quiet_NaN();
-        else if (column[has_plus_infinity] > 0)
-            sums[c] = infinity;
-        else if (column[has_minus_infinity] > 0)
-            sums[c] = -infinity;
+        else if (column[has_plus_infinity] > 0) sums[c] = infinity;
+        else if (column[has_minus_infinity] > 0) sums[c] = -infinity;
         else
             sums[c] =
                 std::ldexp(static_cast<double>(join(std::span(parts).subspan(c * limbs, limbs))), -quantum_shift(column[largest]));

@@ -11,8 +11,8 @@ namespace skein {
 /// A fixed team of threads. Loops run inside it; the caller takes part.
 class Threads {
 public:
-    /// `count` 0: as many as this process may use (its affinity mask). `shuffle` not 0: loops take their numbers in an order drawn from
-    /// it, each loop in its own; for checks that no result depends on it.
+    /// `count` 0: as many as this process may use (its affinity mask). `shuffle` not 0: loops take their numbers in an order drawn
+    /// from it, each loop in its own; for checks that no result depends on it.
     explicit Threads(int count, unsigned shuffle = 0);
     ~Threads();
     int count() const { return count_; }

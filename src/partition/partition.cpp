@@ -117,10 +117,8 @@ std::vector<Keyed> find_cuts(const Communicator& comm, const Roster& roster, std
         const auto weights = weight_before(middle);
         for (std::size_t c = 0; c < cuts; ++c) {
             const Place place = low[c] + (high[c] - low[c]) / 2;
-            if (weights[c] >= block_begin(whole, static_cast<int>(c) + 1, comm.size()))
-                high[c] = place;
-            else
-                low[c] = place + 1;
+            if (weights[c] >= block_begin(whole, static_cast<int>(c) + 1, comm.size())) high[c] = place;
+            else low[c] = place + 1;
         }
     }
     std::vector<Keyed> found;

@@ -1,6 +1,7 @@
 // Energy audit of one group: what loads, walls and damping do to each rod, kick by kick.        theory.md section 16
 //   loads        h F.(v- + v+)/2 + h C.(w- + w+)/2 over all nodes and elements, F and C of external loads alone
-//   walls        -h f.v - h c.w at held nodes and elements, f and c all loads there; the couple on the far side of a half cell (12);
+//   walls        -h f.v - h c.w at held nodes and elements, f and c all loads there; the couple on the far side of a half cell
+//   (12);
 //                and the kinetic energy that the walls give what they hold
 //   dissipated   the work of all loads on what is free, less what its kinetic energy has gained
 // v-, w- before the kick and v+, w+ at the end of the step. Sums run along the rod and in time, lane by lane: the same bits for any
@@ -73,7 +74,9 @@ public:
     static constexpr std::string_view pass_name = "audit ends";
     explicit AuditEndsPass(std::shared_ptr<AuditBook<W>> book) : book_(std::move(book)) {}
     std::string_view name() const override { return pass_name; }
-    void run(const RodTile<W>& rod, SlotLoad<W>*, const Step&) const override { book_->pages[rod.number].held_before = book_->held_energy(rod); }
+    void run(const RodTile<W>& rod, SlotLoad<W>*, const Step&) const override {
+        book_->pages[rod.number].held_before = book_->held_energy(rod);
+    }
 
 private:
     std::shared_ptr<AuditBook<W>> book_;
@@ -137,8 +140,10 @@ public:
         using P = Pack<W>;
         const AuditBook<W>& book = *book_;
         typename AuditBook<W>::Page& page = book_->pages[rod.number];
-        P external(0.0), held(0.0), free(0.0), gained(0.0); // power of external loads, of all on the held and on the free; kinetic energy
-        const auto tally = [&](const Vec3<P>& all, const Vec3<P>& inner, const Vec3<P>& before, const Vec3<P>& after, bool is_held, const auto& energy) {
+        P external(0.0), held(0.0), free(0.0),
+            gained(0.0); // power of external loads, of all on the held and on the free; kinetic energy
+        const auto tally = [&](const Vec3<P>& all, const Vec3<P>& inner, const Vec3<P>& before, const Vec3<P>& after, bool is_held,
+                               const auto& energy) {
             const Vec3<P> mean = P(0.5) * (before + after);
             const P power = dot(all, mean);
             external = external + dot(all - inner, mean);
@@ -152,8 +157,8 @@ public:
         const int nodes = rod.group->closed() ? rod.n : rod.n + 1;
         for (int i = 0; i < nodes; ++i) {
             const auto at = static_cast<std::size_t>(i);
-            tally(page.all[at].force, page.inner[at].force, page.before[at].velocity, rod.slot[i].velocity, rod.group->holds_node(i),
-                  [&](const Vec3<P>& v) { return book.node_energy(v, i); });
+            tally(page.all[at].force, page.inner[at].force, page.before[at].velocity, rod.slot[i].velocity,
+                  rod.group->holds_node(i), [&](const Vec3<P>& v) { return book.node_energy(v, i); });
         }
         for (int k = 0; k < rod.n; ++k) {
             const auto at = static_cast<std::size_t>(k);

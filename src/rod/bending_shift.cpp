@@ -14,8 +14,8 @@ struct Deflection {
 
 bool clamped(EndKind end) { return end == EndKind::clamped || end == EndKind::clamped_frozen; }
 
-/// Lowest bending mode of a slender uniform rod of length 1: roots b of the frequency equation of its ends, at x from the end that is
-/// held more.
+/// Lowest bending mode of a slender uniform rod of length 1: roots b of the frequency equation of its ends, at x from the end that
+/// is held more.
 class SlenderMode {
 public:
     SlenderMode(EndKind more, EndKind less) : start_(more), end_(less) {
@@ -50,7 +50,7 @@ struct Ratio {
 
 Ratio kinetic_ratio(const RodGroup& group) {
     const double length = group.spec().shape.length;
-    const double Vec3d::* axis = group.element[0].bending.x <= group.element[0].bending.y ? &Vec3d::x : &Vec3d::y;
+    const double Vec3d::*axis = group.element[0].bending.x <= group.element[0].bending.y ? &Vec3d::x : &Vec3d::y;
     const EndKind start = group.spec().start, end = group.spec().end;
     const bool reversed = held(end) > held(start);
     const SlenderMode mode(reversed ? end : start, reversed ? start : end);

@@ -1,4 +1,5 @@
-// How far scaled rotary inertia slows a group's lowest bending mode: an estimate for the plan.       docs/theory.md, end of section 9
+// How far scaled rotary inertia slows a group's lowest bending mode: an estimate for the plan.       docs/theory.md, end of section
+// 9
 #pragma once
 
 #include "rod/rod_group.hpp"

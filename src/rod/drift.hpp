@@ -1,7 +1,8 @@
 // Exact drift: positions at constant velocity, frames as free tops.                theory.md (16)-(19)
 //   x += h v
 //   circular (J1 = J2):  u = h (w1, w2, J3/J1 w3);  Q <- R(u) Q;  then Q and w turn about d3 by (1 - J3/J1) h w3
-//   elliptic:            half a turn of the rest about the axis r of the smaller of J1, J2 by (h/2) p_r (1/J_r - 1/J_b); the top about d3 with
+//   elliptic:            half a turn of the rest about the axis r of the smaller of J1, J2 by (h/2) p_r (1/J_r - 1/J_b); the top
+//   about d3 with
 //                        transverse inertia J_b; the other half. p = J w, b the third axis. (The wrong choice of r fails.)
 // Both conserve the lab angular momentum to round-off; half drifts between two kicks merge into one (exactly for circles).
 // Cost: 112 flop per element (circular), 189 (elliptic).
@@ -50,7 +51,8 @@ template <int SmallAxis> struct EllipticTop {
     static constexpr std::string_view name = "drift (elliptic)";
     template <class C, int W> SKEIN_INLINE static void turn(const C& c, Quaternion<Pack<W>>& q, Vec3<Pack<W>>& w, Pack<W> h) {
         using P = Pack<W>;
-        const auto small = SmallAxis == 0 ? c.inv_inertia.x : c.inv_inertia.y, other = SmallAxis == 0 ? c.inv_inertia.y : c.inv_inertia.x;
+        const auto small = SmallAxis == 0 ? c.inv_inertia.x : c.inv_inertia.y,
+                   other = SmallAxis == 0 ? c.inv_inertia.y : c.inv_inertia.x;
         const P half_rest_rate(0.25 * (small - other)), top(other), half_axial(0.5 * (c.inv_inertia.z - other));
         Vec3<P> p = scale(broadcast<W>(c.inertia), w);
         const auto half_rest = [&] { detail::turn_about<SmallAxis>(q, p, h * (half_rest_rate * (SmallAxis == 0 ? p.x : p.y))); };

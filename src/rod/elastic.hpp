@@ -34,8 +34,8 @@ template <class P> struct CellLoads {
 };
 
 /// Length, stiffness and rest curvature as numbers or as packs.
-template <class Law, int W, class N, class V>
-SKEIN_INLINE CellLoads<Pack<W>> cell_loads(const CellStrain<Pack<W>>& cell, const N& inv_length, const V& stiffness, const V& rest_curvature) {
+template <class Law, int W, class N, class V> SKEIN_INLINE CellLoads<Pack<W>>
+cell_loads(const CellStrain<Pack<W>>& cell, const N& inv_length, const V& stiffness, const V& rest_curvature) {
     using P = Pack<W>;
     const Vec3<P>& phi = cell.turn.log;
     const Vec3<P> strain = fma(P(inv_length), phi, -broadcast<W>(rest_curvature));
@@ -45,7 +45,8 @@ SKEIN_INLINE CellLoads<Pack<W>> cell_loads(const CellStrain<Pack<W>>& cell, cons
     const Vec3<P> a = cross(phi, tau);
     const Vec3<P> straight = fma(cell.turn.jacobian, cross(phi, a), tau); // tau + b
     const P half(0.5);
-    CellLoads<P> loads{fma(half, a, straight), {fms(half, a.x, straight.x), fms(half, a.y, straight.y), fms(half, a.z, straight.z)}, {}};
+    CellLoads<P> loads{
+        fma(half, a, straight), {fms(half, a.x, straight.x), fms(half, a.y, straight.y), fms(half, a.z, straight.z)}, {}};
     if constexpr (Law::bending_pulls) loads.tension = Law::bending_tension(dot(strain, moment), factor, cell.inv_dilatation);
     return loads;
 }
@@ -144,16 +145,18 @@ private:
         const auto& v = Map::cell(rod, k);
         return cell_loads<Law, W>(cell, v.inv_length, v.stiffness, v.rest_curvature);
     }
-    template <class C, class V>
-    [[gnu::noinline]] static CellLoads<P> wall(const C& c, const Quaternion<P>& after, const Quaternion<P>& before, P e, const V& rest_curvature) {
-        return cell_loads<Law, W>({relative_rotation_and_jacobian(after, before), P(1.0) / e}, 2 * c.inv_rest_length, c.bending, rest_curvature);
+    template <class C, class V> [[gnu::noinline]] static CellLoads<P>
+    wall(const C& c, const Quaternion<P>& after, const Quaternion<P>& before, P e, const V& rest_curvature) {
+        return cell_loads<Law, W>({relative_rotation_and_jacobian(after, before), P(1.0) / e}, 2 * c.inv_rest_length, c.bending,
+                                  rest_curvature);
     }
     CellLoads<P> start_wall(const RodTile<W>& rod, const Step& step, P e) const {
         if constexpr (Map::along) {
             const Strands<W>& s = *rod.strands;
             // Where no wall is, the element's frame stands for the wall's: no large angle to work out in vain.
             const Quaternion<P>& first = rod.slot[0].director;
-            const CellLoads<P> held = wall(s.element[0], first, select(s.start_wall, s.start_frame, first), e, s.start_rest_curvature);
+            const CellLoads<P> held =
+                wall(s.element[0], first, select(s.start_wall, s.start_frame, first), e, s.start_rest_curvature);
             return {held.before, select(s.start_wall, held.after, Vec3<P>{}), select(s.start_wall, held.tension, P(0.0))};
         } else {
             const Quaterniond& frame = moving_ ? moving_->start(step).frame : rod.group->frame();
@@ -162,7 +165,8 @@ private:
     }
     CellLoads<P> end_wall(const RodTile<W>& rod, const Step& step, P e) const {
         const Quaterniond& frame = moving_ ? moving_->end(step).frame : rod.group->end_frame();
-        return wall(rod.element[rod.n - 1], broadcast<W>(frame), rod.slot[rod.n - 1].director, e, rod.group->end_wall_rest_curvature);
+        return wall(rod.element[rod.n - 1], broadcast<W>(frame), rod.slot[rod.n - 1].director, e,
+                    rod.group->end_wall_rest_curvature);
     }
 
     Ends ends_;

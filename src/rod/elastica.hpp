@@ -1,5 +1,5 @@
-// The published rod (Gazzola et al. 2018, R. Soc. Open Sci. 5, 171628, as its authors discretise it): for comparison and replays. It
-// has no energy: powers of the dilatation, a dilatation-rate term and the explicit gyroscopic term.      theory.md (48)-(50)
+// The published rod (Gazzola et al. 2018, R. Soc. Open Sci. 5, 171628, as its authors discretise it): for comparison and replays.
+// It has no energy: powers of the dilatation, a dilatation-rate term and the explicit gyroscopic term.      theory.md (48)-(50)
 //
 //   element k      e = |dx|/l0,  sigma = Q dx/l0 - e3,  n = S (sigma - sigma0),  f = Q^T n/e
 //   cell k|k+1     kappa = log(Q[k+1] Q[k]^T)/D,  tau = B (kappa - kappa0)/E^3,  E = mean length over D
@@ -30,28 +30,32 @@ public:
         const int n = rod.n;
         Edge edge = edge_of(rod, 0);
         const Cell first = ends_.closed ? cell(rod, n - 1, 0, edge_of(rod, n - 1).e, edge.e)
-                           : ends_.start_wall ? wall(rod, 0, relative_rotation(rod.slot[0].director, broadcast<W>(rod.group->frame())), edge.e,
-                                                     rod.group->start_wall_rest_curvature)
-                                              : Cell{};
+                           : ends_.start_wall
+                               ? wall(rod, 0, relative_rotation(rod.slot[0].director, broadcast<W>(rod.group->frame())), edge.e,
+                                      rod.group->start_wall_rest_curvature)
+                               : Cell{};
         Cell before = first;
         Vec3<P> force_before{};
         for (int k = 0; k < n; ++k) {
             const bool last = k == n - 1;
             const Edge next = last ? edge : edge_of(rod, k + 1);
-            const Cell after = !last ? cell(rod, k, k + 1, edge.e, next.e)
+            const Cell after = !last          ? cell(rod, k, k + 1, edge.e, next.e)
                                : ends_.closed ? first
-                               : ends_.end_wall ? wall(rod, k, relative_rotation(broadcast<W>(rod.group->end_frame()), rod.slot[k].director), edge.e,
-                                                       rod.group->end_wall_rest_curvature)
-                                                : Cell{};
+                               : ends_.end_wall
+                                   ? wall(rod, k, relative_rotation(broadcast<W>(rod.group->end_frame()), rod.slot[k].director),
+                                          edge.e, rod.group->end_wall_rest_curvature)
+                                   : Cell{};
             const ElementConstants& c = rod.element[k];
-            const Vec3<P> n_body = scale(broadcast<W>(c.stiffness), edge.nu - broadcast<W>(c.rest_strain) - Vec3<P>{P(0.0), P(0.0), P(1.0)});
+            const Vec3<P> n_body =
+                scale(broadcast<W>(c.stiffness), edge.nu - broadcast<W>(c.rest_strain) - Vec3<P>{P(0.0), P(0.0), P(1.0)});
             const P inv_e = P(1.0) / edge.e;
             const Vec3<P> force = inv_e * transpose_times(rod.slot[k].director, n_body);
             const Vec3<P> spin = rod.slot[k].spin, momentum = inv_e * scale(broadcast<W>(c.inertia), spin);
             load[k].force = force - force_before;
             load[k].dilatation = edge.e;
-            load[k].couple = after.tau - before.tau + P(0.5) * (before.turn + after.turn) + P(c.rest_length) * inv_e * cross(edge.nu, n_body) +
-                             cross(momentum, spin) + edge.rate * inv_e * momentum;
+            load[k].couple = after.tau - before.tau + P(0.5) * (before.turn + after.turn) +
+                             P(c.rest_length) * inv_e * cross(edge.nu, n_body) + cross(momentum, spin) +
+                             edge.rate * inv_e * momentum;
             force_before = force;
             before = after;
             edge = next;
@@ -81,8 +85,8 @@ private:
     }
     static Cell cell(const RodTile<W>& rod, int k, int next, P e, P e_next) {
         const VoronoiConstants& v = rod.voronoi[k];
-        return loads(relative_rotation(rod.slot[next].director, rod.slot[k].director), P(v.share_before) * e + P(v.share_after) * e_next, v.inv_length,
-                     v.stiffness, v.rest_curvature);
+        return loads(relative_rotation(rod.slot[next].director, rod.slot[k].director),
+                     P(v.share_before) * e + P(v.share_after) * e_next, v.inv_length, v.stiffness, v.rest_curvature);
     }
     static Cell wall(const RodTile<W>& rod, int k, const Vec3<P>& phi, P e, const Vec3d& rest_curvature) {
         return loads(phi, e, 2 * rod.element[k].inv_rest_length, rod.element[k].bending, rest_curvature);

@@ -10,7 +10,8 @@ void EndMotion::fields(FieldVisitor& f) {
     f.visit({.name = "times", .unit = "s", .text = "times of the tables' entries, rising", .at_least = 0}, times);
     f.visit({.name = "translation", .unit = "m", .text = "displacement of the end at `times`, lab frame"}, translation);
     f.visit({.name = "rotation", .unit = "rad", .text = "rotation vector of the wall at `times`, lab frame"}, rotation);
-    f.visit({.name = "smooth", .unit = "", .text = "start and stop at rest between entries (3 s^2 - 2 s^3) instead of linearly"}, smooth);
+    f.visit({.name = "smooth", .unit = "", .text = "start and stop at rest between entries (3 s^2 - 2 s^3) instead of linearly"},
+            smooth);
     f.visit({.name = "amplitude", .unit = "m", .text = "sinusoidal displacement, lab frame"}, amplitude);
     f.visit({.name = "rotation_amplitude", .unit = "rad", .text = "sinusoidal rotation vector, lab frame"}, rotation_amplitude);
     f.visit({.name = "period", .unit = "s", .text = "of the sinusoids", .at_least = 0}, period);

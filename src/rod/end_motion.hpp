@@ -11,9 +11,9 @@
 namespace skein {
 
 struct EndMotion {
-    std::vector<double> times;       ///< s, rising
-    std::vector<Vec3d> translation;  ///< m, one per time; empty: none
-    std::vector<Vec3d> rotation;     ///< rad, one per time; empty: none
+    std::vector<double> times;      ///< s, rising
+    std::vector<Vec3d> translation; ///< m, one per time; empty: none
+    std::vector<Vec3d> rotation;    ///< rad, one per time; empty: none
     bool smooth = false;
     Vec3d amplitude{0, 0, 0};          ///< A, m
     Vec3d rotation_amplitude{0, 0, 0}; ///< B, rad

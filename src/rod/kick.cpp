@@ -18,7 +18,9 @@ Vec3d each(const Vec3d& a, double (*f)(double)) { return {f(a.x), f(a.y), f(a.z)
 
 KickConstants::KickConstants(const RodGroup& group, const DampingRates& rates, double h, DampingScheme scheme) {
     double (*const factor)(double) = scheme == DampingScheme::midpoint ? midpoint : exponential;
-    double (*const mean)(double) = scheme == DampingScheme::midpoint ? midpoint_mean : scheme == DampingScheme::exponential ? phi1 : exponential;
+    double (*const mean)(double) = scheme == DampingScheme::midpoint      ? midpoint_mean
+                                   : scheme == DampingScheme::exponential ? phi1
+                                                                          : exponential;
     const int n = group.elements();
     for (int i = 0; i <= n; ++i) {
         const auto at = static_cast<std::size_t>(i);

@@ -19,9 +19,10 @@ namespace skein {
 
 /// Damping rates of one group, summed over the scene's damping tables.
 struct DampingRates {
-    std::vector<double> node;             ///< nu at nodes, 1/s, [n + 1]
-    std::vector<Vec3d> element;           ///< nu at elements, 1/s, body axes, [n]
-    std::vector<Vec3d> element_stretched; ///< nu per dilatation e = |dx|/l0, 1/s, body axes, [n]; empty where no damping law needs it
+    std::vector<double> node;   ///< nu at nodes, 1/s, [n + 1]
+    std::vector<Vec3d> element; ///< nu at elements, 1/s, body axes, [n]
+    std::vector<Vec3d>
+        element_stretched; ///< nu per dilatation e = |dx|/l0, 1/s, body axes, [n]; empty where no damping law needs it
 
     bool none() const { return node.empty(); }
     bool follow_stretch() const { return !element_stretched.empty(); }
@@ -33,9 +34,9 @@ template <class P> struct KickNodeOf {
 };
 /// What the kick of an element does.
 template <class P> struct KickElementOf {
-    Vec3<P> decay, gain;   ///< a_i, (h/J_i) b_i: constant rates
-    Vec3<P> z, z_stretch;  ///< z_i = z + z_stretch e: rates that follow the stretch
-    Vec3<P> impulse;       ///< h/J_i
+    Vec3<P> decay, gain;  ///< a_i, (h/J_i) b_i: constant rates
+    Vec3<P> z, z_stretch; ///< z_i = z + z_stretch e: rates that follow the stretch
+    Vec3<P> impulse;      ///< h/J_i
 };
 
 /// Worked out once per group and kick length.
@@ -92,7 +93,9 @@ public:
 private:
     using P = Pack<W>;
 
-    template <class T> SKEIN_INLINE static const T& at(const std::vector<T>& all, int k) { return all[static_cast<std::size_t>(k)]; }
+    template <class T> SKEIN_INLINE static const T& at(const std::vector<T>& all, int k) {
+        return all[static_cast<std::size_t>(k)];
+    }
     template <class T> SKEIN_INLINE static const T& at(const LaneRows<T>& all, int k) { return all[k]; }
 
     template <class C> SKEIN_INLINE static void kick_node(const C& c, const Vec3<P>& force, Vec3<P>& velocity) {
@@ -109,7 +112,8 @@ private:
                     fma(P(c.gain.z), couple.z, P(c.decay.z) * spin.z)};
         } else {
             const P e = load.dilatation;
-            const P zx = fma(P(c.z_stretch.x), e, P(c.z.x)), zy = fma(P(c.z_stretch.y), e, P(c.z.y)), zz = fma(P(c.z_stretch.z), e, P(c.z.z));
+            const P zx = fma(P(c.z_stretch.x), e, P(c.z.x)), zy = fma(P(c.z_stretch.y), e, P(c.z.y)),
+                    zz = fma(P(c.z_stretch.z), e, P(c.z.z));
             Decay<W> x, y, z;
             if constexpr (Kind == KickKind::stretched_rates) {
                 const TwoDecays<W> two = midpoint_decays(zx, zz);
@@ -120,11 +124,13 @@ private:
                 y = Alike ? x : decay(zy);
             }
             const auto kicked = [&](auto impulse, const Decay<W>& d, P torque, P w) {
-                if constexpr (Kind == KickKind::stretched_rates || Kind == KickKind::stretched_exponential) return fma(P(impulse) * d.mean, torque, d.factor * w);
+                if constexpr (Kind == KickKind::stretched_rates || Kind == KickKind::stretched_exponential)
+                    return fma(P(impulse) * d.mean, torque, d.factor * w);
                 else if constexpr (Kind == KickKind::stretched_after) return d.factor * fma(P(impulse), torque, w);
                 else return d.factor * fma(P(impulse) * e, torque, w);
             };
-            spin = {kicked(c.impulse.x, x, couple.x, spin.x), kicked(c.impulse.y, y, couple.y, spin.y), kicked(c.impulse.z, z, couple.z, spin.z)};
+            spin = {kicked(c.impulse.x, x, couple.x, spin.x), kicked(c.impulse.y, y, couple.y, spin.y),
+                    kicked(c.impulse.z, z, couple.z, spin.z)};
         }
     }
 
@@ -153,7 +159,8 @@ public:
                     if (slot < 0) continue;
                     const KickConstants& c = constants_.at(rod.group_of(i).id())[length];
                     set_lane<KickNodeOf>(node, i, c.node[static_cast<std::size_t>(slot)]);
-                    if (static_cast<std::size_t>(slot) < c.element.size()) set_lane<KickElementOf>(element, i, c.element[static_cast<std::size_t>(slot)]);
+                    if (static_cast<std::size_t>(slot) < c.element.size())
+                        set_lane<KickElementOf>(element, i, c.element[static_cast<std::size_t>(slot)]);
                 }
                 rows.node.push_back(node);
                 if (row < rod.n) rows.element.push_back(element);

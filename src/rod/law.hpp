@@ -22,15 +22,15 @@ struct IncompressibleLaw {
                 P(c.stiffness.z) * (nu.z - P(c.rest_stretch)) / nu.z};
     }
     /// Factor on B in a cell of dilatation E, from 1/E.
-    template <class P> SKEIN_INLINE static P bending_factor(P inv_dilatation) { return inv_dilatation * inv_dilatation * inv_dilatation; }
+    template <class P> SKEIN_INLINE static P bending_factor(P inv_dilatation) {
+        return inv_dilatation * inv_dilatation * inv_dilatation;
+    }
     /// Axial force on both elements of a cell from its bending energy, q = (kappa-kappa0).B(kappa-kappa0): -(3/4) q/E^4.
     template <class P> SKEIN_INLINE static P bending_tension(P q, P bending_factor, P inv_dilatation) {
         return P(-0.75) * q * (bending_factor * inv_dilatation);
     }
     /// dn_3/de [N] without bending.
-    template <class C, class P> static P stretch_stiffness(const C& c, P e) {
-        return P(c.stiffness.z * c.rest_stretch) / (e * e);
-    }
+    template <class C, class P> static P stretch_stiffness(const C& c, P e) { return P(c.stiffness.z * c.rest_stretch) / (e * e); }
     /// Axial energy per rest length, J/m.
     static double stretch_energy(const ElementConstants& c, double e) {
         return c.stiffness.z * (e - c.rest_stretch - c.rest_stretch * std::log(e / c.rest_stretch));
@@ -55,8 +55,6 @@ struct LinearLaw {
 };
 
 /// Calls f(Law{}) for a law that has an energy; those that have none are for the caller to tell apart.
-template <class F> auto with_energy_law(Law law, F&& f) {
-    return law == Law::linear ? f(LinearLaw{}) : f(IncompressibleLaw{});
-}
+template <class F> auto with_energy_law(Law law, F&& f) { return law == Law::linear ? f(LinearLaw{}) : f(IncompressibleLaw{}); }
 
 } // namespace skein

@@ -13,11 +13,15 @@ template <int W> struct Across {
     SKEIN_INLINE static const ElementConstants& element(const RodTile<W>& rod, int k) { return rod.element[k]; }
     SKEIN_INLINE static const VoronoiConstants& cell(const RodTile<W>& rod, int k) { return rod.voronoi[k]; }
     SKEIN_INLINE static double node_mass(const RodTile<W>& rod, int i) { return rod.group->node_mass[static_cast<std::size_t>(i)]; }
-    SKEIN_INLINE static double node_length(const RodTile<W>& rod, int i) { return rod.group->node_length[static_cast<std::size_t>(i)]; }
+    SKEIN_INLINE static double node_length(const RodTile<W>& rod, int i) {
+        return rod.group->node_length[static_cast<std::size_t>(i)];
+    }
     static double length(const RodTile<W>& rod) { return rod.group->spec().shape.length; }
     static double density(const RodTile<W>& rod) { return rod.group->spec().material.density; }
     /// Of a table of the group by element.
-    SKEIN_INLINE static double of_element(const RodTile<W>&, const std::vector<double>& table, int k) { return table[static_cast<std::size_t>(k)]; }
+    SKEIN_INLINE static double of_element(const RodTile<W>&, const std::vector<double>& table, int k) {
+        return table[static_cast<std::size_t>(k)];
+    }
 
     /// Adds forces to the first and last nodes of the tile's rods.
     static void add_to_ends(const RodTile<W>& rod, SlotLoad<W>* load, const Vec3d& start, const Vec3d& end) {

@@ -20,8 +20,12 @@ inline Vec3d spin_of(const Vec3d& r, const Vec3d& rate) {
 }
 
 /// Frames of the walls at any time.
-inline Quaterniond start_wall_frame(const RodGroup& group, double time) { return group.frame() * rotation(group.spec().start_motion.turn(time).value); }
-inline Quaterniond end_wall_frame(const RodGroup& group, double time) { return group.end_frame() * rotation(group.spec().end_motion.turn(time).value); }
+inline Quaterniond start_wall_frame(const RodGroup& group, double time) {
+    return group.frame() * rotation(group.spec().start_motion.turn(time).value);
+}
+inline Quaterniond end_wall_frame(const RodGroup& group, double time) {
+    return group.end_frame() * rotation(group.spec().end_motion.turn(time).value);
+}
 
 /// Where the two ends of a group's rods are at the force evaluations of a batch; shared by the passes of a program.
 class MovingEnds {
@@ -75,7 +79,8 @@ public:
     void run(const RodTile<W>& rod, SlotLoad<W>*, const Step& step) const override {
         const RodSpec& spec = rod.group->spec();
         const Home& home = home_[rod.number];
-        const auto move = [&](const MovingEnds::Pose& pose, const Vec3<Pack<W>>& from, EndKind kind, Slot<W>& node, Slot<W>& element) {
+        const auto move = [&](const MovingEnds::Pose& pose, const Vec3<Pack<W>>& from, EndKind kind, Slot<W>& node,
+                              Slot<W>& element) {
             node.position = from + broadcast<W>(pose.displacement);
             node.velocity = broadcast<W>(pose.velocity);
             if (kind == EndKind::clamped_frozen) {

@@ -36,7 +36,8 @@ Vec3d draw_direction(const Packing& p, Random& random) {
     const double degree = pi / 180, low = degree * p.elevation[0], high = degree * p.elevation[1];
     const double even = random.between(0, 1);
     const double elevation = low + even * (high - low), sine_between = std::sin(low) + even * (std::sin(high) - std::sin(low));
-    const double sine = p.elevation_law == ElevationLaw::uniform ? std::sin(elevation) : sine_between, across = std::sqrt(std::max(0.0, 1 - sine * sine));
+    const double sine = p.elevation_law == ElevationLaw::uniform ? std::sin(elevation) : sine_between,
+                 across = std::sqrt(std::max(0.0, 1 - sine * sine));
     const double azimuth = degree * random.between(p.azimuth[0], p.azimuth[1]);
     return {across * std::cos(azimuth), across * std::sin(azimuth), sine};
 }
@@ -94,7 +95,9 @@ public:
     }
 
 private:
-    Vec3d margin(const Vec3d& half) const { return {std::abs(half.x) + radius_, std::abs(half.y) + radius_, std::abs(half.z) + radius_}; }
+    Vec3d margin(const Vec3d& half) const {
+        return {std::abs(half.x) + radius_, std::abs(half.y) + radius_, std::abs(half.z) + radius_};
+    }
     Vec3d room_for(const Vec3d& half) const { return upper_ - lower_ - 2 * margin(half); }
     double floor_above() const { return grows() ? floor_ - lower_.z : 0; }
 
@@ -125,7 +128,9 @@ std::vector<std::size_t> along_curve(const std::vector<Vec3d>& centres, const Re
 } // namespace
 
 bool closer(const Capsule& a, const Capsule& b, double distance) {
-    const auto apart = closest_points(broadcast<1>(a.start), broadcast<1>(a.end - a.start), broadcast<1>(b.start), broadcast<1>(b.end - b.start)).apart;
+    const auto apart =
+        closest_points(broadcast<1>(a.start), broadcast<1>(a.end - a.start), broadcast<1>(b.start), broadcast<1>(b.end - b.start))
+            .apart;
     return dot(apart, apart)[0] < distance * distance;
 }
 
@@ -146,15 +151,20 @@ PackedRods pack(const Packing& p, double length, double radius, std::vector<Caps
     while (centres.size() < count) {
         const Vec3d direction = draw_direction(p, random), half = 0.5 * length * direction;
         if (!region.holds(half))
-            throw InputError(fmt::format("{}: a rod of length {:g} m at an elevation of {:.1f} deg does not fit into the region to pack, whatever else is there: enlarge it, or narrow "
-                                         "'elevation' or 'azimuth'", where, length, std::asin(direction.z) * 180 / pi));
+            throw InputError(fmt::format("{}: a rod of length {:g} m at an elevation of {:.1f} deg does not fit into the region to "
+                                         "pack, whatever else is there: enlarge it, or narrow "
+                                         "'elevation' or 'azimuth'",
+                                         where, length, std::asin(direction.z) * 180 / pi));
         std::optional<Capsule> place;
         for (long attempt = 0; !place; ++attempt) {
             if (attempt >= patience) {
                 if (!region.grows())
-                    throw InputError(fmt::format("{}: {} of {} rods could be packed, {:.1f} % of the region's volume; the next one found no place in {} attempts: enlarge the region, lower "
-                                                 "'count' or 'gap', narrow 'elevation', or raise 'attempts'", where, centres.size(), count,
-                                                 100 * static_cast<double>(centres.size()) * volume_of(length, radius) / region.volume(), p.attempts));
+                    throw InputError(fmt::format(
+                        "{}: {} of {} rods could be packed, {:.1f} % of the region's volume; the next one found no place in {} "
+                        "attempts: enlarge the region, lower "
+                        "'count' or 'gap', narrow 'elevation', or raise 'attempts'",
+                        where, centres.size(), count,
+                        100 * static_cast<double>(centres.size()) * volume_of(length, radius) / region.volume(), p.attempts));
                 region.grow(reach);
                 grid.raise(region.upper().z);
                 attempt = -1;

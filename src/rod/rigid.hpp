@@ -1,12 +1,13 @@
-// Rigid bodies, law "rigid": capsules, which are cylinders with half balls at both ends; a ball is one without length. A body is one
-// element with two nodes, so that all that acts on rods acts on it.
+// Rigid bodies, law "rigid": capsules, which are cylinders with half balls at both ends; a ball is one without length. A body is
+// one element with two nodes, so that all that acts on rods acts on it.
 //   x_c = (x_0 + x_1)/2,  V = (v_0 + v_1)/2
 //   drift    x_c += h V;  the frame turns as a free circular top
 //   kick     V <- a V + (h/m) b (f_0 + f_1),   w_i <- a_i w_i + (h/J_i) b_i (c + e3 x (l/2) Q (f_1 - f_0))_i
 //   nodes    x = x_c -+ (l/2) d3,   v = V -+ (l/2) Q^T (w x e3):  written anew by both, so that they stay where the body has them
-//   m = rho pi r^2 (l + 4 r/3)       J3 = m_c r^2/2 + 2 m_b r^2/5       J1 = J2 = m_c (l^2/12 + r^2/4) + m_b (2 r^2/5 + l^2/4 + 3 l r/8)
-// with the masses m_c = rho pi r^2 l of the cylinder and m_b = 4 rho pi r^3/3 of both half balls. a and b are those of rod/kick.hpp.
-// Cost: 210 flop per body and step.
+//   m = rho pi r^2 (l + 4 r/3)       J3 = m_c r^2/2 + 2 m_b r^2/5       J1 = J2 = m_c (l^2/12 + r^2/4) + m_b (2 r^2/5 + l^2/4 + 3 l
+//   r/8)
+// with the masses m_c = rho pi r^2 l of the cylinder and m_b = 4 rho pi r^3/3 of both half balls. a and b are those of
+// rod/kick.hpp. Cost: 210 flop per body and step.
 #pragma once
 
 #include "rod/drift.hpp"
@@ -20,9 +21,7 @@ inline constexpr double ball_length = 1e-6;
 inline bool is_rigid(const RodGroup& group) { return group.law() == Law::rigid; }
 
 /// Centre and its velocity.
-template <int W> struct RigidCentre {
-    Vec3<Pack<W>> position, velocity;
-};
+template <int W> struct RigidCentre { Vec3<Pack<W>> position, velocity; };
 template <int W> SKEIN_INLINE RigidCentre<W> rigid_centre(const Slot<W>* slot) {
     const Pack<W> half(0.5);
     return {half * (slot[0].position + slot[1].position), half * (slot[0].velocity + slot[1].velocity)};
@@ -101,7 +100,8 @@ public:
         centre.velocity = fma(P(0.5 * node.gain), load[0].force + load[1].force, P(node.decay) * centre.velocity);
         const Vec3<P> g = P(0.5 * rod.element[0].rest_length) * (s.director * (load[1].force - load[0].force));
         const Vec3<P> couple = load[0].couple + Vec3<P>{-g.y, g.x, P(0.0)};
-        s.spin = {fma(P(element.gain.x), couple.x, P(element.decay.x) * s.spin.x), fma(P(element.gain.y), couple.y, P(element.decay.y) * s.spin.y),
+        s.spin = {fma(P(element.gain.x), couple.x, P(element.decay.x) * s.spin.x),
+                  fma(P(element.gain.y), couple.y, P(element.decay.y) * s.spin.y),
                   fma(P(element.gain.z), couple.z, P(element.decay.z) * s.spin.z)};
         detail::set_rigid_nodes(rod, centre);
     }

@@ -39,7 +39,8 @@ std::vector<Share> shares(const Shape& shape) {
     const auto n = static_cast<std::size_t>(shape.elements);
     std::vector<Share> all;
     if (shape.length_profile.empty()) {
-        for (std::size_t k = 0; k < n; ++k) all.push_back({1 / static_cast<double>(n), (static_cast<double>(k) + 0.5) / static_cast<double>(n)});
+        for (std::size_t k = 0; k < n; ++k)
+            all.push_back({1 / static_cast<double>(n), (static_cast<double>(k) + 0.5) / static_cast<double>(n)});
         return all;
     }
     double sum = 0, before = 0;
@@ -133,8 +134,10 @@ VoronoiConstants voronoi_constants(const ElementConstants& before, const Element
 RodSpec completed(RodSpec spec) {
     Shape& s = spec.shape;
     if (spec.material.law == Law::rigid && s.length == 0) s.length = ball_length * spec.section.radius;
-    const bool straight = s.rest_curvature.x == 0 && s.rest_curvature.y == 0 && s.rest_curvature.z == 0 && s.rest_curvature_profile.empty();
-    if (s.closed && straight && !s.start_curvature && s.start_curvature_profile.empty()) s.rest_curvature = {2 * pi / s.length, 0, 0};
+    const bool straight =
+        s.rest_curvature.x == 0 && s.rest_curvature.y == 0 && s.rest_curvature.z == 0 && s.rest_curvature_profile.empty();
+    if (s.closed && straight && !s.start_curvature && s.start_curvature_profile.empty())
+        s.rest_curvature = {2 * pi / s.length, 0, 0};
     return spec;
 }
 
@@ -158,7 +161,8 @@ std::vector<Vec3d> read_mask(const std::string& path, const std::string& source,
             char pixel = 0;
             if (!(file >> pixel) || (pixel != '0' && pixel != '1'))
                 throw InputError(path + ": row " + std::to_string(row + 1) + ", column " + std::to_string(column + 1) +
-                                 ": expected 0 or 1 (the bitmap is " + std::to_string(width) + " x " + std::to_string(height) + ")");
+                                 ": expected 0 or 1 (the bitmap is " + std::to_string(width) + " x " + std::to_string(height) +
+                                 ")");
             if (pixel == '1') points.push_back({static_cast<double>(column) * dx, static_cast<double>(height - 1 - row) * dy, 0});
         }
     if (points.empty()) throw InputError(path + ": the bitmap has no 1, so the group has no rod");
@@ -174,17 +178,25 @@ std::vector<Vec3d> placement_origins(const RodSpec& spec, const std::string& dir
         for (long z = 0; z < along(2); ++z)
             for (long y = 0; y < along(1); ++y)
                 for (long x = 0; x < along(0); ++x)
-                    origins.push_back(Vec3d{static_cast<double>(x) * step(0), static_cast<double>(y) * step(1), static_cast<double>(z) * step(2)});
+                    origins.push_back(Vec3d{static_cast<double>(x) * step(0), static_cast<double>(y) * step(1),
+                                            static_cast<double>(z) * step(2)});
     };
     switch (p.kind) {
-    case PlacementKind::single: origins = {{0, 0, 0}}; break;
+    case PlacementKind::single:
+        origins = {{0, 0, 0}};
+        break;
     case PlacementKind::line:
-    case PlacementKind::lattice: lattice(p.counts); break;
+    case PlacementKind::lattice:
+        lattice(p.counts);
+        break;
     case PlacementKind::mask:
         origins = read_mask((std::filesystem::path(directory) / p.file).string(), spec.source, p.spacing.at(0), p.spacing.at(1));
         break;
-    case PlacementKind::list: origins = p.origins; break;
-    case PlacementKind::packing: return {}; // once the rod is known
+    case PlacementKind::list:
+        origins = p.origins;
+        break;
+    case PlacementKind::packing:
+        return {}; // once the rod is known
     }
     for (Vec3d& o : origins) o += p.origin;
     return origins;
@@ -192,16 +204,22 @@ std::vector<Vec3d> placement_origins(const RodSpec& spec, const std::string& dir
 
 } // namespace
 
-RodGroup::RodGroup(const RodSpec& spec, int id, std::int64_t first_gid, const std::string& directory, std::vector<Capsule>* occupied)
+RodGroup::RodGroup(const RodSpec& spec, int id, std::int64_t first_gid, const std::string& directory,
+                   std::vector<Capsule>* occupied)
     : spec_(completed(spec)), id_(id), first_gid_(first_gid), frame_(frame_of(spec.placement)),
       origins_(placement_origins(spec, directory)) {
     const Shape& shape = spec_.shape;
     const long n = shape.elements, cells = closed() ? n : n - 1;
     const auto share = shares(shape);
-    for (std::size_t k = 0; k < share.size(); ++k) element.push_back(is_rigid(*this) ? rigid_constants(spec_) : element_constants(spec_, k, share[k]));
-    const auto kappa0 = [&](long k) { return shape.rest_curvature_profile.empty() ? shape.rest_curvature : shape.rest_curvature_profile[static_cast<std::size_t>(k)]; };
+    for (std::size_t k = 0; k < share.size(); ++k)
+        element.push_back(is_rigid(*this) ? rigid_constants(spec_) : element_constants(spec_, k, share[k]));
+    const auto kappa0 = [&](long k) {
+        return shape.rest_curvature_profile.empty() ? shape.rest_curvature
+                                                    : shape.rest_curvature_profile[static_cast<std::size_t>(k)];
+    };
     for (long k = 0; k < cells; ++k)
-        voronoi.push_back(voronoi_constants(element[static_cast<std::size_t>(k)], element[static_cast<std::size_t>((k + 1) % n)], kappa0(k)));
+        voronoi.push_back(
+            voronoi_constants(element[static_cast<std::size_t>(k)], element[static_cast<std::size_t>((k + 1) % n)], kappa0(k)));
     rotary_inertia_scale = rotary_inertia_scales(*this);
     for (std::size_t k = 0; k < rotary_inertia_scale.size(); ++k) scale_rotary_inertia(element[k], rotary_inertia_scale[k]);
     start_wall_rest_curvature = kappa0(0);
@@ -245,8 +263,10 @@ RodGroup::RodGroup(const RodSpec& spec, int id, std::int64_t first_gid, const st
         const Quaterniond joined = bent(q, start_curvature(n - 1), 1 / voronoi.back().inv_length);
         const double gap = norm(x) / shape.length, misfit = norm(relative_rotation(joined, start_directors_.front()));
         if (gap > 1e-6 || misfit > 1e-6)
-            throw InputError(fmt::format("{}: the ring '{}' does not close: its ends are {:.3g} of its length apart and turned by {:.3g} rad; a circle has the "
-                                         "curvature 2 pi/length = {:.9g} 1/m", spec.source, spec.name, gap, misfit, 2 * pi / shape.length));
+            throw InputError(fmt::format("{}: the ring '{}' does not close: its ends are {:.3g} of its length apart and turned by "
+                                         "{:.3g} rad; a circle has the "
+                                         "curvature 2 pi/length = {:.9g} 1/m",
+                                         spec.source, spec.name, gap, misfit, 2 * pi / shape.length));
         start_offsets_.back() = start_offsets_.front();
     }
 
@@ -260,7 +280,8 @@ void RodGroup::pack_rods(std::vector<Capsule>* occupied) {
     const auto share = shares(spec_.shape);
     double radius = 0;
     for (std::size_t k = 0; k < share.size(); ++k) radius = std::max(radius, outer_radius(spec_, k, share[k]));
-    PackedRods packed = pack(spec_.placement.packing, norm(start_offsets_.back()), radius, occupied ? *occupied : none, fmt::format("{}: group '{}'", spec_.source, spec_.name));
+    PackedRods packed = pack(spec_.placement.packing, norm(start_offsets_.back()), radius, occupied ? *occupied : none,
+                             fmt::format("{}: group '{}'", spec_.source, spec_.name));
     origins_ = std::move(packed.origins);
     turns_ = std::move(packed.frames);
     packed_fill_ = packed.fill;
@@ -270,7 +291,8 @@ void RodGroup::pack_rods(std::vector<Capsule>* occupied) {
 void RodGroup::append_capsules(std::int64_t i, std::vector<Capsule>& capsules) const {
     const auto share = shares(spec_.shape);
     for (std::size_t k = 0; k < share.size(); ++k)
-        capsules.push_back({origin(i) + turned(i, start_offsets_[k]), origin(i) + turned(i, start_offsets_[k + 1]), outer_radius(spec_, k, share[k])});
+        capsules.push_back({origin(i) + turned(i, start_offsets_[k]), origin(i) + turned(i, start_offsets_[k + 1]),
+                            outer_radius(spec_, k, share[k])});
 }
 
 void RodGroup::start_state(std::int64_t i, std::span<Slot<1>> out) const {
@@ -297,9 +319,12 @@ Vec3d RodGroup::magnetisation(std::int64_t i) const {
     const double px = m.wavelength_x != 0 ? m.phase + 2 * pi * place.x / m.wavelength_x : 0;
     const double py = m.wavelength_y != 0 ? m.phase + 2 * pi * place.y / m.wavelength_y : 0;
     switch (m.pattern) {
-    case MagnetisationPattern::none: return {0, 0, 0};
-    case MagnetisationPattern::uniform: return (1 / norm(m.direction)) * m.direction;
-    case MagnetisationPattern::wave_x: return {std::sin(px), 0, std::cos(px)};
+    case MagnetisationPattern::none:
+        return {0, 0, 0};
+    case MagnetisationPattern::uniform:
+        return (1 / norm(m.direction)) * m.direction;
+    case MagnetisationPattern::wave_x:
+        return {std::sin(px), 0, std::cos(px)};
     case MagnetisationPattern::wave_xy: {
         // |(sin px, sin py, cos px + cos py)|^2 = 2 + 2 cos px cos py vanishes only where both sines do and the cosines oppose.
         const double length = std::sqrt(2 + 2 * std::cos(px) * std::cos(py) + 1e-12);

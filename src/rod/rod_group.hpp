@@ -13,8 +13,8 @@
 
 namespace skein {
 
-/// Constants of element k, body components: numbers, or packs where they differ from lane to lane (rod/strands.hpp). Those of a group
-/// are shared by all its rods, so they live in cache and cost no bandwidth.
+/// Constants of element k, body components: numbers, or packs where they differ from lane to lane (rod/strands.hpp). Those of a
+/// group are shared by all its rods, so they live in cache and cost no bandwidth.
 template <class P> struct ElementConstantsOf {
     P rest_length;       ///< l_k, m
     P inv_rest_length;   ///< 1/m
@@ -43,9 +43,10 @@ using VoronoiConstants = VoronoiConstantsOf<double>;
 class RodGroup {
 public:
     /// Works out constants and placements. Throws InputError (with the source line of the table) where numbers contradict
-    /// each other. `directory` is where a mask file is looked for; `first_gid` is the number of rods in earlier groups. Rods that are
-    /// packed keep clear of `occupied`, and join it.
-    RodGroup(const RodSpec& spec, int id, std::int64_t first_gid, const std::string& directory, std::vector<Capsule>* occupied = nullptr);
+    /// each other. `directory` is where a mask file is looked for; `first_gid` is the number of rods in earlier groups. Rods that
+    /// are packed keep clear of `occupied`, and join it.
+    RodGroup(const RodSpec& spec, int id, std::int64_t first_gid, const std::string& directory,
+             std::vector<Capsule>* occupied = nullptr);
 
     const RodSpec& spec() const { return spec_; }
     const std::string& name() const { return spec_.name; }
@@ -59,7 +60,9 @@ public:
     bool closed() const { return spec_.shape.closed; }
     Law law() const { return spec_.material.law; }
     /// What an end holds: its node, and with clamped_frozen its element too.
-    bool holds_node(int i) const { return (i == 0 && spec_.start != EndKind::free) || (i == elements() && spec_.end != EndKind::free); }
+    bool holds_node(int i) const {
+        return (i == 0 && spec_.start != EndKind::free) || (i == elements() && spec_.end != EndKind::free);
+    }
     bool holds_element(int k) const {
         return (k == 0 && spec_.start == EndKind::clamped_frozen) || (k == elements() - 1 && spec_.end == EndKind::clamped_frozen);
     }
@@ -89,17 +92,19 @@ public:
     double packed_fill() const { return packed_fill_; }
     double packed_top() const { return packed_top_; }
 
-    std::vector<ElementConstants> element; ///< [n]
-    std::vector<VoronoiConstants> voronoi; ///< [n - 1], a ring's [n]
+    std::vector<ElementConstants> element;    ///< [n]
+    std::vector<VoronoiConstants> voronoi;    ///< [n - 1], a ring's [n]
     std::vector<double> rotary_inertia_scale; ///< [n], j >= 1; empty where all are 1
-    std::vector<double> node_mass;         ///< [n + 1], kg; 0 where a node takes no kick
-    std::vector<double> node_length;       ///< [n + 1], m: half of the elements on both sides
+    std::vector<double> node_mass;            ///< [n + 1], kg; 0 where a node takes no kick
+    std::vector<double> node_length;          ///< [n + 1], m: half of the elements on both sides
     Vec3d start_wall_rest_curvature{0, 0, 0}; ///< kappa0 of the half cells at clamped ends
     Vec3d end_wall_rest_curvature{0, 0, 0};
 
 private:
     /// A lab vector of the start shape as rod i has it.
-    Vec3d turned(std::int64_t i, const Vec3d& offset) const { return turns_.empty() ? offset : transpose_times(turns_[static_cast<std::size_t>(i)], offset); }
+    Vec3d turned(std::int64_t i, const Vec3d& offset) const {
+        return turns_.empty() ? offset : transpose_times(turns_[static_cast<std::size_t>(i)], offset);
+    }
     void pack_rods(std::vector<Capsule>* occupied);
 
     RodSpec spec_;

@@ -15,16 +15,29 @@ void visit(FieldVisitor& f, const Field& field, std::optional<Vec3d>& vector) {
 
 void Material::fields(FieldVisitor& f) {
     f.visit({.name = "density", .unit = "kg/m^3", .text = "mass density", .required = true, .above = 0}, density);
-    f.choice({.name = "law", .unit = "", .text = "rod law (docs/theory.md 3); elastica: as published, without an energy, for comparison; rigid: a body of one element, "
-                                                 "a cylinder with round ends or a ball"}, law, law_names);
-    f.visit({.name = "youngs_modulus", .unit = "Pa", .text = "E; not of rigid bodies", .required = law != Law::rigid, .above = 0}, youngs_modulus);
+    f.choice(
+        {.name = "law",
+         .unit = "",
+         .text =
+             "rod law (docs/theory.md 3); elastica: as published, without an energy, for comparison; rigid: a body of one element, "
+             "a cylinder with round ends or a ball"},
+        law, law_names);
+    f.visit({.name = "youngs_modulus", .unit = "Pa", .text = "E; not of rigid bodies", .required = law != Law::rigid, .above = 0},
+            youngs_modulus);
     f.visit({.name = "shear_modulus", .unit = "Pa", .text = "G; 0 stands for E/3 (incompressible material)", .at_least = 0},
             shear_modulus);
     f.visit({.name = "shear_factor", .unit = "-", .text = "alpha_c, Timoshenko shear correction", .above = 0, .at_most = 2},
             shear_factor);
-    f.visit({.name = "rotary_inertia_scale", .unit = "-", .text = "factor on the rotary inertia about d1 and d2 (not d3): a longer step, slower bending; the plan tells by how much", .at_least = 1},
-            rotary_inertia_scale);
-    f.visit({.name = "rotary_inertia_for_dt", .unit = "s", .text = "the same factor, for every element the least that lifts its shear-rotation limit to this; 0: off", .at_least = 0},
+    f.visit(
+        {.name = "rotary_inertia_scale",
+         .unit = "-",
+         .text = "factor on the rotary inertia about d1 and d2 (not d3): a longer step, slower bending; the plan tells by how much",
+         .at_least = 1},
+        rotary_inertia_scale);
+    f.visit({.name = "rotary_inertia_for_dt",
+             .unit = "s",
+             .text = "the same factor, for every element the least that lifts its shear-rotation limit to this; 0: off",
+             .at_least = 0},
             rotary_inertia_for_dt);
 }
 
@@ -32,64 +45,121 @@ void Section::fields(FieldVisitor& f) {
     f.choice({.name = "kind", .unit = "", .text = "shape of the cross-section"}, kind, section_names);
     f.visit({.name = "radius", .unit = "m", .text = "radius; elliptic: semi-axis along d1", .required = true, .above = 0}, radius);
     f.visit({.name = "radius_2", .unit = "m", .text = "elliptic: semi-axis along d2", .at_least = 0}, radius_2);
-    f.visit({.name = "taper", .unit = "-", .text = "radius at the end over radius at the start, linear between", .above = 0}, taper);
-    f.visit({.name = "profile", .unit = "-", .text = "radius of every element over `radius`; replaces `taper`", .above = 0}, profile);
+    f.visit({.name = "taper", .unit = "-", .text = "radius at the end over radius at the start, linear between", .above = 0},
+            taper);
+    f.visit({.name = "profile", .unit = "-", .text = "radius of every element over `radius`; replaces `taper`", .above = 0},
+            profile);
 }
 
 void Shape::fields(FieldVisitor& f, Law law) {
     const bool rigid = law == Law::rigid;
-    Field of_length{.name = "length", .unit = "m", .text = "rest length; of a rigid body without its round ends, 0: a ball", .required = true};
+    Field of_length{
+        .name = "length", .unit = "m", .text = "rest length; of a rigid body without its round ends, 0: a ball", .required = true};
     (rigid ? of_length.at_least : of_length.above) = 0;
     f.visit(of_length, length);
-    f.visit({.name = "elements", .unit = "-", .text = "number of elements; 1 of a rigid body", .required = true, .at_least = rigid ? 1.0 : 2.0, .at_most = 100000}, elements);
-    f.visit({.name = "length_profile", .unit = "-", .text = "lengths of the elements relative to each other; all equal where absent", .above = 0},
+    f.visit({.name = "elements",
+             .unit = "-",
+             .text = "number of elements; 1 of a rigid body",
+             .required = true,
+             .at_least = rigid ? 1.0 : 2.0,
+             .at_most = 100000},
+            elements);
+    f.visit({.name = "length_profile",
+             .unit = "-",
+             .text = "lengths of the elements relative to each other; all equal where absent",
+             .above = 0},
             length_profile);
     f.visit({.name = "rest_curvature", .unit = "1/m", .text = "kappa0 about d1, d2, d3, all along the rod"}, rest_curvature);
-    f.visit({.name = "rest_curvature_profile", .unit = "1/m", .text = "kappa0 of every inner vertex (elements - 1; a ring: elements); replaces `rest_curvature`"},
+    f.visit({.name = "rest_curvature_profile",
+             .unit = "1/m",
+             .text = "kappa0 of every inner vertex (elements - 1; a ring: elements); replaces `rest_curvature`"},
             rest_curvature_profile);
     f.visit({.name = "rest_strain", .unit = "-", .text = "sigma0: shear along d1, d2 and stretch along d3"}, rest_strain);
-    f.visit({.name = "closed", .unit = "", .text = "a ring: the last element joins the first; without a curvature a circle about d1"}, closed);
-    visit(f, {.name = "start_curvature", .unit = "1/m", .text = "curvature at t = 0; the rest curvature where absent"}, start_curvature);
-    f.visit({.name = "start_curvature_profile", .unit = "1/m", .text = "the same for every inner vertex (elements - 1; a ring: elements); replaces `start_curvature`"},
+    f.visit(
+        {.name = "closed", .unit = "", .text = "a ring: the last element joins the first; without a curvature a circle about d1"},
+        closed);
+    visit(f, {.name = "start_curvature", .unit = "1/m", .text = "curvature at t = 0; the rest curvature where absent"},
+          start_curvature);
+    f.visit({.name = "start_curvature_profile",
+             .unit = "1/m",
+             .text = "the same for every inner vertex (elements - 1; a ring: elements); replaces `start_curvature`"},
             start_curvature_profile);
     f.visit({.name = "velocity", .unit = "m/s", .text = "at t = 0, lab frame"}, velocity);
     f.visit({.name = "angular_velocity", .unit = "rad/s", .text = "of every element at t = 0, body frame"}, angular_velocity);
 }
 
 void Placement::fields(FieldVisitor& f) {
-    f.choice({.name = "kind", .unit = "", .text = "single rod, `line` or `lattice` of rods, `mask` bitmap, `list` of origins, `packing` at random without overlap"}, kind,
-             placement_names);
+    f.choice(
+        {.name = "kind",
+         .unit = "",
+         .text = "single rod, `line` or `lattice` of rods, `mask` bitmap, `list` of origins, `packing` at random without overlap"},
+        kind, placement_names);
     f.visit({.name = "origin", .unit = "m", .text = "start of the first rod"}, origin);
     f.visit({.name = "tangent", .unit = "-", .text = "direction of every rod at its start (d3)"}, tangent);
-    visit(f, {.name = "normal", .unit = "-", .text = "direction of d1 at the start, made orthogonal to the tangent; where absent x, or y for rods along x"}, normal);
+    visit(f,
+          {.name = "normal",
+           .unit = "-",
+           .text = "direction of d1 at the start, made orthogonal to the tangent; where absent x, or y for rods along x"},
+          normal);
     f.visit({.name = "counts", .unit = "-", .text = "line: [n] along x; lattice: [nx, ny] or [nx, ny, nz]", .at_least = 1}, counts);
-    f.visit({.name = "spacing", .unit = "m", .text = "distance between neighbours, one per count (mask: [dx, dy])", .above = 0}, spacing);
-    f.visit({.name = "file", .unit = "", .text = "mask: PBM (P1) bitmap beside the scene; each 1 carries a rod, the last row is y = 0"}, file);
+    f.visit({.name = "spacing", .unit = "m", .text = "distance between neighbours, one per count (mask: [dx, dy])", .above = 0},
+            spacing);
+    f.visit(
+        {.name = "file", .unit = "", .text = "mask: PBM (P1) bitmap beside the scene; each 1 carries a rod, the last row is y = 0"},
+        file);
     f.visit({.name = "origins", .unit = "m", .text = "list: start of every rod"}, origins);
     packing.fields(f);
 }
 
 void Packing::fields(FieldVisitor& f) {
-    f.visit({.name = "count", .unit = "-", .text = "packing: number of rods; the group's straight rods, clear of all groups above it in the scene", .at_least = 1}, count);
-    f.visit({.name = "seed", .unit = "-", .text = "packing: of the random numbers; a placement depends on nothing else, so give each group its own", .at_least = 0}, seed);
-    f.choice({.name = "region", .unit = "", .text = "packing: what holds the rods to their whole width; a slab is a box that grows upwards as needed"}, region, packing_region_names);
+    f.visit({.name = "count",
+             .unit = "-",
+             .text = "packing: number of rods; the group's straight rods, clear of all groups above it in the scene",
+             .at_least = 1},
+            count);
+    f.visit({.name = "seed",
+             .unit = "-",
+             .text = "packing: of the random numbers; a placement depends on nothing else, so give each group its own",
+             .at_least = 0},
+            seed);
+    f.choice({.name = "region",
+              .unit = "",
+              .text = "packing: what holds the rods to their whole width; a slab is a box that grows upwards as needed"},
+             region, packing_region_names);
     f.visit({.name = "lower", .unit = "m", .text = "packing: corner of the box or slab"}, lower);
     f.visit({.name = "upper", .unit = "m", .text = "packing: opposite corner; a slab looks at x and y alone"}, upper);
     f.visit({.name = "point", .unit = "m", .text = "packing: cylinder, centre of its base; its axis is z"}, point);
     f.visit({.name = "radius", .unit = "m", .text = "packing: cylinder", .at_least = 0}, radius);
     f.visit({.name = "height", .unit = "m", .text = "packing: cylinder", .at_least = 0}, height);
-    f.visit({.name = "elevation", .unit = "deg", .text = "packing: least and largest angle of the rods above the horizontal plane", .at_least = -90, .at_most = 90}, elevation);
-    f.visit({.name = "azimuth", .unit = "deg", .text = "packing: least and largest angle of the rods around z, from x", .at_least = -360, .at_most = 360}, azimuth);
-    f.choice({.name = "elevation_law", .unit = "", .text = "packing: even in solid angle, or in the angle itself"}, elevation_law, elevation_law_names);
-    f.visit({.name = "gap", .unit = "m", .text = "packing: least distance of surfaces; 0 stands for 0.05 radii", .at_least = 0}, gap);
-    f.visit({.name = "attempts", .unit = "-", .text = "packing: places tried for a rod before the packing fails; a slab grows by a layer after a hundredth of them", .at_least = 1}, attempts);
+    f.visit({.name = "elevation",
+             .unit = "deg",
+             .text = "packing: least and largest angle of the rods above the horizontal plane",
+             .at_least = -90,
+             .at_most = 90},
+            elevation);
+    f.visit({.name = "azimuth",
+             .unit = "deg",
+             .text = "packing: least and largest angle of the rods around z, from x",
+             .at_least = -360,
+             .at_most = 360},
+            azimuth);
+    f.choice({.name = "elevation_law", .unit = "", .text = "packing: even in solid angle, or in the angle itself"}, elevation_law,
+             elevation_law_names);
+    f.visit({.name = "gap", .unit = "m", .text = "packing: least distance of surfaces; 0 stands for 0.05 radii", .at_least = 0},
+            gap);
+    f.visit({.name = "attempts",
+             .unit = "-",
+             .text = "packing: places tried for a rod before the packing fails; a slab grows by a layer after a hundredth of them",
+             .at_least = 1},
+            attempts);
 }
 
 void Magnetisation::fields(FieldVisitor& f) {
     f.choice({.name = "pattern", .unit = "", .text = "how the magnetisation varies from rod to rod"}, pattern, magnetisation_names);
     f.visit({.name = "strength", .unit = "A/m", .text = "M, magnetic moment per volume", .at_least = 0}, strength);
     f.visit({.name = "direction", .unit = "-", .text = "uniform: direction in the lab frame at the start"}, direction);
-    f.visit({.name = "wavelength_x", .unit = "m", .text = "wave_x, wave_xy: lambda_x; a negative one mirrors the wave"}, wavelength_x);
+    f.visit({.name = "wavelength_x", .unit = "m", .text = "wave_x, wave_xy: lambda_x; a negative one mirrors the wave"},
+            wavelength_x);
     f.visit({.name = "wavelength_y", .unit = "m", .text = "wave_xy: lambda_y"}, wavelength_y);
     f.visit({.name = "phase", .unit = "rad", .text = "angle of the magnetisation at the group's first corner"}, phase);
 }

@@ -16,13 +16,14 @@ enum class Law { incompressible, linear, elastica, rigid };
 inline constexpr std::string_view law_names[] = {"incompressible", "linear", "elastica", "rigid"};
 
 struct Material {
-    double density = 0;          ///< kg/m^3
-    double youngs_modulus = 0;   ///< E, Pa; rigid bodies have none
-    double shear_modulus = 0;    ///< G, Pa; 0: E/3
+    double density = 0;                ///< kg/m^3
+    double youngs_modulus = 0;         ///< E, Pa; rigid bodies have none
+    double shear_modulus = 0;          ///< G, Pa; 0: E/3
     double shear_factor = 27.0 / 28.0; ///< alpha_c, Timoshenko shear correction
     Law law = Law::incompressible;
-    double rotary_inertia_scale = 1;  ///< j, on J1 and J2 of every element
-    double rotary_inertia_for_dt = 0; ///< s; 0: off; else each element takes the smallest j that lifts its shear-rotation limit to it
+    double rotary_inertia_scale = 1; ///< j, on J1 and J2 of every element
+    double rotary_inertia_for_dt =
+        0; ///< s; 0: off; else each element takes the smallest j that lifts its shear-rotation limit to it
 
     void fields(FieldVisitor& f);
 };
@@ -46,15 +47,15 @@ struct Section {
 struct Shape {
     double length = 0; ///< m; of a rigid body that between the centres of its round ends, 0: a ball
     long elements = 0;
-    std::vector<double> length_profile;  ///< empty, or the elements' lengths in any unit, scaled to `length`
-    bool closed = false;                 ///< the end joins the start; the rest curvature defaults to a circle's
-    Vec3d rest_curvature{0, 0, 0};       ///< kappa0, 1/m
-    std::vector<Vec3d> rest_curvature_profile; ///< empty, or one per Voronoi cell (elements - 1)
-    Vec3d rest_strain{0, 0, 0};          ///< sigma0, -
-    std::optional<Vec3d> start_curvature; ///< curvature at t = 0; the rest curvature where absent
+    std::vector<double> length_profile;         ///< empty, or the elements' lengths in any unit, scaled to `length`
+    bool closed = false;                        ///< the end joins the start; the rest curvature defaults to a circle's
+    Vec3d rest_curvature{0, 0, 0};              ///< kappa0, 1/m
+    std::vector<Vec3d> rest_curvature_profile;  ///< empty, or one per Voronoi cell (elements - 1)
+    Vec3d rest_strain{0, 0, 0};                 ///< sigma0, -
+    std::optional<Vec3d> start_curvature;       ///< curvature at t = 0; the rest curvature where absent
     std::vector<Vec3d> start_curvature_profile; ///< empty, or one per Voronoi cell
-    Vec3d velocity{0, 0, 0};             ///< at t = 0, lab, m/s
-    Vec3d angular_velocity{0, 0, 0};     ///< of each element at t = 0, body, rad/s
+    Vec3d velocity{0, 0, 0};                    ///< at t = 0, lab, m/s
+    Vec3d angular_velocity{0, 0, 0};            ///< of each element at t = 0, body, rad/s
 
     /// What is allowed depends on the law.
     void fields(FieldVisitor& f, Law law);
@@ -68,17 +69,18 @@ inline constexpr std::string_view end_names[] = {"free", "pinned", "clamped", "c
 enum class PlacementKind { single, line, lattice, mask, list, packing };
 inline constexpr std::string_view placement_names[] = {"single", "line", "lattice", "mask", "list", "packing"};
 
-/// Where the rods start and which way they point. All rods share tangent and normal (d1), unless packed; `origins` come from the kind.
+/// Where the rods start and which way they point. All rods share tangent and normal (d1), unless packed; `origins` come from the
+/// kind.
 struct Placement {
     PlacementKind kind = PlacementKind::single;
     Vec3d origin{0, 0, 0};
-    Vec3d tangent{0, 0, 1}; ///< d3 at s = 0
+    Vec3d tangent{0, 0, 1};      ///< d3 at s = 0
     std::optional<Vec3d> normal; ///< d1 at s = 0, made orthogonal to the tangent; absent: x, or y for rods along x
-    std::vector<long> counts;     ///< line: [n]; lattice: [nx, ny] or [nx, ny, nz]
-    std::vector<double> spacing;  ///< m, one per count
-    std::string file;             ///< mask: PBM (P1) bitmap, its "1" pixels carry a rod; first row is the largest y
-    std::vector<Vec3d> origins;   ///< list
-    Packing packing;              ///< packing
+    std::vector<long> counts;    ///< line: [n]; lattice: [nx, ny] or [nx, ny, nz]
+    std::vector<double> spacing; ///< m, one per count
+    std::string file;            ///< mask: PBM (P1) bitmap, its "1" pixels carry a rod; first row is the largest y
+    std::vector<Vec3d> origins;  ///< list
+    Packing packing;             ///< packing
 
     void fields(FieldVisitor& f);
 };
@@ -92,10 +94,10 @@ enum class MagnetisationPattern { none, uniform, wave_x, wave_xy };
 inline constexpr std::string_view magnetisation_names[] = {"none", "uniform", "wave_x", "wave_xy"};
 struct Magnetisation {
     MagnetisationPattern pattern = MagnetisationPattern::none;
-    double strength = 0;         ///< M, A/m
-    Vec3d direction{0, 0, 1};    ///< uniform: lab, at the start shape
-    double wavelength_x = 0;     ///< m; negative mirrors the wave
-    double wavelength_y = 0;     ///< m
+    double strength = 0;                   ///< M, A/m
+    Vec3d direction{0, 0, 1};              ///< uniform: lab, at the start shape
+    double wavelength_x = 0;               ///< m; negative mirrors the wave
+    double wavelength_y = 0;               ///< m
     double phase = 3.14159265358979323846; ///< rad, at the group's first corner
 
     void fields(FieldVisitor& f);

@@ -34,9 +34,11 @@ std::string complaint(const RodGroup& group, std::span<const Slot<1>> state) {
     char text[160];
     for (int k = 0; k <= group.elements(); ++k) {
         const Slot<1>& s = state[static_cast<std::size_t>(k)];
-        const char* quantity = !finite(lane(s.position, 0)) ? "position" : !finite(lane(s.velocity, 0)) ? "velocity" :
-                               !std::isfinite(dot(s.director, s.director)[0]) ? "director" :
-                               !finite(lane(s.spin, 0)) ? "angular velocity" : nullptr;
+        const char* quantity = !finite(lane(s.position, 0))                     ? "position"
+                               : !finite(lane(s.velocity, 0))                   ? "velocity"
+                               : !std::isfinite(dot(s.director, s.director)[0]) ? "director"
+                               : !finite(lane(s.spin, 0))                       ? "angular velocity"
+                                                                                : nullptr;
         if (quantity) {
             std::snprintf(text, sizeof text, "element %d: %s is not finite", k, quantity);
             return text;
@@ -48,7 +50,8 @@ std::string complaint(const RodGroup& group, std::span<const Slot<1>> state) {
         const double e = group.element[static_cast<std::size_t>(k)].inv_rest_length *
                          dot(lane(third_director(s.director), 0), lane(next.position, 0) - lane(s.position, 0));
         if (!(e > least_dilatation && e < most_dilatation(group))) {
-            std::snprintf(text, sizeof text, "element %d: dilatation e = %.4g left [%g, %g]", k, e, least_dilatation, most_dilatation(group));
+            std::snprintf(text, sizeof text, "element %d: dilatation e = %.4g left [%g, %g]", k, e, least_dilatation,
+                          most_dilatation(group));
             return text;
         }
         if (k == cell_count(group)) break;
@@ -72,7 +75,8 @@ std::string tension_hint(const RodGroup& group, std::span<const Slot<1>> state) 
         if (e > most) most = e, element = k;
     }
     char text[160] = "";
-    if (most > limit) std::snprintf(text, sizeof text, "; tension instability of element %d: e = %.4g, limit e_c = %.4g", element, most, limit);
+    if (most > limit)
+        std::snprintf(text, sizeof text, "; tension instability of element %d: e = %.4g, limit e_c = %.4g", element, most, limit);
     return text;
 }
 
@@ -89,7 +93,8 @@ template <class Map, int W> bool fit(const RodTile<W>& tile) {
         least = min(least, e);
         most = max(most, e);
         if constexpr (Map::along) {
-            half_cosine = select(tile.strands->cell[k].inner, min(half_cosine, abs(dot(s.director, tile.slot[k + 1].director))), half_cosine);
+            half_cosine =
+                select(tile.strands->cell[k].inner, min(half_cosine, abs(dot(s.director, tile.slot[k + 1].director))), half_cosine);
         } else {
             if (k == cell_count(*tile.group)) break;
             half_cosine = min(half_cosine, abs(dot(s.director, tile.slot[(k + 1) % tile.n].director)));
@@ -97,7 +102,8 @@ template <class Map, int W> bool fit(const RodTile<W>& tile) {
     }
     const Vec3<P> end = tile.slot[tile.n].position + tile.slot[tile.n].velocity;
     zero = fma(end.x + end.y + end.z, P(0.0), zero);
-    const auto good = (zero >= P(0.0)) & (least > P(least_dilatation)) & (most < most_dilatation(tile)) & (half_cosine > P(least_half_cosine));
+    const auto good =
+        (zero >= P(0.0)) & (least > P(least_dilatation)) & (most < most_dilatation(tile)) & (half_cosine > P(least_half_cosine));
     return !any(!good);
 }
 template <int W> bool fit(const RodTile<W>& tile) {
@@ -106,9 +112,9 @@ template <int W> bool fit(const RodTile<W>& tile) {
 
 } // namespace
 
-template <int W>
-RodTiles<W>::RodTiles(std::span<const RodGroup> groups, std::vector<LocalRod> rods, const Tiling& tiling,
-                      std::vector<TileProgram<W>> programs, const Threads& threads, std::vector<std::shared_ptr<AuditBook<W>>> audits, StepWatch watch)
+template <int W> RodTiles<W>::RodTiles(std::span<const RodGroup> groups, std::vector<LocalRod> rods, const Tiling& tiling,
+                                       std::vector<TileProgram<W>> programs, const Threads& threads,
+                                       std::vector<std::shared_ptr<AuditBook<W>>> audits, StepWatch watch)
     : groups_(groups), local_(std::move(rods)), programs_(std::move(programs)), audits_(std::move(audits)), threads_(threads),
       watch_(watch) {
     lay_out(tiling);
@@ -168,7 +174,8 @@ template <int W> void RodTiles<W>::lay_out(const Tiling& tiling) {
         }
         const RodGroup& group = groups_[g];
         const bool opens = tiles_.empty() || tiles_.back().group != &group || tiles_.back().lanes == W;
-        RodTile<W>& tile = opens ? open({nullptr, group.element.data(), group.voronoi.data(), &group, group.elements()}, g) : tiles_.back();
+        RodTile<W>& tile =
+            opens ? open({nullptr, group.element.data(), group.voronoi.data(), &group, group.elements()}, g) : tiles_.back();
         place_[i] = {tiles_.size() - 1, tile.lanes};
         std::fill(tile.index + tile.lanes, tile.index + W, local_[i].index); // spare lanes repeat the last rod
         ++tile.lanes;
@@ -185,7 +192,8 @@ template <int W> void RodTiles<W>::lay_out(const Tiling& tiling) {
             lane_ += stretches;
         }
         strands_.emplace_back(seats, along.rows);
-        open({.n = along.rows, .lanes = static_cast<int>(seats.size()), .strands = &strands_.back()}, groups_.size() + static_cast<std::size_t>(along.family));
+        open({.n = along.rows, .lanes = static_cast<int>(seats.size()), .strands = &strands_.back()},
+             groups_.size() + static_cast<std::size_t>(along.family));
     }
     for (std::size_t p = 0; p < programs_.size(); ++p) // of groups that all lie along, or that have no rod here
         if (tiles_of_program[p] == 0) programs_[p].clear();
@@ -254,7 +262,8 @@ template <int W> void RodTiles<W>::act_and_move(const Step& step, const Step& ne
 }
 
 template <int W> std::pair<std::size_t, std::size_t> RodTiles<W>::passes(std::size_t program, Part part) const {
-    return {part == Part::from_there ? meeting_[program] : 0, part == Part::until_they_meet ? meeting_[program] : programs_[program].size()};
+    return {part == Part::from_there ? meeting_[program] : 0,
+            part == Part::until_they_meet ? meeting_[program] : programs_[program].size()};
 }
 
 template <int W> void RodTiles<W>::prepare(const Stretch& stretch) {
@@ -343,7 +352,8 @@ template <int W> void RodTiles<W>::set_memory(std::size_t i, std::span<const dou
 }
 
 template <int W> std::size_t RodTiles<W>::bytes() const {
-    std::size_t bytes = slots_.size() * sizeof(Slot<W>) + tiles_.size() * sizeof(RodTile<W>) + local_.size() * (sizeof(LocalRod) + sizeof(Place));
+    std::size_t bytes =
+        slots_.size() * sizeof(Slot<W>) + tiles_.size() * sizeof(RodTile<W>) + local_.size() * (sizeof(LocalRod) + sizeof(Place));
     for (const auto& scratch : scratch_) bytes += scratch.size() * sizeof(SlotLoad<W>);
     for (const auto& audit : audits_) bytes += audit->bytes();
     for (const auto& strands : strands_) bytes += strands.bytes();

@@ -1,5 +1,5 @@
-// Rods at a fixed SIMD width: tiles of W rods of one group or of strands, each tile's slots contiguous and aligned, and per group or
-// family of groups the passes that make a step.
+// Rods at a fixed SIMD width: tiles of W rods of one group or of strands, each tile's slots contiguous and aligned, and per group
+// or family of groups the passes that make a step.
 #pragma once
 
 #include "core/aligned.hpp"
@@ -25,8 +25,9 @@ template <int W> class RodTiles final : public Rods {
 public:
     /// `rods` as partition() orders them; one program per group across, then one per family along; one audit per group or none at
     /// all. `tiling`: of these rods. Rods take their start state.
-    RodTiles(std::span<const RodGroup> groups, std::vector<LocalRod> rods, const Tiling& tiling, std::vector<TileProgram<W>> programs,
-             const Threads& threads, std::vector<std::shared_ptr<AuditBook<W>>> audits = {}, StepWatch watch = {});
+    RodTiles(std::span<const RodGroup> groups, std::vector<LocalRod> rods, const Tiling& tiling,
+             std::vector<TileProgram<W>> programs, const Threads& threads, std::vector<std::shared_ptr<AuditBook<W>>> audits = {},
+             StepWatch watch = {});
 
     bool visit(std::span<const Step> steps, bool check) override;
     void move(const Step& step) override;
@@ -86,12 +87,12 @@ private:
     StepWatch watch_;
     AlignedVector<Slot<W>> slots_;
     std::vector<RodTile<W>> tiles_;
-    std::deque<Strands<W>> strands_;                  ///< of tiles along
-    std::vector<Place> place_;                        ///< of local()[i]
+    std::deque<Strands<W>> strands_;                          ///< of tiles along
+    std::vector<Place> place_;                                ///< of local()[i]
     mutable std::vector<AlignedVector<SlotLoad<W>>> scratch_; ///< per thread
-    std::vector<std::size_t> meeting_;                ///< by program: passes until rods meet
-    std::array<Stretch, 2> visit_;                    ///< under way
-    bool check_ = false;                              ///< of the visit under way
+    std::vector<std::size_t> meeting_;                        ///< by program: passes until rods meet
+    std::array<Stretch, 2> visit_;                            ///< under way
+    bool check_ = false;                                      ///< of the visit under way
     std::atomic<bool> fit_ = true, near_ = false;
     std::function<void(std::size_t, int)> advance_tile_;
 };

@@ -37,7 +37,8 @@ public:
 
     /// Advances every rod by the given steps, tile by tile. With `check`, false if a rod came out unfit (see inspect).
     virtual bool visit(std::span<const Step> steps, bool check) = 0;
-    /// A step of rods that feel each other, in two halves: `move` until they meet, `act` from there; the second tells what visit does.
+    /// A step of rods that feel each other, in two halves: `move` until they meet, `act` from there; the second tells what visit
+    /// does.
     virtual void move(const Step& step) = 0;
     virtual bool act(const Step& step, bool check) = 0;
     /// act(step), then move(next), in one visit to each tile. Steps of different slots.

@@ -13,7 +13,8 @@ template <int W> struct Slot {
 };
 
 template <int W> Slot<1> lane(const Slot<W>& s, int i) {
-    return {broadcast<1>(lane(s.position, i)), broadcast<1>(lane(s.velocity, i)), broadcast<1>(lane(s.director, i)), broadcast<1>(lane(s.spin, i))};
+    return {broadcast<1>(lane(s.position, i)), broadcast<1>(lane(s.velocity, i)), broadcast<1>(lane(s.director, i)),
+            broadcast<1>(lane(s.spin, i))};
 }
 template <int W> void set_lane(Slot<W>& s, int i, const Slot<1>& one) {
     set_lane(s.position, i, lane(one.position, 0));
@@ -24,7 +25,8 @@ template <int W> void set_lane(Slot<W>& s, int i, const Slot<1>& one) {
 
 /// Asks for a slot that will be needed soon.
 template <int W> SKEIN_INLINE void prefetch(const Slot<W>& slot) {
-    for (std::size_t line = 0; line < sizeof(Slot<W>); line += 64) __builtin_prefetch(reinterpret_cast<const char*>(&slot) + line, 1, 2);
+    for (std::size_t line = 0; line < sizeof(Slot<W>); line += 64)
+        __builtin_prefetch(reinterpret_cast<const char*>(&slot) + line, 1, 2);
 }
 
 /// Rows d1, d2, d3.

@@ -62,7 +62,8 @@ SKEIN_INLINE PresentCell<Pack<W>> present_cell(const RodTile<W>& rod, int k, int
 
 template <int W> PresentCell<Pack<W>> inner_only(Mask<W> inner, const PresentCell<Pack<W>>& cell) {
     const Pack<W> none(0.0);
-    return {select(inner, cell.spring, Vec3<Pack<W>>{none, none, none}), select(inner, cell.tension, none), select(inner, cell.stiffness, none)};
+    return {select(inner, cell.spring, Vec3<Pack<W>>{none, none, none}), select(inner, cell.tension, none),
+            select(inner, cell.stiffness, none)};
 }
 template <int W> PresentCell<Pack<W>> from_lane_before(const PresentCell<Pack<W>>& cell) {
     return {skein::from_lane_before(cell.spring), skein::from_lane_before(cell.tension), skein::from_lane_before(cell.stiffness)};
@@ -83,7 +84,8 @@ template <class Map, int W> Pack<W> walls_at(const RodTile<W>& rod, const Ends& 
 template <class Law, class Map, int W> PresentCell<Pack<W>> joint_cell(const RodTile<W>& rod, const Ends& ends) {
     const int n = rod.n;
     const auto e = [&](int k) { return element_strain<Map>(rod, k).z; };
-    if constexpr (Map::along) return inner_only(rod.strands->cell[n - 1].inner, present_cell<Law, Map>(rod, n - 1, n, e(n - 1), from_lane_after(e(0))));
+    if constexpr (Map::along)
+        return inner_only(rod.strands->cell[n - 1].inner, present_cell<Law, Map>(rod, n - 1, n, e(n - 1), from_lane_after(e(0))));
     else return ends.closed ? present_cell<Law, Map>(rod, n - 1, 0, e(n - 1), e(0)) : PresentCell<Pack<W>>{};
 }
 
@@ -98,7 +100,8 @@ template <class Law, class Map, int W, class F> void present_eigenvalues(const R
     Vec3<P> nu = element_strain<Map>(rod, 0);
     const PresentCell<P> joint = joint_cell<Law, Map>(rod, ends);
     PresentCell<P> before = joint;
-    auto mobility_before = Map::element(rod, n - 1).inv_inertia, mobility = Map::element(rod, 0).inv_inertia, mobility_around = mobility;
+    auto mobility_before = Map::element(rod, n - 1).inv_inertia, mobility = Map::element(rod, 0).inv_inertia,
+         mobility_around = mobility;
     if constexpr (Map::along) {
         before = inner_only(!rod.strands->first, from_lane_before(joint));
         mobility_before = from_lane_before(mobility_before);
@@ -118,13 +121,12 @@ template <class Law, class Map, int W, class F> void present_eigenvalues(const R
                        scale(after.spring, broadcast<W>(mobility + mobility_after));
         const P walls = walls_at<Map>(rod, ends, k);
         if (any(walls > P(0.0)))
-            beta += (P(2.0) * walls * P(c.inv_rest_length) * Law::bending_factor(P(1.0) / nu.z)) * broadcast<W>(scale(c.bending, mobility));
+            beta += (P(2.0) * walls * P(c.inv_rest_length) * Law::bending_factor(P(1.0) / nu.z)) *
+                    broadcast<W>(scale(c.bending, mobility));
 
         P tension = Law::stress(c, nu).z, stretching = Law::stretch_stiffness(c, nu.z), looser(1.0), softer(1.0);
-        if (published)
-            looser = nu.z, softer = P(1.0) / nu.z;
-        else
-            tension += before.tension + after.tension, stretching += before.stiffness + after.stiffness;
+        if (published) looser = nu.z, softer = P(1.0) / nu.z;
+        else tension += before.tension + after.tension, stretching += before.stiffness + after.stiffness;
         const auto m = 4 / (Map::density(rod) * c.volume);
         const auto shear_rotation = [&](auto shear, auto inverse_inertia, P springs) {
             const P s = softer * P(shear), j = looser * P(inverse_inertia), net = s * nu.z - tension;

@@ -1,5 +1,5 @@
-// The mapping along the rod: lanes of a tile carry strands. A strand is a rod, or one of the equal stretches that a rod is cut into,
-// so that a lone rod fills all lanes, and rods of other lengths and groups lie beside it.
+// The mapping along the rod: lanes of a tile carry strands. A strand is a rod, or one of the equal stretches that a rod is cut
+// into, so that a lone rod fills all lanes, and rods of other lengths and groups lie beside it.
 //   row       0           1           ...   m - 1             m
 //   lane j    slot j m    slot j m+1  ...   slot (j+1) m - 1  the next lane's row 0, where the rod goes on there
 // Constants differ from lane to lane. Slots behind a rod's last node are absent: without stiffness, of infinite mass, their strain
@@ -105,7 +105,9 @@ public:
     Quaternion<P> start_frame;
     Vec3<P> start_rest_curvature;
 
-    std::size_t bytes() const { return sizeof *this + element.bytes() + cell.bytes() + node.bytes() + seats_.size() * sizeof(Seat); }
+    std::size_t bytes() const {
+        return sizeof *this + element.bytes() + cell.bytes() + node.bytes() + seats_.size() * sizeof(Seat);
+    }
 
 private:
     const Seat& seat(int lane_) const { return seats_[static_cast<std::size_t>(std::max(0, seat_[lane_]))]; }
@@ -164,13 +166,15 @@ template <int W> Strands<W>::Strands(std::span<const Seat> seats, int rows) : se
             const RodGroup& group = *seat(i).group;
             const int k = slot(i, row), elements = group.elements();
             const auto at = static_cast<std::size_t>(k);
-            const bool has_element = k >= 0 && k < elements, clamped_end = k == elements - 1 && group.spec().end == EndKind::clamped;
+            const bool has_element = k >= 0 && k < elements,
+                       clamped_end = k == elements - 1 && group.spec().end == EndKind::clamped;
             const ElementConstants& own = group.element[has_element ? at : 0];
             set_lane<ElementConstantsOf>(e, i, has_element ? own : absent_element(own));
             e.absent.set(i, has_element ? 0 : 1);
             const bool has_next = has_element && k < elements - 1;
             if (has_next) set_lane<VoronoiConstantsOf>(c, i, group.voronoi[at]);
-            else if (clamped_end) set_lane<VoronoiConstantsOf>(c, i, {2 * own.inv_rest_length, 1, 0, own.bending, group.end_wall_rest_curvature});
+            else if (clamped_end)
+                set_lane<VoronoiConstantsOf>(c, i, {2 * own.inv_rest_length, 1, 0, own.bending, group.end_wall_rest_curvature});
             else set_lane<VoronoiConstantsOf>(c, i, {0, 1, 0, {0, 0, 0}, {0, 0, 0}});
             present.set(i, has_next || clamped_end ? 1 : 0);
             inner.set(i, has_next ? 1 : 0);

@@ -25,10 +25,10 @@ template <int W> struct RodTile {
     const ElementConstants* element; ///< [n]; a tile along has none, nor the next two
     const VoronoiConstants* voronoi; ///< [n - 1]
     const RodGroup* group;
-    int n;                           ///< elements, of a tile along the rows of its strands
-    std::size_t number;              ///< of the tile within its program on this rank
-    std::int64_t index[W];           ///< number in the group of each lane's rod; spare lanes repeat the last rod
-    int lanes;                       ///< lanes that carry a rod of their own
+    int n;                               ///< elements, of a tile along the rows of its strands
+    std::size_t number;                  ///< of the tile within its program on this rank
+    std::int64_t index[W];               ///< number in the group of each lane's rod; spare lanes repeat the last rod
+    int lanes;                           ///< lanes that carry a rod of their own
     const Strands<W>* strands = nullptr; ///< of a tile along
     std::size_t program = 0;             ///< which passes run over it
 

@@ -23,7 +23,8 @@ struct PooledRod {
 /// Rods in stretches of at most `longest` rows where that makes four rows at least, packed into tiles: first fit, longest first.
 std::vector<AlongTile> pack(std::vector<PooledRod> rods, int family, int longest, int lanes) {
     for (PooledRod& rod : rods)
-        rod.stretches = std::clamp((rod.elements + longest - 1) / longest, 1, std::min(lanes, std::max(1, rod.elements / least_rows)));
+        rod.stretches =
+            std::clamp((rod.elements + longest - 1) / longest, 1, std::min(lanes, std::max(1, rod.elements / least_rows)));
     std::stable_sort(rods.begin(), rods.end(), [](const PooledRod& a, const PooledRod& b) { return a.rows() > b.rows(); });
     std::vector<AlongTile> tiles;
     std::vector<int> room;
@@ -41,11 +42,13 @@ std::vector<AlongTile> pack(std::vector<PooledRod> rods, int family, int longest
 
 /// The pooled rods of a family, cut so that the threads end together and tiles stay in cache.
 std::vector<AlongTile> best_packing(const std::vector<PooledRod>& rods, int family, int lanes, int threads) {
-    const double total = std::accumulate(rods.begin(), rods.end(), 0.0, [](double sum, const PooledRod& r) { return sum + r.elements; });
+    const double total =
+        std::accumulate(rods.begin(), rods.end(), 0.0, [](double sum, const PooledRod& r) { return sum + r.elements; });
     std::vector<AlongTile> best;
     double least = std::numeric_limits<double>::infinity();
     for (const double share : {1.0, 1.15, 1.3, 1.6, 2.0, 3.0, 4.0, 6.0, 8.0}) {
-        const int longest = std::clamp(static_cast<int>(std::min(1e6, share * total / (lanes * threads))) + 1, least_rows, cached_rows);
+        const int longest =
+            std::clamp(static_cast<int>(std::min(1e6, share * total / (lanes * threads))) + 1, least_rows, cached_rows);
         std::vector<AlongTile> tiles = pack(rods, family, longest, lanes);
         const double cost = tiling_cost({.across = {}, .along = tiles}, {}, lanes, threads);
         if (cost < least) least = cost, best = std::move(tiles);
@@ -62,7 +65,9 @@ Tiling tiling_with(std::vector<std::int64_t> across, std::span<const TilingGroup
     for (int family = 0; family < families; ++family) {
         std::vector<PooledRod> pool;
         for (std::size_t g = 0; g < groups.size(); ++g)
-            if (groups[g].family == family) pool.insert(pool.end(), static_cast<std::size_t>(groups[g].rods - tiling.across[g]), PooledRod{static_cast<int>(g), groups[g].elements});
+            if (groups[g].family == family)
+                pool.insert(pool.end(), static_cast<std::size_t>(groups[g].rods - tiling.across[g]),
+                            PooledRod{static_cast<int>(g), groups[g].elements});
         if (pool.empty()) continue;
         auto tiles = best_packing(pool, family, lanes, threads);
         tiling.along.insert(tiling.along.end(), std::make_move_iterator(tiles.begin()), std::make_move_iterator(tiles.end()));
@@ -80,7 +85,8 @@ double tiling_cost(const Tiling& tiling, std::span<const TilingGroup> groups, in
         longest = std::max(longest, cost);
     };
     for (std::size_t g = 0; g < tiling.across.size(); ++g)
-        add(static_cast<double>(Tiling::tiles(tiling.across[g], lanes)), lanes * (rows_cost(groups[g].elements, lanes) + tile_rows));
+        add(static_cast<double>(Tiling::tiles(tiling.across[g], lanes)),
+            lanes * (rows_cost(groups[g].elements, lanes) + tile_rows));
     for (const AlongTile& t : tiling.along) add(1, lanes * (along_row * rows_cost(t.rows, lanes) + along_tile_rows));
     return std::max(total / threads, longest);
 }

@@ -17,7 +17,7 @@ double bending_divisor(const RodGroup& g, double e) { return g.law() == Law::lin
 
 /// Rotational stiffness over inertia that the cells and walls beside element k hold it with at rest, theory.md (26);
 /// `j(i)` is J of element i.
-template <class Inertia> double cell_term(const RodGroup& g, int k, double Vec3d::* axis, const Inertia& j) {
+template <class Inertia> double cell_term(const RodGroup& g, int k, double Vec3d::*axis, const Inertia& j) {
     const auto cell = [&](int v, int neighbour) {
         const VoronoiConstants& c = g.voronoi[static_cast<std::size_t>(v)];
         const int after = (v + 1) % g.elements();
@@ -36,15 +36,17 @@ template <class Inertia> double cell_term(const RodGroup& g, int k, double Vec3d
     return beta;
 }
 
-double cell_term(const RodGroup& g, int k, double Vec3d::* axis) {
+double cell_term(const RodGroup& g, int k, double Vec3d::*axis) {
     return cell_term(g, k, axis, [&](int i) { return g.element[static_cast<std::size_t>(i)].inertia.*axis; });
 }
 
 /// 1/m of the stretching of element k: half of it on each side.
-double inverse_mass_of(const RodGroup& g, int k) { return 4 / (g.spec().material.density * g.element[static_cast<std::size_t>(k)].volume); }
+double inverse_mass_of(const RodGroup& g, int k) {
+    return 4 / (g.spec().material.density * g.element[static_cast<std::size_t>(k)].volume);
+}
 
 /// Largest eigenvalue of the element's shear and rotation about `axis`, sheared along `along`.
-double shear_rotation(const RodGroup& g, int k, double Vec3d::* axis, double Vec3d::* along, double inverse_mass) {
+double shear_rotation(const RodGroup& g, int k, double Vec3d::*axis, double Vec3d::*along, double inverse_mass) {
     const ElementConstants& c = g.element[static_cast<std::size_t>(k)];
     const double s = c.stiffness.*along, j = c.inertia.*axis, e = c.rest_stretch;
     const double a = s * inverse_mass * c.inv_rest_length;
@@ -53,12 +55,13 @@ double shear_rotation(const RodGroup& g, int k, double Vec3d::* axis, double Vec
     return 0.5 * (a + d + std::sqrt((a - d) * (a - d) + 4 * b * b));
 }
 
-/// The j of element k at which (27) has the eigenvalue `aim`: there (aim - a)(aim - d) = b^2, and both d - others and b^2 go as 1/j.
-/// `own` and `others` are the parts of beta with 1/J of the element and of its neighbours. Not positive: there is none.
-double scale_at(const RodGroup& g, int k, double Vec3d::* axis, double Vec3d::* along, double own, double others, double aim) {
+/// The j of element k at which (27) has the eigenvalue `aim`: there (aim - a)(aim - d) = b^2, and both d - others and b^2 go as
+/// 1/j. `own` and `others` are the parts of beta with 1/J of the element and of its neighbours. Not positive: there is none.
+double scale_at(const RodGroup& g, int k, double Vec3d::*axis, double Vec3d::*along, double own, double others, double aim) {
     const ElementConstants& c = g.element[static_cast<std::size_t>(k)];
     const double s = c.stiffness.*along, j = c.inertia.*axis, e = c.rest_stretch, inverse_mass = inverse_mass_of(g, k);
-    const double a = s * inverse_mass * c.inv_rest_length, d = c.rest_length * s * e * e / j + own, b_squared = s * s * e * e * inverse_mass / j;
+    const double a = s * inverse_mass * c.inv_rest_length, d = c.rest_length * s * e * e / j + own,
+                 b_squared = s * s * e * e * inverse_mass / j;
     return aim > a ? (d + b_squared / (aim - a)) / (aim - others) : -1;
 }
 
@@ -67,7 +70,10 @@ double scale_at(const RodGroup& g, int k, double Vec3d::* axis, double Vec3d::* 
 std::vector<TimeLimit> time_limits(const RodGroup& g) {
     constexpr double infinite = std::numeric_limits<double>::infinity();
     if (g.law() == Law::rigid) return {{"none (rigid)", infinite, 0}};
-    std::vector<TimeLimit> limits = {{"axial", infinite, 0}, {"shear-rotation about d1", infinite, 0}, {"shear-rotation about d2", infinite, 0}, {"twist", infinite, 0}};
+    std::vector<TimeLimit> limits = {{"axial", infinite, 0},
+                                     {"shear-rotation about d1", infinite, 0},
+                                     {"shear-rotation about d2", infinite, 0},
+                                     {"twist", infinite, 0}};
     const auto lower = [](TimeLimit& limit, double eigenvalue, int k) {
         const double dt = 2 / std::sqrt(eigenvalue);
         if (dt < limit.dt) limit = {limit.mode, dt, k};
@@ -89,11 +95,12 @@ std::vector<double> rotary_inertia_for(const RodGroup& g, double dt) {
     const double aim = 4 / (dt * dt);
     const auto n = static_cast<std::size_t>(g.elements());
     std::vector<double> alike(n, 1.0), scale;
-    const auto raise = [&](double& j, int k, double Vec3d::* axis, double Vec3d::* along, const auto& beta_of) {
+    const auto raise = [&](double& j, int k, double Vec3d::*axis, double Vec3d::*along, const auto& beta_of) {
         const auto [own, others] = beta_of(axis);
         const double least = scale_at(g, k, axis, along, own, others, aim);
         if (!(least > 0))
-            throw InputError(fmt::format("{}: 'rotary_inertia_for_dt' of {:g} s is out of reach for element {} of '{}': its shear has a limit that rotary inertia does not lift",
+            throw InputError(fmt::format("{}: 'rotary_inertia_for_dt' of {:g} s is out of reach for element {} of '{}': its shear "
+                                         "has a limit that rotary inertia does not lift",
                                          g.spec().source, dt, k, g.name()));
         j = std::max(j, least * (1 + 1e-12)); // so that round-off leaves the limit above dt
     };
@@ -103,14 +110,16 @@ std::vector<double> rotary_inertia_for(const RodGroup& g, double dt) {
     };
     // First as if neighbours had the same j; then against what these have. More inertia only helps a neighbour, so twice is enough.
     for (int k = 0; k < g.elements(); ++k)
-        raise_both(alike[static_cast<std::size_t>(k)], k, [&](double Vec3d::* axis) { return std::pair(cell_term(g, k, axis), 0.0); });
+        raise_both(alike[static_cast<std::size_t>(k)], k,
+                   [&](double Vec3d::*axis) { return std::pair(cell_term(g, k, axis), 0.0); });
     scale = alike;
     for (int k = 0; k < g.elements(); ++k)
-        raise_both(scale[static_cast<std::size_t>(k)], k, [&](double Vec3d::* axis) {
+        raise_both(scale[static_cast<std::size_t>(k)], k, [&](double Vec3d::*axis) {
             constexpr double infinite = std::numeric_limits<double>::infinity();
             const auto at = [&](int i) { return g.element[static_cast<std::size_t>(i)].inertia.*axis; };
             const double own = cell_term(g, k, axis, [&](int i) { return i == k ? at(i) : infinite; });
-            const double others = cell_term(g, k, axis, [&](int i) { return i == k ? infinite : alike[static_cast<std::size_t>(i)] * at(i); });
+            const double others =
+                cell_term(g, k, axis, [&](int i) { return i == k ? infinite : alike[static_cast<std::size_t>(i)] * at(i); });
             return std::pair(own, others);
         });
     return scale;
@@ -121,7 +130,8 @@ double tension_limit(const RodGroup& g) {
     const Material& m = g.spec().material;
     const double shear = m.shear_factor * (m.shear_modulus > 0 ? m.shear_modulus : m.youngs_modulus / 3);
     const double e0 = 1 + g.spec().shape.rest_strain.z;
-    if (g.law() != Law::incompressible) return shear < m.youngs_modulus ? e0 / (1 - shear / m.youngs_modulus) : std::numeric_limits<double>::infinity();
+    if (g.law() != Law::incompressible)
+        return shear < m.youngs_modulus ? e0 / (1 - shear / m.youngs_modulus) : std::numeric_limits<double>::infinity();
     const double discriminant = 1 - 4 * e0 * shear / m.youngs_modulus;
     if (discriminant <= 0) return std::numeric_limits<double>::infinity();
     return (1 - std::sqrt(discriminant)) * m.youngs_modulus / (2 * shear);

@@ -19,7 +19,8 @@ struct TimeLimit {
 /// One limit per mode, smallest first.
 std::vector<TimeLimit> time_limits(const RodGroup& group);
 
-/// Smallest j >= 1 for each element by which J1 and J2 lift its shear-rotation limit to `dt` (s). Throws InputError where none does.
+/// Smallest j >= 1 for each element by which J1 and J2 lift its shear-rotation limit to `dt` (s). Throws InputError where none
+/// does.
 std::vector<double> rotary_inertia_for(const RodGroup& group, double dt);
 
 /// Tension limit e_c: at larger dilatation directors may flip; infinity where the law is stable in tension (theory.md (15)).

@@ -29,7 +29,8 @@ namespace {
 
 // Prediction only: ns per element-step and core at 8 lanes, medians of bench/micro on a 2.5 GHz Cascade Lake core.
 constexpr double drift_ns = 3.2, elliptic_drift_ns = 9, elastic_ns = 5.6, kick_ns = 1, stretched_kick_ns = 1.6, load_ns = 1;
-// Of bench/scenes/nest: contacts at its density, half a candidate per element, and what rods show and feel; a box with floor and lid.
+// Of bench/scenes/nest: contacts at its density, half a candidate per element, and what rods show and feel; a box with floor and
+// lid.
 constexpr double contact_ns = 55, walls_ns = 12;
 constexpr double rigid_ns = 12; // all of a body: by the ratio of runs with bodies and with rods
 
@@ -46,9 +47,12 @@ KickKind kick_of(const RodGroup& group, const DampingRates& rates, DampingScheme
     if (rates.none()) return KickKind::undamped;
     if (!rates.follow_stretch() || is_rigid(group)) return KickKind::constant_rates;
     switch (scheme) {
-    case DampingScheme::midpoint: return KickKind::stretched_rates;
-    case DampingScheme::exponential: return KickKind::stretched_exponential;
-    case DampingScheme::after: break;
+    case DampingScheme::midpoint:
+        return KickKind::stretched_rates;
+    case DampingScheme::exponential:
+        return KickKind::stretched_exponential;
+    case DampingScheme::after:
+        break;
     }
     return KickKind::stretched_after;
 }
@@ -56,7 +60,8 @@ KickKind kick_of(const RodGroup& group, const DampingRates& rates, DampingScheme
 /// The published law has the published order; kicks backwards need the exact flow.
 DampingScheme damping_scheme_of(const RodGroup& group, const TimeSpec& time) {
     if (group.law() == Law::elastica) return DampingScheme::after;
-    return time.integrator == Integrator::pefrl && time.damping == DampingScheme::midpoint ? DampingScheme::exponential : time.damping;
+    return time.integrator == Integrator::pefrl && time.damping == DampingScheme::midpoint ? DampingScheme::exponential
+                                                                                           : time.damping;
 }
 
 std::vector<std::string> hints_for(const RodGroup& group) {
@@ -67,10 +72,12 @@ std::vector<std::string> hints_for(const RodGroup& group) {
     for (const ElementConstants& c : group.element)
         if (c.rest_length * radius < length * c.radius) length = c.rest_length, radius = c.radius;
     if (length < radius)
-        hints.push_back(fmt::format("elements are {:.2g} radii long; below 1 they cost time and gain little: elements = {} would do", length / radius,
-                                    std::max(2L, static_cast<long>(static_cast<double>(shape.elements) * length / radius))));
+        hints.push_back(
+            fmt::format("elements are {:.2g} radii long; below 1 they cost time and gain little: elements = {} would do",
+                        length / radius, std::max(2L, static_cast<long>(static_cast<double>(shape.elements) * length / radius))));
     if (group.spec().start == EndKind::clamped_frozen || group.spec().end == EndKind::clamped_frozen)
-        hints.push_back("\"clamped_frozen\" is of first order, an error of about 1/elements; \"clamped\" is of second order at the same cost");
+        hints.push_back(
+            "\"clamped_frozen\" is of first order, an error of about 1/elements; \"clamped\" is of second order at the same cost");
     return hints;
 }
 
@@ -111,7 +118,8 @@ GroupPlan plan_group(const SceneSpec& scene, const RodGroup& group) {
     for (std::size_t i = 0; i < scene.loads.size(); ++i) {
         const LoadSpec& l = scene.loads[i];
         if (!acts_on(l.rods, group.name())) continue;
-        if (std::holds_alternative<MagneticField>(l.load) && group.spec().magnetisation.pattern == MagnetisationPattern::none) continue;
+        if (std::holds_alternative<MagneticField>(l.load) && group.spec().magnetisation.pattern == MagnetisationPattern::none)
+            continue;
         p.loads.push_back(l.load);
         p.load_numbers.push_back(i);
     }
@@ -130,7 +138,7 @@ GroupPlan plan_group(const SceneSpec& scene, const RodGroup& group) {
     if (group.spec().ends_move()) pass(MoveEndsPass<1>::pass_name);
     pass(OrthonormalisePass<1>::pass_name);
     if (scene.contact) pass(ShowPass<1>::pass_name);
-    pass(is_rigid(group)                  ? RigidRestPass<1>::pass_name
+    pass(is_rigid(group)                ? RigidRestPass<1>::pass_name
          : group.law() == Law::elastica ? ElasticaPass<1>::pass_name
                                         : with_energy_law(group.law(), []<class L>(L) { return L::name; }));
     if (audit) pass(AuditInnerPass<IncompressibleLaw, 1>::pass_name);
@@ -148,7 +156,8 @@ GroupPlan plan_group(const SceneSpec& scene, const RodGroup& group) {
 
     const double kick = p.kick == KickKind::undamped || p.kick == KickKind::constant_rates ? kick_ns : stretched_kick_ns;
     const double all = is_rigid(group) ? rigid_ns : (p.circular ? drift_ns : elliptic_drift_ns) + elastic_ns + kick;
-    p.ns_per_element_step = all + load_ns * static_cast<double>(p.loads.size()) + (scene.contact ? contact_ns : 0) + (p.walls ? walls_ns : 0);
+    p.ns_per_element_step =
+        all + load_ns * static_cast<double>(p.loads.size()) + (scene.contact ? contact_ns : 0) + (p.walls ? walls_ns : 0);
     p.limits = time_limits(group);
     limit_by_contact(p, group, scene);
     limit_by_drag(p, group, scheme_of(scene.time.integrator));
@@ -158,7 +167,8 @@ GroupPlan plan_group(const SceneSpec& scene, const RodGroup& group) {
         p.least_rotary_scale = *least, p.largest_rotary_scale = *largest;
         p.bending_shift = bending_shift(group);
     }
-    if (group.spec().placement.kind == PlacementKind::packing) p.packed_fill = group.packed_fill(), p.packed_top = group.packed_top();
+    if (group.spec().placement.kind == PlacementKind::packing)
+        p.packed_fill = group.packed_fill(), p.packed_top = group.packed_top();
     p.hints = hints_for(group);
     p.start = end_names[static_cast<std::size_t>(group.spec().start)];
     p.end = end_names[static_cast<std::size_t>(group.spec().end)];
@@ -168,7 +178,9 @@ GroupPlan plan_group(const SceneSpec& scene, const RodGroup& group) {
 /// Strands are open, at rest at their ends, and looked at from slot to slot alone.
 bool can_lie_along(const GroupPlan& p, const RodGroup& group, const SceneSpec& scene) {
     const RodSpec& spec = group.spec();
-    if (scene.contact || p.walls || group.closed() || group.law() == Law::elastica || is_rigid(group) || spec.ends_move() || spec.hold.any() || scene.output.audit) return false;
+    if (scene.contact || p.walls || group.closed() || group.law() == Law::elastica || is_rigid(group) || spec.ends_move() ||
+        spec.hold.any() || scene.output.audit)
+        return false;
     for (const Load& load : p.loads)
         if (std::visit([]<class L>(const L&) { return needs_whole_rods<L>; }, load)) return false;
     return std::none_of(p.damping.begin(), p.damping.end(), [](const Damping& d) { return d.kind == DampingKind::laplacian; });
@@ -210,12 +222,17 @@ double lay_out(Plan& plan) {
         const std::int64_t along = share[g] - tiling.across[g];
         p.along = std::min(p.rods, along * m.ranks);
         p.tiles = Tiling::tiles(p.rods - p.along, m.lanes);
-        add(static_cast<double>(Tiling::tiles(tiling.across[g], m.lanes)), p.elements, 8 * p.ns_per_element_step); // narrow tiles take as long as wide ones
+        add(static_cast<double>(Tiling::tiles(tiling.across[g], m.lanes)), p.elements,
+            8 * p.ns_per_element_step); // narrow tiles take as long as wide ones
         int least = m.lanes, most = 1;
         for (const AlongTile& tile : tiling.along)
             for (const AlongTile::Part& part : tile.parts)
-                if (part.group == static_cast<int>(g)) least = std::min(least, part.stretches), most = std::max(most, part.stretches);
-        if (p.along > 0) p.seats = most == 1 ? "whole" : least == most ? fmt::format("in {} stretches each", most) : fmt::format("in {} to {} stretches", least, most);
+                if (part.group == static_cast<int>(g))
+                    least = std::min(least, part.stretches), most = std::max(most, part.stretches);
+        if (p.along > 0)
+            p.seats = most == 1       ? "whole"
+                      : least == most ? fmt::format("in {} stretches each", most)
+                                      : fmt::format("in {} to {} stretches", least, most);
     }
     double constants = 0;
     for (const AlongTile& tile : tiling.along) {
@@ -223,7 +240,8 @@ double lay_out(Plan& plan) {
         add(1, tile.rows, 8 * along_row * p.ns_per_element_step);
         constants += tile.rows * m.lanes * sizeof(Strands<1>::Element); // where rows repeat far less
     }
-    plan.state_bytes += m.ranks * (slots * sizeof(Slot<1>) + constants) + static_cast<double>(m.ranks) * m.threads * most_rows * sizeof(SlotLoad<1>) * m.lanes;
+    plan.state_bytes += m.ranks * (slots * sizeof(Slot<1>) + constants) +
+                        static_cast<double>(m.ranks) * m.threads * most_rows * sizeof(SlotLoad<1>) * m.lanes;
     return std::max(total / std::min(m.threads, m.cores), longest);
 }
 
@@ -231,7 +249,8 @@ double lay_out(Plan& plan) {
 double interval_to_divide(const SceneSpec& scene) {
     if (scene.time.divide > 0) return scene.time.divide;
     double interval = scene.time.duration;
-    for (const double output : {scene.output.trajectory, scene.output.tips, scene.output.series, scene.output.contacts, scene.output.checkpoint})
+    for (const double output :
+         {scene.output.trajectory, scene.output.tips, scene.output.series, scene.output.contacts, scene.output.checkpoint})
         if (output > 0) interval = std::min(interval, output);
     return interval;
 }
@@ -249,7 +268,9 @@ void choose_step(Plan& plan, const SceneSpec& scene) {
     plan.rest_speed = t.rest_speed;
     if (plan.automatic_dt) {
         if (!std::isfinite(plan.limit))
-            throw InputError(fmt::format("{}: time.dt: nothing limits the time step, as there are none but rigid bodies, which touch nothing: give 'dt'", scene.file));
+            throw InputError(fmt::format(
+                "{}: time.dt: nothing limits the time step, as there are none but rigid bodies, which touch nothing: give 'dt'",
+                scene.file));
         const double interval = interval_to_divide(scene);
         double longest = plan.limit;
         for (const GroupPlan& g : plan.groups) {
@@ -261,9 +282,10 @@ void choose_step(Plan& plan, const SceneSpec& scene) {
     } else {
         plan.dt = t.dt;
         if (t.dt > plan.limit && !t.force_dt)
-            throw InputError(fmt::format("{}: time.dt = {:g} s is beyond the stable limit {:.6g} s, set by the {} mode of element {} of '{}'; "
-                                         "use dt = \"auto\", a smaller dt, or force_dt = true",
-                                         scene.file, t.dt, plan.limit, limit.mode, limit.element, governing.name));
+            throw InputError(
+                fmt::format("{}: time.dt = {:g} s is beyond the stable limit {:.6g} s, set by the {} mode of element {} of '{}'; "
+                            "use dt = \"auto\", a smaller dt, or force_dt = true",
+                            scene.file, t.dt, plan.limit, limit.mode, limit.element, governing.name));
     }
     plan.steps = std::max<std::int64_t>(1, std::llround(t.duration / plan.dt));
 }
@@ -283,7 +305,9 @@ void list_absent(Plan& plan, const SceneSpec& scene) {
             return std::any_of(g.loads.begin(), g.loads.end(), [&](const Load& l) { return l.index() == kind; });
         });
     };
-    constexpr const char* names[] = {"gravity", "uniform force", "uniform couple", "end forces", "magnetics", "muscles", "sinusoidal end forces", "slender-body drag", "muscle torques", "anisotropic plane"};
+    constexpr const char* names[] = {"gravity",        "uniform force",    "uniform couple",        "end forces",
+                                     "magnetics",      "muscles",          "sinusoidal end forces", "slender-body drag",
+                                     "muscle torques", "anisotropic plane"};
     static_assert(std::size(names) == std::variant_size_v<Load>);
     for (std::size_t kind = 0; kind < std::size(names); ++kind) need(has(kind), names[kind]);
     need(plan.cadence.trajectory > 0, "trajectory");
@@ -316,11 +340,13 @@ ContactLaws contact_laws(const SceneSpec& scene, std::span<const RodGroup> group
 }
 
 void weigh(Plan& plan, std::span<const RodGroup> groups, const SceneSpec& scene) {
-    for (const RodGroup& group : groups) plan.mass += static_cast<double>(group.count()) * std::accumulate(group.node_mass.begin(), group.node_mass.end(), 0.0);
+    for (const RodGroup& group : groups)
+        plan.mass += static_cast<double>(group.count()) * std::accumulate(group.node_mass.begin(), group.node_mass.end(), 0.0);
     if (!scene.contact && scene.walls.empty()) return;
     int found = 0;
     for (const LoadSpec& l : scene.loads)
-        if (const auto* gravity = std::get_if<Gravity>(&l.load); gravity && ++found == 1 && l.rods.empty()) plan.gravity = gravity->acceleration;
+        if (const auto* gravity = std::get_if<Gravity>(&l.load); gravity && ++found == 1 && l.rods.empty())
+            plan.gravity = gravity->acceleration;
     if (found > 1) plan.gravity.reset();
 }
 
@@ -347,7 +373,8 @@ bool steps_together(const Plan& plan) {
 
 Tiling tiling_of(const Plan& plan, std::span<const std::int64_t> counts) {
     std::vector<TilingGroup> groups;
-    for (std::size_t g = 0; g < plan.groups.size(); ++g) groups.push_back({counts[g], plan.groups[g].elements, plan.groups[g].family});
+    for (std::size_t g = 0; g < plan.groups.size(); ++g)
+        groups.push_back({counts[g], plan.groups[g].elements, plan.groups[g].family});
     return choose_tiling(groups, plan.machine.lanes, plan.machine.threads, plan.machine.mapping);
 }
 
@@ -366,11 +393,13 @@ Plan make_plan(const SceneSpec& scene, std::span<const RodGroup> groups, const M
         plan.elements += p.rods * p.elements;
         plan.state_bytes += static_cast<double>(p.rods) * sizeof(LocalRod);
         if (scene.output.audit)
-            plan.state_bytes += static_cast<double>(p.tiles) * (p.elements + 1) * (2 * sizeof(SlotLoad<1>) + sizeof(AuditBook<1>::Rates)) * machine.lanes;
+            plan.state_bytes += static_cast<double>(p.tiles) * (p.elements + 1) *
+                                (2 * sizeof(SlotLoad<1>) + sizeof(AuditBook<1>::Rates)) * machine.lanes;
         const double slots = static_cast<double>(p.rods) * (p.elements + 1);
         if (scene.contact) plan.state_bytes += machine.ranks * slots * ContactView::bytes_per_slot;
         if (p.walls) plan.state_bytes += slots * static_cast<double>(plan.walls.size()) * sizeof(WallBook<1>::Kept);
-        frame_values += static_cast<double>(p.rods) * (3.0 * (p.elements + 1) + (scene.output.directors ? 9.0 * p.elements + 3.0 * (p.elements + 1) : 0.0));
+        frame_values += static_cast<double>(p.rods) *
+                        (3.0 * (p.elements + 1) + (scene.output.directors ? 9.0 * p.elements + 3.0 * (p.elements + 1) : 0.0));
         tip_values += 3.0 * static_cast<double>(p.rods);
     }
     choose_step(plan, scene);

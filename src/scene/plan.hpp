@@ -20,10 +20,10 @@ namespace skein {
 /// Where a run takes place.
 struct Machine {
     int ranks = 1;
-    int threads = 1; ///< per rank
-    int cores = 1;   ///< that a rank may use
-    int lanes = 8;   ///< SIMD width of a tile: rods side by side
-    std::string which_cores; ///< by rank where known, e.g. "0-7 | 8-15"
+    int threads = 1;                      ///< per rank
+    int cores = 1;                        ///< that a rank may use
+    int lanes = 8;                        ///< SIMD width of a tile: rods side by side
+    std::string which_cores;              ///< by rank where known, e.g. "0-7 | 8-15"
     Mapping mapping = Mapping::automatic; ///< of rods onto the lanes
 };
 
@@ -31,25 +31,25 @@ struct GroupPlan {
     std::string name;
     std::int64_t rods = 0;
     int elements = 0;
-    std::int64_t tiles = 0;             ///< across, at least; ranks may each leave one tile part full
-    std::int64_t along = 0;             ///< rods that lie along, on all ranks
-    std::string seats;                  ///< how these are cut
-    int family = -1;                    ///< groups with the same passes, which may share tiles along; -1: across only
+    std::int64_t tiles = 0;                ///< across, at least; ranks may each leave one tile part full
+    std::int64_t along = 0;                ///< rods that lie along, on all ranks
+    std::string seats;                     ///< how these are cut
+    int family = -1;                       ///< groups with the same passes, which may share tiles along; -1: across only
     std::vector<std::size_t> load_numbers; ///< of `loads` in the scene
     bool circular = true;
-    bool walls = false;                 ///< it may touch some
+    bool walls = false; ///< it may touch some
     KickKind kick = KickKind::undamped;
     DampingScheme damping_scheme = DampingScheme::exponential;
-    std::vector<Damping> damping;       ///< that act on this group
-    std::vector<Load> loads;            ///< that act on this group, in scene order
-    std::vector<std::string> passes;    ///< names, in the order they run over a tile
-    double ns_per_element_step = 0;     ///< predicted, where all lanes of a tile carry a rod
-    std::vector<TimeLimit> limits;      ///< smallest first
+    std::vector<Damping> damping;    ///< that act on this group
+    std::vector<Load> loads;         ///< that act on this group, in scene order
+    std::vector<std::string> passes; ///< names, in the order they run over a tile
+    double ns_per_element_step = 0;  ///< predicted, where all lanes of a tile carry a rod
+    std::vector<TimeLimit> limits;   ///< smallest first
     double tension_limit = 0;
     double least_rotary_scale = 1, largest_rotary_scale = 1; ///< j of the elements
-    double packed_fill = 0, packed_top = 0; ///< of packed rods: share of the region's volume; its upper end, m
-    double bending_shift = 0;           ///< what j does to the lowest bending frequency, relative, estimated
-    std::vector<std::string> hints;     ///< where numbers cost time or accuracy for nothing (numerics.md)
+    double packed_fill = 0, packed_top = 0;                  ///< of packed rods: share of the region's volume; its upper end, m
+    double bending_shift = 0;                                ///< what j does to the lowest bending frequency, relative, estimated
+    std::vector<std::string> hints;                          ///< where numbers cost time or accuracy for nothing (numerics.md)
     std::string start, end;
 };
 
@@ -71,18 +71,18 @@ struct Plan {
     std::size_t governing = 0; ///< group whose limit is smallest
     std::int64_t steps = 0;
     Cadence cadence;
-    std::optional<ContactSpec> contact;   ///< of rods with each other; absent: nothing is searched, kept or sent
+    std::optional<ContactSpec> contact;      ///< of rods with each other; absent: nothing is searched, kept or sent
     std::optional<ContactLaws> contact_laws; ///< by pair of groups
-    std::vector<Wall> walls;              ///< planes, tubes and balls: boxes are taken apart
-    double mass = 0;                      ///< of all rods, kg
-    std::optional<Vec3d> gravity;         ///< that of rods which touch something, where it is one for all; m/s^2
-    bool audit = false;                   ///< energy audit
-    std::vector<std::string> observables; ///< sets that the scene adds to the series
+    std::vector<Wall> walls;                 ///< planes, tubes and balls: boxes are taken apart
+    double mass = 0;                         ///< of all rods, kg
+    std::optional<Vec3d> gravity;            ///< that of rods which touch something, where it is one for all; m/s^2
+    bool audit = false;                      ///< energy audit
+    std::vector<std::string> observables;    ///< sets that the scene adds to the series
     int families = 0;
-    double state_bytes = 0;    ///< all ranks, state and scratch
-    double frame_bytes = 0;    ///< all ranks, frames on their way to disk
-    double output_bytes = 0;   ///< all frames of the run
-    double predicted_s = 0;    ///< wall time of the steps
+    double state_bytes = 0;          ///< all ranks, state and scratch
+    double frame_bytes = 0;          ///< all ranks, frames on their way to disk
+    double output_bytes = 0;         ///< all frames of the run
+    double predicted_s = 0;          ///< wall time of the steps
     std::vector<std::string> absent; ///< physics and services that this scene does not need
 };
 

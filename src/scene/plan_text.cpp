@@ -23,7 +23,9 @@ std::string duration_text(double s) {
     return fmt::format("{:.1f} h", s / 3600);
 }
 
-template <class List> std::string joined(const List& list, const char* separator) { return fmt::format("{}", fmt::join(list, separator)); }
+template <class List> std::string joined(const List& list, const char* separator) {
+    return fmt::format("{}", fmt::join(list, separator));
+}
 
 std::string counted(std::int64_t count, const char* what) { return fmt::format("{} {}{}", count, what, count == 1 ? "" : "s"); }
 
@@ -33,10 +35,13 @@ std::string every(std::int64_t steps, double dt) {
 
 std::string law_text(const ContactLaw& law) {
     std::string text = fmt::format("{} {:.4g}", contact_normal_names[static_cast<std::size_t>(law.normal)], law.stiffness);
-    if (law.restitution > 0) text = fmt::format("{}, restitution {:g} in {:g} s", contact_normal_names[static_cast<std::size_t>(law.normal)], law.restitution, law.collision_time);
+    if (law.restitution > 0)
+        text = fmt::format("{}, restitution {:g} in {:g} s", contact_normal_names[static_cast<std::size_t>(law.normal)],
+                           law.restitution, law.collision_time);
     else if (law.damping > 0) text += fmt::format(", dashpot {:.4g}", law.damping);
     if (law.friction != ContactFriction::none)
-        text += fmt::format(", friction {} {:g} / {:g}", contact_friction_names[static_cast<std::size_t>(law.friction)], law.static_friction, law.kinetic());
+        text += fmt::format(", friction {} {:g} / {:g}", contact_friction_names[static_cast<std::size_t>(law.friction)],
+                            law.static_friction, law.kinetic());
     if (law.soft_until > 0) text += fmt::format(", soft until {:g} s", law.soft_until);
     if (law.friction_from > 0) text += fmt::format(", friction from {:g} s", law.friction_from);
     return text;
@@ -57,33 +62,42 @@ std::string to_text(const Plan& p) {
     const auto line = [&](const char* label, const std::string& value) { fmt::format_to(out, "  {:<14}{}\n", label, value); };
 
     fmt::format_to(out, "Plan: {}\n", p.title.empty() ? "(untitled)" : p.title);
-    line("rods", fmt::format("{} with {} elements in {}", p.rods, p.elements, counted(static_cast<std::int64_t>(p.groups.size()), "group")));
-    line("runs on", fmt::format("{} x {} ({} per rank{}), {} lanes", counted(p.machine.ranks, "rank"), counted(p.machine.threads, "thread"), counted(p.machine.cores, "core"),
+    line("rods", fmt::format("{} with {} elements in {}", p.rods, p.elements,
+                             counted(static_cast<std::int64_t>(p.groups.size()), "group")));
+    line("runs on", fmt::format("{} x {} ({} per rank{}), {} lanes", counted(p.machine.ranks, "rank"),
+                                counted(p.machine.threads, "thread"), counted(p.machine.cores, "core"),
                                 p.machine.which_cores.empty() ? "" : ": " + p.machine.which_cores, p.machine.lanes));
     for (const GroupPlan& g : p.groups) {
-        const std::string across = g.tiles > 0 ? counted(g.tiles, "tile") : "", along = g.along > 0 ? fmt::format("{} along tiles, {}", counted(g.along, "rod"), g.seats) : "";
-        fmt::format_to(out, "  group '{}': {} x {} elements, {}{}{}, ends {} / {}\n", g.name, counted(g.rods, "rod"), g.elements, across,
-                       across.empty() || along.empty() ? "" : " and ", along, g.start, g.end);
+        const std::string across = g.tiles > 0 ? counted(g.tiles, "tile") : "",
+                          along = g.along > 0 ? fmt::format("{} along tiles, {}", counted(g.along, "rod"), g.seats) : "";
+        fmt::format_to(out, "  group '{}': {} x {} elements, {}{}{}, ends {} / {}\n", g.name, counted(g.rods, "rod"), g.elements,
+                       across, across.empty() || along.empty() ? "" : " and ", along, g.start, g.end);
         line("  passes", joined(g.passes, " | "));
         std::vector<std::string> limits;
         for (const TimeLimit& l : g.limits) limits.push_back(fmt::format("{} {:.4g}", l.mode, l.dt));
         line("  limits [s]", joined(limits, ", "));
-        if (g.packed_fill > 0) line("  packed", fmt::format("{:.3g} % of the volume of their region, which ends at z = {:.4g} m", 100 * g.packed_fill, g.packed_top));
+        if (g.packed_fill > 0)
+            line("  packed", fmt::format("{:.3g} % of the volume of their region, which ends at z = {:.4g} m", 100 * g.packed_fill,
+                                         g.packed_top));
         if (g.largest_rotary_scale > 1) {
-            const std::string least = g.least_rotary_scale < g.largest_rotary_scale ? fmt::format("{:.4g} to ", g.least_rotary_scale) : "";
-            line("  rotary", fmt::format("inertia about d1 and d2 times {}{:.4g}, which shifts the lowest bending frequency by {:.2g} %", least, g.largest_rotary_scale,
-                                         100 * g.bending_shift));
+            const std::string least =
+                g.least_rotary_scale < g.largest_rotary_scale ? fmt::format("{:.4g} to ", g.least_rotary_scale) : "";
+            line("  rotary",
+                 fmt::format("inertia about d1 and d2 times {}{:.4g}, which shifts the lowest bending frequency by {:.2g} %", least,
+                             g.largest_rotary_scale, 100 * g.bending_shift));
         }
         for (const std::string& hint : g.hints) line("  hint", hint);
-        if (std::isfinite(g.tension_limit)) line("  tension", fmt::format("directors flip beyond dilatation e_c = {:.4g}", g.tension_limit));
+        if (std::isfinite(g.tension_limit))
+            line("  tension", fmt::format("directors flip beyond dilatation e_c = {:.4g}", g.tension_limit));
     }
     if (p.contact) line("contact", law_text(p.contact->law) + (p.contact->self ? ", of rods with themselves too" : ""));
     for (const Wall& wall : p.walls) line("wall", wall_text(wall));
     if (steps_together(p)) line("protocol", "one step per visit: rods wait for each other");
     if (p.integrator != Integrator::verlet)
-        line("integrator", fmt::format("{}, limits times {:.4g}", integrator_names[static_cast<std::size_t>(p.integrator)], scheme_of(p.integrator).stability));
-    line("dt", fmt::format("{:.6g} s{}, {:.3g} of the limit {:.6g} s ({} of '{}')", p.dt, p.automatic_dt ? " (auto)" : "", p.dt / p.limit, p.limit,
-                           p.groups[p.governing].limits.front().mode, p.groups[p.governing].name));
+        line("integrator", fmt::format("{}, limits times {:.4g}", integrator_names[static_cast<std::size_t>(p.integrator)],
+                                       scheme_of(p.integrator).stability));
+    line("dt", fmt::format("{:.6g} s{}, {:.3g} of the limit {:.6g} s ({} of '{}')", p.dt, p.automatic_dt ? " (auto)" : "",
+                           p.dt / p.limit, p.limit, p.groups[p.governing].limits.front().mode, p.groups[p.governing].name));
     line("steps", fmt::format("{}  ({:.4g} s, {:.3g} element-steps)", p.steps, static_cast<double>(p.steps) * p.dt,
                               static_cast<double>(p.steps) * static_cast<double>(p.elements)));
     line("trajectory", every(p.cadence.trajectory, p.dt));
@@ -106,46 +120,62 @@ std::string to_json(const Plan& p) {
     for (const GroupPlan& g : p.groups) {
         nlohmann::ordered_json limits;
         for (const TimeLimit& l : g.limits) limits[std::string(l.mode)] = {{"dt", l.dt}, {"element", l.element}};
-        groups.push_back({{"name", g.name}, {"rods", g.rods}, {"elements", g.elements}, {"tiles", g.tiles}, {"along", g.along}, {"start", g.start}, {"end", g.end},
-                          {"passes", g.passes}, {"limits", limits}, {"ns_per_element_step", g.ns_per_element_step},
+        groups.push_back({{"name", g.name},
+                          {"rods", g.rods},
+                          {"elements", g.elements},
+                          {"tiles", g.tiles},
+                          {"along", g.along},
+                          {"start", g.start},
+                          {"end", g.end},
+                          {"passes", g.passes},
+                          {"limits", limits},
+                          {"ns_per_element_step", g.ns_per_element_step},
                           {"hints", g.hints},
-                          {"rotary_inertia", {{"least_scale", g.least_rotary_scale}, {"largest_scale", g.largest_rotary_scale}, {"bending_shift", g.bending_shift}}},
-                          {"tension_limit", std::isfinite(g.tension_limit) ? nlohmann::ordered_json(g.tension_limit) : nlohmann::ordered_json()}});
+                          {"rotary_inertia",
+                           {{"least_scale", g.least_rotary_scale},
+                            {"largest_scale", g.largest_rotary_scale},
+                            {"bending_shift", g.bending_shift}}},
+                          {"tension_limit",
+                           std::isfinite(g.tension_limit) ? nlohmann::ordered_json(g.tension_limit) : nlohmann::ordered_json()}});
     }
     nlohmann::ordered_json walls = nlohmann::ordered_json::array();
     for (const Wall& wall : p.walls)
-        walls.push_back({{"name", wall.name}, {"kind", wall_names[static_cast<std::size_t>(wall.kind)]}, {"law", law_text(wall.law)},
-                         {"driven", wall.servo.drives()}, {"moves", wall.moves_steadily()}});
-    const nlohmann::ordered_json json = {{"title", p.title},
-                                         {"machine",
-                                          {{"ranks", p.machine.ranks},
-                                           {"threads", p.machine.threads},
-                                           {"cores", p.machine.cores},
-                                           {"which_cores", p.machine.which_cores},
-                                           {"lanes", p.machine.lanes}}},
-                                         {"rods", p.rods},
-                                         {"elements", p.elements},
-                                         {"groups", groups},
-                                         {"contact", p.contact ? nlohmann::ordered_json(law_text(p.contact->law)) : nlohmann::ordered_json()},
-                                         {"walls", walls},
-                                         {"steps_together", steps_together(p)},
-                                         {"dt", p.dt},
-                                         {"limit", p.limit},
-                                         {"automatic_dt", p.automatic_dt},
-                                         {"integrator", integrator_names[static_cast<std::size_t>(p.integrator)]},
-                                         {"governing_group", p.groups[p.governing].name},
-                                         {"steps", p.steps},
-                                         {"cadence",
-                                          {{"trajectory", p.cadence.trajectory},
-                                           {"tips", p.cadence.tips},
-                                           {"series", p.cadence.series},
-                                           {"checkpoint", p.cadence.checkpoint}}},
-                                         {"observables", p.observables},
-                                         {"state_bytes", p.state_bytes},
-                                         {"frame_bytes", p.frame_bytes},
-                                         {"output_bytes", p.output_bytes},
-                                         {"predicted_s", p.predicted_s},
-                                         {"absent", p.absent}};
+        walls.push_back({{"name", wall.name},
+                         {"kind", wall_names[static_cast<std::size_t>(wall.kind)]},
+                         {"law", law_text(wall.law)},
+                         {"driven", wall.servo.drives()},
+                         {"moves", wall.moves_steadily()}});
+    const nlohmann::ordered_json json = {
+        {"title", p.title},
+        {"machine",
+         {{"ranks", p.machine.ranks},
+          {"threads", p.machine.threads},
+          {"cores", p.machine.cores},
+          {"which_cores", p.machine.which_cores},
+          {"lanes", p.machine.lanes}}},
+        {"rods", p.rods},
+        {"elements", p.elements},
+        {"groups", groups},
+        {"contact", p.contact ? nlohmann::ordered_json(law_text(p.contact->law)) : nlohmann::ordered_json()},
+        {"walls", walls},
+        {"steps_together", steps_together(p)},
+        {"dt", p.dt},
+        {"limit", p.limit},
+        {"automatic_dt", p.automatic_dt},
+        {"integrator", integrator_names[static_cast<std::size_t>(p.integrator)]},
+        {"governing_group", p.groups[p.governing].name},
+        {"steps", p.steps},
+        {"cadence",
+         {{"trajectory", p.cadence.trajectory},
+          {"tips", p.cadence.tips},
+          {"series", p.cadence.series},
+          {"checkpoint", p.cadence.checkpoint}}},
+        {"observables", p.observables},
+        {"state_bytes", p.state_bytes},
+        {"frame_bytes", p.frame_bytes},
+        {"output_bytes", p.output_bytes},
+        {"predicted_s", p.predicted_s},
+        {"absent", p.absent}};
     return json.dump(2) + "\n";
 }
 

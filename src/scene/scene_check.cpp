@@ -21,7 +21,8 @@ bool zero(const Vec3d& v) { return v.x == 0 && v.y == 0 && v.z == 0; }
 bool parallel(const Vec3d& a, const Vec3d& b) { return norm(cross(a, b)) <= 1e-9 * norm(a) * norm(b); }
 
 bool good_name(const std::string& name) {
-    return !name.empty() && std::all_of(name.begin(), name.end(), [](unsigned char c) { return std::isalnum(c) || c == '_' || c == '-'; });
+    return !name.empty() &&
+           std::all_of(name.begin(), name.end(), [](unsigned char c) { return std::isalnum(c) || c == '_' || c == '-'; });
 }
 
 class Checker {
@@ -33,7 +34,8 @@ public:
         time_and_output();
         for (std::size_t i = 0; i < scene_.rods.size(); ++i) {
             if (scene_.rods[i].material.rotary_inertia_for_dt > 0)
-                unused(fmt::format("rods.{}.material", i), {"rotary_inertia_scale"}, "beside 'rotary_inertia_for_dt', which chooses it");
+                unused(fmt::format("rods.{}.material", i), {"rotary_inertia_scale"},
+                       "beside 'rotary_inertia_for_dt', which chooses it");
             rigid(scene_.rods[i], fmt::format("rods.{}", i));
             section(scene_.rods[i], fmt::format("rods.{}.section", i));
             shape(scene_.rods[i], fmt::format("rods.{}.shape", i));
@@ -88,7 +90,8 @@ private:
         for (std::size_t i = 0; i < scene_.rods.size(); ++i) {
             double here = 1;
             for (const long n : scene_.rods[i].placement.counts) here *= static_cast<double>(n);
-            if (scene_.rods[i].placement.kind == PlacementKind::packing) here = static_cast<double>(scene_.rods[i].placement.packing.count);
+            if (scene_.rods[i].placement.kind == PlacementKind::packing)
+                here = static_cast<double>(scene_.rods[i].placement.packing.count);
             rods += here;
             if (rods <= most) continue;
             add(fmt::format("rods.{}.placement.counts", i), fmt::format("{:.3g} rods are more than 2^40", rods));
@@ -98,19 +101,27 @@ private:
 
     void time_and_output() {
         const double duration = scene_.time.duration;
-        if (scene_.time.dt > duration) add("time.dt", fmt::format("'dt' of {} s is longer than 'duration' of {} s", scene_.time.dt, duration));
+        if (scene_.time.dt > duration)
+            add("time.dt", fmt::format("'dt' of {} s is longer than 'duration' of {} s", scene_.time.dt, duration));
         const OutputSpec& out = scene_.output;
-        const std::pair<const char*, double> intervals[] = {
-            {"trajectory", out.trajectory}, {"tips", out.tips}, {"series", out.series}, {"contacts", out.contacts}, {"checkpoint", out.checkpoint}};
+        const std::pair<const char*, double> intervals[] = {{"trajectory", out.trajectory},
+                                                            {"tips", out.tips},
+                                                            {"series", out.series},
+                                                            {"contacts", out.contacts},
+                                                            {"checkpoint", out.checkpoint}};
         for (const auto& [key, interval] : intervals)
             if (interval > duration)
-                add(fmt::format("output.{}", key), fmt::format("'{}' every {} s never comes due within 'duration' of {} s", key, interval, duration));
+                add(fmt::format("output.{}", key),
+                    fmt::format("'{}' every {} s never comes due within 'duration' of {} s", key, interval, duration));
         if (out.contacts > 0 && !scene_.contact) add("output.contacts", "'contacts' has no use without [contact]");
-        if (scene_.time.rest_speed > 0 && out.series == 0) add("time.rest_speed", "'rest_speed' is looked at in the rows of the series: give output.series [s]");
+        if (scene_.time.rest_speed > 0 && out.series == 0)
+            add("time.rest_speed", "'rest_speed' is looked at in the rows of the series: give output.series [s]");
         for (const RodSpec& rods : scene_.rods)
-            if (out.audit && rods.material.law == Law::elastica) add("output.audit", fmt::format("there is no audit of group '{}': its law \"elastica\" has no energy", rods.name));
+            if (out.audit && rods.material.law == Law::elastica)
+                add("output.audit", fmt::format("there is no audit of group '{}': its law \"elastica\" has no energy", rods.name));
         for (const RodSpec& rods : scene_.rods)
-            if (out.audit && rods.material.law == Law::rigid) add("output.audit", fmt::format("there is no audit of the rigid bodies of group '{}'", rods.name));
+            if (out.audit && rods.material.law == Law::rigid)
+                add("output.audit", fmt::format("there is no audit of the rigid bodies of group '{}'", rods.name));
         const bool filtered = std::any_of(scene_.damping.begin(), scene_.damping.end(),
                                           [](const DampingSpec& d) { return d.damping.kind == DampingKind::laplacian; });
         if (out.audit && filtered &&
@@ -123,7 +134,8 @@ private:
             const std::vector<std::string_view> known(std::begin(observable_set_names), std::end(observable_set_names));
             if (std::find(known.begin(), known.end(), set) == known.end())
                 add(path, fmt::format("there are no observables '{}'{}", set, suggestion(set, known, "the choices are")));
-            else if (std::find(out.observables.begin(), out.observables.begin() + static_cast<long>(i), set) != out.observables.begin() + static_cast<long>(i))
+            else if (std::find(out.observables.begin(), out.observables.begin() + static_cast<long>(i), set) !=
+                     out.observables.begin() + static_cast<long>(i))
                 add(path, fmt::format("'{}' is named twice", set));
         }
     }
@@ -131,10 +143,15 @@ private:
     void rigid(const RodSpec& rods, const std::string& path) {
         if (rods.material.law != Law::rigid) return;
         const char* const where = "in a rigid body";
-        unused(path + ".material", {"youngs_modulus", "shear_modulus", "shear_factor", "rotary_inertia_scale", "rotary_inertia_for_dt"}, where);
+        unused(path + ".material",
+               {"youngs_modulus", "shear_modulus", "shear_factor", "rotary_inertia_scale", "rotary_inertia_for_dt"}, where);
         unused(path + ".section", {"taper", "profile"}, where);
-        unused(path + ".shape", {"length_profile", "rest_curvature", "rest_curvature_profile", "rest_strain", "closed", "start_curvature", "start_curvature_profile"}, where);
-        if (rods.shape.elements != 1) add(path + ".shape.elements", fmt::format("a rigid body is one element, and not {}", rods.shape.elements));
+        unused(path + ".shape",
+               {"length_profile", "rest_curvature", "rest_curvature_profile", "rest_strain", "closed", "start_curvature",
+                "start_curvature_profile"},
+               where);
+        if (rods.shape.elements != 1)
+            add(path + ".shape.elements", fmt::format("a rigid body is one element, and not {}", rods.shape.elements));
         if (rods.section.kind != SectionKind::circular) add(path + ".section.kind", "a rigid body has a circular section");
         if (rods.start != EndKind::free || rods.end != EndKind::free) add(path, "the ends of a rigid body must be free");
         if (rods.hold.any()) add(path + ".hold", "a rigid body cannot be held");
@@ -145,12 +162,14 @@ private:
         for (const RodSpec* rods : groups)
             if (rods->material.law == Law::rigid)
                 add(given(path + ".rods") ? path + ".rods" : path,
-                    fmt::format("{} is not for rigid bodies, as those of group '{}': name other groups in 'rods'", what, rods->name));
+                    fmt::format("{} is not for rigid bodies, as those of group '{}': name other groups in 'rods'", what,
+                                rods->name));
     }
 
     void section(const RodSpec& rods, const std::string& path) {
         const Section& s = rods.section;
-        if (s.kind == SectionKind::elliptic && s.radius_2 == 0) add(path, "an elliptic section needs 'radius_2', its semi-axis along d2 [m]");
+        if (s.kind == SectionKind::elliptic && s.radius_2 == 0)
+            add(path, "an elliptic section needs 'radius_2', its semi-axis along d2 [m]");
         if (s.kind == SectionKind::circular) unused(path, {"radius_2"}, "in a circular section; kind = \"elliptic\" has two radii");
         if (s.profile.empty()) return;
         unused(path, {"taper"}, "beside 'profile', which says the radius of every element");
@@ -160,10 +179,13 @@ private:
     void shape(const RodSpec& rods, const std::string& path) {
         const Shape& s = rods.shape;
         if (s.closed && s.elements < 3) add(path + ".elements", "a ring needs at least 3 elements");
-        if (s.closed && (rods.start != EndKind::free || rods.end != EndKind::free)) add(path + ".closed", "a ring has no ends: 'start' and 'end' must be free");
+        if (s.closed && (rods.start != EndKind::free || rods.end != EndKind::free))
+            add(path + ".closed", "a ring has no ends: 'start' and 'end' must be free");
         if (s.rest_strain.z <= -1)
-            add(path + ".rest_strain", fmt::format("'rest_strain' of {} along d3 leaves no length: it must be above -1", s.rest_strain.z));
-        if (!s.length_profile.empty()) length(path + ".length_profile", s.length_profile.size(), s.elements, "one for each of the elements");
+            add(path + ".rest_strain",
+                fmt::format("'rest_strain' of {} along d3 leaves no length: it must be above -1", s.rest_strain.z));
+        if (!s.length_profile.empty())
+            length(path + ".length_profile", s.length_profile.size(), s.elements, "one for each of the elements");
         if (!s.start_curvature_profile.empty()) {
             unused(path, {"start_curvature"}, "beside 'start_curvature_profile'");
             length(path + ".start_curvature_profile", s.start_curvature_profile.size(), s.closed ? s.elements : s.elements - 1,
@@ -177,22 +199,29 @@ private:
 
     void motion(const EndMotion& m, EndKind end, const RodSpec& rods, const std::string& path) {
         if (!m.moves() && !m.turns()) {
-            unused(path, {"times", "amplitude", "rotation_amplitude", "period", "phase", "smooth"}, "in a motion that neither moves nor turns its end");
+            unused(path, {"times", "amplitude", "rotation_amplitude", "period", "phase", "smooth"},
+                   "in a motion that neither moves nor turns its end");
             return;
         }
         if (end == EndKind::free) add(path, "a free end cannot be moved: hold it (\"pinned\" or \"clamped\")");
-        if (end == EndKind::pinned && m.turns()) add(path, "a pinned end turns freely: to prescribe its rotation it must be clamped");
-        if (rods.material.law == Law::elastica && end == EndKind::clamped) add(path, "the walls of the law \"elastica\" stand still: use \"clamped_frozen\"");
-        if (std::adjacent_find(m.times.begin(), m.times.end(), std::greater_equal<>()) != m.times.end()) add(path + ".times", "'times' must rise from entry to entry");
-        if (!m.translation.empty()) length(path + ".translation", m.translation.size(), static_cast<long>(m.times.size()), "one for each of 'times'");
-        if (!m.rotation.empty()) length(path + ".rotation", m.rotation.size(), static_cast<long>(m.times.size()), "one for each of 'times'");
+        if (end == EndKind::pinned && m.turns())
+            add(path, "a pinned end turns freely: to prescribe its rotation it must be clamped");
+        if (rods.material.law == Law::elastica && end == EndKind::clamped)
+            add(path, "the walls of the law \"elastica\" stand still: use \"clamped_frozen\"");
+        if (std::adjacent_find(m.times.begin(), m.times.end(), std::greater_equal<>()) != m.times.end())
+            add(path + ".times", "'times' must rise from entry to entry");
+        if (!m.translation.empty())
+            length(path + ".translation", m.translation.size(), static_cast<long>(m.times.size()), "one for each of 'times'");
+        if (!m.rotation.empty())
+            length(path + ".rotation", m.rotation.size(), static_cast<long>(m.times.size()), "one for each of 'times'");
     }
 
     void hold(const RodSpec& rods, const std::string& path) {
         const auto within = [&](const std::vector<long>& numbers, const char* key, long count) {
             for (const long i : numbers)
                 if (i >= count || i < -count) {
-                    add(path + "." + key, fmt::format("'{}' names {}, but there are {}: give 0 to {}, or -1 to {} from the end", key, i, count, count - 1, -count));
+                    add(path + "." + key, fmt::format("'{}' names {}, but there are {}: give 0 to {}, or -1 to {} from the end",
+                                                      key, i, count, count - 1, -count));
                     return;
                 }
         };
@@ -207,7 +236,8 @@ private:
 
     void length(const std::string& path, std::size_t has, long needs, const char* why) {
         if (static_cast<long>(has) == needs) return;
-        add(path, fmt::format("'{}' has {} value{}, but needs {}: {}", path.substr(path.rfind('.') + 1), has, has == 1 ? "" : "s", needs, why));
+        add(path, fmt::format("'{}' has {} value{}, but needs {}: {}", path.substr(path.rfind('.') + 1), has, has == 1 ? "" : "s",
+                              needs, why));
     }
 
     void placement(const RodSpec& rods, const std::string& path) {
@@ -218,9 +248,14 @@ private:
             add(path + ".normal", "'tangent' and 'normal' are parallel; d1 needs a direction across the rod");
         const std::string where = fmt::format("for a placement of kind \"{}\"", placement_names[static_cast<std::size_t>(p.kind)]);
         if (p.kind != PlacementKind::packing)
-            unused(path, {"count", "seed", "region", "lower", "upper", "point", "radius", "height", "elevation", "azimuth", "elevation_law", "gap", "attempts"}, where);
+            unused(path,
+                   {"count", "seed", "region", "lower", "upper", "point", "radius", "height", "elevation", "azimuth",
+                    "elevation_law", "gap", "attempts"},
+                   where);
         switch (p.kind) {
-        case PlacementKind::single: unused(path, {"counts", "spacing", "file", "origins"}, where); break;
+        case PlacementKind::single:
+            unused(path, {"counts", "spacing", "file", "origins"}, where);
+            break;
         case PlacementKind::line:
             unused(path, {"file", "origins"}, where);
             counts_and_spacing(p, path, where, 1, 1);
@@ -232,7 +267,8 @@ private:
         case PlacementKind::mask:
             unused(path, {"counts", "origins"}, where);
             if (p.file.empty()) add(path, fmt::format("'file', the bitmap, is needed {}", where));
-            if (p.spacing.size() != 2) add(path + ".spacing", fmt::format("'spacing' needs 2 values {}, and has {}", where, p.spacing.size()));
+            if (p.spacing.size() != 2)
+                add(path + ".spacing", fmt::format("'spacing' needs 2 values {}, and has {}", where, p.spacing.size()));
             break;
         case PlacementKind::list:
             unused(path, {"counts", "spacing", "file"}, where);
@@ -249,12 +285,16 @@ private:
     void packing(const RodSpec& rods, const std::string& path, const std::string& where) {
         const Packing& p = rods.placement.packing;
         if (p.count == 0) add(path, fmt::format("'count', the number of rods, is needed {}", where));
-        if (rods.start != EndKind::free || rods.end != EndKind::free) add(path, fmt::format("the ends of the rods must be free {}", where));
+        if (rods.start != EndKind::free || rods.end != EndKind::free)
+            add(path, fmt::format("the ends of the rods must be free {}", where));
         const Shape& s = rods.shape;
-        const bool curved = !s.start_curvature_profile.empty() ||
-                            (s.start_curvature ? !zero(*s.start_curvature) : !zero(s.rest_curvature) || !s.rest_curvature_profile.empty());
+        const bool curved =
+            !s.start_curvature_profile.empty() ||
+            (s.start_curvature ? !zero(*s.start_curvature) : !zero(s.rest_curvature) || !s.rest_curvature_profile.empty());
         if (s.closed || curved || !zero(s.rest_strain))
-            add(path, fmt::format("the rods must start straight, without rest_strain, {}: curved ones can with start_curvature = [0, 0, 0]", where));
+            add(path, fmt::format(
+                          "the rods must start straight, without rest_strain, {}: curved ones can with start_curvature = [0, 0, 0]",
+                          where));
         for (const auto& [key, range] : {std::pair{"elevation", &p.elevation}, std::pair{"azimuth", &p.azimuth}})
             if (range->size() != 2 || (*range)[0] > (*range)[1])
                 add(path + "." + key, fmt::format("'{}' needs two angles, the least and the largest", key));
@@ -269,16 +309,19 @@ private:
             add(given(path + ".upper") ? path + ".upper" : path, fmt::format("'upper' must lie beyond 'lower' {}", region));
     }
 
-    void counts_and_spacing(const Placement& p, const std::string& path, const std::string& where, std::size_t fewest, std::size_t most) {
+    void counts_and_spacing(const Placement& p, const std::string& path, const std::string& where, std::size_t fewest,
+                            std::size_t most) {
         const std::size_t n = p.counts.size();
         const std::string needed = fewest == most ? fmt::format("{} value", fewest) : fmt::format("{} or {} values", fewest, most);
         if (n < fewest || n > most) add(path + ".counts", fmt::format("'counts' needs {} {}, and has {}", needed, where, n));
-        else if (p.spacing.size() != n) add(path + ".spacing", fmt::format("'spacing' needs one value per count, {} in all, and has {}", n, p.spacing.size()));
+        else if (p.spacing.size() != n)
+            add(path + ".spacing", fmt::format("'spacing' needs one value per count, {} in all, and has {}", n, p.spacing.size()));
     }
 
     void magnetisation(const RodSpec& rods, const std::string& path) {
         const Magnetisation& m = rods.magnetisation;
-        const std::string where = fmt::format("for a magnetisation of pattern \"{}\"", magnetisation_names[static_cast<std::size_t>(m.pattern)]);
+        const std::string where =
+            fmt::format("for a magnetisation of pattern \"{}\"", magnetisation_names[static_cast<std::size_t>(m.pattern)]);
         if (m.pattern == MagnetisationPattern::none) {
             unused(path, {"strength", "direction", "wavelength_x", "wavelength_y", "phase"}, where);
             return;
@@ -351,21 +394,25 @@ private:
         needs_ends("a sinusoidal_end_force", groups, path);
         if (load.start == 0 && load.end == 0) add(path, "a sinusoidal_end_force needs 'start' or 'end' [N]: both are 0");
         if (load.hold == 0) unused(path, {"steady"}, "without 'hold' [s]");
-        if (parallel(load.normal, load.tangent)) add(path + ".normal", "'normal' and 'tangent' are parallel: the force would have no plane to turn in");
+        if (parallel(load.normal, load.tangent))
+            add(path + ".normal", "'normal' and 'tangent' are parallel: the force would have no plane to turn in");
     }
 
     void check(const SlenderBodyDrag&, const Groups& groups, const std::string& path) {
         needs_rods("slender_body_drag", groups, path);
         for (const RodSpec* rods : groups)
             if (rods->shape.length <= std::max(rods->section.radius, rods->section.radius_2))
-                add(path, fmt::format("slender_body_drag is for slender rods: those of group '{}' are not longer than their radius", rods->name));
+                add(path, fmt::format("slender_body_drag is for slender rods: those of group '{}' are not longer than their radius",
+                                      rods->name));
     }
 
     void check(const MuscleTorques& muscle, const Groups& groups, const std::string& path) {
         needs_rods("a load of kind muscle_torques", groups, path);
         if (zero(muscle.direction)) add(path + ".direction", "'direction' has no direction");
         if (muscle.table.empty()) {
-            if (muscle.coefficients.size() < 4) add(path, fmt::format("muscle_torques need 'coefficients' [N m], at least 4 of them, or a 'table'; there are {}", muscle.coefficients.size()));
+            if (muscle.coefficients.size() < 4)
+                add(path, fmt::format("muscle_torques need 'coefficients' [N m], at least 4 of them, or a 'table'; there are {}",
+                                      muscle.coefficients.size()));
             return;
         }
         unused(path, {"coefficients"}, "beside 'table', which gives the amplitude of every element");
@@ -376,19 +423,23 @@ private:
     }
 
     void check(const MagneticField& field, const Groups& groups, const std::string& path) {
-        if (field.until > 0 && field.until <= field.onset) add(path + ".until", fmt::format("'until' {} s is not after 'onset' {} s", field.until, field.onset));
+        if (field.until > 0 && field.until <= field.onset)
+            add(path + ".until", fmt::format("'until' {} s is not after 'onset' {} s", field.until, field.onset));
         const bool magnetised = std::any_of(groups.begin(), groups.end(), [](const RodSpec* rods) {
             return rods->magnetisation.pattern != MagnetisationPattern::none;
         });
-        if (!groups.empty() && !magnetised) add(path, "none of the groups that this magnetic_field acts on has a [rods.magnetisation]");
+        if (!groups.empty() && !magnetised)
+            add(path, "none of the groups that this magnetic_field acts on has a [rods.magnetisation]");
         if (field.rotating == 0) {
             if (zero(field.constant)) add(path, "a magnetic_field needs 'constant' or 'rotating' [T]: both are 0");
             // rotating = 0 is how one switches the rotation off and leaves the rest as it is.
-            if (!given(path + ".rotating")) unused(path, {"period", "sine_axis", "cosine_axis"}, "in a field without 'rotating' [T]");
+            if (!given(path + ".rotating"))
+                unused(path, {"period", "sine_axis", "cosine_axis"}, "in a field without 'rotating' [T]");
             return;
         }
         if (field.period == 0) add(path, "a rotating field needs 'period' [s], not 0");
-        if (zero(field.sine_axis) && zero(field.cosine_axis)) add(path + ".sine_axis", "'sine_axis' and 'cosine_axis' are both 0: the field would not rotate");
+        if (zero(field.sine_axis) && zero(field.cosine_axis))
+            add(path + ".sine_axis", "'sine_axis' and 'cosine_axis' are both 0: the field would not rotate");
     }
 
     void check(const MuscleWave& wave, const Groups& groups, const std::string& path) {
@@ -426,7 +477,8 @@ private:
     }
 
     void law(const ContactLaw& law, const std::string& path) {
-        if (law.stiffness <= 0 && law.restitution <= 0) add(path, "it needs 'stiffness', or 'restitution' and 'collision_time' [s]");
+        if (law.stiffness <= 0 && law.restitution <= 0)
+            add(path, "it needs 'stiffness', or 'restitution' and 'collision_time' [s]");
         if (law.restitution <= 0) {
             unused(path, {"collision_time", "collision_speed"}, "without 'restitution'");
         } else {
@@ -434,8 +486,10 @@ private:
             if (law.normal == ContactNormal::linear) unused(path, {"collision_speed"}, "for the linear law");
             else if (law.collision_speed <= 0) add(path, "'restitution' of the hertz law needs 'collision_speed' [m/s]");
         }
-        if (law.friction == ContactFriction::none) unused(path, {"static_friction", "kinetic_friction", "friction_from"}, "without 'friction'");
-        else if (law.static_friction <= 0 && law.kinetic_friction <= 0) add(path, "friction needs 'static_friction' or 'kinetic_friction'");
+        if (law.friction == ContactFriction::none)
+            unused(path, {"static_friction", "kinetic_friction", "friction_from"}, "without 'friction'");
+        else if (law.static_friction <= 0 && law.kinetic_friction <= 0)
+            add(path, "friction needs 'static_friction' or 'kinetic_friction'");
         const bool slips = law.friction == ContactFriction::regularised || law.friction == ContactFriction::published;
         if (slips && law.slip_speed <= 0) add(path, "this friction needs 'slip_speed' [m/s]");
         if (law.soft_until == 0) unused(path, {"soft_stiffness", "soft_damping"}, "without 'soft_until' [s]");
@@ -443,19 +497,23 @@ private:
 
     void contact() {
         if (!scene_.contact) {
-            for (std::size_t i = 0; i < scene_.contact_pairs.size(); ++i) add(fmt::format("contact_pair.{}", i), "a [[contact_pair]] needs [contact]");
+            for (std::size_t i = 0; i < scene_.contact_pairs.size(); ++i)
+                add(fmt::format("contact_pair.{}", i), "a [[contact_pair]] needs [contact]");
             return;
         }
         law(scene_.contact->law, "contact");
         if (!scene_.contact->self) unused("contact", {"self_gap"}, "without 'self'");
-        if (scene_.time.integrator != Integrator::verlet) add("contact", "contact needs integrator = \"verlet\": the kicks of \"pefrl\" go backwards too");
+        if (scene_.time.integrator != Integrator::verlet)
+            add("contact", "contact needs integrator = \"verlet\": the kicks of \"pefrl\" go backwards too");
         for (std::size_t i = 0; i < scene_.rods.size(); ++i)
-            if (scene_.contact->self && scene_.rods[i].shape.closed) add(fmt::format("rods.{}.shape.closed", i), "rings do not touch themselves: contact.self is for open rods");
+            if (scene_.contact->self && scene_.rods[i].shape.closed)
+                add(fmt::format("rods.{}.shape.closed", i), "rings do not touch themselves: contact.self is for open rods");
         for (std::size_t i = 0; i < scene_.contact_pairs.size(); ++i) {
             const ContactPair& pair = scene_.contact_pairs[i];
             const std::string path = fmt::format("contact_pair.{}", i);
             if (pair.between.size() != 2) add(path + ".between", "'between' names two groups, or one group twice");
-            for (std::size_t j = 0; j < pair.between.size(); ++j) group_named(pair.between[j], fmt::format("{}.between.{}", path, j));
+            for (std::size_t j = 0; j < pair.between.size(); ++j)
+                group_named(pair.between[j], fmt::format("{}.between.{}", path, j));
             law(pair.law, path);
             if (pair.law.normal != scene_.contact->law.normal || pair.law.friction != scene_.contact->law.friction)
                 add(path, "'normal' and 'friction' must be those of [contact]; the numbers may differ");
@@ -466,14 +524,16 @@ private:
         for (std::size_t i = 0; i < scene_.walls.size(); ++i) {
             const Wall& wall = scene_.walls[i];
             const std::string path = fmt::format("wall.{}", i);
-            if (!good_name(wall.name)) add(path + ".name", fmt::format("'{}' cannot name a wall: use letters, digits, _ and -", wall.name));
+            if (!good_name(wall.name))
+                add(path + ".name", fmt::format("'{}' cannot name a wall: use letters, digits, _ and -", wall.name));
             for (std::size_t j = 0; j < i; ++j)
                 if (scene_.walls[j].name == wall.name) add(path + ".name", fmt::format("two walls are named '{}'", wall.name));
             acted_on(wall.rods, path);
             law(wall.law, path);
             if (wall.servo.drives()) watched(wall.servo.watch, path + ".servo.watch");
         }
-        if (!scene_.walls.empty() && scene_.time.integrator != Integrator::verlet) add("wall.0", "walls need integrator = \"verlet\"");
+        if (!scene_.walls.empty() && scene_.time.integrator != Integrator::verlet)
+            add("wall.0", "walls need integrator = \"verlet\"");
     }
 
     /// A wall or a side of a box.
@@ -481,8 +541,9 @@ private:
         std::vector<std::string> names;
         for (const Wall& wall : scene_.walls) {
             if (wall.kind != WallKind::box) names.push_back(wall.name);
-            else for (const std::string_view side : box_side_names)
-                if (has_side(wall, side)) names.push_back(fmt::format("{} {}", wall.name, side));
+            else
+                for (const std::string_view side : box_side_names)
+                    if (has_side(wall, side)) names.push_back(fmt::format("{} {}", wall.name, side));
         }
         if (std::find(names.begin(), names.end(), name) != names.end()) return;
         const std::vector<std::string_view> known(names.begin(), names.end());

@@ -10,10 +10,10 @@
 
 namespace skein {
 
-/// Reads and checks a scene. `overrides` are "path=value" pairs from --set, e.g. "time.duration=10", "rods.cilia.shape.elements=50",
-/// "rods.0.section.radius=0.1", "load.magnetic_field.period=3", with values in TOML syntax; text may go without quotes. Throws
-/// InputError with all that is wrong (up to ten messages), each as "file:line:column: message" and the line with carets below
-/// it, or as "--set path=value: message". Contradictions are looked for once every key could be read.
+/// Reads and checks a scene. `overrides` are "path=value" pairs from --set, e.g. "time.duration=10",
+/// "rods.cilia.shape.elements=50", "rods.0.section.radius=0.1", "load.magnetic_field.period=3", with values in TOML syntax; text
+/// may go without quotes. Throws InputError with all that is wrong (up to ten messages), each as "file:line:column: message" and
+/// the line with carets below it, or as "--set path=value: message". Contradictions are looked for once every key could be read.
 SceneSpec read_scene(const std::string& file, const std::vector<std::string>& overrides = {});
 
 /// Checks that need more than one key: names unique, groups that loads name exist, profile lengths, keys without use, ... For

@@ -76,9 +76,12 @@ Keys title_key(std::string title) {
     return listed("", [&](FieldVisitor& f) { f.visit(title_field, title); });
 }
 
-void append(Keys& all, Keys some) { all.insert(all.end(), std::make_move_iterator(some.begin()), std::make_move_iterator(some.end())); }
+void append(Keys& all, Keys some) {
+    all.insert(all.end(), std::make_move_iterator(some.begin()), std::make_move_iterator(some.end()));
+}
 
-template <class Spec> void add_changed(std::set<std::string>& paths, const Spec& spec, const Spec& defaults, const std::string& table) {
+template <class Spec>
+void add_changed(std::set<std::string>& paths, const Spec& spec, const Spec& defaults, const std::string& table) {
     const Keys now = keys_of(spec, table), before = keys_of(defaults, table);
     for (std::size_t i = 0; i < now.size(); ++i)
         if (now[i].value != before[i].value) paths.insert(now[i].path());
@@ -109,9 +112,11 @@ std::set<std::string> changed_keys(const SceneSpec& scene) {
         const LoadSpec defaults{.load = make_load(static_cast<int>(scene.loads[i].load.index()))};
         add_changed(paths, scene.loads[i], defaults, fmt::format("load.{}", i));
     }
-    for (std::size_t i = 0; i < scene.damping.size(); ++i) add_changed(paths, scene.damping[i], DampingSpec{}, fmt::format("damping.{}", i));
+    for (std::size_t i = 0; i < scene.damping.size(); ++i)
+        add_changed(paths, scene.damping[i], DampingSpec{}, fmt::format("damping.{}", i));
     if (scene.contact) add_changed(paths, *scene.contact, ContactSpec{}, "contact");
-    for (std::size_t i = 0; i < scene.contact_pairs.size(); ++i) add_changed(paths, scene.contact_pairs[i], ContactPair{}, fmt::format("contact_pair.{}", i));
+    for (std::size_t i = 0; i < scene.contact_pairs.size(); ++i)
+        add_changed(paths, scene.contact_pairs[i], ContactPair{}, fmt::format("contact_pair.{}", i));
     for (std::size_t i = 0; i < scene.walls.size(); ++i) add_changed(paths, scene.walls[i], Wall{}, fmt::format("wall.{}", i));
     return paths;
 }
@@ -119,7 +124,8 @@ std::set<std::string> changed_keys(const SceneSpec& scene) {
 std::string table_heading(const std::string& table) {
     if (table.empty()) return "top level";
     if (table.starts_with("load.")) return fmt::format("[[load]] of kind \"{}\"", table.substr(5));
-    return table == "rods" || table == "damping" || table == "contact_pair" || table == "wall" ? fmt::format("[[{}]]", table) : fmt::format("[{}]", table);
+    return table == "rods" || table == "damping" || table == "contact_pair" || table == "wall" ? fmt::format("[[{}]]", table)
+                                                                                               : fmt::format("[{}]", table);
 }
 
 std::string bounds_text(const Field& field) {

@@ -74,7 +74,8 @@ private:
     TomlValue& step(TomlValue& at, const std::string& part, const std::string& so_far) const {
         if (auto* list = at.as<TomlArray>()) return item(*list, part, so_far);
         if (TomlEntry* entry = at.find(part)) return entry->value;
-        const bool list_of_tables = so_far.empty() && (part == "rods" || part == "load" || part == "damping" || part == "contact_pair" || part == "wall");
+        const bool list_of_tables =
+            so_far.empty() && (part == "rods" || part == "load" || part == "damping" || part == "contact_pair" || part == "wall");
         if (list_of_tables) fail(fmt::format("the scene has no [[{}]] to change", part));
         auto* table = at.as<TomlTable>();
         if (!table) fail(fmt::format("'{}' is no table: it has no '{}'", so_far, part));
@@ -86,7 +87,8 @@ private:
         std::size_t number = 0;
         const auto [end, error] = std::from_chars(part.data(), part.data() + part.size(), number);
         if (error == std::errc{} && end == part.data() + part.size()) {
-            if (number >= list.size()) fail(fmt::format("there is no '{}.{}': '{}' has {}, counted from 0", so_far, part, so_far, list.size()));
+            if (number >= list.size())
+                fail(fmt::format("there is no '{}.{}': '{}' has {}, counted from 0", so_far, part, so_far, list.size()));
             return list[number];
         }
         TomlValue* match = nullptr;

@@ -26,7 +26,8 @@ bool is_table(const TomlValue& value) {
 /// "; [rods.shape] has a key of this name" where another table of the scene has one.
 std::string elsewhere(std::string_view key) {
     for (const KeyEntry& other : all_keys())
-        if (other.field.name == key && !other.table.empty()) return fmt::format("; {} has a key of this name", table_heading(other.table));
+        if (other.field.name == key && !other.table.empty())
+            return fmt::format("; {} has a key of this name", table_heading(other.table));
     return "";
 }
 
@@ -83,7 +84,9 @@ public:
             value = static_cast<int>(at - names.begin());
             return;
         }
-        if (given) problems_.add(v->place, fmt::format("{} knows no \"{}\"{}", key_in_table(f), name, suggestion(name, names, "it is one of")));
+        if (given)
+            problems_.add(v->place,
+                          fmt::format("{} knows no \"{}\"{}", key_in_table(f), name, suggestion(name, names, "it is one of")));
         // The other keys of such a table mean nothing without it.
         open_.back().abandoned = f.required;
     }
@@ -107,7 +110,8 @@ public:
     void leave() override {
         Frame& frame = open_.back();
         for (const TomlEntry& entry : *frame.table->as<TomlTable>())
-            if (!frame.abandoned && std::find(frame.known.begin(), frame.known.end(), entry.key) == frame.known.end()) unknown(frame, entry);
+            if (!frame.abandoned && std::find(frame.known.begin(), frame.known.end(), entry.key) == frame.known.end())
+                unknown(frame, entry);
         for (const auto& [key, message] : frame.missing) problems_.add(frame.place, message);
         open_.pop_back();
     }
@@ -129,7 +133,7 @@ private:
         Place place;
         std::vector<std::string_view> known;
         std::vector<std::pair<std::string_view, std::string>> missing; ///< required keys, and what to say of them
-        bool abandoned; ///< its kind is not known: what its keys should be, neither
+        bool abandoned;                                                ///< its kind is not known: what its keys should be, neither
     };
 
     const TomlValue* find(const Field& f) {
@@ -137,7 +141,9 @@ private:
         frame.known.push_back(f.name);
         if (frame.abandoned) return nullptr;
         if (const TomlEntry* entry = frame.table->find(f.name)) return &entry->value;
-        if (f.required) frame.missing.emplace_back(f.name, fmt::format("missing key '{}' in {}: {}", f.name, frame.label, with_unit(f.text, f)));
+        if (f.required)
+            frame.missing.emplace_back(f.name,
+                                       fmt::format("missing key '{}' in {}: {}", f.name, frame.label, with_unit(f.text, f)));
         return nullptr;
     }
 
@@ -150,7 +156,8 @@ private:
 
     bool in_range(const Field& f, const TomlValue& v, double x) {
         if (!std::isfinite(x)) {
-            problems_.add(v.place, fmt::format("{} is {}; it must be a finite number", key_in_table(f), std::isnan(x) ? "not a number" : "infinite"));
+            problems_.add(v.place, fmt::format("{} is {}; it must be a finite number", key_in_table(f),
+                                               std::isnan(x) ? "not a number" : "infinite"));
             return false;
         }
         if (x > f.above && x >= f.at_least && x <= f.at_most) return true;

@@ -45,7 +45,8 @@ std::string meaning(const KeyEntry& key, std::string_view quote) {
     if (key.type == "table") add(fmt::format("see {0}{1}{0}", quote, table_heading(key.path())));
     if (const std::string bounds = bounds_text(key.field); !bounds.empty()) add(bounds);
     std::string names;
-    for (const std::string_view name : key.choices) names += fmt::format("{}{}\"{}\"{}", names.empty() ? "" : ", ", quote, name, quote);
+    for (const std::string_view name : key.choices)
+        names += fmt::format("{}{}\"{}\"{}", names.empty() ? "" : ", ", quote, name, quote);
     if (!names.empty()) add("one of " + names);
     return text;
 }
@@ -68,7 +69,8 @@ std::string scene_reference() {
     std::map<std::string, std::string> rows;
     for (const KeyEntry& key : keys) {
         if (!rows.contains(key.table)) order.push_back(key.table);
-        rows[key.table] += fmt::format("| `{}` | {} | {} | {} | {} |\n", key.field.name, key.type, unit_text(key), default_text(key), meaning(key, "`"));
+        rows[key.table] += fmt::format("| `{}` | {} | {} | {} | {} |\n", key.field.name, key.type, unit_text(key),
+                                       default_text(key), meaning(key, "`"));
     }
     for (const std::string& table : order) {
         page += fmt::format("\n## `{}`\n\n", table_heading(table));

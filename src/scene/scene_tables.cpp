@@ -8,7 +8,8 @@ Load make_load(int kind) {
     Load load;
     [&]<std::size_t... I>(std::index_sequence<I...>) {
         ((static_cast<int>(I) == kind ? static_cast<void>(load.emplace<I>()) : void()), ...);
-    }(std::make_index_sequence<std::variant_size_v<Load>>{});
+    }
+    (std::make_index_sequence<std::variant_size_v<Load>>{});
     return load;
 }
 

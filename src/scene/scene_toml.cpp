@@ -141,7 +141,8 @@ std::string reworded(const std::string& what, const std::vector<Mark>& at) {
 
 [[noreturn]] void raise_syntax_error(const toml::syntax_error& e, const Source& source) {
     const std::vector<Mark> at = marks(e.what());
-    Place place = at.empty() ? Place{source, static_cast<int>(e.location().line()), 1, 1} : Place{source, at.back().line, at.back().column, 1};
+    Place place = at.empty() ? Place{source, static_cast<int>(e.location().line()), 1, 1}
+                             : Place{source, at.back().line, at.back().column, 1};
     if (const std::string name = repeated_name(e.what()); !name.empty()) {
         place.length = static_cast<int>(name.size()) + 2; // in case it is a header: name and brackets
         place = place_of_key(name.substr(name.rfind('.') + 1), place);
@@ -164,10 +165,14 @@ std::string found(const TomlValue& value) {
     struct Words {
         std::string operator()(bool b) const { return b ? "the boolean true" : "the boolean false"; }
         std::string operator()(std::int64_t i) const { return fmt::format("the integer {}", i); }
-        std::string operator()(double x) const { return fmt::format("the number {}{}", x, x == std::floor(x) && std::abs(x) < 1e16 ? ".0" : ""); }
+        std::string operator()(double x) const {
+            return fmt::format("the number {}{}", x, x == std::floor(x) && std::abs(x) < 1e16 ? ".0" : "");
+        }
         std::string operator()(const std::string& s) const { return fmt::format("the string \"{}\"", s); }
         std::string operator()(TomlDate) const { return "a date or time"; }
-        std::string operator()(const TomlArray& a) const { return fmt::format("an array of {} value{}", a.size(), a.size() == 1 ? "" : "s"); }
+        std::string operator()(const TomlArray& a) const {
+            return fmt::format("an array of {} value{}", a.size(), a.size() == 1 ? "" : "s");
+        }
         std::string operator()(const TomlTable&) const { return "a table"; }
     };
     return std::visit(Words{}, value.value);

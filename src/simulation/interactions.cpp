@@ -16,14 +16,14 @@ namespace skein {
 
 namespace {
 
-constexpr std::size_t slot_numbers = 10;   ///< position, radius, velocity, spin
-constexpr std::size_t contact_size = 11;   ///< two slots, what, memory
+constexpr std::size_t slot_numbers = 10; ///< position, radius, velocity, spin
+constexpr std::size_t contact_size = 11; ///< two slots, what, memory
 constexpr const char* contacts_name = "contact_memory";
 constexpr const char* walls_name = "walls";
 
 /// Rows of numbers of all ranks, put in order.
-template <std::size_t columns, class Before = std::less<>>
-std::vector<std::array<double, columns>> gathered_rows(const Communicator& comm, const std::vector<std::array<double, columns>>& mine, Before before = {}) {
+template <std::size_t columns, class Before = std::less<>> std::vector<std::array<double, columns>>
+gathered_rows(const Communicator& comm, const std::vector<std::array<double, columns>>& mine, Before before = {}) {
     const std::vector<double> all = comm.all_gather(std::span(mine.empty() ? nullptr : mine.front().data(), columns * mine.size()));
     std::vector<std::array<double, columns>> rows(all.size() / columns);
     for (std::size_t i = 0; i < all.size(); ++i) rows[i / columns][i % columns] = all[i];
@@ -33,7 +33,8 @@ std::vector<std::array<double, columns>> gathered_rows(const Communicator& comm,
 
 } // namespace
 
-Interactions::Interactions(const Communicator& comm, const Threads& threads, const Plan& plan, std::span<const RodGroup> groups, const Rods& rods, Surroundings around)
+Interactions::Interactions(const Communicator& comm, const Threads& threads, const Plan& plan, std::span<const RodGroup> groups,
+                           const Rods& rods, Surroundings around)
     : comm_(comm), plan_(plan), groups_(groups), rods_(rods), around_(std::move(around)) {
     for (const RodGroup& group : groups_) mobility_.push_back(contact_mobility(group));
     std::size_t all_rods = 0;
@@ -71,7 +72,8 @@ void Interactions::know_all_rods() {
     const Capsules& capsules = around_.others->capsules;
     for (const auto& gids : rods_of_rank_) {
         std::int64_t slots = 0;
-        for (const std::int64_t gid : gids) slots += capsules.first_slot[static_cast<std::size_t>(gid) + 1] - capsules.first_slot[static_cast<std::size_t>(gid)];
+        for (const std::int64_t gid : gids)
+            slots += capsules.first_slot[static_cast<std::size_t>(gid) + 1] - capsules.first_slot[static_cast<std::size_t>(gid)];
         numbers_of_rank_.push_back(slots * static_cast<std::int64_t>(slot_numbers));
     }
     sent_.resize(static_cast<std::size_t>(numbers_of_rank_[static_cast<std::size_t>(comm_.rank())]));
@@ -96,13 +98,16 @@ void Interactions::exchange() {
     Capsules& c = around_.others->capsules;
     const auto for_slots = [&](std::size_t rank, auto&& f) {
         for (const std::int64_t gid : rods_of_rank_[rank])
-            for (auto slot = static_cast<std::size_t>(c.first_slot[static_cast<std::size_t>(gid)]); slot < static_cast<std::size_t>(c.first_slot[static_cast<std::size_t>(gid) + 1]); ++slot)
+            for (auto slot = static_cast<std::size_t>(c.first_slot[static_cast<std::size_t>(gid)]);
+                 slot < static_cast<std::size_t>(c.first_slot[static_cast<std::size_t>(gid) + 1]); ++slot)
                 f(c.node[slot], c.motion[slot]);
     };
     const auto me = static_cast<std::size_t>(comm_.rank());
     double* to = sent_.data();
     for_slots(me, [&](const CapsuleNode& n, const CapsuleMotion& m) {
-        for (const double x : {n.position.x, n.position.y, n.position.z, n.radius, m.velocity.x, m.velocity.y, m.velocity.z, m.spin.x, m.spin.y, m.spin.z}) *to++ = x;
+        for (const double x : {n.position.x, n.position.y, n.position.z, n.radius, m.velocity.x, m.velocity.y, m.velocity.z,
+                               m.spin.x, m.spin.y, m.spin.z})
+            *to++ = x;
     });
     comm_.all_gather(sent_, numbers_of_rank_, received_);
     const double* from = received_.data();
@@ -112,7 +117,8 @@ void Interactions::exchange() {
             continue;
         }
         for_slots(rank, [&](CapsuleNode& n, CapsuleMotion& m) {
-            n.position = {from[0], from[1], from[2]}, n.radius = from[3], m.velocity = {from[4], from[5], from[6]}, m.spin = {from[7], from[8], from[9]};
+            n.position = {from[0], from[1], from[2]}, n.radius = from[3], m.velocity = {from[4], from[5], from[6]},
+            m.spin = {from[7], from[8], from[9]};
             from += slot_numbers;
         });
     }
@@ -159,9 +165,11 @@ std::string Interactions::complaint() const {
     if (!contacts_ || plan_.force_dt) return {};
     const ContactFigures f = contacts_->figures();
     double limit = HUGE_VAL;
-    for (std::size_t g = 0; g < groups_.size(); ++g) limit = std::min(limit, contact_limit(mobility_[g], plan_.contact_laws->between(g, g), f.stiffest, 0, 1));
+    for (std::size_t g = 0; g < groups_.size(); ++g)
+        limit = std::min(limit, contact_limit(mobility_[g], plan_.contact_laws->between(g, g), f.stiffest, 0, 1));
     if (plan_.dt <= limit) return {};
-    return fmt::format("contacts are as stiff as {:.4g} N/m, where rods overlap by {:.3g} of their diameter: the step of {:.4g} s is beyond the {:.4g} s that they leave",
+    return fmt::format("contacts are as stiff as {:.4g} N/m, where rods overlap by {:.3g} of their diameter: the step of {:.4g} s "
+                       "is beyond the {:.4g} s that they leave",
                        f.stiffest, f.deepest, plan_.dt, limit);
 }
 
@@ -171,12 +179,17 @@ void Interactions::inspect(std::int64_t step) const {
 
 std::vector<std::string> Interactions::names() const {
     std::vector<std::string> names;
-    if (contacts_) names = {"contacts[-]", "coordination[-]", "deepest_overlap[-]", "contact_energy[J]", "contact_rubbed[J]", "contact_damped[J]", "candidates[-]", "renewals[-]", "skin[m]"};
+    if (contacts_)
+        names = {"contacts[-]",       "coordination[-]",   "deepest_overlap[-]",
+                 "contact_energy[J]", "contact_rubbed[J]", "contact_damped[J]",
+                 "candidates[-]",     "renewals[-]",       "skin[m]"};
     if (!around_.walls) return names;
     for (const Wall& wall : around_.walls->wall) names.push_back(wall.name + "_force[N]");
     for (const DrivenWall& d : driven_)
-        for (const char* what : {"_height[m]", "_work[J]", "_turns[-]"}) names.push_back(around_.walls->wall[static_cast<std::size_t>(d.wall)].name + what);
-    for (const char* what : {"wall_contacts[-]", "wall_overlap[-]", "wall_energy[J]", "wall_rubbed[J]", "wall_damped[J]"}) names.emplace_back(what);
+        for (const char* what : {"_height[m]", "_work[J]", "_turns[-]"})
+            names.push_back(around_.walls->wall[static_cast<std::size_t>(d.wall)].name + what);
+    for (const char* what : {"wall_contacts[-]", "wall_overlap[-]", "wall_energy[J]", "wall_rubbed[J]", "wall_damped[J]"})
+        names.emplace_back(what);
     return names;
 }
 
@@ -184,10 +197,18 @@ std::vector<double> Interactions::values() const {
     std::vector<double> values;
     if (contacts_) {
         const ContactFigures f = contacts_->figures();
-        const std::vector<std::vector<double>> mine = {{static_cast<double>(f.active)}, {f.stored}, {f.rubbed}, {f.damped}, {static_cast<double>(f.listed)}};
+        const std::vector<std::vector<double>> mine = {
+            {static_cast<double>(f.active)}, {f.stored}, {f.rubbed}, {f.damped}, {static_cast<double>(f.listed)}};
         const std::vector<double> all = exact_sums(comm_, mine);
-        values = {all[0], 2 * all[0] / static_cast<double>(of_rod_.size()), comm_.max(f.deepest), all[1], all[2], all[3], all[4],
-                  static_cast<double>(comm_.max(f.renewals)), f.skin};
+        values = {all[0],
+                  2 * all[0] / static_cast<double>(of_rod_.size()),
+                  comm_.max(f.deepest),
+                  all[1],
+                  all[2],
+                  all[3],
+                  all[4],
+                  static_cast<double>(comm_.max(f.renewals)),
+                  f.skin};
     }
     if (!around_.walls) return values;
     const std::size_t count = around_.walls->count();
@@ -210,8 +231,11 @@ std::vector<double> Interactions::values() const {
     const std::vector<double> all = exact_sums(comm_, mine);
     values.insert(values.end(), all.begin(), all.begin() + static_cast<std::ptrdiff_t>(count));
     for (const DrivenWall& d : driven_)
-        for (const double x : {d.servo.height(), work_[static_cast<std::size_t>(d.wall)], static_cast<double>(d.servo.turns())}) values.push_back(x);
-    for (const double x : {all[count + touching], comm_.max(deepest), all[count + stored], all[count + rubbed], all[count + damped]}) values.push_back(x);
+        for (const double x : {d.servo.height(), work_[static_cast<std::size_t>(d.wall)], static_cast<double>(d.servo.turns())})
+            values.push_back(x);
+    for (const double x :
+         {all[count + touching], comm_.max(deepest), all[count + stored], all[count + rubbed], all[count + damped]})
+        values.push_back(x);
     return values;
 }
 
@@ -221,9 +245,12 @@ std::string Interactions::contact_table() const {
     for (const Contact& contact : contacts_->active(c)) {
         const auto [a, b] = contact.pair;
         const auto rod = [&](std::uint32_t slot) { return c.rod[slot]; };
-        const auto element = [&](std::uint32_t slot) { return static_cast<std::int32_t>(slot) - c.first_slot[static_cast<std::size_t>(c.rod[slot])]; };
+        const auto element = [&](std::uint32_t slot) {
+            return static_cast<std::int32_t>(slot) - c.first_slot[static_cast<std::size_t>(c.rod[slot])];
+        };
         const CapsuleNode &a0 = c.node[a], &a1 = c.node[a + 1], &b0 = c.node[b], &b1 = c.node[b + 1];
-        const Vec3d at_a = a0.position + contact.s * (a1.position - a0.position), at_b = b0.position + contact.t * (b1.position - b0.position);
+        const Vec3d at_a = a0.position + contact.s * (a1.position - a0.position),
+                    at_b = b0.position + contact.t * (b1.position - b0.position);
         const Vec3d apart = at_b - at_a, normal = (1 / std::max(norm(apart), 1e-300)) * apart;
         const Vec3d arm_a = (a0.radius - 0.5 * contact.overlap) * normal, arm_b = -(b0.radius - 0.5 * contact.overlap) * normal;
         const auto velocity = [&](std::uint32_t slot, double share, const Vec3d& arm) {
@@ -233,11 +260,15 @@ std::string Interactions::contact_table() const {
         const Vec3d slip = velocity(a, contact.s, arm_a) - velocity(b, contact.t, arm_b);
         const Vec3d place = at_a + arm_a, &f = contact.force;
         const double push = -dot(f, normal);
-        mine.push_back({double(rod(a)), double(element(a)), contact.s, double(rod(b)), double(element(b)), contact.t, place.x, place.y, place.z, f.x, f.y, f.z, push,
-                        norm(f + push * normal), contact.overlap, norm(slip - dot(slip, normal) * normal)});
+        mine.push_back({double(rod(a)), double(element(a)), contact.s, double(rod(b)), double(element(b)), contact.t, place.x,
+                        place.y, place.z, f.x, f.y, f.z, push, norm(f + push * normal), contact.overlap,
+                        norm(slip - dot(slip, normal) * normal)});
     }
-    std::string text = "rod_1,element_1,share_1,rod_2,element_2,share_2,x[m],y[m],z[m],force_x[N],force_y[N],force_z[N],normal[N],friction[N],overlap[m],slip[m/s]\n";
-    const auto by_pair = [](const auto& x, const auto& y) { return std::tie(x[0], x[1], x[3], x[4]) < std::tie(y[0], y[1], y[3], y[4]); };
+    std::string text = "rod_1,element_1,share_1,rod_2,element_2,share_2,x[m],y[m],z[m],force_x[N],force_y[N],force_z[N],normal[N],"
+                       "friction[N],overlap[m],slip[m/s]\n";
+    const auto by_pair = [](const auto& x, const auto& y) {
+        return std::tie(x[0], x[1], x[3], x[4]) < std::tie(y[0], y[1], y[3], y[4]);
+    };
     for (const auto& row : gathered_rows(comm_, mine, by_pair)) text += fmt::format("{}\n", fmt::join(row, ","));
     return text;
 }
@@ -262,7 +293,8 @@ std::vector<double> Interactions::contact_numbers() const {
     std::vector<std::array<double, contact_size>> mine;
     for (const KeptContact& c : contacts_->kept()) {
         const ContactMemory<double>& m = c.memory;
-        mine.push_back({double(c.a), double(c.b), double(c.what), m.x.x, m.x.y, m.x.z, m.stiffness, m.beside.x, m.beside.y, m.beside.z, m.dashpot});
+        mine.push_back({double(c.a), double(c.b), double(c.what), m.x.x, m.x.y, m.x.z, m.stiffness, m.beside.x, m.beside.y,
+                        m.beside.z, m.dashpot});
     }
     std::vector<double> numbers = exact_sums(comm_, std::vector<std::vector<double>>{{f.rubbed}, {f.damped}});
     for (const auto& r : gathered_rows(comm_, mine)) numbers.insert(numbers.end(), r.begin(), r.end());
@@ -287,7 +319,10 @@ void Interactions::restore(std::span<const KeptNumbers> kept) {
             std::vector<KeptContact> contacts;
             for (std::size_t i = 2; i + contact_size <= k.numbers.size(); i += contact_size) {
                 const double* n = k.numbers.data() + i;
-                contacts.push_back({static_cast<std::uint32_t>(n[0]), static_cast<std::uint32_t>(n[1]), static_cast<std::uint32_t>(n[2]), {{n[3], n[4], n[5]}, n[6], {n[7], n[8], n[9]}, n[10]}});
+                contacts.push_back({static_cast<std::uint32_t>(n[0]),
+                                    static_cast<std::uint32_t>(n[1]),
+                                    static_cast<std::uint32_t>(n[2]),
+                                    {{n[3], n[4], n[5]}, n[6], {n[7], n[8], n[9]}, n[10]}});
             }
             if (comm_.root()) contacts_->restore(contacts, k.numbers[0], k.numbers[1]); // sums of all ranks
             else contacts_->restore(contacts);

@@ -19,7 +19,8 @@ namespace skein {
 class Interactions {
 public:
     /// Collective. `groups`, `threads`, `plan` and `rods` must outlive it.
-    Interactions(const Communicator& comm, const Threads& threads, const Plan& plan, std::span<const RodGroup> groups, const Rods& rods, Surroundings around);
+    Interactions(const Communicator& comm, const Threads& threads, const Plan& plan, std::span<const RodGroup> groups,
+                 const Rods& rods, Surroundings around);
 
     /// When all rods have shown where they are: contacts. Collective, as all that follows.
     void meet(const Step& step, Timers& timers);
@@ -28,7 +29,8 @@ public:
     /// Every servo that ends the run has done its cycles.
     bool finished() const;
 
-    /// Of this rank's contacts: none so stiff that the step is beyond its limit. Otherwise inspect throws NumericalError and says so.
+    /// Of this rank's contacts: none so stiff that the step is beyond its limit. Otherwise inspect throws NumericalError and says
+    /// so.
     bool fit() const { return complaint().empty(); }
     void inspect(std::int64_t step) const;
 
@@ -66,7 +68,7 @@ private:
         Servo servo;
     };
     std::vector<DrivenWall> driven_;
-    std::vector<double> work_;  ///< of every wall on the rods since the start, J
+    std::vector<double> work_;   ///< of every wall on the rods since the start, J
     std::vector<double> of_rod_; ///< scratch: by gid
 
     // Of several ranks: rods of each, and numbers of their slots, in the order in which they are sent.

@@ -12,17 +12,24 @@ Surroundings make_surroundings(const Plan& plan, std::span<const RodGroup> group
     return around;
 }
 
-std::unique_ptr<Rods> make_rods(const Plan& plan, std::span<const RodGroup> groups, std::vector<LocalRod> owned, const Threads& threads, Surroundings& around) {
+std::unique_ptr<Rods> make_rods(const Plan& plan, std::span<const RodGroup> groups, std::vector<LocalRod> owned,
+                                const Threads& threads, Surroundings& around) {
     switch (plan.machine.lanes) {
-    case 1: return make_rods_at<1>(plan, groups, std::move(owned), threads, around);
-    case 2: return make_rods_at<2>(plan, groups, std::move(owned), threads, around);
-    case 4: return make_rods_at<4>(plan, groups, std::move(owned), threads, around);
-    case 8: return make_rods_at<8>(plan, groups, std::move(owned), threads, around);
-    default: throw InputError("lanes must be 1, 2, 4 or 8, not " + std::to_string(plan.machine.lanes));
+    case 1:
+        return make_rods_at<1>(plan, groups, std::move(owned), threads, around);
+    case 2:
+        return make_rods_at<2>(plan, groups, std::move(owned), threads, around);
+    case 4:
+        return make_rods_at<4>(plan, groups, std::move(owned), threads, around);
+    case 8:
+        return make_rods_at<8>(plan, groups, std::move(owned), threads, around);
+    default:
+        throw InputError("lanes must be 1, 2, 4 or 8, not " + std::to_string(plan.machine.lanes));
     }
 }
 
-std::unique_ptr<Rods> make_rods(const Plan& plan, std::span<const RodGroup> groups, std::vector<LocalRod> owned, const Threads& threads) {
+std::unique_ptr<Rods> make_rods(const Plan& plan, std::span<const RodGroup> groups, std::vector<LocalRod> owned,
+                                const Threads& threads) {
     Surroundings around = make_surroundings(plan, groups);
     return make_rods(plan, groups, std::move(owned), threads, around);
 }

@@ -13,7 +13,8 @@
 
 namespace skein {
 
-/// What rods meet besides their own loads, shared by their passes and by Interactions; parts that the plan has no use for are absent.
+/// What rods meet besides their own loads, shared by their passes and by Interactions; parts that the plan has no use for are
+/// absent.
 struct Surroundings {
     std::shared_ptr<ContactView> others;
     std::shared_ptr<Walls> walls;
@@ -22,8 +23,9 @@ struct Surroundings {
 Surroundings make_surroundings(const Plan& plan, std::span<const RodGroup> groups);
 
 /// Rods at plan.machine.lanes (1, 2, 4 or 8) in their start state. `groups` and `threads` must outlive them.
-std::unique_ptr<Rods> make_rods(const Plan& plan, std::span<const RodGroup> groups, std::vector<LocalRod> owned, const Threads& threads,
-                                Surroundings& around);
-std::unique_ptr<Rods> make_rods(const Plan& plan, std::span<const RodGroup> groups, std::vector<LocalRod> owned, const Threads& threads);
+std::unique_ptr<Rods> make_rods(const Plan& plan, std::span<const RodGroup> groups, std::vector<LocalRod> owned,
+                                const Threads& threads, Surroundings& around);
+std::unique_ptr<Rods> make_rods(const Plan& plan, std::span<const RodGroup> groups, std::vector<LocalRod> owned,
+                                const Threads& threads);
 
 } // namespace skein

@@ -18,7 +18,9 @@ namespace skein {
 template <int W> std::unique_ptr<TilePass<W>> make_elastic(const RodGroup& group, const std::shared_ptr<MovingEnds>& moving) {
     if (is_rigid(group)) return std::make_unique<RigidRestPass<W>>();
     if (group.law() == Law::elastica) return std::make_unique<ElasticaPass<W>>(ends_of(group));
-    return with_energy_law(group.law(), [&]<class L>(L) -> std::unique_ptr<TilePass<W>> { return std::make_unique<ElasticPass<L, W>>(ends_of(group), moving); });
+    return with_energy_law(group.law(), [&]<class L>(L) -> std::unique_ptr<TilePass<W>> {
+        return std::make_unique<ElasticPass<L, W>>(ends_of(group), moving);
+    });
 }
 
 inline KicksOfGroup kicks_of(const GroupPlan& plan, const RodGroup& group, Scheme scheme, double dt) {
@@ -32,12 +34,17 @@ inline KicksOfGroup kicks_of(const GroupPlan& plan, const RodGroup& group, Schem
 /// Calls make.operator()<Kind>() with the kind of kick that a law with an energy has.
 template <class F> auto with_kick(KickKind kind, F&& make) {
     switch (kind) {
-    case KickKind::undamped: return make.template operator()<KickKind::undamped>();
-    case KickKind::constant_rates: return make.template operator()<KickKind::constant_rates>();
-    case KickKind::stretched_rates: return make.template operator()<KickKind::stretched_rates>();
-    case KickKind::stretched_exponential: return make.template operator()<KickKind::stretched_exponential>();
+    case KickKind::undamped:
+        return make.template operator()<KickKind::undamped>();
+    case KickKind::constant_rates:
+        return make.template operator()<KickKind::constant_rates>();
+    case KickKind::stretched_rates:
+        return make.template operator()<KickKind::stretched_rates>();
+    case KickKind::stretched_exponential:
+        return make.template operator()<KickKind::stretched_exponential>();
     case KickKind::stretched_after:
-    case KickKind::elastica: break;
+    case KickKind::elastica:
+        break;
     }
     return make.template operator()<KickKind::stretched_after>();
 }
@@ -46,18 +53,22 @@ template <int W> std::unique_ptr<TilePass<W>> make_kick(const GroupPlan& plan, c
     KicksOfGroup kicks = kicks_of(plan, group, scheme, dt);
     if (is_rigid(group)) return std::make_unique<RigidKickPass<W>>(std::move(kicks));
     if (plan.kick == KickKind::elastica) return std::make_unique<KickPass<KickKind::elastica, W>>(std::move(kicks));
-    return with_kick(plan.kick, [&]<KickKind Kind>() -> std::unique_ptr<TilePass<W>> { return std::make_unique<KickPass<Kind, W>>(std::move(kicks)); });
+    return with_kick(plan.kick, [&]<KickKind Kind>() -> std::unique_ptr<TilePass<W>> {
+        return std::make_unique<KickPass<Kind, W>>(std::move(kicks));
+    });
 }
 
-template <int W>
-std::unique_ptr<TilePass<W>> make_audit_inner(const RodGroup& group, const std::shared_ptr<AuditBook<W>>& book, const std::shared_ptr<MovingEnds>& moving) {
-    return with_energy_law(group.law(), [&]<class L>(L) -> std::unique_ptr<TilePass<W>> { return std::make_unique<AuditInnerPass<L, W>>(book, ends_of(group), moving); });
+template <int W> std::unique_ptr<TilePass<W>> make_audit_inner(const RodGroup& group, const std::shared_ptr<AuditBook<W>>& book,
+                                                               const std::shared_ptr<MovingEnds>& moving) {
+    return with_energy_law(group.law(), [&]<class L>(L) -> std::unique_ptr<TilePass<W>> {
+        return std::make_unique<AuditInnerPass<L, W>>(book, ends_of(group), moving);
+    });
 }
 
 /// The step of one group: drift, forces, kick (theory.md (20)). `audit`: its book, or null.
-template <int W>
-TileProgram<W> make_program(const GroupPlan& plan, const RodGroup& group, Scheme scheme, double dt, const std::shared_ptr<AuditBook<W>>& audit = nullptr,
-                            const Surroundings& around = {}, const std::shared_ptr<WallBook<W>>& walls = nullptr) {
+template <int W> TileProgram<W> make_program(const GroupPlan& plan, const RodGroup& group, Scheme scheme, double dt,
+                                             const std::shared_ptr<AuditBook<W>>& audit = nullptr, const Surroundings& around = {},
+                                             const std::shared_ptr<WallBook<W>>& walls = nullptr) {
     TileProgram<W> program;
     if (is_rigid(group)) program.push_back(std::make_unique<RigidDriftPass<W>>());
     else with_top(group, [&]<class Top>(Top) { program.push_back(std::make_unique<DriftPass<Top, W>>()); });
@@ -105,8 +116,8 @@ template <int W> TileProgram<W> make_program_along(const Plan& plan, std::span<c
     return program;
 }
 
-template <int W>
-std::unique_ptr<Rods> make_rods_at(const Plan& plan, std::span<const RodGroup> groups, std::vector<LocalRod> owned, const Threads& threads, Surroundings& around) {
+template <int W> std::unique_ptr<Rods> make_rods_at(const Plan& plan, std::span<const RodGroup> groups, std::vector<LocalRod> owned,
+                                                    const Threads& threads, Surroundings& around) {
     std::vector<TileProgram<W>> programs;
     std::vector<std::shared_ptr<AuditBook<W>>> audits;
     for (std::size_t g = 0; g < groups.size(); ++g) {
@@ -127,11 +138,13 @@ std::unique_ptr<Rods> make_rods_at(const Plan& plan, std::span<const RodGroup> g
         StepWatch{.dt = plan.dt, .stability = scheme_of(plan.integrator).stability, .stops = !plan.force_dt});
 }
 
-#define SKEIN_MAKE_RODS_AT(W) \
-    template std::unique_ptr<Rods> make_rods_at<W>(const Plan&, std::span<const RodGroup>, std::vector<LocalRod>, const Threads&, Surroundings&)
-#define SKEIN_MAKE_PROGRAM(W) \
-    template TileProgram<W> make_program<W>(const GroupPlan&, const RodGroup&, Scheme, double, const std::shared_ptr<AuditBook<W>>&, const Surroundings&, \
-                                        const std::shared_ptr<WallBook<W>>&)
+#define SKEIN_MAKE_RODS_AT(W)                                                                                                      \
+    template std::unique_ptr<Rods> make_rods_at<W>(const Plan&, std::span<const RodGroup>, std::vector<LocalRod>, const Threads&,  \
+                                                   Surroundings&)
+#define SKEIN_MAKE_PROGRAM(W)                                                                                                      \
+    template TileProgram<W> make_program<W>(const GroupPlan&, const RodGroup&, Scheme, double,                                     \
+                                            const std::shared_ptr<AuditBook<W>>&, const Surroundings&,                             \
+                                            const std::shared_ptr<WallBook<W>>&)
 extern SKEIN_MAKE_PROGRAM(1);
 extern SKEIN_MAKE_PROGRAM(2);
 extern SKEIN_MAKE_PROGRAM(4);

@@ -19,7 +19,8 @@ std::string clock_text(double seconds) {
 }
 
 Progress::Progress(bool shown, std::int64_t first_step, std::int64_t last_step, double dt, double elements)
-    : shown_(shown), terminal_(isatty(STDOUT_FILENO) != 0), first_(first_step), last_(last_step), dt_(dt), elements_(elements), started_(wall_seconds()), last_shown_(started_) {}
+    : shown_(shown), terminal_(isatty(STDOUT_FILENO) != 0), first_(first_step), last_(last_step), dt_(dt), elements_(elements),
+      started_(wall_seconds()), last_shown_(started_) {}
 
 void Progress::show(std::int64_t step) {
     if (!shown_ || step == first_) return;
@@ -30,9 +31,9 @@ void Progress::show(std::int64_t step) {
     last_shown_ = now;
     next_share_ = share + 0.05;
     const double done = static_cast<double>(step - first_), left = static_cast<double>(last_ - step);
-    std::printf("%sstep %lld/%lld  %5.1f %%  t %.4g s  %.3g element-steps/s  ETA %s%s", terminal_ ? "\r\033[K" : "", static_cast<long long>(step),
-                static_cast<long long>(last_), 100 * share, static_cast<double>(step) * dt_, done * elements_ / elapsed,
-                clock_text(elapsed / done * left).c_str(), terminal_ ? "" : "\n");
+    std::printf("%sstep %lld/%lld  %5.1f %%  t %.4g s  %.3g element-steps/s  ETA %s%s", terminal_ ? "\r\033[K" : "",
+                static_cast<long long>(step), static_cast<long long>(last_), 100 * share, static_cast<double>(step) * dt_,
+                done * elements_ / elapsed, clock_text(elapsed / done * left).c_str(), terminal_ ? "" : "\n");
     std::fflush(stdout);
     open_ = terminal_;
 }

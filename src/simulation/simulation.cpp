@@ -20,7 +20,7 @@ namespace skein {
 
 namespace {
 
-constexpr double tick_seconds = 1;        ///< wall time between two agreements of all ranks
+constexpr double tick_seconds = 1;         ///< wall time between two agreements of all ranks
 constexpr std::int64_t check_every = 64;   ///< steps between two looks for rods that have gone astray
 constexpr std::int64_t tick_multiple = 64; ///< steps between ticks: fewer would cut visits short and look at rods more often
 
@@ -36,16 +36,22 @@ std::string physics_json(SceneSpec scene, double dt) {
 
 bool is_result(const std::filesystem::path& path) {
     const std::string name = path.filename().string();
-    return name == "summary.json" || name == "physics.json" || name == "observables.csv" || (name.starts_with("contacts_") && name.ends_with(".csv")) || name.ends_with(".xdmf") || name.ends_with(".h5") || name.ends_with(".tmp");
+    return name == "summary.json" || name == "physics.json" || name == "observables.csv" ||
+           (name.starts_with("contacts_") && name.ends_with(".csv")) || name.ends_with(".xdmf") || name.ends_with(".h5") ||
+           name.ends_with(".tmp");
 }
 
 /// Results without a checkpoint may be written over only by the run that left them unfinished: same physics, no summary.
 void refuse_to_overwrite(const std::string& directory, const std::string& physics) {
-    const bool results = std::any_of(std::filesystem::directory_iterator(directory), {}, [](const auto& entry) { return is_result(entry.path()); });
+    const bool results =
+        std::any_of(std::filesystem::directory_iterator(directory), {}, [](const auto& entry) { return is_result(entry.path()); });
     if (!results) return;
     const std::string record = directory + "/physics.json";
-    const bool unfinished = !std::filesystem::exists(directory + "/summary.json") && std::filesystem::exists(record) && read_file(record) == physics;
-    if (!unfinished) throw IoError("'" + directory + "' holds results but no checkpoint to resume from; use --overwrite to start anew, or another --out");
+    const bool unfinished =
+        !std::filesystem::exists(directory + "/summary.json") && std::filesystem::exists(record) && read_file(record) == physics;
+    if (!unfinished)
+        throw IoError("'" + directory +
+                      "' holds results but no checkpoint to resume from; use --overwrite to start anew, or another --out");
     std::printf("No checkpoint in %s yet: starting again from the beginning\n", directory.c_str());
 }
 
@@ -58,9 +64,11 @@ void remove_results(const std::string& directory) {
 
 void request_stop() { stop_requested = 1; }
 
-Simulation::Simulation(const Communicator& comm, const Threads& threads, const SceneSpec& scene, std::vector<RodGroup> groups, Plan plan, RunOptions options)
-    : comm_(comm), threads_(threads), groups_(std::move(groups)), plan_(std::move(plan)), options_(std::move(options)),
-      sets_{scene.output.observes("angular_momentum"), scene.output.observes("curvature"), scene.output.observes("knots")},
+Simulation::Simulation(const Communicator& comm, const Threads& threads, const SceneSpec& scene, std::vector<RodGroup> groups,
+                       Plan plan, RunOptions options)
+    : comm_(comm), threads_(threads), groups_(std::move(groups)), plan_(std::move(plan)),
+      options_(std::move(options)), sets_{scene.output.observes("angular_momentum"), scene.output.observes("curvature"),
+                                          scene.output.observes("knots")},
       physics_(physics_json(scene, plan_.dt)), started_(wall_seconds()), clock_(plan_.dt, 0, plan_.integrator) {
     const auto setup = timers_.time(Phase::setup);
     on_root(comm_, [&] {
@@ -70,7 +78,8 @@ Simulation::Simulation(const Communicator& comm, const Threads& threads, const S
     });
     Surroundings around = make_surroundings(plan_, groups_);
     rods_ = make_rods(plan_, groups_, partition(comm_, groups_), threads_, around);
-    if (around.others || around.walls) interactions_ = std::make_unique<Interactions>(comm_, threads_, plan_, groups_, *rods_, around);
+    if (around.others || around.walls)
+        interactions_ = std::make_unique<Interactions>(comm_, threads_, plan_, groups_, *rods_, around);
 
     const auto warn = [](const std::string& text) { std::fprintf(stderr, "warning: %s\n", text.c_str()); };
     const std::vector<std::string> kept = interactions_ ? interactions_->kept_names() : std::vector<std::string>();
@@ -95,7 +104,8 @@ Simulation::Simulation(const Communicator& comm, const Threads& threads, const S
     if (options_.until > 0) last_step_ = std::min<std::int64_t>(last_step_, std::llround(options_.until / plan_.dt));
     if (options_.steps > 0) last_step_ = std::min(last_step_, options_.steps);
     open_outputs(scene);
-    progress_ = std::make_unique<Progress>(comm_.root() && !options_.quiet, first_step_, last_step_, plan_.dt, static_cast<double>(plan_.elements));
+    progress_ = std::make_unique<Progress>(comm_.root() && !options_.quiet, first_step_, last_step_, plan_.dt,
+                                           static_cast<double>(plan_.elements));
 }
 
 Simulation::~Simulation() = default;
@@ -114,7 +124,8 @@ void Simulation::advance(std::int64_t until) {
     bool going = true;
     while (clock_.done() < until && going) {
         const std::int64_t next_check = (clock_.done() / check_every + 1) * check_every;
-        const auto steps = coupled ? clock_.next(std::min(until, next_check)) : clock_.next(until, together ? 1 : Clock::largest_batch);
+        const auto steps =
+            coupled ? clock_.next(std::min(until, next_check)) : clock_.next(until, together ? 1 : Clock::largest_batch);
         const std::int64_t last = steps.back().index;
         const bool check = last == until || last >= next_check;
         const bool fit = coupled ? step_together(steps, check) : step_alone(steps, check);
@@ -126,7 +137,9 @@ void Simulation::advance(std::int64_t until) {
         if (!fit) try {
                 rods_->inspect(clock_.done(), plan_.dt);
                 if (interactions_) interactions_->inspect(clock_.done());
-            } catch (const NumericalError& e) { failure_ = e.what(); } // the other ranks learn of it when they meet
+            } catch (const NumericalError& e) {
+                failure_ = e.what();
+            } // the other ranks learn of it when they meet
         going = (together ? meet() : failure_.empty()) && !ended();
     }
 }
@@ -190,7 +203,8 @@ RunResult Simulation::run() {
 
 std::int64_t Simulation::next_event() const {
     std::int64_t next = std::min(last_step_, next_tick_);
-    for (const std::int64_t every : {plan_.cadence.trajectory, plan_.cadence.tips, plan_.cadence.series, plan_.cadence.contacts, plan_.cadence.checkpoint})
+    for (const std::int64_t every :
+         {plan_.cadence.trajectory, plan_.cadence.tips, plan_.cadence.series, plan_.cadence.contacts, plan_.cadence.checkpoint})
         if (every > 0) next = std::min(next, multiple_after(clock_.done(), every));
     return next;
 }
@@ -219,14 +233,17 @@ Simulation::Verdict Simulation::agree() {
 void Simulation::throw_failure() {
     progress_->finish();
     const double ratio = plan_.dt / plan_.limit;
-    throw NumericalError(fmt::format("{}\n  likely cause: dt is {:.3g} of the rest-state limit {:.4g} s{}\n  {}", comm_.first_text(failure_), ratio, plan_.limit,
-                                     ratio > 0.95 ? ", too close to it; lower dt" : "; strains have grown beyond what it allows, or a load is too strong",
-                                     last_checkpoint_ >= 0 ? fmt::format("the last good checkpoint is of step {}", last_checkpoint_) : "there is no checkpoint yet"));
+    throw NumericalError(fmt::format(
+        "{}\n  likely cause: dt is {:.3g} of the rest-state limit {:.4g} s{}\n  {}", comm_.first_text(failure_), ratio, plan_.limit,
+        ratio > 0.95 ? ", too close to it; lower dt" : "; strains have grown beyond what it allows, or a load is too strong",
+        last_checkpoint_ >= 0 ? fmt::format("the last good checkpoint is of step {}", last_checkpoint_)
+                              : "there is no checkpoint yet"));
 }
 
 void Simulation::open_outputs(const SceneSpec& scene) {
     const auto frames = [&](FrameKind kind) {
-        return std::make_unique<FrameWriter>(comm_, options_.out, kind, scene.output, groups_, *rods_, threads_, clock_.done(), plan_.title);
+        return std::make_unique<FrameWriter>(comm_, options_.out, kind, scene.output, groups_, *rods_, threads_, clock_.done(),
+                                             plan_.title);
     };
     if (plan_.cadence.trajectory > 0) trajectory_ = frames(FrameKind::trajectory);
     if (plan_.cadence.tips > 0) tips_ = frames(FrameKind::tips);
@@ -295,10 +312,16 @@ void Simulation::warn_of_limit() {
 void Simulation::warn_of_strain() {
     const double turn = last_sample_[observed_turn_per_cell], strain = last_sample_[observed_axial_strain];
     double room = HUGE_VAL; // to the lowest tension limit
-    for (std::size_t g = 0; g < groups_.size(); ++g) room = std::min(room, plan_.groups[g].tension_limit - groups_[g].element[0].rest_stretch);
-    warn(told_turn_, turn > 2, fmt::format("neighbouring elements turn by {:.3g} rad against each other, and 3 rad stops the run: use more elements", turn));
-    warn(told_strain_, strain > 0.7, fmt::format("an axial strain of {:.3g}: elements are shorter than 0.3 or well on the way to 3 times their length", strain));
-    warn(told_tension_, strain > room, fmt::format("an axial strain of {:.3g} may be beyond the tension limit (plan): directors flip there", strain));
+    for (std::size_t g = 0; g < groups_.size(); ++g)
+        room = std::min(room, plan_.groups[g].tension_limit - groups_[g].element[0].rest_stretch);
+    warn(told_turn_, turn > 2,
+         fmt::format("neighbouring elements turn by {:.3g} rad against each other, and 3 rad stops the run: use more elements",
+                     turn));
+    warn(
+        told_strain_, strain > 0.7,
+        fmt::format("an axial strain of {:.3g}: elements are shorter than 0.3 or well on the way to 3 times their length", strain));
+    warn(told_tension_, strain > room,
+         fmt::format("an axial strain of {:.3g} may be beyond the tension limit (plan): directors flip there", strain));
 }
 
 void Simulation::checkpoint() {
@@ -319,11 +342,18 @@ void Simulation::checkpoint() {
 
 void Simulation::write_summary(const RunResult& result) {
     const std::vector<double> values = observables();
-    RunFigures figures{.plan = plan_, .result = result, .finished = result.step == plan_.steps || ended(), .first_step = first_step_,
-                       .protocol = steps_together(plan_) ? Protocol::synchronous : options_.protocol, .wall_s = wall_seconds() - started_, .names = names(), .observables = values};
+    RunFigures figures{.plan = plan_,
+                       .result = result,
+                       .finished = result.step == plan_.steps || ended(),
+                       .first_step = first_step_,
+                       .protocol = steps_together(plan_) ? Protocol::synchronous : options_.protocol,
+                       .wall_s = wall_seconds() - started_,
+                       .names = names(),
+                       .observables = values};
     for (std::size_t p = 0; p < phase_count; ++p) {
         const double mine = timers_.seconds(static_cast<Phase>(p));
-        figures.phases.push_back({comm_.min(mine), static_cast<double>(comm_.sum(std::llround(mine * 1e6))) * 1e-6 / comm_.size(), comm_.max(mine)});
+        figures.phases.push_back(
+            {comm_.min(mine), static_cast<double>(comm_.sum(std::llround(mine * 1e6))) * 1e-6 / comm_.size(), comm_.max(mine)});
     }
     figures.rod_bytes = comm_.sum(static_cast<std::int64_t>(rods_->bytes()));
     figures.resident_bytes = comm_.sum(resident_bytes());

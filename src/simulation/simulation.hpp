@@ -31,14 +31,14 @@ enum class Protocol {
 inline constexpr std::string_view protocol_names[] = {"asynchronous", "synchronous"};
 
 struct RunOptions {
-    std::string out;              ///< directory of results
-    bool overwrite = false;       ///< start anew over existing results
-    std::int64_t steps = 0;       ///< stop after this step; 0: the scene's end
-    double until = 0;             ///< stop at this time, s; 0: the scene's end
-    double walltime = 0;          ///< stop with a checkpoint after this many seconds; 0: never
+    std::string out;        ///< directory of results
+    bool overwrite = false; ///< start anew over existing results
+    std::int64_t steps = 0; ///< stop after this step; 0: the scene's end
+    double until = 0;       ///< stop at this time, s; 0: the scene's end
+    double walltime = 0;    ///< stop with a checkpoint after this many seconds; 0: never
     Protocol protocol = Protocol::asynchronous;
-    bool checkpoint = true;       ///< false: none is written, not even at the end; for timing
-    bool quiet = false;           ///< no progress line
+    bool checkpoint = true; ///< false: none is written, not even at the end; for timing
+    bool quiet = false;     ///< no progress line
 };
 
 /// How a run ended.
@@ -52,7 +52,8 @@ class Simulation {
 public:
     /// Collective. Partitions the rods, takes the newest checkpoint in options.out, opens outputs. Throws before anything is
     /// overwritten where the directory holds something else.
-    Simulation(const Communicator& comm, const Threads& threads, const SceneSpec& scene, std::vector<RodGroup> groups, Plan plan, RunOptions options);
+    Simulation(const Communicator& comm, const Threads& threads, const SceneSpec& scene, std::vector<RodGroup> groups, Plan plan,
+               RunOptions options);
     ~Simulation();
 
     /// Steps to the end (or a limit of the options), with outputs; writes checkpoint and summary. Throws NumericalError or IoError
@@ -107,7 +108,7 @@ private:
     RunOptions options_;
     ObservableSets sets_;
     std::optional<double> audited_from_; ///< J, energy that the audit began with
-    std::string physics_; ///< canonical scene, kept in checkpoints
+    std::string physics_;                ///< canonical scene, kept in checkpoints
     Timers timers_;
     double started_, setup_s_ = 0;
     std::unique_ptr<DirectoryLock> lock_;
@@ -119,7 +120,7 @@ private:
     std::int64_t last_checkpoint_ = -1;
     std::string failure_, near_limit_; ///< of this rank's rods; agreed on at the next event
     std::unique_ptr<FrameWriter> trajectory_, tips_;
-    std::unique_ptr<SeriesFile> series_;          ///< root only
+    std::unique_ptr<SeriesFile> series_; ///< root only
     std::vector<double> last_sample_;
     bool at_rest_ = false;
     bool told_turn_ = false, told_strain_ = false, told_tension_ = false, told_limit_ = false;

@@ -13,7 +13,9 @@ namespace skein {
 
 namespace {
 
-double element_steps(const RunFigures& f) { return static_cast<double>(f.result.step - f.first_step) * static_cast<double>(f.plan.elements); }
+double element_steps(const RunFigures& f) {
+    return static_cast<double>(f.result.step - f.first_step) * static_cast<double>(f.plan.elements);
+}
 
 /// Wall time in the rods' passes per element-step, times the cores at work on it.
 double ns_per_element_step(const RunFigures& f) {
@@ -38,7 +40,8 @@ std::int64_t resident_bytes() {
 std::string summary_json(const RunFigures& f) {
     nlohmann::ordered_json phases, observables;
     for (std::size_t p = 0; p < phase_count; ++p)
-        phases[std::string(phase_names[p])] = {{"min_s", f.phases[p].min}, {"mean_s", f.phases[p].mean}, {"max_s", f.phases[p].max}};
+        phases[std::string(phase_names[p])] = {
+            {"min_s", f.phases[p].min}, {"mean_s", f.phases[p].mean}, {"max_s", f.phases[p].max}};
     for (std::size_t i = 0; i < f.names.size(); ++i) observables[f.names[i]] = f.observables[i];
     const nlohmann::ordered_json json = {
         {"title", f.plan.title},
@@ -61,8 +64,10 @@ std::string summary_json(const RunFigures& f) {
         {"lanes", f.plan.machine.lanes},
         {"protocol", protocol_names[static_cast<std::size_t>(f.protocol)]},
         {"phases", phases},
-        {"memory", {{"rods_bytes", f.rod_bytes}, {"rods_bytes_per_element", static_cast<double>(f.rod_bytes) / static_cast<double>(f.plan.elements)},
-                    {"resident_bytes", f.resident_bytes}}},
+        {"memory",
+         {{"rods_bytes", f.rod_bytes},
+          {"rods_bytes_per_element", static_cast<double>(f.rod_bytes) / static_cast<double>(f.plan.elements)},
+          {"resident_bytes", f.resident_bytes}}},
         {"observables", observables}};
     return json.dump(2) + "\n";
 }
@@ -72,14 +77,17 @@ std::string timing_table(const RunFigures& f) {
     const auto out = std::back_inserter(text);
     double sum = 0;
     for (std::size_t p = 0; p < phase_count; ++p) {
-        fmt::format_to(out, "{:<12}{:>10.3f}{:>10.3f}{:>10.3f}{:>8.1f}%\n", phase_names[p], f.phases[p].min, f.phases[p].mean, f.phases[p].max,
-                       100 * f.phases[p].mean / f.wall_s);
+        fmt::format_to(out, "{:<12}{:>10.3f}{:>10.3f}{:>10.3f}{:>8.1f}%\n", phase_names[p], f.phases[p].min, f.phases[p].mean,
+                       f.phases[p].max, 100 * f.phases[p].mean / f.wall_s);
         sum += f.phases[p].mean;
     }
-    fmt::format_to(out, "{:<12}{:>10}{:>10.3f}{:>10}{:>8.1f}%\n", "other", "", f.wall_s - sum, "", 100 * (f.wall_s - sum) / f.wall_s);
+    fmt::format_to(out, "{:<12}{:>10}{:>10.3f}{:>10}{:>8.1f}%\n", "other", "", f.wall_s - sum, "",
+                   100 * (f.wall_s - sum) / f.wall_s);
     fmt::format_to(out, "{:<12}{:>10}{:>10.3f}\n\n", "total", "", f.wall_s);
-    fmt::format_to(out, "{:.4g} element-steps, {:.1f} ns each and core; {:.0f} B per element for rods, {:.1f} MB resident\n", element_steps(f),
-                   ns_per_element_step(f), static_cast<double>(f.rod_bytes) / static_cast<double>(f.plan.elements), static_cast<double>(f.resident_bytes) * 1e-6);
+    fmt::format_to(out, "{:.4g} element-steps, {:.1f} ns each and core; {:.0f} B per element for rods, {:.1f} MB resident\n",
+                   element_steps(f), ns_per_element_step(f),
+                   static_cast<double>(f.rod_bytes) / static_cast<double>(f.plan.elements),
+                   static_cast<double>(f.resident_bytes) * 1e-6);
     fmt::format_to(out, "step {}  digest {}\n", f.result.step, digest_text(f.result.digest));
     return text;
 }

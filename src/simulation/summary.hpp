@@ -18,8 +18,8 @@ struct PhaseTime {
 struct RunFigures {
     const Plan& plan;
     RunResult result;
-    bool finished;            ///< the scene, not only this run
-    std::int64_t first_step;  ///< of this run; > 0 after a restart
+    bool finished;           ///< the scene, not only this run
+    std::int64_t first_step; ///< of this run; > 0 after a restart
     Protocol protocol;
     double wall_s;
     std::vector<std::string> names;      ///< of observables

@@ -14,15 +14,15 @@ namespace skein {
 
 /// One drift and kick: a whole Verlet step, or a stage of a longer one.
 struct Step {
-    std::int64_t index;  ///< of the step it belongs to; 1 for the first of the run
-    double dt;           ///< s, of the whole step
-    double drift;        ///< s
-    double kick;         ///< s
-    double time;         ///< s, where forces are evaluated
-    int kick_length;     ///< which of the scheme's kicks
-    int slot;            ///< place in its batch: row of the tables that loads prepare
-    bool completes;      ///< the last stage of its step
-    bool last;           ///< of its batch
+    std::int64_t index; ///< of the step it belongs to; 1 for the first of the run
+    double dt;          ///< s, of the whole step
+    double drift;       ///< s
+    double kick;        ///< s
+    double time;        ///< s, where forces are evaluated
+    int kick_length;    ///< which of the scheme's kicks
+    int slot;           ///< place in its batch: row of the tables that loads prepare
+    bool completes;     ///< the last stage of its step
+    bool last;          ///< of its batch
 };
 
 /// Deals out batches of steps; knows nothing of rods.
@@ -30,7 +30,8 @@ class Clock {
 public:
     static constexpr int largest_batch = 64; ///< stages of one tile visit; beyond 16 nothing is gained (performance.md)
 
-    Clock(double dt, std::int64_t steps_done, Integrator integrator = Integrator::verlet) : dt_(dt), scheme_(scheme_of(integrator)), done_(steps_done) {
+    Clock(double dt, std::int64_t steps_done, Integrator integrator = Integrator::verlet)
+        : dt_(dt), scheme_(scheme_of(integrator)), done_(steps_done) {
         batch_.reserve(largest_batch);
     }
 
@@ -49,8 +50,8 @@ public:
             for (const Substep& stage : scheme_.stages) {
                 const bool first = &stage == &scheme_.stages.front();
                 const double drift = index == 1 && first ? stage.drift - scheme_.lag : stage.drift;
-                batch_.push_back({index, dt_, drift * dt_, stage.kick * dt_, (static_cast<double>(index - 1) + stage.time) * dt_, stage.kick_length,
-                                  static_cast<int>(batch_.size()), &stage == &scheme_.stages.back(), false});
+                batch_.push_back({index, dt_, drift * dt_, stage.kick * dt_, (static_cast<double>(index - 1) + stage.time) * dt_,
+                                  stage.kick_length, static_cast<int>(batch_.size()), &stage == &scheme_.stages.back(), false});
             }
         if (!batch_.empty()) batch_.back().last = true;
         return batch_;

@@ -12,14 +12,14 @@ namespace skein {
 enum class Integrator { verlet, pefrl };
 inline constexpr std::string_view integrator_names[] = {"verlet", "pefrl"};
 
-/// How damping joins the kick: in an implicit midpoint, which leaves slow motion its inertia; as the exact flow of both; or multiplied
-/// on afterwards (published codes; first order).
+/// How damping joins the kick: in an implicit midpoint, which leaves slow motion its inertia; as the exact flow of both; or
+/// multiplied on afterwards (published codes; first order).
 enum class DampingScheme { midpoint, exponential, after };
 inline constexpr std::string_view damping_scheme_names[] = {"midpoint", "exponential", "after"};
 
 /// Drift, then kick.
 struct Substep {
-    double drift;    ///< of the first stage: with the closing drift of the step before
+    double drift; ///< of the first stage: with the closing drift of the step before
     double kick;
     double time;     ///< of the kick, from the beginning of the step
     int kick_length; ///< which of the scheme's distinct kick lengths
@@ -27,10 +27,10 @@ struct Substep {
 
 struct Scheme {
     std::span<const Substep> stages;
-    std::span<const double> kicks;  ///< distinct lengths
-    double lag;                     ///< closing drift
-    double stability;               ///< largest stable h w of an oscillator, over Verlet's 2
-    double drag;                    ///< largest stable h nu of a drag at the velocity before each kick
+    std::span<const double> kicks; ///< distinct lengths
+    double lag;                    ///< closing drift
+    double stability;              ///< largest stable h w of an oscillator, over Verlet's 2
+    double drag;                   ///< largest stable h nu of a drag at the velocity before each kick
 };
 
 namespace detail {

@@ -31,12 +31,10 @@ TEST(Elliptic, FreeTopAgainstJacobi) {
                                                    norm(start));
                 momentum = std::max(momentum, norm(lab() - before) / norm(before));
             }
-            const Mat3d q = frame(state[0]),
-                        exact = test::free_top_directors(j, small_rate, w3, time, lane(begin[0].director, 0));
+            const Mat3d q = frame(state[0]), exact = test::free_top_directors(j, small_rate, w3, time, lane(begin[0].director, 0));
             turned[i] = std::max({norm(q.d1 - exact.d1), norm(q.d2 - exact.d2), norm(q.d3 - exact.d3)});
             for (int s = 0; s < steps; ++s) synchronise(group, state, -time / steps);
-            back = std::max(back, norm(frame(state[0]).d1 - frame(begin[0]).d1) +
-                                      norm(lane(state[0].spin, 0) - start));
+            back = std::max(back, norm(frame(state[0]).d1 - frame(begin[0]).d1) + norm(lane(state[0].spin, 0) - start));
         }
         std::printf("free top, a/b %.2f: error of the rate %.2e %.2e %.2e, ratios %.2f %.2f; angular momentum %.1e, return %.1e\n",
                     ratio, error[0], error[1], error[2], error[0] / error[1], error[1] / error[2], momentum, back);

@@ -114,7 +114,8 @@ TEST(Stretch, FollowsTheLawFromThreeTenthsToThree) {
 }
 
 /// Pinned rods held at the dilatations `e`, barely shaken.
-std::unique_ptr<test::Stage> pulled_rods(const std::vector<double>& e, double shear_over_youngs, double time, Law law = Law::incompressible) {
+std::unique_ptr<test::Stage> pulled_rods(const std::vector<double>& e, double shear_over_youngs, double time,
+                                         Law law = Law::incompressible) {
     SceneSpec scene;
     RodSpec rod = test::simple_rod(20);
     rod.section = {.radius = 0.01};

@@ -18,7 +18,8 @@ SceneSpec moved(const RodSpec& rod, const Vec3d& translation, const Vec3d& rotat
     SceneSpec scene;
     scene.rods = {rod};
     scene.rods[0].start = scene.rods[0].end = EndKind::clamped;
-    scene.rods[0].end_motion = {.times = {0, 4}, .translation = {{0, 0, 0}, translation}, .rotation = {{0, 0, 0}, rotation}, .smooth = true};
+    scene.rods[0].end_motion = {
+        .times = {0, 4}, .translation = {{0, 0, 0}, translation}, .rotation = {{0, 0, 0}, rotation}, .smooth = true};
     scene.time = {.duration = 6, .e_min = e_min};
     scene.damping = {{.damping = {.kind = DampingKind::uniform, .rate = rate}}};
     scene.output.audit = true;
@@ -41,8 +42,9 @@ TEST(MovingEnds, TwistByAWallUpToThreeRadiansPerCell) {
         test::advance_checked(stage, stage.plan.steps);
         const double exact = 0.5 * stage.groups[0].element[0].bending.z * angle * angle;
         const double error = std::abs(rod_energy(stage.groups[0], stage.state(0), stage.clock.time()).twist / exact - 1);
-        std::printf("wall turned by %.2f turns, %.2f rad per cell: energy within %.1e of G I3 a^2/(2 L), %.1e of the work missing\n", angle / (2 * pi), turn, error,
-                    missing(stage));
+        std::printf(
+            "wall turned by %.2f turns, %.2f rad per cell: energy within %.1e of G I3 a^2/(2 L), %.1e of the work missing\n",
+            angle / (2 * pi), turn, error, missing(stage));
         EXPECT_LE(error, 1e-6) << turn;
         EXPECT_LE(missing(stage), 1e-6) << turn;
     }
@@ -66,10 +68,13 @@ TEST(MovingEnds, LengthsFromThreeTenthsToThree) {
         test::advance_checked(stage, stage.plan.steps);
         const auto state = stage.state(0);
         double worst = 0;
-        for (std::size_t k = 0; k < 20; ++k) worst = std::max(worst, std::abs(20 * (lane(state[k + 1].position, 0).z - lane(state[k].position, 0).z) / e - 1));
+        for (std::size_t k = 0; k < 20; ++k)
+            worst = std::max(worst, std::abs(20 * (lane(state[k + 1].position, 0).z - lane(state[k].position, 0).z) / e - 1));
         const double exact = stage.groups[0].element[0].stiffness.z * (e - 1 - std::log(e));
         const double error = std::abs(rod_energy(stage.groups[0], state, stage.clock.time()).stretch / exact - 1);
-        std::printf("end moved to e = %.2f: dilatation within %.1e, energy within %.1e of EA L (e - 1 - ln e), %.1e of the work missing\n", e, worst, error, missing(stage));
+        std::printf(
+            "end moved to e = %.2f: dilatation within %.1e, energy within %.1e of EA L (e - 1 - ln e), %.1e of the work missing\n",
+            e, worst, error, missing(stage));
         EXPECT_LE(worst, 1e-8) << e;
         EXPECT_LE(error, 1e-8) << e;
         EXPECT_LE(missing(stage), 1e-6) << e;

@@ -66,8 +66,7 @@ inline double director_defect(const std::vector<Slot<1>>& state) {
 }
 
 inline double dilatation(const RodGroup& group, const std::vector<Slot<1>>& state, std::size_t k) {
-    return group.element[k].inv_rest_length *
-           dot(frame(state[k]).d3, lane(state[k + 1].position, 0) - lane(state[k].position, 0));
+    return group.element[k].inv_rest_length * dot(frame(state[k]).d3, lane(state[k + 1].position, 0) - lane(state[k].position, 0));
 }
 
 /// How the energy of a rod went, relative to its start.

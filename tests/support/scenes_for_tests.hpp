@@ -44,8 +44,9 @@ struct Stage {
     Clock clock;
 
     explicit Stage(SceneSpec s, int lanes = 8, int thread_count = 1, Mapping mapping = Mapping::automatic)
-        : scene(std::move(s)), groups(make_groups(scene)), plan(make_plan(scene, groups, {1, thread_count, thread_count, lanes, {}, mapping})),
-          threads(thread_count), rods(make_rods(plan, groups, all_rods(groups), threads)), clock(plan.dt, 0, plan.integrator) {}
+        : scene(std::move(s)), groups(make_groups(scene)),
+          plan(make_plan(scene, groups, {1, thread_count, thread_count, lanes, {}, mapping})), threads(thread_count),
+          rods(make_rods(plan, groups, all_rods(groups), threads)), clock(plan.dt, 0, plan.integrator) {}
 
     /// Steps up to step `until` in batches of at most `batch` steps.
     void advance(std::int64_t until, std::int64_t batch = Clock::largest_batch) {

@@ -36,10 +36,8 @@ struct StandingWave {
     void displace(Stage& stage) const {
         auto state = stage.state(0);
         for (std::size_t i = 0; i < count(); ++i) {
-            if (wave == Wave::axial)
-                set_lane(state[i].position, 0, lane(state[i].position, 0) + Vec3d{0, 0, amplitude * shape(i)});
-            else
-                set_lane(state[i].director, 0, rotation({0, 0, amplitude * shape(i)}) * lane(state[i].director, 0));
+            if (wave == Wave::axial) set_lane(state[i].position, 0, lane(state[i].position, 0) + Vec3d{0, 0, amplitude * shape(i)});
+            else set_lane(state[i].director, 0, rotation({0, 0, amplitude * shape(i)}) * lane(state[i].director, 0));
         }
         stage.rods->import_rod(0, state);
     }

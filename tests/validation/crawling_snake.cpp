@@ -1,5 +1,5 @@
-// The snake of Gazzola et al. 2018 as PyElastica's example has it: a wave of muscle couple runs from its end to its start, and it crawls by
-// friction that holds more across than along. Eleven periods of that example gave 0.1589 lengths per period ahead.
+// The snake of Gazzola et al. 2018 as PyElastica's example has it: a wave of muscle couple runs from its end to its start, and it
+// crawls by friction that holds more across than along. Eleven periods of that example gave 0.1589 lengths per period ahead.
 #include "loads/load_pass.hpp"
 #include "loads/plane_friction.hpp"
 #include "rod/elastica.hpp"
@@ -30,7 +30,9 @@ RodSpec snake(Law law) {
 /// One snake and its step.
 class Snake {
 public:
-    Snake(const RodGroup& group, double dt) : group_(group), state_(static_cast<std::size_t>(group.slots())), load_(state_.size()), tile_(tile_of(group, state_)), clock_(dt, 0) {
+    Snake(const RodGroup& group, double dt)
+        : group_(group), state_(static_cast<std::size_t>(group.slots())), load_(state_.size()), tile_(tile_of(group, state_)),
+          clock_(dt, 0) {
         group.start_state(0, state_);
         const std::vector<Damping> damping{{.kind = DampingKind::legacy, .rate = 2e-3}};
         const bool published = group.law() == Law::elastica;
@@ -40,11 +42,16 @@ public:
         else program_.push_back(std::make_unique<ElasticPass<IncompressibleLaw, 1>>(Ends{}));
         const double mu = length / (period * period * gravity * 0.1);
         program_.push_back(std::make_unique<LoadPass<Gravity, 1>>(Gravity{{0, 0, -gravity}}, group));
-        const MuscleTorques muscles{.coefficients = {3.4e-3, 3.3e-3, 4.2e-3, 2.6e-3, 3.6e-3, 3.5e-3}, .period = period, .wave_number = 2 * std::numbers::pi, .ramp = period};
+        const MuscleTorques muscles{.coefficients = {3.4e-3, 3.3e-3, 4.2e-3, 2.6e-3, 3.6e-3, 3.5e-3},
+                                    .period = period,
+                                    .wave_number = 2 * std::numbers::pi,
+                                    .ramp = period};
         program_.push_back(std::make_unique<LoadPass<MuscleTorques, 1>>(muscles, group));
-        const PlaneFriction floor{.stiffness = 1, .damping = 1e-6, .kinetic_forward = mu, .kinetic_backward = 1.5 * mu, .kinetic_sideways = 2 * mu};
+        const PlaneFriction floor{
+            .stiffness = 1, .damping = 1e-6, .kinetic_forward = mu, .kinetic_backward = 1.5 * mu, .kinetic_sideways = 2 * mu};
         program_.push_back(std::make_unique<LoadPass<PlaneFriction, 1>>(floor, group));
-        KicksOfGroup kicks{KickConstants(group, damping_rates(group, damping), dt, published ? DampingScheme::after : DampingScheme::midpoint)};
+        KicksOfGroup kicks{
+            KickConstants(group, damping_rates(group, damping), dt, published ? DampingScheme::after : DampingScheme::midpoint)};
         if (published) program_.push_back(std::make_unique<KickPass<KickKind::elastica, 1>>(std::move(kicks)));
         else program_.push_back(std::make_unique<KickPass<KickKind::stretched_rates, 1>>(std::move(kicks)));
         for (const auto& pass : program_) pass->bind(tile_);
@@ -109,7 +116,8 @@ TEST(CrawlingSnake, IsAsFastAsThePublishedOne) {
         const char* name;
         Law law;
         double dt;
-    } cases[] = {{"elastica", Law::elastica, 1e-4}, {"incompressible", Law::incompressible, 1e-4},
+    } cases[] = {{"elastica", Law::elastica, 1e-4},
+                 {"incompressible", Law::incompressible, 1e-4},
                  {"incompressible, half the step", Law::incompressible, 5e-5}};
     for (const auto& c : cases) {
         const Crawl found = crawl(c.law, c.dt);

@@ -61,7 +61,8 @@ void study(test::ErrorTable& table, const std::string& name, DampingKind damping
     EXPECT_GE(ratio, 3.6) << name;
     EXPECT_LE(ratio, 4.4) << name;
     if (damping == DampingKind::legacy) {
-        EXPECT_GT(largest_difference(tips(damping, window, 1.0, dt, cost, DampingScheme::exponential), reference), 5 * errors[0]) << name;
+        EXPECT_GT(largest_difference(tips(damping, window, 1.0, dt, cost, DampingScheme::exponential), reference), 5 * errors[0])
+            << name;
     }
 }
 

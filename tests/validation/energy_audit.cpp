@@ -60,9 +60,15 @@ SceneSpec ramped(EndKind kind, Law law, bool both) {
     rod.material.law = law;
     rod.start = both ? kind : EndKind::free;
     rod.end = kind;
-    rod.end_motion = {.times = {0, 0.4}, .translation = {{0, 0, 0}, {0.1, 0.05, -0.08}}, .rotation = {{0, 0, 0}, {0.9, -0.3, 1.1}}, .smooth = true};
+    rod.end_motion = {.times = {0, 0.4},
+                      .translation = {{0, 0, 0}, {0.1, 0.05, -0.08}},
+                      .rotation = {{0, 0, 0}, {0.9, -0.3, 1.1}},
+                      .smooth = true};
     if (both)
-        rod.start_motion = {.times = {0, 0.4}, .translation = {{0, 0, 0}, {-0.05, 0, 0.03}}, .rotation = {{0, 0, 0}, {-0.5, 0.4, -0.6}}, .smooth = true};
+        rod.start_motion = {.times = {0, 0.4},
+                            .translation = {{0, 0, 0}, {-0.05, 0, 0.03}},
+                            .rotation = {{0, 0, 0}, {-0.5, 0.4, -0.6}},
+                            .smooth = true};
     scene.rods = {rod};
     scene.time.duration = 0.4;
     return scene;
@@ -73,7 +79,9 @@ TEST(EnergyAudit, RampedWallsDoTheWorkThatTheRodGains) {
     for (const bool both : {false, true})
         for (const Law law : {Law::incompressible, Law::linear})
             for (const EndKind kind : {EndKind::clamped, EndKind::clamped_frozen})
-                study(table, std::string(both ? "two walls, " : "one wall, ") + (law == Law::linear ? "linear, " : "incompressible, ") + (kind == EndKind::clamped ? "half cells" : "frozen"),
+                study(table,
+                      std::string(both ? "two walls, " : "one wall, ") + (law == Law::linear ? "linear, " : "incompressible, ") +
+                          (kind == EndKind::clamped ? "half cells" : "frozen"),
                       ramped(kind, law, both), 2000, 1e-6);
 }
 
@@ -100,10 +108,8 @@ TEST(EnergyAudit, ClosesWithFiltersAndAtFourthOrder) {
         SceneSpec scene = ramped(EndKind::clamped, Law::incompressible, true);
         scene.loads = {{.load = Gravity{}}};
         scene.damping = {{.damping = {.kind = DampingKind::uniform, .rate = 5}}};
-        if (filtered)
-            scene.damping.push_back({.damping = {.kind = DampingKind::laplacian, .order = 3}});
-        else
-            scene.time.integrator = Integrator::pefrl;
+        if (filtered) scene.damping.push_back({.damping = {.kind = DampingKind::laplacian, .order = 3}});
+        else scene.time.integrator = Integrator::pefrl;
         test::Cost cost;
         const Balance b = balance(scene, scene.time.duration / 8000, cost);
         const double error = b.defect / b.turnover;

@@ -54,10 +54,8 @@ public:
             char row[256];
             std::snprintf(row, sizeof row, "%s,\"%s\",%ld,%.9g,%.9g,%.6g,", name_.c_str(), quantity.c_str(), n, dt, error, order);
             file_ << row;
-            if (cost.element_steps > 0)
-                file_ << cost.element_steps << ',' << cost.seconds << '\n';
-            else
-                file_ << ",\n";
+            if (cost.element_steps > 0) file_ << cost.element_steps << ',' << cost.seconds << '\n';
+            else file_ << ",\n";
         }
         return order;
     }

@@ -22,7 +22,8 @@ Capsules random_rods(unsigned seed, int rods, double spread, bool bundle) {
         c.skip.push_back(r % 3 - 1);
         const double size = std::pow(spread, uniform(random)), length = 0.1 * size, radius = (0.01 + 0.03 * uniform(random)) * size;
         const int elements = 1 + static_cast<int>(12 * uniform(random));
-        Vec3d x = bundle ? Vec3d{0.05 * r, 0.01 * normal(random), 0} : Vec3d{uniform(random), uniform(random), uniform(random)} + vector(0.3);
+        Vec3d x = bundle ? Vec3d{0.05 * r, 0.01 * normal(random), 0}
+                         : Vec3d{uniform(random), uniform(random), uniform(random)} + vector(0.3);
         Vec3d along = bundle ? Vec3d{0, 1e-9 * normal(random), 1} : vector(1);
         for (int k = 0; k <= elements; ++k) {
             c.node.push_back({x, k < elements ? radius : -1});
@@ -97,13 +98,26 @@ TEST(ClosestPoints, AreTheNearest) {
         const Vec3d p1 = vector(), d1 = vector();
         Vec3d p2 = vector(), d2 = vector();
         switch (i % 8) { // general, crossing, parallel, nearly so, in line, end to end, points
-        case 1: p2 = p1 + 0.3 * d1 - 0.6 * d2; break;
-        case 2: d2 = -0.7 * d1; break;
-        case 3: d2 = d1 + 1e-9 * vector(); break;
-        case 4: d2 = d1, p2 = p1 + 1.5 * d1; break;
-        case 5: p2 = p1 + d1; break;
-        case 6: d2 = {0, 0, 0}; break;
-        default: break;
+        case 1:
+            p2 = p1 + 0.3 * d1 - 0.6 * d2;
+            break;
+        case 2:
+            d2 = -0.7 * d1;
+            break;
+        case 3:
+            d2 = d1 + 1e-9 * vector();
+            break;
+        case 4:
+            d2 = d1, p2 = p1 + 1.5 * d1;
+            break;
+        case 5:
+            p2 = p1 + d1;
+            break;
+        case 6:
+            d2 = {0, 0, 0};
+            break;
+        default:
+            break;
         }
         const auto c = closest_points(broadcast<1>(p1), broadcast<1>(d1), broadcast<1>(p2), broadcast<1>(d2));
         const Vec3d apart = lane(c.apart, 0), expected = p2 + c.t[0] * d2 - (p1 + c.s[0] * d1);
@@ -118,7 +132,9 @@ TEST(ClosestPoints, AreTheNearest) {
 
 TEST(ClosestPoints, OfParallelSegmentsAreInTheMiddleOfTheirOverlap) {
     const auto s = [](double shift, double length) {
-        return closest_points(broadcast<1>(Vec3d{0, 0, 0}), broadcast<1>(Vec3d{0, 0, 1}), broadcast<1>(Vec3d{0.1, 0, shift}), broadcast<1>(Vec3d{0, 0, length})).s[0];
+        return closest_points(broadcast<1>(Vec3d{0, 0, 0}), broadcast<1>(Vec3d{0, 0, 1}), broadcast<1>(Vec3d{0.1, 0, shift}),
+                              broadcast<1>(Vec3d{0, 0, length}))
+            .s[0];
     };
     EXPECT_DOUBLE_EQ(s(0, 1), 0.5);
     EXPECT_DOUBLE_EQ(s(0.5, 1), 0.75);

@@ -58,14 +58,19 @@ TEST(ContactLaw, RubsOnlyWhereItSlides) {
     const double mass = 0.2, overlap = 0.01;
     const Vec3d none{0, 0, 0};
     for (const ContactNormal normal : {ContactNormal::linear, ContactNormal::hertz}) {
-        const ContactLaw law{.normal = normal, .stiffness = 1e4, .friction = ContactFriction::memory, .static_friction = 0.5, .kinetic_friction = 0.5};
+        const ContactLaw law{.normal = normal,
+                             .stiffness = 1e4,
+                             .friction = ContactFriction::memory,
+                             .static_friction = 0.5,
+                             .kinetic_friction = 0.5};
         const auto numbers = law.numbers().as<Pack<1>>();
-        const double stiffness = numbers.tangential_stiffness[0] * (normal == ContactNormal::hertz ? std::sqrt(overlap) : 1), h = 0.1 / std::sqrt(stiffness / mass);
+        const double stiffness = numbers.tangential_stiffness[0] * (normal == ContactNormal::hertz ? std::sqrt(overlap) : 1),
+                     h = 0.1 / std::sqrt(stiffness / mass);
         ContactMemory<Pack<1>> memory{};
         const auto step = [&](double v) {
             return contact_force<1>({normal, law.friction}, numbers,
-                                    {broadcast<1>(Vec3d{1, 0, 0}), 2 - overlap, 1.0, 1.0, broadcast<1>(Vec3d{0, v, 0}), broadcast<1>(none), broadcast<1>(none),
-                                     broadcast<1>(none)},
+                                    {broadcast<1>(Vec3d{1, 0, 0}), 2 - overlap, 1.0, 1.0, broadcast<1>(Vec3d{0, v, 0}),
+                                     broadcast<1>(none), broadcast<1>(none), broadcast<1>(none)},
                                     h, memory, memory.x);
         };
         double v = 0.01, rubbed = 0;
@@ -98,7 +103,10 @@ TEST(ContactLaw, DashpotsDampWhatIsThere) {
     const double damping = 1.5 * mass / h; // v <- -v/2
     for (const bool along : {false, true})
         for (const double friction : {0.0, 1e9}) {
-            ContactLaw law{.normal = ContactNormal::linear, .stiffness = 1e3, .friction = ContactFriction::memory, .static_friction = friction};
+            ContactLaw law{.normal = ContactNormal::linear,
+                           .stiffness = 1e3,
+                           .friction = ContactFriction::memory,
+                           .static_friction = friction};
             (along ? law.tangential_damping : law.damping) = damping;
             const auto numbers = law.numbers().as<Pack<1>>();
             ContactMemory<Pack<1>> memory{};
@@ -106,7 +114,8 @@ TEST(ContactLaw, DashpotsDampWhatIsThere) {
             const double energy = 0.5 * mass * v * v;
             for (int i = 0; i < 60; ++i) {
                 const auto f = contact_force<1>({law.normal, law.friction}, numbers,
-                                                {broadcast<1>(Vec3d{1, 0, 0}), 2 - overlap, 1.0, 1.0, broadcast<1>(along ? Vec3d{0, v, 0} : Vec3d{v, 0, 0}), broadcast<1>(none),
+                                                {broadcast<1>(Vec3d{1, 0, 0}), 2 - overlap, 1.0, 1.0,
+                                                 broadcast<1>(along ? Vec3d{0, v, 0} : Vec3d{v, 0, 0}), broadcast<1>(none),
                                                  broadcast<1>(none), broadcast<1>(none)},
                                                 h, memory, memory.x);
                 damped += f.damped[0], rubbed += f.rubbed[0], stored = memory.energy()[0];
@@ -158,7 +167,8 @@ template <int W> Drawn<W> draw(unsigned seed, int first) {
         set_lane(d.state.normal, l, (1 / norm(n)) * n);
         d.state.radius_1.set(l, 0.5 + uniform(random)), d.state.radius_2.set(l, 0.5 + uniform(random)),
             d.state.distance.set(l, 2 * uniform(random));
-        for (Vec3<Pack<W>>* v : {&d.state.velocity_1, &d.state.spin_1, &d.state.velocity_2, &d.state.spin_2, &d.memory.x, &d.memory.beside})
+        for (Vec3<Pack<W>>* v :
+             {&d.state.velocity_1, &d.state.spin_1, &d.state.velocity_2, &d.state.spin_2, &d.memory.x, &d.memory.beside})
             set_lane(*v, l, vector());
         d.memory.stiffness.set(l, uniform(random)), d.memory.dashpot.set(l, uniform(random));
         for (Pack<W>* p : {&d.law.stiffness, &d.law.damping, &d.law.static_friction, &d.law.kinetic_friction,

@@ -26,7 +26,14 @@ Capsules rods_between(const std::vector<std::pair<Vec3d, Vec3d>>& ends, int elem
 }
 
 ContactLaw some_law(ContactNormal normal, ContactFriction friction) {
-    return {.normal = normal, .stiffness = 1e5, .damping = 20, .friction = friction, .static_friction = 0.5, .kinetic_friction = 0.4, .tangential_damping = 5, .slip_speed = 1e-3};
+    return {.normal = normal,
+            .stiffness = 1e5,
+            .damping = 20,
+            .friction = friction,
+            .static_friction = 0.5,
+            .kinetic_friction = 0.4,
+            .tangential_damping = 5,
+            .slip_speed = 1e-3};
 }
 
 TEST(Contacts, AreBalanced) {
@@ -101,7 +108,8 @@ template <class Place> double largest_jump(Place place, int steps) {
         AlignedVector<ContactLoad> loads;
         contacts.evaluate(c, 0, 1e-4, loads);
         Vec3d force{0, 0, 0}, moment{0, 0, 0};
-        for (std::size_t s = static_cast<std::size_t>(c.first_slot[1]); s < c.slots(); ++s) force += loads[s].force, moment += cross(c.node[s].position, loads[s].force);
+        for (std::size_t s = static_cast<std::size_t>(c.first_slot[1]); s < c.slots(); ++s)
+            force += loads[s].force, moment += cross(c.node[s].position, loads[s].force);
         const Vec3d now = force + moment;
         if (i > 0) jump = std::max(jump, norm(now - before)), sum += norm(now - before);
         before = now;
@@ -136,7 +144,11 @@ TEST(Contacts, ChangeWithoutJumps) {
 TEST(Contacts, StickUntilTheySlide) {
     const Threads one(1);
     Capsules c = rods_between({{{-1, 0, 0}, {1, 0, 0}}, {{0, -1, 0.09}, {0, 1, 0.09}}}, 1, 0.05);
-    const ContactLaw law{.normal = ContactNormal::linear, .stiffness = 1e5, .friction = ContactFriction::memory, .static_friction = 0.5, .kinetic_friction = 0.4};
+    const ContactLaw law{.normal = ContactNormal::linear,
+                         .stiffness = 1e5,
+                         .friction = ContactFriction::memory,
+                         .static_friction = 0.5,
+                         .kinetic_friction = 0.4};
     Contacts contacts(c, law, one);
     AlignedVector<ContactLoad> loads;
     const double h = 1e-4, speed = 0.01, normal = 1e5 * 0.01;
@@ -161,7 +173,11 @@ TEST(Contacts, StickUntilTheySlide) {
 
 TEST(Contacts, KeepTheirSpringsOverJoints) {
     const Threads one(1);
-    const ContactLaw law{.normal = ContactNormal::linear, .stiffness = 1e5, .friction = ContactFriction::memory, .static_friction = 0.5, .kinetic_friction = 0.5};
+    const ContactLaw law{.normal = ContactNormal::linear,
+                         .stiffness = 1e5,
+                         .friction = ContactFriction::memory,
+                         .static_friction = 0.5,
+                         .kinetic_friction = 0.5};
     const auto crossing = [](double x, double speed) {
         Capsules c = rods_between({{{-1, 0, 0}, {1, 0, 0}}, {{x, -0.9, 0.09}, {x, 1.1, 0.09}}}, 8, 0.05);
         for (std::size_t i = 9; i < 18; ++i) c.motion[i].velocity = {speed, 0, 0};

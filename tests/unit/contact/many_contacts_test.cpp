@@ -19,10 +19,8 @@ struct Crowd {
         Vec3d at = point(), along = point();
         for (int r = 0; r < rods; ++r) {
             const double size = r % 10 == 0 ? 3 : 1;
-            if (r % 5 != 0)
-                along = point() - point(), at = point();
-            else
-                at += Vec3d{0, 0.015, 0.001};
+            if (r % 5 != 0) along = point() - point(), at = point();
+            else at += Vec3d{0, 0.015, 0.001};
             capsules.first_slot.push_back(static_cast<std::int32_t>(capsules.node.size()));
             capsules.skip.push_back(r % 3 ? -1 : 1);
             capsules.material.push_back(r % 2);

@@ -14,7 +14,13 @@ Wall lid() {
     wall.point = {0, 0, 0.093};
     wall.normal = {0, 0, -1};
     wall.from = 1;
-    wall.servo = {.speed = 5e-3, .watch = "floor", .area = 0.01, .turn_back_above = 1091, .turn_forth_below = 121, .not_before = 0.078, .cycles = 3};
+    wall.servo = {.speed = 5e-3,
+                  .watch = "floor",
+                  .area = 0.01,
+                  .turn_back_above = 1091,
+                  .turn_forth_below = 121,
+                  .not_before = 0.078,
+                  .cycles = 3};
     return wall;
 }
 

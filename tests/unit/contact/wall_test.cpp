@@ -23,9 +23,10 @@ using State = std::vector<Slot<1>>;
 /// W rods of one group under gravity, between walls.
 template <int W> class Stage {
 public:
-    Stage(const RodGroup& group, const std::vector<State>& states, const std::vector<Wall>& scene, const Vec3d& gravity, double dt, std::int64_t done = 0, const std::vector<Load>& more = {})
-        : group_(group), walls(std::make_shared<Walls>(scene)), book(std::make_shared<WallBook<W>>(*walls, group)), slot_(states[0].size()), load_(states[0].size()),
-          clock_(dt, done) {
+    Stage(const RodGroup& group, const std::vector<State>& states, const std::vector<Wall>& scene, const Vec3d& gravity, double dt,
+          std::int64_t done = 0, const std::vector<Load>& more = {})
+        : group_(group), walls(std::make_shared<Walls>(scene)), book(std::make_shared<WallBook<W>>(*walls, group)),
+          slot_(states[0].size()), load_(states[0].size()), clock_(dt, done) {
         for (std::size_t k = 0; k < slot_.size(); ++k)
             for (int i = 0; i < W; ++i) set_lane(slot_[k], i, states[static_cast<std::size_t>(i)][k]);
         tile_ = {slot_.data(), group.element.data(), group.voronoi.data(), &group, group.elements(), 0, {}, W};
@@ -116,7 +117,11 @@ Wall floor_of(ContactLaw law) {
     return wall;
 }
 ContactLaw sticky(double stiffness, double static_friction, double kinetic_friction) {
-    return {.normal = ContactNormal::linear, .stiffness = stiffness, .friction = ContactFriction::memory, .static_friction = static_friction, .kinetic_friction = kinetic_friction};
+    return {.normal = ContactNormal::linear,
+            .stiffness = stiffness,
+            .friction = ContactFriction::memory,
+            .static_friction = static_friction,
+            .kinetic_friction = kinetic_friction};
 }
 
 TEST(Walls, CarryARodAtTheOverlapOfTheirLaw) {
@@ -130,8 +135,11 @@ TEST(Walls, CarryARodAtTheOverlapOfTheirLaw) {
         spec.placement.origin = {0, 0, radius};
         const RodGroup ring(spec, 0, 0, "");
         ASSERT_LT(std::abs(lane(start(ring)[7].position, 0).z - radius), 1e-12) << "lies flat";
-        const double load = mass_of(ring) * gravity / 16, overlap = normal == ContactNormal::linear ? load / k : std::pow(load / k, 2.0 / 3);
-        Stage<1> stage(ring, {start(ring)}, {floor_of({.normal = normal, .stiffness = k, .damping = normal == ContactNormal::linear ? 40.0 : 2000.0})}, {0, 0, -gravity}, 2e-5);
+        const double load = mass_of(ring) * gravity / 16,
+                     overlap = normal == ContactNormal::linear ? load / k : std::pow(load / k, 2.0 / 3);
+        Stage<1> stage(ring, {start(ring)},
+                       {floor_of({.normal = normal, .stiffness = k, .damping = normal == ContactNormal::linear ? 40.0 : 2000.0})},
+                       {0, 0, -gravity}, 2e-5);
         stage.advance(150000);
         EXPECT_NEAR(radius - lane(stage.state()[3].position, 0).z, overlap, 1e-6 * overlap);
         const WallAccount account = stage.account();
@@ -139,11 +147,13 @@ TEST(Walls, CarryARodAtTheOverlapOfTheirLaw) {
         EXPECT_NEAR(account.normal, mass_of(ring) * gravity, 1e-6 * mass_of(ring) * gravity);
         EXPECT_EQ(account.touching, 16);
         EXPECT_NEAR(account.deepest, overlap / (2 * radius), 1e-5 * account.deepest);
-        EXPECT_NEAR(account.stiffness, normal == ContactNormal::linear ? k : 1.5 * k * std::sqrt(overlap), 1e-5 * account.stiffness);
+        EXPECT_NEAR(account.stiffness, normal == ContactNormal::linear ? k : 1.5 * k * std::sqrt(overlap),
+                    1e-5 * account.stiffness);
     }
     // A straight rod bends a little, since its ends weigh half; but the overlaps together carry its weight.
     const RodGroup group(lying_rod(radius), 0, 0, "");
-    Stage<1> stage(group, {start(group)}, {floor_of({.normal = ContactNormal::linear, .stiffness = 1e4, .damping = 40})}, {0, 0, -gravity}, 2e-5);
+    Stage<1> stage(group, {start(group)}, {floor_of({.normal = ContactNormal::linear, .stiffness = 1e4, .damping = 40})},
+                   {0, 0, -gravity}, 2e-5);
     stage.advance(150000);
     double overlaps = 0;
     for (const Slot<1>& s : stage.state()) overlaps += radius - lane(s.position, 0).z;
@@ -151,12 +161,14 @@ TEST(Walls, CarryARodAtTheOverlapOfTheirLaw) {
 }
 
 TEST(Walls, GiveBackAllEnergyWithoutADashpot) {
-    // Sections as at rest: where they shrink with the stretch, the overlap does work on it that no force takes (2e-4 of the energy here).
+    // Sections as at rest: where they shrink with the stretch, the overlap does work on it that no force takes (2e-4 of the energy
+    // here).
     RodSpec spec = lying_rod(radius + 0.01, 8, Law::linear);
     spec.shape.velocity = {0, 0, -1};
     const RodGroup group(spec, 0, 0, "");
     for (const ContactNormal normal : {ContactNormal::linear, ContactNormal::hertz}) {
-        Stage<1> stage(group, {start(group)}, {floor_of({.normal = normal, .stiffness = normal == ContactNormal::linear ? 2e4 : 2e5})}, {0, 0, 0}, 2e-6);
+        Stage<1> stage(group, {start(group)},
+                       {floor_of({.normal = normal, .stiffness = normal == ContactNormal::linear ? 2e4 : 2e5})}, {0, 0, 0}, 2e-6);
         const double before = energy(group, stage.state());
         double most = 0;
         for (int look = 0; look < 60; ++look) {
@@ -182,11 +194,13 @@ TEST(Walls, BounceAsADampedOscillator) {
     const RodGroup ring(spec, 0, 0, "");
     const double m = mass_of(ring) / 16, k = 2e4, w = std::sqrt(k / m);
     for (const double zeta : {0.05, 0.3}) {
-        Stage<1> stage(ring, {start(ring)}, {floor_of({.normal = ContactNormal::linear, .stiffness = k, .damping = 2 * zeta * w * m})}, {0, 0, 0}, 2e-6);
+        Stage<1> stage(ring, {start(ring)},
+                       {floor_of({.normal = ContactNormal::linear, .stiffness = k, .damping = 2 * zeta * w * m})}, {0, 0, 0}, 2e-6);
         const double before = energy(ring, stage.state());
         stage.advance(20000);
         ASSERT_EQ(stage.account().touching, 0);
-        const double root = std::sqrt(1 - zeta * zeta), at = std::atan2(2 * zeta * root, 2 * zeta * zeta - 1) / (root * w); // where N = 0
+        const double root = std::sqrt(1 - zeta * zeta),
+                     at = std::atan2(2 * zeta * root, 2 * zeta * zeta - 1) / (root * w); // where N = 0
         const double out = -std::exp(-zeta * w * at) * (std::cos(root * w * at) - zeta / root * std::sin(root * w * at));
         EXPECT_NEAR(velocity(ring, stage.state()).z, out, 2e-3 * out) << zeta;
         EXPECT_NEAR(before - energy(ring, stage.state()), stage.account().damped, 2e-3 * before);
@@ -223,7 +237,8 @@ TEST(Walls, HoldARodOnAnIncline) {
         law.tangential_damping = 0.1;
         // Tilted slowly: under a load that comes at once springs swing beyond it and let go.
         const UniformForce fall{.force = {mass_of(group) * gravity * std::sin(slope), 0, 0}, .ramp = 0.5};
-        Stage<1> tilted(group, {lying(group, k, gravity * std::cos(slope))}, {floor_of(law)}, {0, 0, -gravity * std::cos(slope)}, 1e-5, 0, {fall});
+        Stage<1> tilted(group, {lying(group, k, gravity * std::cos(slope))}, {floor_of(law)}, {0, 0, -gravity * std::cos(slope)},
+                        1e-5, 0, {fall});
         tilted.advance(100000);
         const State before = tilted.state();
         tilted.advance(100000);
@@ -329,7 +344,8 @@ std::vector<Wall> box_and_ball(ContactLaw law) {
 template <int W> void expect_lanes_alike(const ContactLaw& law) {
     const RodGroup group(lying_rod(0.1), 0, 0, "");
     std::vector<State> states;
-    for (int i = 0; i < W; ++i) states.push_back(test::shaken_state(group, 0.001, 0.01, i == 1 ? 0.0 : 1.0, static_cast<unsigned>(i)));
+    for (int i = 0; i < W; ++i)
+        states.push_back(test::shaken_state(group, 0.001, 0.01, i == 1 ? 0.0 : 1.0, static_cast<unsigned>(i)));
     Stage<W> wide(group, states, box_and_ball(law), {0, 0, -gravity}, 2e-5);
     wide.advance(20000);
     for (int i = 0; i < W; ++i) {
@@ -350,7 +366,12 @@ template <int W> void expect_lanes_alike(const ContactLaw& law) {
     }
 }
 TEST(Walls, GiveTheSameBitsInAllLanes) {
-    ContactLaw law{.normal = ContactNormal::hertz, .stiffness = 1e5, .damping = 100, .friction = ContactFriction::memory, .static_friction = 0.5, .kinetic_friction = 0.4};
+    ContactLaw law{.normal = ContactNormal::hertz,
+                   .stiffness = 1e5,
+                   .damping = 100,
+                   .friction = ContactFriction::memory,
+                   .static_friction = 0.5,
+                   .kinetic_friction = 0.4};
     law.slip_speed = 1e-2;
     for (const ContactFriction friction : {ContactFriction::none, ContactFriction::memory, ContactFriction::regularised}) {
         law.friction = friction;
@@ -374,7 +395,8 @@ TEST(Walls, LeaveLanesThatDoNotTouchAsTheyAre) {
     stage.wall_pass->run(stage.tile(), load.data(), step);
     EXPECT_GT(load[3].force.z[1], 0);
     for (const SlotLoad<2>& l : load)
-        for (const double zero : {l.force.x[0], l.force.z[0], l.couple.x[0], l.couple.y[0]}) EXPECT_TRUE(zero == 0 && std::signbit(zero));
+        for (const double zero : {l.force.x[0], l.force.z[0], l.couple.x[0], l.couple.y[0]})
+            EXPECT_TRUE(zero == 0 && std::signbit(zero));
 }
 
 TEST(Walls, TakeWhatRodsGive) {
@@ -398,10 +420,17 @@ TEST(Walls, CloseTheEnergyAccount) {
             RodSpec spec = lying_rod(radius + 0.002, 8, Law::linear);
             spec.shape.velocity = {0.3, 0.5, -1};
             const RodGroup group(spec, 0, 0, "");
-            ContactLaw law{.normal = normal, .stiffness = normal == ContactNormal::linear ? 1e4 : 1e5, .damping = normal == ContactNormal::linear ? 3.0 : 100.0,
-                           .friction = friction, .static_friction = 0.3, .kinetic_friction = 0.3, .tangential_damping = 1, .slip_speed = 0.01};
+            ContactLaw law{.normal = normal,
+                           .stiffness = normal == ContactNormal::linear ? 1e4 : 1e5,
+                           .damping = normal == ContactNormal::linear ? 3.0 : 100.0,
+                           .friction = friction,
+                           .static_friction = 0.3,
+                           .kinetic_friction = 0.3,
+                           .tangential_damping = 1,
+                           .slip_speed = 0.01};
             Stage<1> stage(group, {start(group)}, {floor_of(law)}, {0, 0, -gravity}, 5e-7);
-            const double weight = mass_of(group) * gravity, before = energy(group, stage.state()) + weight * centre(group, stage.state()).z;
+            const double weight = mass_of(group) * gravity,
+                         before = energy(group, stage.state()) + weight * centre(group, stage.state()).z;
             double worst = 0;
             for (int look = 0; look < 100; ++look) {
                 stage.advance(2000);
@@ -422,7 +451,9 @@ TEST(Walls, GoOnFromWhatTheyRemember) {
     const RodGroup group(spec, 0, 0, "");
     ContactLaw law = sticky(1e4, 0.5, 0.4);
     law.damping = 5;
-    const auto make = [&](std::int64_t done) { return Stage<1>(group, {lying(group, 1e4, gravity)}, {floor_of(law)}, {0, 0, -gravity}, 2e-5, done); };
+    const auto make = [&](std::int64_t done) {
+        return Stage<1>(group, {lying(group, 1e4, gravity)}, {floor_of(law)}, {0, 0, -gravity}, 2e-5, done);
+    };
     Stage<1> whole = make(0), other = make(3000);
     whole.advance(3000);
     ASSERT_GT(whole.account().touching, 0);
@@ -434,7 +465,8 @@ TEST(Walls, GoOnFromWhatTheyRemember) {
     other.wall_pass->recall(other.tile());
     whole.advance(3000);
     other.advance(3000);
-    for (std::size_t k = 0; k < whole.slots().size(); ++k) EXPECT_EQ(std::memcmp(&whole.slots()[k], &other.slots()[k], sizeof(Slot<1>)), 0) << k;
+    for (std::size_t k = 0; k < whole.slots().size(); ++k)
+        EXPECT_EQ(std::memcmp(&whole.slots()[k], &other.slots()[k], sizeof(Slot<1>)), 0) << k;
     const WallAccount a = whole.account(), b = other.account();
     EXPECT_EQ(std::memcmp(&a, &b, sizeof a), 0);
 }

@@ -97,9 +97,12 @@ TEST(Rotation, AQuaternionIsTheFrameItStandsFor) {
 TEST(Rotation, JacobianOfTheLogarithm) {
     for (const double angle : {1e-4, 0.1, 0.5, 0.509, 0.511, 1.0, 2.0, 3.1}) {
         const Long half = Long(angle) / 2;
-        const Long exact = angle < 0.01 ? Long(1) / 12 + Long(angle) * angle / 720 : (1 - half / std::tan(half)) / (Long(angle) * angle);
+        const Long exact =
+            angle < 0.01 ? Long(1) / 12 + Long(angle) * angle / 720 : (1 - half / std::tan(half)) / (Long(angle) * angle);
         const auto turned = broadcast<1>(rotation(Vec3d{angle, 0, 0}));
-        EXPECT_NEAR(relative_rotation_and_jacobian(turned, broadcast<1>(no_turn)).jacobian[0] * angle * angle, double(exact) * angle * angle, 2e-16) << angle;
+        EXPECT_NEAR(relative_rotation_and_jacobian(turned, broadcast<1>(no_turn)).jacobian[0] * angle * angle,
+                    double(exact) * angle * angle, 2e-16)
+            << angle;
     }
 }
 

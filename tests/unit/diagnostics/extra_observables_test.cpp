@@ -88,7 +88,8 @@ TEST(ExtraObservables, OfARingCountTheCellThatClosesIt) {
     for (const int turns : {0, 2}) {
         auto turned = state;
         for (std::size_t k = 0; k < 24; ++k)
-            set_lane(turned[k].director, 0, rotation({0, 0, 2 * pi * turns * static_cast<double>(k) / 24}) * lane(state[k].director, 0));
+            set_lane(turned[k].director, 0,
+                     rotation({0, 0, 2 * pi * turns * static_cast<double>(k) / 24}) * lane(state[k].director, 0));
         const ExtraFigures f = extra_figures(group, turned, {.curvature = true, .knots = true});
         EXPECT_NEAR(f.sum[F::cell_length], 1, 1e-14);
         EXPECT_NEAR(f.sum[F::twist], turns, 1e-12);

@@ -76,7 +76,9 @@ double order(double coarse, double fine) { return std::log2(std::abs(coarse / fi
 TEST(Writhe, OfAPlanarCurveIsZero) {
     const Mat3d tilt = matrix(rotation(Vec3d{0.3, -1.1, 0.7}));
     for (const int n : {3, 4, 41}) {
-        const Line line = closed(n, [&](double t) { return tilt * Vec3d{3 * std::cos(t), std::sin(t) * (1 + 0.4 * std::cos(t)), 0}; });
+        const Line line = closed(n, [&](double t) {
+            return tilt * Vec3d{3 * std::cos(t), std::sin(t) * (1 + 0.4 * std::cos(t)), 0};
+        });
         EXPECT_LT(std::abs(writhe(line, Curve::closed)), 1e-13) << n;
         EXPECT_LT(std::abs(writhe(line, Curve::open)), 1e-13) << n;
     }
@@ -91,7 +93,9 @@ TEST(Writhe, OfACurveOnASphereVanishesAtSecondOrder) {
     double before = 0;
     for (const int n : {50, 100, 200, 400}) {
         const double error = writhe(closed(n, at), Curve::closed);
-        if (n > 50) { EXPECT_GT(order(before, error), 1.9) << n << ": " << error; }
+        if (n > 50) {
+            EXPECT_GT(order(before, error), 1.9) << n << ": " << error;
+        }
         before = error;
     }
     EXPECT_LT(std::abs(before), 1e-5);
@@ -115,7 +119,9 @@ TEST(Writhe, OfTorusKnotsFollowsFromTheirTorsion) {
         double before = 0;
         for (const int n : {100, 200, 400, 800}) {
             const double error = writhe(closed(n, at), Curve::closed) - exact;
-            if (n > 100) { EXPECT_NEAR(order(before, error), 2, 0.1) << p << " " << q << ", n " << n << ": " << error; }
+            if (n > 100) {
+                EXPECT_NEAR(order(before, error), 2, 0.1) << p << " " << q << ", n " << n << ": " << error;
+            }
             before = error;
         }
         EXPECT_LT(std::abs(before), 8e-4) << exact;
@@ -168,7 +174,9 @@ TEST(Link, IsInvariantWhileTheRibbonBends) {
             const Line d1 = ribbon(node, {0, 0, 1}, k);
             const double tw = twist(node, d1, Curve::closed), wr = writhe(node, Curve::closed);
             EXPECT_NEAR(tw + wr, k, 1e-10) << bend;
-            if (bend > 0) { EXPECT_GT(std::abs(wr), 1e-3); }
+            if (bend > 0) {
+                EXPECT_GT(std::abs(wr), 1e-3);
+            }
             // the same number from the two edges of the ribbon, without any twist
             Line edge = node;
             for (std::size_t i = 0; i < node.size(); ++i) edge[i] += 0.01 * unit(d1[i] + d1[(i + node.size() - 1) % node.size()]);
@@ -193,7 +201,8 @@ TEST(Linking, OfTwoCurves) {
     const Line far = closed(23, [](double t) { return Vec3d{3 + std::cos(t), 0.1, std::sin(t)}; });
     EXPECT_NEAR(std::abs(linking(a, Curve::closed, b, Curve::closed)), 1, 1e-13);
     EXPECT_NEAR(linking(a, Curve::closed, b, Curve::closed), linking(b, Curve::closed, a, Curve::closed), 1e-13);
-    EXPECT_NEAR(linking(mirrored(a), Curve::closed, mirrored(b), Curve::closed), -linking(a, Curve::closed, b, Curve::closed), 1e-13);
+    EXPECT_NEAR(linking(mirrored(a), Curve::closed, mirrored(b), Curve::closed), -linking(a, Curve::closed, b, Curve::closed),
+                1e-13);
     EXPECT_NEAR(linking(a, Curve::closed, far, Curve::closed), 0, 1e-13);
     // the two strands of the (2, 2k) torus link
     for (const int k : {1, 2, 3}) {
@@ -222,7 +231,8 @@ double published_twist(const Vec3d& s, const Vec3d& next, Vec3d a, Vec3d b) {
     a = unit(a - dot(a, t) * t);
     b = unit(b - dot(b, u) * u);
     const auto sign = [](double x) { return x > 0 ? 1.0 : -1.0; };
-    const double turn = (sign(dot(cross(a, p), s)) * std::acos(dot(a, p)) + sign(dot(cross(p, b), next)) * std::acos(dot(b, p))) / (2 * pi);
+    const double turn =
+        (sign(dot(cross(a, p), s)) * std::acos(dot(a, p)) + sign(dot(cross(p, b), next)) * std::acos(dot(b, p))) / (2 * pi);
     return turn - std::round(turn);
 }
 
@@ -245,7 +255,8 @@ TEST(Published, FormulaeGiveTheSame) {
     const auto local = local_twist(node, d1, Curve::open);
     ASSERT_EQ(local.size(), 22u);
     double sum = 0;
-    for (std::size_t i = 0; i < 22; ++i) EXPECT_NEAR(local[i], published_twist(node[i + 1] - node[i], node[i + 2] - node[i + 1], d1[i], d1[i + 1]), 1e-11) << i;
+    for (std::size_t i = 0; i < 22; ++i)
+        EXPECT_NEAR(local[i], published_twist(node[i + 1] - node[i], node[i + 2] - node[i + 1], d1[i], d1[i + 1]), 1e-11) << i;
     for (std::size_t i = 0; i < 23; ++i)
         for (std::size_t j = i + 2; j < 23; ++j) sum += 2 * published_pair(node[i], node[i + 1], node[j], node[j + 1]);
     EXPECT_NEAR(writhe(node, Curve::open), sum, 1e-11);
@@ -278,8 +289,8 @@ TEST(Published, EndSegments) {
     expect(tail, {4.0 / 3 - 0.5, 7.0 / 3, 1.0 / 3});
 }
 
-// PyElastica's compute_link: the auxiliary line takes the frame of the element before each node, and the centre line's end segments.
-// Some of its pairs are coplanar by construction; there each arcsin of 1 - 1e-16 is 1.5e-8 off, hence the tolerance.
+// PyElastica's compute_link: the auxiliary line takes the frame of the element before each node, and the centre line's end
+// segments. Some of its pairs are coplanar by construction; there each arcsin of 1 - 1e-16 is 1.5e-8 off, hence the tolerance.
 TEST(Published, AuxiliaryLinkGivesTheSame) {
     Random random;
     const Line node = random.line(12), d1 = random.line(11);
@@ -312,14 +323,18 @@ TEST(Published, AuxiliaryLinkTendsToTwistPlusWrithe) {
         }
         for (int k = 0; k < n; ++k) {
             const double t = 4 * pi * (k + 0.5) / n, angle = 1.5 * t;
-            const Vec3d tangent = unit(node[static_cast<std::size_t>(k) + 1] - node[static_cast<std::size_t>(k)]), inward = Vec3d{-std::cos(t), -std::sin(t), 0};
+            const Vec3d tangent = unit(node[static_cast<std::size_t>(k) + 1] - node[static_cast<std::size_t>(k)]),
+                        inward = Vec3d{-std::cos(t), -std::sin(t), 0};
             d1.push_back(std::cos(angle) * inward + std::sin(angle) * cross(tangent, inward));
         }
         const std::vector<double> radius(static_cast<std::size_t>(n), 1.0 / n);
         const double length = 4 * pi * std::sqrt(1 + 0.09);
-        const double sum = twist(node, d1, Curve::open) + writhe(with_end_segments(node, length, EndSegments::next_tangent), Curve::open);
+        const double sum =
+            twist(node, d1, Curve::open) + writhe(with_end_segments(node, length, EndSegments::next_tangent), Curve::open);
         const double error = auxiliary_link(node, d1, radius, length, EndSegments::next_tangent) - sum;
-        if (n > 50) { EXPECT_GT(order(before, error), 0.9) << n << ": " << error << " of " << sum; }
+        if (n > 50) {
+            EXPECT_GT(order(before, error), 0.9) << n << ": " << error << " of " << sum;
+        }
         before = error;
     }
 }

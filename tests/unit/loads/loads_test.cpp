@@ -37,7 +37,9 @@ Loaded apply(const Load& load, const RodGroup& group, double t) {
     return out;
 }
 
-void expect_near(const Vec3d& a, const Vec3d& b, double tolerance) { EXPECT_LT(norm(a - b), tolerance) << a.x << " " << a.y << " " << a.z; }
+void expect_near(const Vec3d& a, const Vec3d& b, double tolerance) {
+    EXPECT_LT(norm(a - b), tolerance) << a.x << " " << a.y << " " << a.z;
+}
 
 TEST(Loads, GravityIsTheWeightOfEveryNode) {
     const RodGroup group(test::crooked_rod(), 0, 0, "");
@@ -105,7 +107,13 @@ TEST(Loads, MagnetisationWavesAreUnitVectorsAndMirrorWithTheWavelength) {
 
 TEST(Loads, MuscleWaveIsInternal) {
     const RodGroup group(test::simple_rod(6), 0, 0, "");
-    const MuscleWave wave{.amplitude = 0.3, .profile = {1, 2, 3, 2, 1}, .period = 2, .wavelength = 0.8, .phase = 0.4, .direction = {0, 0, 1}, .ramp = 4};
+    const MuscleWave wave{.amplitude = 0.3,
+                          .profile = {1, 2, 3, 2, 1},
+                          .period = 2,
+                          .wavelength = 0.8,
+                          .phase = 0.4,
+                          .direction = {0, 0, 1},
+                          .ramp = 4};
     const double t = 1.3;
     const Loaded r = apply(wave, group, t);
     Vec3d total{0, 0, 0};
@@ -113,7 +121,8 @@ TEST(Loads, MuscleWaveIsInternal) {
     expect_near(total, {0, 0, 0}, 1e-15);
     const auto at = [&](int j) {
         const double s = j / 6.0;
-        return t / 4 * 0.3 * wave.profile[static_cast<std::size_t>(j - 1)] * std::sin(std::numbers::pi * t - 2 * std::numbers::pi * s / 0.8 + 0.4);
+        return t / 4 * 0.3 * wave.profile[static_cast<std::size_t>(j - 1)] *
+               std::sin(std::numbers::pi * t - 2 * std::numbers::pi * s / 0.8 + 0.4);
     };
     expect_near(r.couple(5), r.director(5) * Vec3d{0, 0, at(5)}, 1e-15);
     expect_near(r.couple(2), r.director(2) * Vec3d{0, 0, at(2) - at(3)}, 1e-15);

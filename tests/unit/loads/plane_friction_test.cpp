@@ -42,7 +42,8 @@ struct Plainly {
         const int n = group.elements();
         std::vector<Vec3d> sums;
         for (int k = 0; k < n; ++k)
-            sums.push_back((k == 0 ? 1.0 : 0.5) * force[static_cast<std::size_t>(k)] + (k == n - 1 ? 1.0 : 0.5) * force[static_cast<std::size_t>(k) + 1]);
+            sums.push_back((k == 0 ? 1.0 : 0.5) * force[static_cast<std::size_t>(k)] +
+                           (k == n - 1 ? 1.0 : 0.5) * force[static_cast<std::size_t>(k) + 1]);
         return sums;
     }
     void give(int k, const Vec3d& f) {
@@ -54,7 +55,9 @@ struct Plainly {
         const auto n = static_cast<std::size_t>(group.elements());
         std::vector<Vec3d> all = of_elements(), along(n), across(n);
         std::vector<double> push(n), rest_along(n), rest_across(n), r(n), va(n), vb(n);
-        const auto rest = [&](double speed) { return std::abs(speed) <= p.slip_speed ? 1 : std::abs(1 - std::min(1.0, std::abs(speed) / p.slip_speed - 1)); };
+        const auto rest = [&](double speed) {
+            return std::abs(speed) <= p.slip_speed ? 1 : std::abs(1 - std::min(1.0, std::abs(speed) / p.slip_speed - 1));
+        };
         for (std::size_t k = 0; k < n; ++k) {
             const int at = static_cast<int>(k);
             const Vec3d edge = position(at + 1) - position(at), middle = 0.5 * (position(at + 1) + position(at));
@@ -85,7 +88,8 @@ struct Plainly {
             const double torque = dot(transpose_times(lane(state[k].director, 0), couple[k]), along[k]);
             const double no_slip = -(r[k] * dot(all[k], across[k]) - 2 * torque) / (3 * r[k]);
             give(static_cast<int>(k), (-std::copysign(std::min(std::abs(fa), rest_along[k] * mu * push[k]), fa)) * along[k]);
-            roll(k, -r[k] * up, std::copysign(std::min(std::abs(no_slip), rest_across[k] * p.static_sideways * push[k]), no_slip) * across[k]);
+            roll(k, -r[k] * up,
+                 std::copysign(std::min(std::abs(no_slip), rest_across[k] * p.static_sideways * push[k]), no_slip) * across[k]);
         }
     }
     void roll(std::size_t k, const Vec3d& arm, const Vec3d& f) {
@@ -194,7 +198,9 @@ TEST(PlaneFriction, HoldsSlidesAndRolls) {
     plane.kinetic_forward = 0.1, plane.kinetic_backward = 0.15, plane.kinetic_sideways = 0.2;
     const double time = 0.5;
     const auto speed = [&](const Vec3d& pull) { return (1 / time) * lane(lie(group, plane, pull, time, 1e-4)[4].velocity, 0); };
-    const auto leaning = [&](double slope, const Vec3d& way) { return weight * (std::sin(slope) * way + Vec3d{0, 0, -std::cos(slope)}); };
+    const auto leaning = [&](double slope, const Vec3d& way) {
+        return weight * (std::sin(slope) * way + Vec3d{0, 0, -std::cos(slope)});
+    };
     const Vec3d x{1, 0, 0}, y{0, 1, 0};
     // Sliding: in every direction by its own coefficient.
     const auto slides = [](double slope, double mu) { return weight * (std::sin(slope) - mu * std::cos(slope)); };

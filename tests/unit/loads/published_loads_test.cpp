@@ -51,7 +51,9 @@ Tile<1> apply(const Load& l, const RodGroup& group, const State& state, double t
 Vec3d force(const Tile<1>& t, std::size_t i) { return lane(t.load[i].force, 0); }
 Vec3d couple(const Tile<1>& t, std::size_t k) { return lane(t.load[k].couple, 0); }
 
-void expect_near(const Vec3d& a, const Vec3d& b, double tolerance) { EXPECT_LE(norm(a - b), tolerance) << a.x << " " << a.y << " " << a.z; }
+void expect_near(const Vec3d& a, const Vec3d& b, double tolerance) {
+    EXPECT_LE(norm(a - b), tolerance) << a.x << " " << a.y << " " << a.z;
+}
 bool same(const Vec3d& a, const Vec3d& b) { return a.x == b.x && a.y == b.y && a.z == b.z; }
 
 /// Rods of one length and section that a test tells apart by eye.
@@ -112,11 +114,15 @@ TEST(SlenderBodyDrag, SlowsAStraightRodExponentiallyAtFirstOrder) {
             for (int i = 0; i < steps; ++i) {
                 const Tile<1> out = apply(SlenderBodyDrag{.viscosity = mu}, group, state, 0);
                 for (std::size_t k = 0; k < 11; ++k)
-                    set_lane(state[k].velocity, 0, lane(state[k].velocity, 0) + (duration / steps / group.node_mass[k]) * force(out, k));
+                    set_lane(state[k].velocity, 0,
+                             lane(state[k].velocity, 0) + (duration / steps / group.node_mass[k]) * force(out, k));
             }
-            for (const auto& s : state) expect_near(lane(s.velocity, 0), dot(lane(state[0].velocity, 0), direction) * direction, 1e-13);
+            for (const auto& s : state)
+                expect_near(lane(s.velocity, 0), dot(lane(state[0].velocity, 0), direction) * direction, 1e-13);
             const double error = dot(lane(state[5].velocity, 0), direction) - std::exp(-1.0);
-            if (steps > 20) { EXPECT_NEAR(std::log2(before / error), 1, 0.05) << error; }
+            if (steps > 20) {
+                EXPECT_NEAR(std::log2(before / error), 1, 0.05) << error;
+            }
             before = error;
         }
         EXPECT_NEAR(before, -std::exp(-1.0) / 2 / 160, 2e-5); // (1 - 1/N)^N = exp(-1) (1 - 1/(2N) ..)
@@ -126,7 +132,8 @@ TEST(SlenderBodyDrag, SlowsAStraightRodExponentiallyAtFirstOrder) {
 TEST(BSpline, IsScipysClampedCubic) {
     // scipy.interpolate.BSpline on the published knots
     const std::vector<double> five{0, 3.4e-3, 3.3e-3, 5.7e-3, 2.8e-3, 0}, four{1, -2, 4, 0.5};
-    const std::pair<double, double> six_values[] = {{0, 0}, {0.1, 0.002233125}, {1.0 / 3, 0.003725}, {0.5, 0.0044125}, {0.77, 0.003941709525}, {1, 0}};
+    const std::pair<double, double> six_values[] = {{0, 0},           {0.1, 0.002233125},     {1.0 / 3, 0.003725},
+                                                    {0.5, 0.0044125}, {0.77, 0.003941709525}, {1, 0}};
     for (const auto& [s, value] : six_values) EXPECT_NEAR(cubic_bspline(five, s), value, 1e-16) << s;
     const std::pair<double, double> four_values[] = {{0, 1}, {0.25, 0.1484375}, {0.9, 1.2835}, {1, 0.5}};
     for (const auto& [s, value] : four_values) EXPECT_NEAR(cubic_bspline(four, s), value, 1e-15) << s;
@@ -167,16 +174,20 @@ TEST(MuscleTorques, MirrorTheMuscleWave) {
     const RodGroup group = even_group(8);
     const State state = test::shaken_state(group, 0.01, 0.3, 1);
     const double k = 7, phase = 0.3;
-    const Tile<1> one = apply(MuscleTorques{.table = std::vector<double>(8, 0.2), .period = 1.5, .wave_number = k, .phase = phase}, group, state, 0.9);
-    const Tile<1> other = apply(MuscleWave{.amplitude = 0.2, .period = 1.5, .wavelength = -2 * pi / k, .phase = phase - k}, group, state, 0.9);
+    const Tile<1> one = apply(MuscleTorques{.table = std::vector<double>(8, 0.2), .period = 1.5, .wave_number = k, .phase = phase},
+                              group, state, 0.9);
+    const Tile<1> other =
+        apply(MuscleWave{.amplitude = 0.2, .period = 1.5, .wavelength = -2 * pi / k, .phase = phase - k}, group, state, 0.9);
     for (std::size_t e = 0; e < 8; ++e) expect_near(couple(one, e), couple(other, e), 1e-14);
 }
 
 TEST(MagneticField, RisesAndFallsByItsRamp) {
     const MagneticField field{.constant = {0, 0, 4}, .ramp = 0.5, .onset = 1, .until = 3};
-    for (const auto& [t, share] : {std::pair{0.5, 0.0}, {1.0, 0.0}, {1.25, 0.5}, {1.5, 1.0}, {3.0, 1.0}, {3.125, 0.75}, {3.5, 0.0}, {9.0, 0.0}})
+    for (const auto& [t, share] :
+         {std::pair{0.5, 0.0}, {1.0, 0.0}, {1.25, 0.5}, {1.5, 1.0}, {3.0, 1.0}, {3.125, 0.75}, {3.5, 0.0}, {9.0, 0.0}})
         expect_near(field.at(t), {0, 0, 4 * share}, 1e-15);
-    const MagneticField cut_short{.constant = {0, 0, 1}, .ramp = 2, .onset = 0, .until = 1}; // as published: from half up, down from 1
+    const MagneticField cut_short{
+        .constant = {0, 0, 1}, .ramp = 2, .onset = 0, .until = 1}; // as published: from half up, down from 1
     EXPECT_DOUBLE_EQ(cut_short.at(1).z, 0.5);
     EXPECT_DOUBLE_EQ(cut_short.at(1.5).z, 0.75);
     const MagneticField sudden{.constant = {0, 0, 1}, .onset = 1, .until = 2};
@@ -212,8 +223,11 @@ TEST(LaplacianFilter, DampsStandingWavesByTheClosedForm) {
             const Vec3d axis{1, -2, 0.5};
             const State start = moving(group, [&](double i, double last) { return std::sin(pi * mode * i / last) * axis; });
             const State end = filtered(group, start, order);
-            const auto kept = [&](double last) { return 1 - std::pow(std::sin(pi * mode / last / 2), 2.0 * static_cast<double>(order)); };
-            for (std::size_t i = 0; i <= 12; ++i) expect_near(lane(end[i].velocity, 0), kept(12) * lane(start[i].velocity, 0), 2e-14);
+            const auto kept = [&](double last) {
+                return 1 - std::pow(std::sin(pi * mode / last / 2), 2.0 * static_cast<double>(order));
+            };
+            for (std::size_t i = 0; i <= 12; ++i)
+                expect_near(lane(end[i].velocity, 0), kept(12) * lane(start[i].velocity, 0), 2e-14);
             for (std::size_t k = 0; k < 12; ++k) expect_near(lane(end[k].spin, 0), kept(11) * lane(start[k].spin, 0), 2e-14);
         }
 }
@@ -229,7 +243,8 @@ TEST(LaplacianFilter, SparesUniformAndLinearMotionAndTheEnds) {
         }
     }
     const State shaken = test::shaken_state(group, 0.01, 0.3, 1), end = filtered(group, shaken, 2);
-    for (const std::size_t i : {std::size_t{0}, std::size_t{9}}) EXPECT_TRUE(same(lane(end[i].velocity, 0), lane(shaken[i].velocity, 0)));
+    for (const std::size_t i : {std::size_t{0}, std::size_t{9}})
+        EXPECT_TRUE(same(lane(end[i].velocity, 0), lane(shaken[i].velocity, 0)));
     for (const std::size_t k : {std::size_t{0}, std::size_t{8}}) EXPECT_TRUE(same(lane(end[k].spin, 0), lane(shaken[k].spin, 0)));
     for (std::size_t i = 0; i <= 9; ++i) EXPECT_TRUE(same(lane(end[i].position, 0), lane(shaken[i].position, 0)));
 }
@@ -251,7 +266,8 @@ TEST(LaplacianFilter, OfTheShortestRods) {
     for (const long n : {1, 2, 3}) {
         const RodGroup group = even_group(n);
         const State state = test::shaken_state(group, 0.01, 0.3, 1), end = filtered(group, state, 2);
-        for (const auto i : {std::size_t{0}, static_cast<std::size_t>(n)}) EXPECT_TRUE(same(lane(end[i].velocity, 0), lane(state[i].velocity, 0)));
+        for (const auto i : {std::size_t{0}, static_cast<std::size_t>(n)})
+            EXPECT_TRUE(same(lane(end[i].velocity, 0), lane(state[i].velocity, 0)));
     }
 }
 

@@ -52,7 +52,8 @@ TEST(Drift, EllipticTopIsSecondOrder) {
     for (const auto& [a, b] : {std::pair{0.02, 0.01}, std::pair{0.01, 0.02}, std::pair{0.04, 0.01}}) {
         const RodGroup group = tops(a, b);
         const auto exact = turned(group, 2.0, 16000);
-        const double coarse = frame_distance(turned(group, 2.0, 400)[0], exact[0]), fine = frame_distance(turned(group, 2.0, 800)[0], exact[0]);
+        const double coarse = frame_distance(turned(group, 2.0, 400)[0], exact[0]),
+                     fine = frame_distance(turned(group, 2.0, 800)[0], exact[0]);
         EXPECT_NEAR(std::log2(coarse / fine), 2.0, 0.1) << a << " x " << b << ": " << coarse << ", " << fine;
     }
 }
@@ -62,7 +63,8 @@ TEST(Drift, EllipticTopOfScaledInertiaIsSecondOrder) {
         const RodGroup group = tops(a, b, 25); // d3 now has the smallest inertia
         ASSERT_LT(group.element[0].inertia.z, std::min(group.element[0].inertia.x, group.element[0].inertia.y));
         const auto exact = turned(group, 2.0, 16000);
-        const double coarse = frame_distance(turned(group, 2.0, 400)[0], exact[0]), fine = frame_distance(turned(group, 2.0, 800)[0], exact[0]);
+        const double coarse = frame_distance(turned(group, 2.0, 400)[0], exact[0]),
+                     fine = frame_distance(turned(group, 2.0, 800)[0], exact[0]);
         EXPECT_NEAR(std::log2(coarse / fine), 2.0, 0.1) << a << " x " << b << ": " << coarse << ", " << fine;
     }
 }
@@ -89,13 +91,15 @@ TEST(Drift, OrthonormalisationRemovesWhatRoundOffLeaves) {
     const RodGroup group = tops(0.02, 0.02);
     std::vector<Slot<1>> state = spinning(group);
     state[0].director.v = Pack<1>(1 + 1e-7) * state[0].director.v;
-    OrthonormalisePass<1>().run(test::tile_of(group, state), nullptr, Step{.index = OrthonormalisePass<1>::interval, .completes = true});
+    OrthonormalisePass<1>().run(test::tile_of(group, state), nullptr,
+                                Step{.index = OrthonormalisePass<1>::interval, .completes = true});
     const Mat3d q = frame(state[0]);
     EXPECT_NEAR(dot(q.d1, q.d1), 1, 1e-13);
     EXPECT_NEAR(dot(q.d1, q.d2), 0, 1e-13);
     EXPECT_NEAR(dot(state[0].director, state[0].director)[0], 1, 1e-13);
     const auto before = state;
-    OrthonormalisePass<1>().run(test::tile_of(group, state), nullptr, Step{.index = OrthonormalisePass<1>::interval + 1, .completes = true});
+    OrthonormalisePass<1>().run(test::tile_of(group, state), nullptr,
+                                Step{.index = OrthonormalisePass<1>::interval + 1, .completes = true});
     EXPECT_EQ(frame_distance(before[0], state[0]), 0) << "acts only every so many steps";
 }
 

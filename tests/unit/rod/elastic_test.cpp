@@ -19,7 +19,8 @@ using test::tile_of;
 std::vector<SlotLoad<1>> internal_loads(const RodGroup& group, std::vector<Slot<1>>& state) {
     std::vector<SlotLoad<1>> load(state.size());
     if (group.closed()) close_ring(tile_of(group, state));
-    with_energy_law(group.law(), [&]<class L>(L) { ElasticPass<L, 1>(ends_of(group)).run(tile_of(group, state), load.data(), Step{}); });
+    with_energy_law(group.law(),
+                    [&]<class L>(L) { ElasticPass<L, 1>(ends_of(group)).run(tile_of(group, state), load.data(), Step{}); });
     if (group.closed()) load[0].force += load.back().force;
     return load;
 }

@@ -25,15 +25,17 @@ double dilatation(const RodGroup& group, std::span<const Slot<1>> state, std::si
     return dot(frame(state[k]).d3, lane(state[k + 1].position, 0) - lane(state[k].position, 0)) / group.element[k].rest_length;
 }
 
-template <KickKind Kind> std::vector<Slot<1>> kicked(const RodGroup& group, const std::vector<Damping>& damping, std::vector<Slot<1>> state,
-                                                    DampingScheme scheme = DampingScheme::midpoint) {
+template <KickKind Kind> std::vector<Slot<1>> kicked(const RodGroup& group, const std::vector<Damping>& damping,
+                                                     std::vector<Slot<1>> state, DampingScheme scheme = DampingScheme::midpoint) {
     auto load = some_loads(state.size());
     for (std::size_t k = 0; k + 1 < state.size(); ++k) load[k].dilatation = dilatation(group, state, k);
-    KickPass<Kind, 1>({KickConstants(group, damping_rates(group, damping), h, scheme)}).run(test::tile_of(group, state), load.data(), Step{});
+    KickPass<Kind, 1>({KickConstants(group, damping_rates(group, damping), h, scheme)})
+        .run(test::tile_of(group, state), load.data(), Step{});
     return state;
 }
 
-/// v' = a - nu v over time h, in long double: exactly, by the implicit midpoint (all of the force lost above z = 2), or damped after.
+/// v' = a - nu v over time h, in long double: exactly, by the implicit midpoint (all of the force lost above z = 2), or damped
+/// after.
 double flow(DampingScheme scheme, double v, double a, double nu) {
     const long double z = static_cast<long double>(nu) * h;
     if (z == 0) return v + a * h;
@@ -70,7 +72,8 @@ TEST_P(Kick, IsWhatItsSchemeSaysForEveryDampingLaw) {
     for (const Case& c : cases) {
         for (std::size_t i = 0; i < start.size(); ++i) {
             double nu = 0;
-            for (const Damping& d : c.damping) nu += d.kind == DampingKind::physical ? d.translational / group.node_mass[i] : d.rate;
+            for (const Damping& d : c.damping)
+                nu += d.kind == DampingKind::physical ? d.translational / group.node_mass[i] : d.rate;
             const Vec3d a = (1 / group.node_mass[i]) * lane(load[i].force, 0), v = lane(start[i].velocity, 0);
             EXPECT_NEAR(c.end[i].velocity.y[0], flow(scheme, v.y, a.y, nu), 1e-12 * (std::abs(v.y) + std::abs(a.y) * h));
         }
@@ -80,13 +83,16 @@ TEST_P(Kick, IsWhatItsSchemeSaysForEveryDampingLaw) {
             double mass = 0.5 * (group.node_mass[k] + group.node_mass[k + 1]);
             if (k == 0) mass += 0.5 * group.node_mass[0];
             if (k + 2 == start.size()) mass += 0.5 * group.node_mass[k + 1];
-            for (double Vec3d::* axis : {&Vec3d::x, &Vec3d::y, &Vec3d::z}) {
+            for (double Vec3d::*axis : {&Vec3d::x, &Vec3d::y, &Vec3d::z}) {
                 const double j = e.inertia.*axis;
                 double nu = 0;
                 for (const Damping& d : c.damping)
-                    nu += d.kind == DampingKind::uniform ? d.rate : d.kind == DampingKind::legacy ? d.rate * mass * stretch / j : d.rotational * stretch / j;
+                    nu += d.kind == DampingKind::uniform  ? d.rate
+                          : d.kind == DampingKind::legacy ? d.rate * mass * stretch / j
+                                                          : d.rotational * stretch / j;
                 const double a = lane(load[k].couple, 0).*axis / j, w = lane(start[k].spin, 0).*axis;
-                EXPECT_NEAR(lane(c.end[k].spin, 0).*axis, flow(scheme, w, a, nu), 1e-12 * (std::abs(w) + std::abs(a) * h)) << "element " << k;
+                EXPECT_NEAR(lane(c.end[k].spin, 0).*axis, flow(scheme, w, a, nu), 1e-12 * (std::abs(w) + std::abs(a) * h))
+                    << "element " << k;
             }
         }
     }
@@ -101,7 +107,8 @@ TEST(HeldEnds, StayAtRest) {
     const RodGroup group(spec, 0, 0, "");
     std::vector<Slot<1>> state(static_cast<std::size_t>(group.slots()));
     group.start_state(0, state);
-    for (const auto& end : {kicked<KickKind::undamped>(group, {}, state), kicked<KickKind::stretched_rates>(group, {{.kind = DampingKind::legacy, .rate = 1}}, state)}) {
+    for (const auto& end : {kicked<KickKind::undamped>(group, {}, state),
+                            kicked<KickKind::stretched_rates>(group, {{.kind = DampingKind::legacy, .rate = 1}}, state)}) {
         EXPECT_EQ(norm(lane(end.front().velocity, 0)), 0);
         EXPECT_EQ(norm(lane(end.front().spin, 0)), 0);
         EXPECT_EQ(norm(lane(end.back().velocity, 0)), 0);

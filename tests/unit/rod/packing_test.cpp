@@ -31,14 +31,16 @@ std::vector<Capsule> packed(const Packing& p, std::vector<Capsule> occupied = {}
 double sampled_distance(const Capsule& a, const Capsule& b) {
     double least = INFINITY;
     for (int i = 0; i <= 60; ++i)
-        for (int j = 0; j <= 60; ++j) least = std::min(least, norm(a.start + (i / 60.0) * (a.end - a.start) - b.start - (j / 60.0) * (b.end - b.start)));
+        for (int j = 0; j <= 60; ++j)
+            least = std::min(least, norm(a.start + (i / 60.0) * (a.end - a.start) - b.start - (j / 60.0) * (b.end - b.start)));
     return least;
 }
 
 void expect_apart(const std::vector<Capsule>& rods, double gap) {
     for (std::size_t i = 0; i < rods.size(); ++i)
         for (std::size_t j = 0; j < i; ++j) {
-            if (norm(0.5 * (rods[i].start + rods[i].end - rods[j].start - rods[j].end)) > norm(rods[i].end - rods[i].start) + 0.02) continue;
+            if (norm(0.5 * (rods[i].start + rods[i].end - rods[j].start - rods[j].end)) > norm(rods[i].end - rods[i].start) + 0.02)
+                continue;
             ASSERT_FALSE(closer(rods[i], rods[j], rods[i].radius + rods[j].radius + 0.999 * gap)) << i << " and " << j;
         }
 }
@@ -50,8 +52,8 @@ TEST(Packing, CloserIsWhatSamplingSays) {
     for (int i = 0; i < 400; ++i) {
         Capsule a{point(), point(), 0}, b{point(), point(), 0};
         if (i % 4 == 1) b = {b.start, b.start + (0.5 + even(random)) * (a.end - a.start), 0}; // parallel
-        if (i % 4 == 2) b = {0.5 * (a.start + a.end) + Vec3d{1e-3, 0, 0}, b.end, 0};           // an end near the other's middle
-        if (i % 4 == 3) b.end = b.start;                                                       // a point
+        if (i % 4 == 2) b = {0.5 * (a.start + a.end) + Vec3d{1e-3, 0, 0}, b.end, 0};          // an end near the other's middle
+        if (i % 4 == 3) b.end = b.start;                                                      // a point
         const double sampled = sampled_distance(a, b); // too large by the spacing of the points at most
         EXPECT_FALSE(closer(a, b, std::max(0.0, sampled - 0.06))) << i;
         EXPECT_TRUE(closer(a, b, sampled + 1e-12)) << i;
@@ -65,7 +67,7 @@ TEST(Packing, KeepsRodsApartAndInsideABox) {
     expect_apart(rods, 0.05 * radius);
     for (const Capsule& c : rods)
         for (const Vec3d& end : {c.start, c.end})
-            for (const double Vec3d::* axis : {&Vec3d::x, &Vec3d::y, &Vec3d::z}) {
+            for (const double Vec3d::*axis : {&Vec3d::x, &Vec3d::y, &Vec3d::z}) {
                 EXPECT_GE(end.*axis, radius - 1e-15);
                 EXPECT_LE(end.*axis, size.*axis - radius + 1e-15);
             }
@@ -98,12 +100,14 @@ TEST(Packing, OfASlabGrowsAsItMust) {
     EXPECT_LE(highest, result.top - radius + 1e-15);
     EXPECT_GT(highest, result.top - 0.02);
     EXPECT_GT(result.fill, 0.05);
-    EXPECT_NEAR(result.fill, 600 * std::numbers::pi * radius * radius * (length + 4.0 / 3 * radius) / (0.12 * 0.12 * (result.top + 1)), 1e-12);
+    EXPECT_NEAR(result.fill,
+                600 * std::numbers::pi * radius * radius * (length + 4.0 / 3 * radius) / (0.12 * 0.12 * (result.top + 1)), 1e-12);
 }
 
 TEST(Packing, KeepsClearOfWhatIsThere) {
     // Thick bars and far, thin ones of another group.
-    std::vector<Capsule> there{{{0, 0.06, 0.06}, {0.12, 0.06, 0.06}, 0.01}, {{0.03, 0, 0.03}, {0.03, 0.12, 0.03}, 0.002}, {{5, 5, 5}, {6, 5, 5}, 0.1}};
+    std::vector<Capsule> there{
+        {{0, 0.06, 0.06}, {0.12, 0.06, 0.06}, 0.01}, {{0.03, 0, 0.03}, {0.03, 0.12, 0.03}, 0.002}, {{5, 5, 5}, {6, 5, 5}, 0.1}};
     Packing p = box(100, {0.12, 0.12, 0.12});
     const auto both = packed(p, there);
     ASSERT_EQ(both.size(), 103u);
@@ -118,7 +122,8 @@ TEST(Packing, DependsOnTheSeedAlone) {
     const auto same = [](const std::vector<Capsule>& a, const std::vector<Capsule>& b) {
         bool all = a.size() == b.size();
         for (std::size_t i = 0; all && i < a.size(); ++i)
-            for (const double Vec3d::* axis : {&Vec3d::x, &Vec3d::y, &Vec3d::z}) all = all && a[i].start.*axis == b[i].start.*axis && a[i].end.*axis == b[i].end.*axis;
+            for (const double Vec3d::*axis : {&Vec3d::x, &Vec3d::y, &Vec3d::z})
+                all = all && a[i].start.*axis == b[i].start.*axis && a[i].end.*axis == b[i].end.*axis;
         return all;
     };
     const auto first = packed(p);
@@ -154,7 +159,8 @@ TEST(Packing, DirectionsFollowTheirLaw) {
     }
     EXPECT_LT(chi_square(sines, -1, 1), 43.8);
     EXPECT_LT(chi_square(azimuths, -pi, pi), 43.8);
-    for (const double Vec3d::* axis : {&Vec3d::x, &Vec3d::y, &Vec3d::z}) EXPECT_NEAR(squares.*axis / 4000, 1.0 / 3, 4 * std::sqrt(4.0 / 45 / 4000));
+    for (const double Vec3d::*axis : {&Vec3d::x, &Vec3d::y, &Vec3d::z})
+        EXPECT_NEAR(squares.*axis / 4000, 1.0 / 3, 4 * std::sqrt(4.0 / 45 / 4000));
 
     p.elevation = {-10, 30};
     p.azimuth = {20, 50};
@@ -212,7 +218,8 @@ TEST(Packing, GroupsStartStraightInFramesOfTheirOwn) {
         for (std::size_t k = 0; k < 12; ++k) {
             const Quaterniond q = lane(state[k].director, 0);
             EXPECT_NEAR(dot(q, q), 1, 1e-15);
-            const Vec3d strain = group.element[k].inv_rest_length * (q * (lane(state[k + 1].position, 0) - lane(state[k].position, 0)));
+            const Vec3d strain =
+                group.element[k].inv_rest_length * (q * (lane(state[k + 1].position, 0) - lane(state[k].position, 0)));
             EXPECT_LT(norm(strain - Vec3d{0, 0, 1}), 1e-13);
             EXPECT_LT(std::abs(frame(state[k]).d1.z), 1e-15) << "d1 is horizontal";
             EXPECT_LT(norm(relative_rotation(q, lane(state[0].director, 0))), 1e-16) << "neither bent nor twisted";
@@ -223,7 +230,8 @@ TEST(Packing, GroupsStartStraightInFramesOfTheirOwn) {
     }
     // Elements of different rods, against each other.
     for (std::size_t a = 0; a < elements.size(); ++a)
-        for (std::size_t b = 0; b < a / 12 * 12; ++b) ASSERT_FALSE(closer(elements[a], elements[b], elements[a].radius + elements[b].radius));
+        for (std::size_t b = 0; b < a / 12 * 12; ++b)
+            ASSERT_FALSE(closer(elements[a], elements[b], elements[a].radius + elements[b].radius));
 }
 
 TEST(Packing, NumbersNeighboursAlike) {

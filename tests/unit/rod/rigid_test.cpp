@@ -26,7 +26,8 @@ Vec3d by_slices(double length, double r) {
         const double weight = (i == 0 || i == n ? 1 : i % 2 ? 4 : 2) / (3.0 * n), x = static_cast<double>(i) / n;
         add(length * (x - 0.5), r, weight * length);
         const double angle = 0.5 * pi * x;
-        for (int end = 0; end < 2; ++end) add(0.5 * length + r * std::sin(angle), r * std::cos(angle), weight * 0.5 * pi * r * std::cos(angle));
+        for (int end = 0; end < 2; ++end)
+            add(0.5 * length + r * std::sin(angle), r * std::cos(angle), weight * 0.5 * pi * r * std::cos(angle));
     }
     return {mass, j1, j3};
 }
@@ -59,7 +60,8 @@ TEST(Rigid, TurnsAsAFreeSymmetricTop) {
     const RodTile<1> tile = tile_of(group, state);
     const ExtraFigures before = extra_figures(group, state, {.angular_momentum = true});
     const RodEnergy start = rod_energy(group, state);
-    const Vec3d d3 = frame(state[0]).d3, spin = lane(transpose_times(state[0].director, scale(broadcast<1>(group.element[0].inertia), state[0].spin)), 0);
+    const Vec3d d3 = frame(state[0]).d3,
+                spin = lane(transpose_times(state[0].director, scale(broadcast<1>(group.element[0].inertia), state[0].spin)), 0);
 
     const double h = 1e-3;
     constexpr int steps = 100000;
@@ -70,7 +72,15 @@ TEST(Rigid, TurnsAsAFreeSymmetricTop) {
     const RigidKickPass<1> kick(kicks);
     std::vector<SlotLoad<1>> load(2);
     for (int i = 1; i <= steps; ++i) {
-        const Step step{.index = i, .dt = h, .drift = h, .kick = h, .time = i * h, .kick_length = 0, .slot = 0, .completes = true, .last = false};
+        const Step step{.index = i,
+                        .dt = h,
+                        .drift = h,
+                        .kick = h,
+                        .time = i * h,
+                        .kick_length = 0,
+                        .slot = 0,
+                        .completes = true,
+                        .last = false};
         drift_pass.run(tile, load.data(), step);
         orthonormalise.run(tile, load.data(), step);
         rest.run(tile, load.data(), step);
@@ -82,7 +92,8 @@ TEST(Rigid, TurnsAsAFreeSymmetricTop) {
     EXPECT_NEAR(end.rotation, start.rotation, 1e-11 * start.rotation);
     EXPECT_EQ(end.elastic(), 0);
     const ExtraFigures after = extra_figures(group, state, {.angular_momentum = true});
-    const double mass = group.node_mass[0] + group.node_mass[1], speed = norm(spec.shape.velocity), orbital = mass * (speed * h * steps) * speed; // kg m^2/s
+    const double mass = group.node_mass[0] + group.node_mass[1], speed = norm(spec.shape.velocity),
+                 orbital = mass * (speed * h * steps) * speed; // kg m^2/s
     for (std::size_t i = 0; i < 3; ++i) EXPECT_NEAR(after.sum[i], before.sum[i], 1e-12 * (orbital + norm(spin))) << i;
 
     const double angle = norm(spin) / group.element[0].inertia.x * (h * steps); // 52 turns
@@ -108,7 +119,8 @@ TEST(Rigid, TakesForcesOnItsNodesAsForceAndTorque) {
     RigidRestPass<1>().run(tile_of(group, state), load.data(), Step{});
     const Vec3d f0{1, 2, 3}, f1{-2, 5, 1}, couple{0.1, -0.2, 0.3};
     load[0].force = broadcast<1>(f0), load[1].force = broadcast<1>(f1), load[0].couple = broadcast<1>(couple);
-    RigidKickPass<1>(KicksOfGroup{KickConstants(group, rigid_rates(rates), h)}).run(tile_of(group, state), load.data(), Step{.kick_length = 0});
+    RigidKickPass<1>(KicksOfGroup{KickConstants(group, rigid_rates(rates), h)})
+        .run(tile_of(group, state), load.data(), Step{.kick_length = 0});
     const double mean = 2 / (2 + rate * h), mass = group.node_mass[0] + group.node_mass[1];
     const Mat3d q = frame(state[0]);
     const Vec3d torque = 0.2 * cross(q.d3, f1 - f0), j = group.element[0].inertia, w = lane(state[0].spin, 0);

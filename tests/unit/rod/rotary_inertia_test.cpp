@@ -95,7 +95,8 @@ double frequency(const RodGroup& group, const std::vector<double>& w, double dt,
     for (std::size_t k = 0; k < w.size(); ++k) {
         set_lane(state[k].position, 0, lane(state[k].position, 0) + Vec3d{1e-5 * w[k], 0, 0});
         if (k + 1 < w.size())
-            set_lane(state[k].director, 0, rotation({0, 1e-5 * (w[k + 1] - w[k]) * group.element[k].inv_rest_length, 0}) * lane(state[k].director, 0));
+            set_lane(state[k].director, 0,
+                     rotation({0, 1e-5 * (w[k + 1] - w[k]) * group.element[k].inv_rest_length, 0}) * lane(state[k].director, 0));
     }
     const RodTile<1> tile = test::tile_of(group, state);
     const ElasticPass<IncompressibleLaw, 1> elastic(ends_of(group));
@@ -136,7 +137,8 @@ TEST(RotaryInertia, SlowsBendingAsEstimated) {
         const double dt = 0.5 * time_limits(plain).front().dt;
         const double slender_frequency = (clamped ? 3.516 : 22.373) * 0.5 * radius * std::sqrt(1e6 / 1000);
         const int period = static_cast<int>(2 * 3.14159265358979 / slender_frequency / dt);
-        const double before = frequency(plain, w, dt, 3 * period, period / 6), after = frequency(scaled, w, dt, 3 * period, period / 6);
+        const double before = frequency(plain, w, dt, 3 * period, period / 6),
+                     after = frequency(scaled, w, dt, 3 * period, period / 6);
         EXPECT_NEAR(before, slender_frequency, 0.03 * slender_frequency);
         const double shift = after / before - 1, estimate = bending_shift(scaled);
         RecordProperty(clamped ? "clamped_shift" : "free_shift", std::to_string(shift));
@@ -144,7 +146,8 @@ TEST(RotaryInertia, SlowsBendingAsEstimated) {
         // The closed form of a slender rod: R = j r^2/4 times the integral of w'^2 over that of w^2.
         const double r = (clamped ? 4.6478 : 49.4808) * 0.25 * radius * radius;
         EXPECT_NEAR(estimate, std::sqrt((1 + r) / (1 + 25 * r)) - 1, 0.02 * std::abs(estimate));
-        EXPECT_NEAR(shift, estimate, 0.05 * std::abs(estimate)) << (clamped ? "clamped" : "free") << ": " << shift << " measured, " << estimate << " estimated";
+        EXPECT_NEAR(shift, estimate, 0.05 * std::abs(estimate))
+            << (clamped ? "clamped" : "free") << ": " << shift << " measured, " << estimate << " estimated";
     }
     EXPECT_EQ(bending_shift(RodGroup(slender(radius, 1), 0, 0, "")), 0);
 }

@@ -69,8 +69,12 @@ TEST(TimeLimits, OfAStraightUniformRodAreTheTextbookOnes) {
     const RodSpec spec = test::simple_rod(10);
     const RodGroup group(spec, 0, 0, "");
     for (const TimeLimit& limit : time_limits(group)) {
-        if (limit.mode == "axial") { EXPECT_NEAR(limit.dt, 0.1 * std::sqrt(1000 / 1e6), 1e-15); }
-        if (limit.mode == "twist") { EXPECT_NEAR(limit.dt, 0.1 * std::sqrt(1000 / (1e6 / 3)), 1e-15); }
+        if (limit.mode == "axial") {
+            EXPECT_NEAR(limit.dt, 0.1 * std::sqrt(1000 / 1e6), 1e-15);
+        }
+        if (limit.mode == "twist") {
+            EXPECT_NEAR(limit.dt, 0.1 * std::sqrt(1000 / (1e6 / 3)), 1e-15);
+        }
     }
 }
 

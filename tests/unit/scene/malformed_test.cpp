@@ -1,4 +1,5 @@
-// Every scene in malformed/ is wrong in one way and says on its first line, "# expect: LINE:COLUMN: message", what it should be told.
+// Every scene in malformed/ is wrong in one way and says on its first line, "# expect: LINE:COLUMN: message", what it should be
+// told.
 #include "scene_fixture.hpp"
 
 #include <gtest/gtest.h>
@@ -13,7 +14,8 @@ namespace {
 
 std::vector<std::string> malformed_scenes() {
     std::vector<std::string> names;
-    for (const auto& entry : std::filesystem::directory_iterator(test_data + "/malformed")) names.push_back(entry.path().stem().string());
+    for (const auto& entry : std::filesystem::directory_iterator(test_data + "/malformed"))
+        names.push_back(entry.path().stem().string());
     std::sort(names.begin(), names.end());
     return names;
 }

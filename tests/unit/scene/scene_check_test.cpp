@@ -44,11 +44,12 @@ TEST(CheckScene, NamesAllThatIsWrong) {
     scene.time.dt = 2;
     scene.loads.push_back({.load = EndForce{}});
     scene.damping.push_back({.damping = {.kind = DampingKind::physical, .rate = 1}});
-    EXPECT_EQ(complaint(scene), "rods.1: two groups of rods are named 'rod'\n"
-                                "'dt' of 2 s is longer than 'duration' of 1 s\n"
-                                "load.0: an end_force needs 'start' or 'end' [N]: both are 0\n"
-                                "damping.0: 'rate' has no use for a damping of kind \"physical\"\n"
-                                "damping.0: 'translational' [kg/s] or 'rotational' [kg m^2/s] is needed for a damping of kind \"physical\"");
+    EXPECT_EQ(complaint(scene),
+              "rods.1: two groups of rods are named 'rod'\n"
+              "'dt' of 2 s is longer than 'duration' of 1 s\n"
+              "load.0: an end_force needs 'start' or 'end' [N]: both are 0\n"
+              "damping.0: 'rate' has no use for a damping of kind \"physical\"\n"
+              "damping.0: 'translational' [kg/s] or 'rotational' [kg m^2/s] is needed for a damping of kind \"physical\"");
 }
 
 TEST(CheckScene, ChecksAMusclesProfileAgainstEachOfItsGroups) {
@@ -62,7 +63,8 @@ TEST(CheckScene, ChecksAMusclesProfileAgainstEachOfItsGroups) {
     scene.loads.push_back({.load = wave, .rods = {"rod"}});
     EXPECT_EQ(complaint(scene), "");
     scene.loads[0].rods.clear();
-    EXPECT_EQ(complaint(scene), "load.0: 'profile' has 9 values, but needs 19: one for each inner vertex (elements - 1) of group 'long'");
+    EXPECT_EQ(complaint(scene),
+              "load.0: 'profile' has 9 values, but needs 19: one for each inner vertex (elements - 1) of group 'long'");
 }
 
 TEST(CheckScene, LetsARotationBeSwitchedOff) {
@@ -76,7 +78,8 @@ TEST(ChangedKeys, AreThoseThatDifferFromTheirDefaults) {
     scene.rods.emplace_back().section.taper = 0.5;
     scene.rods[0].shape.start_curvature = Vec3d{0, 0, 0};
     scene.loads.push_back({.load = Gravity{.acceleration = {1, 0, 0}}});
-    EXPECT_EQ(changed_keys(scene), (std::set<std::string>{"time.safety", "rods.0.section.taper", "rods.0.shape.start_curvature", "load.0.acceleration"}));
+    EXPECT_EQ(changed_keys(scene), (std::set<std::string>{"time.safety", "rods.0.section.taper", "rods.0.shape.start_curvature",
+                                                          "load.0.acceleration"}));
 }
 
 } // namespace

@@ -102,7 +102,8 @@ TEST_F(WrittenScene, NamesTenProblemsAndCountsTheRest) {
     std::string text = "[time]\nduration = 1.0\n";
     for (int i = 0; i < 13; ++i) text += "wrong_" + std::to_string(i) + " = 0\n";
     const std::string said = written(text);
-    for (int line = 3; line < 13; ++line) EXPECT_NE(said.find(file + ":" + std::to_string(line) + ":1: unknown key"), std::string::npos);
+    for (int line = 3; line < 13; ++line)
+        EXPECT_NE(said.find(file + ":" + std::to_string(line) + ":1: unknown key"), std::string::npos);
     EXPECT_EQ(said.find("wrong_10"), std::string::npos);
     EXPECT_TRUE(said.ends_with("and 3 more")) << said;
 }

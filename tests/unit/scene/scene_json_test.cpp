@@ -30,7 +30,8 @@ TEST(SceneJson, PhysicsLeavesTitleAndOutputOut) {
 }
 
 TEST(SceneJson, IsTheSameForTheSameScene) {
-    EXPECT_EQ(scene_json(read_scene(good_scene), false), scene_json(read_scene(good_scene, {"time.dt=0", "rods.0.end=free"}), false));
+    EXPECT_EQ(scene_json(read_scene(good_scene), false),
+              scene_json(read_scene(good_scene, {"time.dt=0", "rods.0.end=free"}), false));
 }
 
 TEST(SceneJson, SortsItsKeys) {

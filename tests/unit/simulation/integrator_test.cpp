@@ -77,7 +77,8 @@ TEST(Ring, SpinsWithoutLosingMomentum) {
     auto positions_alone = state;
     stage.rods->export_rod(0, positions_alone);
     synchronise_positions(stage.groups[0], positions_alone, stage.clock.lag());
-    for (std::size_t i = 0; i < state.size(); ++i) EXPECT_EQ(norm(lane(state[i].position, 0) - lane(positions_alone[i].position, 0)), 0.0) << "node " << i;
+    for (std::size_t i = 0; i < state.size(); ++i)
+        EXPECT_EQ(norm(lane(state[i].position, 0) - lane(positions_alone[i].position, 0)), 0.0) << "node " << i;
 }
 
 TEST(Ring, TurnOfMoreThanThreeRadiansWhereItClosesIsFound) {
@@ -111,8 +112,12 @@ TEST(MovingEnds, AreSecondOrder) {
     RodSpec& rod = scene.rods[0];
     rod.shape = {.length = 1, .elements = 12};
     rod.start = rod.end = EndKind::clamped;
-    rod.start_motion = {.times = {0, 0.2}, .translation = {{0, 0, 0}, {0.05, 0.02, 0.1}}, .rotation = {{0, 0, 0}, {0.5, 0.3, -0.8}}, .smooth = true};
-    rod.end_motion = {.times = {0, 0.2}, .translation = {{0, 0, 0}, {-0.1, 0, -0.05}}, .rotation = {{0, 0, 0}, {-0.4, 0.9, 0.6}}, .smooth = true};
+    rod.start_motion = {.times = {0, 0.2},
+                        .translation = {{0, 0, 0}, {0.05, 0.02, 0.1}},
+                        .rotation = {{0, 0, 0}, {0.5, 0.3, -0.8}},
+                        .smooth = true};
+    rod.end_motion = {
+        .times = {0, 0.2}, .translation = {{0, 0, 0}, {-0.1, 0, -0.05}}, .rotation = {{0, 0, 0}, {-0.4, 0.9, 0.6}}, .smooth = true};
     EXPECT_NEAR(ratio(scene, 0.2, 1500, 48000), 4, 0.2);
     const auto state = after(scene, 0.2, 3000);
     EXPECT_LT(norm(lane(state[0].position, 0) - Vec3d{0.05, 0.02, 0.1}), 1e-6);

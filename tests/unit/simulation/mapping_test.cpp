@@ -19,7 +19,8 @@ SceneSpec mixed(Law law, Integrator integrator = Integrator::verlet) {
         rod.material.law = law;
         rod.start = elements == 9 ? EndKind::clamped : elements == 17 ? EndKind::pinned : EndKind::free;
         rod.end = elements == 5 ? EndKind::clamped : elements == 40 ? EndKind::clamped_frozen : EndKind::free;
-        if (elements == 6) rod.shape.start_curvature = Vec3d{2.5, 0, 1}; // half a radian per cell: both sides of the polynomials' range
+        if (elements == 6)
+            rod.shape.start_curvature = Vec3d{2.5, 0, 1}; // half a radian per cell: both sides of the polynomials' range
         if (elements == 40) rod.placement = {.kind = PlacementKind::line, .counts = {2}, .spacing = {1}};
         scene.rods.push_back(rod);
     }
@@ -28,8 +29,11 @@ SceneSpec mixed(Law law, Integrator integrator = Integrator::verlet) {
     scene.loads.push_back({.load = UniformCouple{.couple = {0, 1e-4, 0}}, .rods = {"rod 5", "rod 17"}});
     scene.loads.push_back({.load = EndForce{.start = {0, 0, 0.01}, .end = {0, 0.02, 0}, .ramp = 0.1}});
     scene.loads.push_back({.load = MuscleWave{.amplitude = 1e-3, .period = 0.5, .wavelength = 1}, .rods = {"rod 9"}});
-    scene.loads.push_back({.load = SinusoidalEndForce{.start = 0.01, .end = -0.02, .hold = 0.05, .period = 0.3}, .rods = {"rod 6"}});
-    scene.loads.push_back({.load = MuscleTorques{.coefficients = {0, 1e-3, 2e-3, 1e-3, 0}, .period = 0.4, .wave_number = 6, .ramp = 0.1}, .rods = {"rod 17"}});
+    scene.loads.push_back(
+        {.load = SinusoidalEndForce{.start = 0.01, .end = -0.02, .hold = 0.05, .period = 0.3}, .rods = {"rod 6"}});
+    scene.loads.push_back(
+        {.load = MuscleTorques{.coefficients = {0, 1e-3, 2e-3, 1e-3, 0}, .period = 0.4, .wave_number = 6, .ramp = 0.1},
+         .rods = {"rod 17"}});
     scene.damping = {{.damping = {.kind = DampingKind::legacy, .rate = 0.5}, .rods = {"cilia", "rod 5", "rod 6"}},
                      {.damping = {.kind = DampingKind::uniform, .rate = 2}, .rods = {"rod 40"}}};
     return scene;
@@ -61,7 +65,8 @@ std::string difference(const test::Stage& a, const test::Stage& b) {
             for (int d = 0; d < slot_doubles; ++d) {
                 const double x = reinterpret_cast<const double*>(&one[k])[d], y = reinterpret_cast<const double*>(&other[k])[d];
                 if (std::bit_cast<std::uint64_t>(x) != std::bit_cast<std::uint64_t>(y))
-                    return group.name() + ", slot " + std::to_string(k) + ", number " + std::to_string(d) + ": " + std::to_string(x) + ", " + std::to_string(y) + " less " + std::to_string(x - y);
+                    return group.name() + ", slot " + std::to_string(k) + ", number " + std::to_string(d) + ": " +
+                           std::to_string(x) + ", " + std::to_string(y) + " less " + std::to_string(x - y);
             }
     }
     return {};
@@ -79,7 +84,8 @@ TEST(Mapping, GivesTheSameBits) {
                         test::Stage along(mixed(law, integrator), lanes, threads, Mapping::along);
                         for (const GroupPlan& g : along.plan.groups) ASSERT_EQ(g.along, g.rods) << g.name;
                         along.advance(300, batch);
-                        EXPECT_EQ(difference(across, along), "") << lanes << " lanes, " << threads << " threads, batches of " << batch;
+                        EXPECT_EQ(difference(across, along), "")
+                            << lanes << " lanes, " << threads << " threads, batches of " << batch;
                         EXPECT_EQ(along.rods->digest(), across.rods->digest());
                     }
         }
@@ -130,7 +136,9 @@ TEST(Mapping, WatchesStepAndStateAlike) {
                 EXPECT_FALSE(stage->rods->visit({}, true)) << i << ' ' << k;
                 try {
                     stage->rods->inspect(128, stage->plan.dt);
-                } catch (const NumericalError& error) { told[n] = error.what(); }
+                } catch (const NumericalError& error) {
+                    told[n] = error.what();
+                }
                 ++n;
                 stage->rods->import_rod(i, good);
                 EXPECT_TRUE(stage->rods->visit({}, true));

@@ -40,7 +40,9 @@ TEST(PackedScene, GroupsKeepClearOfEachOther) {
     EXPECT_EQ(rod.back(), 3 + 37 + 37 - 1);
     for (std::size_t a = 0; a < all.size(); ++a)
         for (std::size_t b = 0; b < a; ++b)
-            if (rod[a] != rod[b]) { ASSERT_FALSE(closer(all[a], all[b], all[a].radius + all[b].radius)) << rod[a] << " and " << rod[b]; }
+            if (rod[a] != rod[b]) {
+                ASSERT_FALSE(closer(all[a], all[b], all[a].radius + all[b].radius)) << rod[a] << " and " << rod[b];
+            }
 }
 
 TEST(PackedScene, TilesHoldTheStartStates) {
@@ -80,7 +82,8 @@ TEST(PackedScene, MagnetisationKeepsItsDirectionInTheLab) {
         stage.rods->export_rod(i, state);
         for (std::size_t k = 0; k + 1 < state.size(); ++k) {
             const ElementConstants& c = group.element[k];
-            const Vec3d couple = (1000 * c.volume * stage.clock.dt()) * (group.start_director(stage.rods->local()[i].index, k) * Vec3d{0, -1e-3, 0});
+            const Vec3d couple =
+                (1000 * c.volume * stage.clock.dt()) * (group.start_director(stage.rods->local()[i].index, k) * Vec3d{0, -1e-3, 0});
             EXPECT_LT(norm(scale(c.inertia, lane(state[k].spin, 0)) - couple), 1e-6 * 1000 * c.volume * stage.clock.dt() * 1e-3);
         }
     }

@@ -60,7 +60,8 @@ TEST(Plan, NamesThePassesOfAnAudit) {
     scene.rods[0].end_motion = {.amplitude = {0, 0, 0.01}, .period = 1};
     const auto groups = make_groups(scene);
     const Plan plan = make_plan(scene, groups, {});
-    const auto program = make_program<8>(plan.groups[0], groups[0], scheme_of(Integrator::verlet), plan.dt, std::make_shared<AuditBook<8>>(groups[0]));
+    const auto program = make_program<8>(plan.groups[0], groups[0], scheme_of(Integrator::verlet), plan.dt,
+                                         std::make_shared<AuditBook<8>>(groups[0]));
     ASSERT_EQ(program.size(), plan.groups[0].passes.size());
     for (std::size_t i = 0; i < program.size(); ++i) EXPECT_EQ(program[i]->name(), plan.groups[0].passes[i]);
 }
@@ -83,7 +84,9 @@ TEST(Plan, TellsScaledRotaryInertiaAndWhatItCosts) {
     const Plan plan = make_plan(scene, make_groups(scene), {});
     EXPECT_EQ(plan.groups[0].least_rotary_scale, 25);
     EXPECT_LT(plan.groups[0].bending_shift, 0);
-    EXPECT_NE(to_text(plan).find("inertia about d1 and d2 times 25, which shifts the lowest bending frequency by -"), std::string::npos) << to_text(plan);
+    EXPECT_NE(to_text(plan).find("inertia about d1 and d2 times 25, which shifts the lowest bending frequency by -"),
+              std::string::npos)
+        << to_text(plan);
 }
 
 TEST(Plan, AbsentPhysicsHasNoPassAndNoArray) {
@@ -133,7 +136,8 @@ TEST(Plan, RefusesAStepBeyondTheLimitUnlessForced) {
         FAIL() << "accepted";
     } catch (const InputError& e) {
         const std::string text = e.what();
-        for (const char* part : {"cilia", "element", "shear-rotation", "force_dt"}) EXPECT_NE(text.find(part), std::string::npos) << text;
+        for (const char* part : {"cilia", "element", "shear-rotation", "force_dt"})
+            EXPECT_NE(text.find(part), std::string::npos) << text;
     }
     scene.time.force_dt = true;
     EXPECT_EQ(make_plan(scene, make_groups(scene), {}).dt, scene.time.dt);

@@ -28,8 +28,10 @@ RodSpec ball(const std::string& name, Vec3d origin, Vec3d velocity, double r = r
 class Meeting {
 public:
     explicit Meeting(SceneSpec s, int lanes = 1, int thread_count = 1)
-        : scene(std::move(s)), groups(make_groups(scene)), plan(make_plan(scene, groups, {1, thread_count, thread_count, lanes, {}, Mapping::automatic})), threads(thread_count),
-          around(make_surroundings(plan, groups)), rods(make_rods(plan, groups, test::all_rods(groups), threads, around)), clock(plan.dt, 0) {
+        : scene(std::move(s)), groups(make_groups(scene)),
+          plan(make_plan(scene, groups, {1, thread_count, thread_count, lanes, {}, Mapping::automatic})), threads(thread_count),
+          around(make_surroundings(plan, groups)), rods(make_rods(plan, groups, test::all_rods(groups), threads, around)),
+          clock(plan.dt, 0) {
         if (around.others) contacts.emplace(around.others->capsules, *plan.contact_laws, threads);
     }
     void advance(std::int64_t steps) {
@@ -98,9 +100,15 @@ Wall floor_of(const ContactLaw& law) {
 /// A ball on a plane, seen along the plane: gravity leans.
 Meeting rolling(double slope, double friction) {
     SceneSpec scene;
-    const double k = 1e5, mass = 1000 * 4.0 / 3 * M_PI * radius * radius * radius, overlap = 0.5 * mass * gravity * std::cos(slope) / k;
+    const double k = 1e5, mass = 1000 * 4.0 / 3 * M_PI * radius * radius * radius,
+                 overlap = 0.5 * mass * gravity * std::cos(slope) / k;
     scene.rods = {ball("ball", {0, 0, radius - overlap}, {0, 0, 0})};
-    scene.walls = {floor_of({.normal = ContactNormal::linear, .stiffness = k, .damping = 20, .friction = ContactFriction::memory, .static_friction = friction, .tangential_damping = 10})};
+    scene.walls = {floor_of({.normal = ContactNormal::linear,
+                             .stiffness = k,
+                             .damping = 20,
+                             .friction = ContactFriction::memory,
+                             .static_friction = friction,
+                             .tangential_damping = 10})};
     scene.loads = {{.load = Gravity{{gravity * std::sin(slope), 0, -gravity * std::cos(slope)}}}};
     scene.time = {.duration = 1, .dt = 5e-5};
     return Meeting(scene);
@@ -123,7 +131,8 @@ TEST(RigidBall, SlipsWhereFrictionIsTooWeak) {
         stage.advance(10000);
         const bool slips = share < 1;
         const double mu = slips ? share * limit : limit;
-        const double v = gravity * (std::sin(slope) - mu * std::cos(slope)) * time, rim = 2.5 * mu * gravity * std::cos(slope) * time;
+        const double v = gravity * (std::sin(slope) - mu * std::cos(slope)) * time,
+                     rim = 2.5 * mu * gravity * std::cos(slope) * time;
         EXPECT_NEAR(stage.velocity(0).x, v, 1e-3 * v) << share;
         EXPECT_NEAR(stage.spin(0).y * radius, rim, 1e-3 * rim) << share;
     }
@@ -141,7 +150,9 @@ TEST(RigidBall, BouncesWithTheRestitutionOfTheWall) {
             stage.advance(3000);
             EXPECT_NEAR(stage.velocity(0).z, restitution, 2e-3);
             EXPECT_NEAR(stage.velocity(0).x, 0.3, 1e-12);
-            if (restitution == 1) { EXPECT_NEAR(stage.energy(), before, 1e-5 * before); }
+            if (restitution == 1) {
+                EXPECT_NEAR(stage.energy(), before, 1e-5 * before);
+            }
         }
 }
 
@@ -175,7 +186,11 @@ SceneSpec crash() {
     capsule.shape.velocity = {-2, 0, 0.5};
     capsule.shape.angular_velocity = {5, -3, 40};
     scene.rods = {rod, capsule};
-    scene.contact = ContactSpec{.law = {.normal = ContactNormal::hertz, .stiffness = 1e6, .damping = 100, .friction = ContactFriction::memory, .static_friction = 0.4}};
+    scene.contact = ContactSpec{.law = {.normal = ContactNormal::hertz,
+                                        .stiffness = 1e6,
+                                        .damping = 100,
+                                        .friction = ContactFriction::memory,
+                                        .static_friction = 0.4}};
     scene.time = {.duration = 1, .dt = 1e-5};
     return scene;
 }
@@ -205,11 +220,16 @@ SceneSpec heap() {
         ++seed;
     }
     scene.rods = {balls, rods, capsules};
-    const ContactLaw law{.normal = ContactNormal::hertz, .stiffness = 1e6, .damping = 100, .friction = ContactFriction::memory, .static_friction = 0.4};
+    const ContactLaw law{.normal = ContactNormal::hertz,
+                         .stiffness = 1e6,
+                         .damping = 100,
+                         .friction = ContactFriction::memory,
+                         .static_friction = 0.4};
     scene.contact = ContactSpec{.law = law};
     scene.walls = {floor_of(law)};
     scene.loads = {{.load = Gravity{}}};
-    scene.damping = {{.damping = {.kind = DampingKind::uniform, .rate = 1}}, {.damping = {.kind = DampingKind::physical, .translational = 0.01, .rotational = 1e-6}, .rods = {"capsules"}}};
+    scene.damping = {{.damping = {.kind = DampingKind::uniform, .rate = 1}},
+                     {.damping = {.kind = DampingKind::physical, .translational = 0.01, .rotational = 1e-6}, .rods = {"capsules"}}};
     scene.time = {.duration = 1, .dt = 4e-5};
     return scene;
 }
@@ -261,7 +281,8 @@ SceneSpec stack(double share_of_limit) {
             for (int z = 0; z <= 2 * n; ++z)
                 if ((x + y + z) % 2 == 0) balls.placement.origins.push_back((0.5 * cell) * Vec3d{double(x), double(y), double(z)});
     scene.rods = {balls};
-    const ContactLaw law{.normal = ContactNormal::linear, .stiffness = 1e4, .friction = ContactFriction::memory, .static_friction = 1e9};
+    const ContactLaw law{
+        .normal = ContactNormal::linear, .stiffness = 1e4, .friction = ContactFriction::memory, .static_friction = 1e9};
     scene.contact = ContactSpec{.law = law};
     Wall box;
     box.name = "box";
@@ -284,8 +305,10 @@ TEST(RigidBall, StaysWhereItIsInADenseStackAtItsContactLimit) {
             std::vector<Slot<1>> state(2);
             stage.rods->export_rod(i, state);
             const double phase = static_cast<double>(i);
-            for (Slot<1>& s : state) set_lane(s.velocity, 0, 1e-6 * Vec3d{std::sin(7.1 * phase), std::sin(5.3 * phase), std::sin(11.7 * phase)});
-            set_lane(state[0].spin, 0, (1e-6 / radius) * Vec3d{std::sin(3.1 * phase), std::sin(9.3 * phase), std::sin(8.7 * phase)});
+            for (Slot<1>& s : state)
+                set_lane(s.velocity, 0, 1e-6 * Vec3d{std::sin(7.1 * phase), std::sin(5.3 * phase), std::sin(11.7 * phase)});
+            set_lane(state[0].spin, 0,
+                     (1e-6 / radius) * Vec3d{std::sin(3.1 * phase), std::sin(9.3 * phase), std::sin(8.7 * phase)});
             stage.rods->import_rod(i, state);
         }
         stage.advance(steps);
@@ -325,20 +348,32 @@ TEST(RigidBody, RefusesWhatItCannotHave) {
         return {};
     };
     EXPECT_EQ(complaint([](SceneSpec&) {}), "");
-    EXPECT_EQ(complaint([](SceneSpec& s) { s.loads = {{.load = Gravity{}}, {.load = UniformForce{.force = {1, 0, 0}}}, {.load = UniformCouple{}}, {.load = EndForce{.end = {1, 0, 0}}}}; }), "");
+    EXPECT_EQ(complaint([](SceneSpec& s) {
+                  s.loads = {{.load = Gravity{}},
+                             {.load = UniformForce{.force = {1, 0, 0}}},
+                             {.load = UniformCouple{}},
+                             {.load = EndForce{.end = {1, 0, 0}}}};
+              }),
+              "");
     const std::pair<std::function<void(SceneSpec&)>, const char*> cases[] = {
         {[](SceneSpec& s) { s.rods[0].shape.elements = 2; }, "a rigid body is one element, and not 2"},
         {[](SceneSpec& s) { s.rods[0].material.youngs_modulus = 1; }, "'youngs_modulus' has no use in a rigid body"},
-        {[](SceneSpec& s) { s.rods[0].section = {.kind = SectionKind::elliptic, .radius = 1, .radius_2 = 2}; }, "a rigid body has a circular section"},
-        {[](SceneSpec& s) { s.rods[0].shape.rest_curvature = {1, 0, 0}; }, "'rest_curvature' has no use in a rigid body"},
+        {[](SceneSpec& s) { s.rods[0].section = {.kind = SectionKind::elliptic, .radius = 1, .radius_2 = 2}; },
+         "a rigid body has a circular section"},
+        {[](SceneSpec& s) {
+             s.rods[0].shape.rest_curvature = {1, 0, 0};
+         },
+         "'rest_curvature' has no use in a rigid body"},
         {[](SceneSpec& s) { s.rods[0].start = EndKind::pinned; }, "the ends of a rigid body must be free"},
         {[](SceneSpec& s) { s.rods[0].hold.nodes = {0}; }, "a rigid body cannot be held"},
         {[](SceneSpec& s) { s.output.audit = true; }, "there is no audit of the rigid bodies of group 'body'"},
         {[](SceneSpec& s) { s.loads = {{.load = SlenderBodyDrag{.viscosity = 1}}}; }, "slender_body_drag is not for rigid bodies"},
         {[](SceneSpec& s) { s.loads = {{.load = PlaneFriction{}}}; }, "an anisotropic_plane is not for rigid bodies"},
-        {[](SceneSpec& s) { s.damping = {{.damping = {.kind = DampingKind::legacy, .rate = 1}}}; }, "\"legacy\" is not for rigid bodies"},
+        {[](SceneSpec& s) { s.damping = {{.damping = {.kind = DampingKind::legacy, .rate = 1}}}; },
+         "\"legacy\" is not for rigid bodies"},
     };
-    for (const auto& [change, message] : cases) EXPECT_NE(complaint(change).find(message), std::string::npos) << complaint(change) << "\n" << message;
+    for (const auto& [change, message] : cases)
+        EXPECT_NE(complaint(change).find(message), std::string::npos) << complaint(change) << "\n" << message;
 }
 
 } // namespace

@@ -31,7 +31,9 @@ SceneSpec everything() {
     scene.loads.push_back({.load = MuscleWave{.amplitude = 1e-3, .period = 0.5, .wavelength = 1}, .rods = {"crooked", "flat"}});
     scene.loads.push_back({.load = SinusoidalEndForce{.start = 0.01, .end = -0.02, .hold = 0.05, .period = 0.3}, .rods = {"flat"}});
     scene.loads.push_back({.load = SlenderBodyDrag{.viscosity = 0.02}, .rods = {"crooked", "flat"}});
-    scene.loads.push_back({.load = MuscleTorques{.coefficients = {0, 1e-3, 2e-3, 1e-3, 0}, .period = 0.4, .wave_number = 6, .ramp = 0.1}, .rods = {"crooked"}});
+    scene.loads.push_back(
+        {.load = MuscleTorques{.coefficients = {0, 1e-3, 2e-3, 1e-3, 0}, .period = 0.4, .wave_number = 6, .ramp = 0.1},
+         .rods = {"crooked"}});
     scene.damping = {{.damping = {.kind = DampingKind::legacy, .rate = 0.5}, .rods = {"cilia"}},
                      {.damping = {.kind = DampingKind::laplacian, .order = 2}, .rods = {"cilia", "flat"}},
                      {.damping = {.kind = DampingKind::uniform, .rate = 2}, .rods = {"crooked"}}};
@@ -49,7 +51,8 @@ TEST(Bits, AreTheSameForEveryWidthThreadCountAndBatch) {
     const std::uint64_t one = digest(1, 1, 64);
     for (const int lanes : {1, 2, 4, 8})
         for (const int threads : {1, 2})
-            for (const std::int64_t batch : {1, 7, 64}) EXPECT_EQ(digest(lanes, threads, batch), one) << lanes << " lanes, " << threads << " threads, batches of " << batch;
+            for (const std::int64_t batch : {1, 7, 64})
+                EXPECT_EQ(digest(lanes, threads, batch), one) << lanes << " lanes, " << threads << " threads, batches of " << batch;
 }
 
 TEST(Bits, SurviveExportAndImport) {
@@ -82,7 +85,8 @@ TEST(Inspect, NamesRodElementAndQuantity) {
         FAIL() << "a NaN passed";
     } catch (const NumericalError& e) {
         const std::string text = e.what();
-        for (const char* part : {"rod 3 of 'cilia'", "element 7", "angular velocity", "step 42"}) EXPECT_NE(text.find(part), std::string::npos) << text;
+        for (const char* part : {"rod 3 of 'cilia'", "element 7", "angular velocity", "step 42"})
+            EXPECT_NE(text.find(part), std::string::npos) << text;
     }
 }
 
