@@ -14,7 +14,7 @@ packages=(
     libcli11-dev libtoml11-dev libfmt-dev nlohmann-json3-dev               # command line, scenes, text
     python3 python3-numpy python3-h5py python3-matplotlib                  # figures
 )
-test_packages=(libgtest-dev libbenchmark-dev clang-format-14 python3-paraview) # ParaView: a test opens results with its readers
+test_packages=(libgtest-dev libbenchmark-dev clang-format-14 qemu-user binutils python3-paraview) # ParaView: a test opens results with its readers
 
 install=yes
 tests=no

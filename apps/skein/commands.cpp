@@ -1,6 +1,9 @@
 #include "commands.hpp"
 
+#include "core/level.hpp"
 #include "scene/scene_file.hpp"
+#include "simulation/self_check.hpp"
+#include "simulation/summary.hpp"
 
 #include <unistd.h>
 
@@ -55,6 +58,8 @@ void stop_on_signals() {
     for (const int signal : {SIGUSR1, SIGTERM, SIGINT}) sigaction(signal, &action, nullptr);
 }
 
+int lanes_for(int asked) { return asked > 0 ? served_lanes(asked) : widest_lanes(); }
+
 /// Ranks, threads and cores of this run. Ranks that the launcher left on the same cores share them evenly.
 Machine machine_of(const Communicator& comm, const RunArguments& arguments) {
     char host[256] = "";
@@ -71,7 +76,9 @@ Machine machine_of(const Communicator& comm, const RunArguments& arguments) {
         for (std::size_t r = 1; r < std::min(shown, seats.size()); ++r) which += " | " + seats[r].substr(seats[r].rfind(':') + 1);
         if (seats.size() > shown) which += " | ...";
     }
-    return {comm.size(), arguments.threads > 0 ? arguments.threads : own, own, arguments.lanes, which, arguments.mapping};
+    // The same on all ranks, those of an older processor too.
+    const auto lanes = static_cast<int>(comm.min(static_cast<std::int64_t>(lanes_for(arguments.lanes))));
+    return {comm.size(), arguments.threads > 0 ? arguments.threads : own, own, lanes, which, arguments.mapping};
 }
 
 /// Warns where the launcher has tied ranks to fewer cores than they have threads, or left cores idle.
@@ -130,8 +137,8 @@ int plan_command(const PlanArguments& arguments) {
         const int cores = Threads::available_cores();
         const int threads = arguments.threads > 0 ? arguments.threads : std::max(1, cores / ranks);
         const std::vector<RodGroup> groups = make_groups(scene);
-        const Plan plan =
-            make_plan(scene, groups, {ranks, threads, std::max(threads, cores / ranks), arguments.lanes, {}, arguments.mapping});
+        const Plan plan = make_plan(
+            scene, groups, {ranks, threads, std::max(threads, cores / ranks), lanes_for(arguments.lanes), {}, arguments.mapping});
         std::printf("%s", (arguments.json ? to_json(plan) : to_text(plan)).c_str());
     });
 }
@@ -144,6 +151,27 @@ int check_command(const SceneArguments& arguments) {
         std::printf("%s: good; %lld rods, %lld elements, %lld steps of %.6g s\n", arguments.file.c_str(),
                     static_cast<long long>(plan.rods), static_cast<long long>(plan.elements), static_cast<long long>(plan.steps),
                     plan.dt);
+    });
+}
+
+int self_check_command(int threads_wanted, int lanes_wanted, int& argc, char**& argv) {
+    MpiSession session(argc, argv);
+    const Communicator comm = Communicator::world();
+    return guarded(comm, [&] {
+        RunArguments arguments;
+        arguments.threads = threads_wanted, arguments.lanes = lanes_wanted;
+        const Machine machine = machine_of(comm, arguments);
+        const double started = wall_seconds();
+        const std::uint64_t digest = self_check(comm, Threads(machine.threads), machine.lanes);
+        if (digest != self_check_digest)
+            throw NumericalError("self-check: the digest is " + digest_text(digest) + " and not " + digest_text(self_check_digest) +
+                                 ": this build computes wrong on this machine (" + std::to_string(machine.lanes) + " lanes, " +
+                                 SKEIN_COMPILER + "); trust no result of it");
+        if (comm.root())
+            std::printf("self-check: good on %d x %d, %d lanes (%s), in %.2f s; digest %s\n", machine.ranks, machine.threads,
+                        machine.lanes, std::string(level_name(machine.lanes)).c_str(), wall_seconds() - started,
+                        digest_text(digest).c_str());
+        return 0;
     });
 }
 
@@ -163,7 +191,9 @@ int describe_command(const DescribeArguments& arguments) {
 
 int info_command(const std::string& scene) {
     return alone([&] {
-        std::printf("skein %s, built with %s for %s\n", SKEIN_VERSION, SKEIN_COMPILER, SKEIN_TARGET);
+        std::printf("skein %s, built with %s\n", SKEIN_VERSION, SKEIN_COMPILER);
+        std::printf("kernels for %s: %d lanes%s\n", std::string(level_name(widest_lanes())).c_str(), widest_lanes(),
+                    std::getenv("SKEIN_LANES") ? " (SKEIN_LANES)" : "");
         std::printf("this process may use %d of %u cores\n", Threads::available_cores(), std::thread::hardware_concurrency());
         if (scene.empty()) return;
         const SceneSpec spec = read_scene(scene);

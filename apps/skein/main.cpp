@@ -31,17 +31,29 @@ const std::map<std::string, skein::Mapping> mappings = {
 const std::map<std::string, skein::Protocol> protocols = {{"asynchronous", skein::Protocol::asynchronous},
                                                           {"synchronous", skein::Protocol::synchronous}};
 
-void add_scene_options(CLI::App& command, skein::SceneArguments& scene) {
-    command.add_option("SCENE", scene.file, "scene file (TOML)")->required();
+void add_overrides(CLI::App& command, skein::SceneArguments& scene) {
     command.add_option("--set", scene.overrides, "override a key, e.g. --set time.duration=10 (may be repeated)")
         ->type_name("KEY=VALUE")
         ->allow_extra_args(false);
+}
+
+void add_scene_options(CLI::App& command, skein::SceneArguments& scene) {
+    command.add_option("SCENE", scene.file, "scene file (TOML)")->required();
+    add_overrides(command, scene);
 }
 
 void add_mapping(CLI::App& command, skein::Mapping& mapping) {
     command.add_option("--mapping", mapping, "of rods onto lanes: one each, or cut and side by side with others; the same bits")
         ->transform(CLI::CheckedTransformer(mappings))
         ->option_text("{auto,across,along}=auto");
+}
+
+void add_lanes(CLI::App& command, int& lanes) {
+    command
+        .add_option("--lanes", lanes,
+                    "rods side by side in SIMD registers, which chooses the kernels' instructions: x86-64 for 1 and 2, x86-64-v3 "
+                    "for 4, x86-64-v4 for 8; default: the most that this processor has; the same bits")
+        ->check(CLI::IsMember({1, 2, 4, 8}));
 }
 
 } // namespace
@@ -60,9 +72,7 @@ int main(int argc, char** argv) {
     run_command
         ->add_option("--shuffle", run.shuffle, "seed of a random order in which threads take their work; the same bits, for checks")
         ->option_text("SEED");
-    run_command->add_option("--lanes", run.lanes, "rods side by side in SIMD registers")
-        ->check(CLI::IsMember({1, 2, 4, 8}))
-        ->capture_default_str();
+    add_lanes(*run_command, run.lanes);
     add_mapping(*run_command, run.mapping);
     run_command->add_option("--steps", run.options.steps, "stop after this step")->check(CLI::PositiveNumber);
     run_command->add_option("--until", run.options.until, "stop at this time [s]")->check(CLI::PositiveNumber);
@@ -84,14 +94,21 @@ int main(int argc, char** argv) {
     plan_command->add_flag("--json", plan.json, "as JSON");
     plan_command->add_option("--ranks", plan.ranks, "number of ranks to plan for")->check(CLI::PositiveNumber);
     plan_command->add_option("-t,--threads", plan.threads, "threads per rank")->check(CLI::PositiveNumber);
-    plan_command->add_option("--lanes", plan.lanes, "rods side by side in SIMD registers")
-        ->check(CLI::IsMember({1, 2, 4, 8}))
-        ->capture_default_str();
+    add_lanes(*plan_command, plan.lanes);
     add_mapping(*plan_command, plan.mapping);
 
     skein::SceneArguments check;
-    CLI::App* check_command = app.add_subcommand("check", "read and check a scene, run nothing");
-    add_scene_options(*check_command, check);
+    CLI::App* check_command = app.add_subcommand("check", "read and check a scene, run nothing; or check this build (--self)");
+    check_command->add_option("SCENE", check.file, "scene file (TOML)");
+    add_overrides(*check_command, check);
+    bool self = false;
+    int self_threads = 0, self_lanes = 0;
+    check_command->add_flag("--self", self, "check this build instead: step a known scene, on all ranks, and compare its digest");
+    check_command->add_option("-t,--threads", self_threads, "of the self-check")->check(CLI::PositiveNumber);
+    add_lanes(*check_command, self_lanes);
+    check_command->callback([&] {
+        if (self == !check.file.empty()) throw CLI::RequiredError("check: SCENE, or --self,");
+    });
 
     skein::DescribeArguments describe;
     CLI::App* describe_command =
@@ -111,6 +128,7 @@ int main(int argc, char** argv) {
     }
 
     if (run_command->parsed()) return skein::run_command(run, argc, argv);
+    if (check_command->parsed() && self) return skein::self_check_command(self_threads, self_lanes, argc, argv);
     if (!first_process()) return 0;
     if (plan_command->parsed()) return skein::plan_command(plan);
     if (check_command->parsed()) return skein::check_command(check);

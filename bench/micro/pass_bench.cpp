@@ -4,6 +4,7 @@
 //   bench_passes [--csv FILE] [--benchmark_filter=REGEX]
 //   names: <pass>/W<width>/n<elements>/<level>, step/<rods>/visit<steps>/...; rotation/W<width>/<level>, peak/..., stream-.../...
 // Without a filter: everything at W = 8, and the other widths in L2. With =. all.
+#include "kernels/make_rods_at.hpp"
 #include "loads/load_pass.hpp"
 #include "micro/roof_table.hpp"
 #include "micro/roofs.hpp"
@@ -11,7 +12,6 @@
 #include "rod/drift.hpp"
 #include "rod/kick.hpp"
 #include "scene/scene_file.hpp"
-#include "simulation/make_rods_at.hpp"
 
 #include <cstring>
 

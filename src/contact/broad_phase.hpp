@@ -14,11 +14,6 @@
 
 namespace skein {
 
-struct Pair {
-    std::uint32_t a, b; ///< slots
-    friend auto operator<=>(const Pair&, const Pair&) = default;
-};
-
 /// Pairs by their first element, which is that with the lower slot: partner[first[a]] .. partner[first[a + 1] - 1], in rising
 /// order.
 struct Candidates {

@@ -4,7 +4,9 @@
 #include "core/aligned.hpp"
 #include "core/vec3.hpp"
 
+#include <compare>
 #include <cstdint>
+#include <type_traits>
 #include <vector>
 
 namespace skein {
@@ -24,6 +26,18 @@ struct CapsuleMotion {
     double unused_too = 0;
 };
 static_assert(sizeof(CapsuleMotion) == 64);
+/// All of a slot, as ranks send it to each other: copied as it is, never number by number.
+struct CapsuleSlot {
+    CapsuleNode node;
+    CapsuleMotion motion;
+};
+static_assert(std::is_trivially_copyable_v<CapsuleSlot> && sizeof(CapsuleSlot) == 96);
+
+/// Two elements.
+struct Pair {
+    std::uint32_t a, b; ///< slots
+    friend auto operator<=>(const Pair&, const Pair&) = default;
+};
 
 /// Rods of a scene as they touch.
 struct Capsules {

@@ -8,18 +8,8 @@
 
 namespace skein {
 
-/// Bit i: lane i holds.
-template <int W> SKEIN_INLINE unsigned bits_of(Mask<W> m) {
-#if defined(__AVX512DQ__)
-    if constexpr (W == 8) return _mm512_movepi64_mask(std::bit_cast<__m512i>(m.bits));
-#endif
-    unsigned bits = 0;
-    for (int lane = 0; lane < W; ++lane) bits |= static_cast<unsigned>(m[lane]) << lane;
-    return bits;
-}
-
 /// The lanes whose bits are set. `to` has room for all.
-template <int W> SKEIN_INLINE void compress_store(double* to, unsigned bits, Pack<W> from) {
+template <int W> SKEIN_INLINE void compress_store(double* to, unsigned bits, const Pack<W>& from) {
 #if defined(__AVX512F__)
     if constexpr (W == 8) {
         _mm512_storeu_pd(to, _mm512_maskz_compress_pd(static_cast<__mmask8>(bits), std::bit_cast<__m512d>(from.v)));

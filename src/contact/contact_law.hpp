@@ -10,6 +10,7 @@
 
 #include "core/fields.hpp"
 
+#include <cassert>
 #include <string_view>
 #include <vector>
 
@@ -72,7 +73,12 @@ public:
     ContactLaws(std::size_t materials, std::vector<ContactLaw> laws);
 
     std::size_t materials() const { return materials_; }
-    const ContactLaw& between(std::size_t i, std::size_t j) const { return laws_[i * materials_ + j]; }
+    /// Of materials i and j; where one law holds for all, of any two.
+    const ContactLaw& between(std::size_t i, std::size_t j) const {
+        if (materials_ == 1) return laws_[0];
+        assert(i < materials_ && j < materials_);
+        return laws_[i * materials_ + j];
+    }
     ContactNormal normal() const { return laws_[0].normal; }
     ContactFriction friction() const { return laws_[0].friction; }
     /// Whether a contact has to know what it did a step before: all but elastic ones without friction.

@@ -33,7 +33,7 @@ Vec3d edge(const Capsules& c, std::size_t slot) { return c.node[slot + 1].positi
 
 P lanes(const double* from) {
     P p;
-    std::memcpy(&p.v, from, sizeof p.v);
+    std::memcpy(&p, from, sizeof p);
     return p;
 }
 double sum(P p) {

@@ -2,8 +2,8 @@
 // works contacts out. Rods stand in it by gid, so its order does not depend on who owns which.
 #pragma once
 
+#include "contact/contact_solver.hpp"
 #include "contact/contact_spec.hpp"
-#include "contact/contacts.hpp"
 #include "contact/transposed.hpp"
 #include "rod/mapping.hpp"
 

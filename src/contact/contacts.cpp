@@ -192,4 +192,9 @@ void Contacts::evaluate(const Capsules& capsules, double time, double h, Aligned
     }
 }
 
+std::unique_ptr<ContactSolver> make_contacts(const Capsules& capsules, ContactLaws laws, const Threads& threads,
+                                             std::vector<std::uint8_t> owned_rods) {
+    return std::make_unique<Contacts>(capsules, std::move(laws), threads, std::move(owned_rods));
+}
+
 } // namespace skein

@@ -19,8 +19,25 @@ typedef double FourDoubles __attribute__((vector_size(32), may_alias));
 } // namespace detail
 
 template <int W, class At> SKEIN_INLINE LoadedVectors<W> load_transposed(At&& at) {
-    if constexpr (W == 8) {
-        using Four = detail::FourDoubles;
+    using Four [[maybe_unused]] = detail::FourDoubles;
+    if constexpr (Wide<W> && W > 2) {
+        const LoadedVectors<W / 2> low = load_transposed<W / 2>(at),
+                                   high = load_transposed<W / 2>([&](int i) { return at(i + W / 2); });
+        return {{{low.vector.x, high.vector.x}, {low.vector.y, high.vector.y}, {low.vector.z, high.vector.z}},
+                {low.behind, high.behind}};
+    } else if constexpr (W == 4) {
+        const auto row = [&](int i) __attribute__((always_inline)) { return *reinterpret_cast<const Four*>(at(i)); };
+        const auto r0 = row(0), r1 = row(1), r2 = row(2), r3 = row(3);
+        const auto even01 = __builtin_shufflevector(r0, r1, 0, 4, 2, 6), odd01 = __builtin_shufflevector(r0, r1, 1, 5, 3, 7);
+        const auto even23 = __builtin_shufflevector(r2, r3, 0, 4, 2, 6), odd23 = __builtin_shufflevector(r2, r3, 1, 5, 3, 7);
+        const auto low = [](auto a, auto b) __attribute__((always_inline)) {
+            return Pack<W>(__builtin_shufflevector(a, b, 0, 1, 4, 5));
+        };
+        const auto high = [](auto a, auto b) __attribute__((always_inline)) {
+            return Pack<W>(__builtin_shufflevector(a, b, 2, 3, 6, 7));
+        };
+        return {{low(even01, even23), low(odd01, odd23), high(even01, even23)}, high(odd01, odd23)};
+    } else if constexpr (W == 8) {
         const auto two = [&](int i) __attribute__((always_inline)) {
             return __builtin_shufflevector(*reinterpret_cast<const Four*>(at(i)), *reinterpret_cast<const Four*>(at(i + 4)), 0, 1,
                                            2, 3, 4, 5, 6, 7);
@@ -46,9 +63,23 @@ template <int W, class At> SKEIN_INLINE LoadedVectors<W> load_transposed(At&& at
     }
 }
 
-template <int W, class At> SKEIN_INLINE void store_transposed(const Vec3<Pack<W>>& vector, Pack<W> behind, At&& at) {
-    if constexpr (W == 8) {
-        using Four = detail::FourDoubles;
+template <int W, class At> SKEIN_INLINE void store_transposed(const Vec3<Pack<W>>& vector, const Pack<W>& behind, At&& at) {
+    using Four [[maybe_unused]] = detail::FourDoubles;
+    if constexpr (Wide<W> && W > 2) {
+        store_transposed<W / 2>({vector.x.low, vector.y.low, vector.z.low}, behind.low, at);
+        store_transposed<W / 2>({vector.x.high, vector.y.high, vector.z.high}, behind.high, [&](int i) { return at(i + W / 2); });
+    } else if constexpr (W == 4) {
+        const auto xy_even = __builtin_shufflevector(vector.x.v, vector.y.v, 0, 4, 2, 6), // of records 0 and 2
+            xy_odd = __builtin_shufflevector(vector.x.v, vector.y.v, 1, 5, 3, 7);         // of records 1 and 3
+        const auto zw_even = __builtin_shufflevector(vector.z.v, behind.v, 0, 4, 2, 6),
+                   zw_odd = __builtin_shufflevector(vector.z.v, behind.v, 1, 5, 3, 7);
+        const auto put = [&](int first, auto xy, auto zw) __attribute__((always_inline)) {
+            *reinterpret_cast<Four*>(at(first)) = __builtin_shufflevector(xy, zw, 0, 1, 4, 5);
+            *reinterpret_cast<Four*>(at(first + 2)) = __builtin_shufflevector(xy, zw, 2, 3, 6, 7);
+        };
+        put(0, xy_even, zw_even);
+        put(1, xy_odd, zw_odd);
+    } else if constexpr (W == 8) {
         const auto even = [](auto a, auto b) __attribute__((always_inline)) {
             return __builtin_shufflevector(a, b, 0, 8, 2, 10, 4, 12, 6, 14);
         };

@@ -7,7 +7,7 @@
 #include <cmath>
 #include <cstdint>
 #include <utility>
-#if defined(__AVX2__) || defined(__AVX512F__)
+#if defined(__AVX__)
 #include <immintrin.h>
 #endif
 
@@ -16,6 +16,18 @@ namespace skein {
 /// On what kernels are made of: left to itself GCC 12 keeps some of it out of line and passes packs through memory, which
 /// costs 8 % of the elastic pass and 15 % of the kick.
 #define SKEIN_INLINE [[gnu::always_inline]] inline
+
+/// Doubles that one register holds at the level this source is compiled for. Wider packs are made of two halves: left to itself
+/// GCC 12 takes wide vectors apart through memory, at five times the cost.
+#if defined(__AVX512F__)
+inline constexpr int native_lanes = 8;
+#elif defined(__AVX__)
+inline constexpr int native_lanes = 4;
+#else
+inline constexpr int native_lanes = 2;
+#endif
+template <int W>
+concept Wide = (W > native_lanes);
 
 namespace detail {
 template <int W> struct Lanes {
@@ -36,19 +48,39 @@ template <int W> struct Mask {
         if constexpr (W == 1) return bits != 0;
         else return bits[lane] != 0;
     }
-    friend Mask operator&(Mask a, Mask b) { return {a.bits & b.bits}; }
-    friend Mask operator|(Mask a, Mask b) { return {a.bits | b.bits}; }
-    friend Mask operator!(Mask a) { return {~a.bits}; }
+    SKEIN_INLINE friend Mask operator&(Mask a, Mask b) { return {a.bits & b.bits}; }
+    SKEIN_INLINE friend Mask operator|(Mask a, Mask b) { return {a.bits | b.bits}; }
+    SKEIN_INLINE friend Mask operator!(Mask a) { return {~a.bits}; }
 };
 
-template <int W> SKEIN_INLINE bool any(Mask<W> m) {
+template <int W>
+requires Wide<W>
+struct alignas(8 * W) Mask<W> {
+    Mask<W / 2> low, high;
+
+    bool operator[](int lane) const { return lane < W / 2 ? low[lane] : high[lane - W / 2]; }
+    SKEIN_INLINE friend Mask operator&(const Mask& a, const Mask& b) { return {a.low & b.low, a.high & b.high}; }
+    SKEIN_INLINE friend Mask operator|(const Mask& a, const Mask& b) { return {a.low | b.low, a.high | b.high}; }
+    SKEIN_INLINE friend Mask operator!(const Mask& a) { return {!a.low, !a.high}; }
+};
+
+/// Bit i: lane i holds.
+template <int W> SKEIN_INLINE unsigned bits_of(const Mask<W>& m) {
+    if constexpr (Wide<W>) {
+        return bits_of(m.low) | bits_of(m.high) << W / 2;
+    } else {
 #if defined(__AVX512DQ__)
-    if constexpr (W == 8) return _mm512_movepi64_mask(std::bit_cast<__m512i>(m.bits)) != 0;
+        if constexpr (W == 8) return _mm512_movepi64_mask(std::bit_cast<__m512i>(m.bits));
 #endif
-    bool found = false;
-    for (int lane = 0; lane < W; ++lane) found |= m[lane];
-    return found;
+#if defined(__AVX__)
+        if constexpr (W == 4) return static_cast<unsigned>(_mm256_movemask_pd(std::bit_cast<__m256d>(m.bits)));
+#endif
+        unsigned bits = 0;
+        for (int lane = 0; lane < W; ++lane) bits |= static_cast<unsigned>(m[lane]) << lane;
+        return bits;
+    }
 }
+template <int W> SKEIN_INLINE bool any(const Mask<W>& m) { return bits_of(m) != 0; }
 
 template <int W> struct Pack {
     static constexpr int width = W;
@@ -69,18 +101,9 @@ template <int W> struct Pack {
         else v[lane] = value;
     }
 
-    SKEIN_INLINE Pack& operator+=(Pack b) {
-        v += b.v;
-        return *this;
-    }
-    SKEIN_INLINE Pack& operator-=(Pack b) {
-        v -= b.v;
-        return *this;
-    }
-    SKEIN_INLINE Pack& operator*=(Pack b) {
-        v *= b.v;
-        return *this;
-    }
+    SKEIN_INLINE Pack& operator+=(const Pack& b) { return *this = *this + b; }
+    SKEIN_INLINE Pack& operator-=(const Pack& b) { return *this = *this - b; }
+    SKEIN_INLINE Pack& operator*=(const Pack& b) { return *this = *this * b; }
 
     SKEIN_INLINE friend Pack operator+(Pack a, Pack b) { return a.v + b.v; }
     SKEIN_INLINE friend Pack operator-(Pack a, Pack b) { return a.v - b.v; }
@@ -93,33 +116,65 @@ template <int W> struct Pack {
     SKEIN_INLINE friend Mask<W> operator>=(Pack a, Pack b) { return mask(a.v >= b.v); }
 
 private:
-    template <class C> static Mask<W> mask(C comparison) {
+    template <class C> SKEIN_INLINE static Mask<W> mask(C comparison) {
         if constexpr (W == 1) return {-static_cast<std::int64_t>(comparison)};
         else return {comparison};
     }
 };
 
+template <int W>
+requires Wide<W>
+struct alignas(8 * W) Pack<W> {
+    static constexpr int width = W;
+    using Half = Pack<W / 2>;
+    Half low, high;
+
+    Pack() = default;
+    SKEIN_INLINE Pack(Half l, Half h) : low(l), high(h) {}
+    SKEIN_INLINE Pack(double value) : low(value), high(value) {}
+
+    double operator[](int lane) const { return lane < W / 2 ? low[lane] : high[lane - W / 2]; }
+    void set(int lane, double value) { lane < W / 2 ? low.set(lane, value) : high.set(lane - W / 2, value); }
+    SKEIN_INLINE Pack& operator+=(const Pack& b) { return *this = *this + b; }
+    SKEIN_INLINE Pack& operator-=(const Pack& b) { return *this = *this - b; }
+    SKEIN_INLINE Pack& operator*=(const Pack& b) { return *this = *this * b; }
+
+    SKEIN_INLINE friend Pack operator+(const Pack& a, const Pack& b) { return {a.low + b.low, a.high + b.high}; }
+    SKEIN_INLINE friend Pack operator-(const Pack& a, const Pack& b) { return {a.low - b.low, a.high - b.high}; }
+    SKEIN_INLINE friend Pack operator*(const Pack& a, const Pack& b) { return {a.low * b.low, a.high * b.high}; }
+    SKEIN_INLINE friend Pack operator/(const Pack& a, const Pack& b) { return {a.low / b.low, a.high / b.high}; }
+    SKEIN_INLINE friend Pack operator-(const Pack& a) { return {-a.low, -a.high}; }
+    SKEIN_INLINE friend Mask<W> operator<(const Pack& a, const Pack& b) { return {a.low < b.low, a.high < b.high}; }
+    SKEIN_INLINE friend Mask<W> operator>(const Pack& a, const Pack& b) { return {a.low > b.low, a.high > b.high}; }
+    SKEIN_INLINE friend Mask<W> operator<=(const Pack& a, const Pack& b) { return {a.low <= b.low, a.high <= b.high}; }
+    SKEIN_INLINE friend Mask<W> operator>=(const Pack& a, const Pack& b) { return {a.low >= b.low, a.high >= b.high}; }
+};
 /// a b + c, rounded once.
-template <int W> SKEIN_INLINE Pack<W> fma(Pack<W> a, Pack<W> b, Pack<W> c) {
+template <int W> SKEIN_INLINE Pack<W> fma(const Pack<W>& a, const Pack<W>& b, const Pack<W>& c) {
+    if constexpr (Wide<W>) {
+        return {fma(a.low, b.low, c.low), fma(a.high, b.high, c.high)};
+    } else {
+        using Doubles [[maybe_unused]] = typename Pack<W>::Doubles;
 #if defined(__AVX512F__)
-    if constexpr (W == 8)
-        return Pack<W>(std::bit_cast<typename Pack<W>::Doubles>(
-            _mm512_fmadd_pd(std::bit_cast<__m512d>(a.v), std::bit_cast<__m512d>(b.v), std::bit_cast<__m512d>(c.v))));
+        if constexpr (W == 8)
+            return Pack<W>(std::bit_cast<Doubles>(
+                _mm512_fmadd_pd(std::bit_cast<__m512d>(a.v), std::bit_cast<__m512d>(b.v), std::bit_cast<__m512d>(c.v))));
 #endif
 #if defined(__FMA__)
-    if constexpr (W == 4)
-        return Pack<W>(std::bit_cast<typename Pack<W>::Doubles>(
-            _mm256_fmadd_pd(std::bit_cast<__m256d>(a.v), std::bit_cast<__m256d>(b.v), std::bit_cast<__m256d>(c.v))));
-    if constexpr (W == 2)
-        return Pack<W>(std::bit_cast<typename Pack<W>::Doubles>(
-            _mm_fmadd_pd(std::bit_cast<__m128d>(a.v), std::bit_cast<__m128d>(b.v), std::bit_cast<__m128d>(c.v))));
+        if constexpr (W == 4)
+            return Pack<W>(std::bit_cast<Doubles>(
+                _mm256_fmadd_pd(std::bit_cast<__m256d>(a.v), std::bit_cast<__m256d>(b.v), std::bit_cast<__m256d>(c.v))));
+        if constexpr (W == 2)
+            return Pack<W>(std::bit_cast<Doubles>(
+                _mm_fmadd_pd(std::bit_cast<__m128d>(a.v), std::bit_cast<__m128d>(b.v), std::bit_cast<__m128d>(c.v))));
 #endif
-    Pack<W> r;
-    for (int lane = 0; lane < W; ++lane) r.set(lane, __builtin_fma(a[lane], b[lane], c[lane]));
-    return r;
+        Pack<W> r;
+        for (int lane = 0; lane < W; ++lane) r.set(lane, __builtin_fma(a[lane], b[lane], c[lane]));
+        return r;
+    }
 }
 /// a b - c, rounded once. (Left to itself GCC negates c first where it needs c as well.)
-template <int W> SKEIN_INLINE Pack<W> fms(Pack<W> a, Pack<W> b, Pack<W> c) {
+template <int W> SKEIN_INLINE Pack<W> fms(const Pack<W>& a, const Pack<W>& b, const Pack<W>& c) {
 #if defined(__AVX512F__)
     if constexpr (W == 8)
         return Pack<W>(std::bit_cast<typename Pack<W>::Doubles>(
@@ -128,25 +183,32 @@ template <int W> SKEIN_INLINE Pack<W> fms(Pack<W> a, Pack<W> b, Pack<W> c) {
     return fma(a, b, -c);
 }
 /// c - a b, rounded once.
-template <int W> SKEIN_INLINE Pack<W> fnma(Pack<W> a, Pack<W> b, Pack<W> c) { return fma(-a, b, c); }
+template <int W> SKEIN_INLINE Pack<W> fnma(const Pack<W>& a, const Pack<W>& b, const Pack<W>& c) { return fma(-a, b, c); }
 
-template <int W> SKEIN_INLINE Pack<W> sqrt(Pack<W> a) {
+template <int W> SKEIN_INLINE Pack<W> sqrt(const Pack<W>& a) {
+    if constexpr (Wide<W>) {
+        return {sqrt(a.low), sqrt(a.high)};
+    } else {
+        using Doubles [[maybe_unused]] = typename Pack<W>::Doubles;
 #if defined(__AVX512F__)
-    if constexpr (W == 8)
-        return Pack<W>(std::bit_cast<typename Pack<W>::Doubles>(_mm512_maskz_sqrt_pd(0xff, std::bit_cast<__m512d>(a.v))));
+        if constexpr (W == 8) return Pack<W>(std::bit_cast<Doubles>(_mm512_maskz_sqrt_pd(0xff, std::bit_cast<__m512d>(a.v))));
 #endif
 #if defined(__AVX__)
-    if constexpr (W == 4) return Pack<W>(std::bit_cast<typename Pack<W>::Doubles>(_mm256_sqrt_pd(std::bit_cast<__m256d>(a.v))));
+        if constexpr (W == 4) return Pack<W>(std::bit_cast<Doubles>(_mm256_sqrt_pd(std::bit_cast<__m256d>(a.v))));
 #endif
-    Pack<W> r;
-    for (int lane = 0; lane < W; ++lane) r.set(lane, __builtin_sqrt(a[lane]));
-    return r;
+        Pack<W> r;
+        for (int lane = 0; lane < W; ++lane) r.set(lane, __builtin_sqrt(a[lane]));
+        return r;
+    }
 }
 
 /// a where the mask holds, b elsewhere.
-template <int W> SKEIN_INLINE Pack<W> select(Mask<W> m, Pack<W> a, Pack<W> b) { return Pack<W>(m.bits ? a.v : b.v); }
-template <int W> SKEIN_INLINE Pack<W> abs(Pack<W> a) { return select(a < Pack<W>(0.0), -a, a); }
-template <int W> SKEIN_INLINE Pack<W> max(Pack<W> a, Pack<W> b) {
+template <int W> SKEIN_INLINE Pack<W> select(const Mask<W>& m, const Pack<W>& a, const Pack<W>& b) {
+    if constexpr (Wide<W>) return {select(m.low, a.low, b.low), select(m.high, a.high, b.high)};
+    else return Pack<W>(m.bits ? a.v : b.v);
+}
+template <int W> SKEIN_INLINE Pack<W> abs(const Pack<W>& a) { return select(a < Pack<W>(0.0), -a, a); }
+template <int W> SKEIN_INLINE Pack<W> max(const Pack<W>& a, const Pack<W>& b) {
 #if defined(__AVX512F__) // one instruction, of the same meaning even where one of both is no number
     if constexpr (W == 8)
         return Pack<W>(std::bit_cast<typename Pack<W>::Doubles>(
@@ -154,30 +216,41 @@ template <int W> SKEIN_INLINE Pack<W> max(Pack<W> a, Pack<W> b) {
 #endif
     return select(a < b, b, a);
 }
-template <int W> SKEIN_INLINE Pack<W> min(Pack<W> a, Pack<W> b) { return select(b < a, b, a); }
+template <int W> SKEIN_INLINE Pack<W> min(const Pack<W>& a, const Pack<W>& b) { return select(b < a, b, a); }
 
 namespace detail {
 /// Lane i takes lane (i + Shift) mod W.
-template <int Shift, int W> SKEIN_INLINE Pack<W> rotated(Pack<W> a) {
-    if constexpr (W == 1) return a;
-    else return [&]<int... I>(std::integer_sequence<int, I...>) __attribute__((always_inline)) {
+template <int Shift, int W> SKEIN_INLINE Pack<W> rotated(const Pack<W>& a) {
+    if constexpr (W == 1) {
+        return a;
+    } else if constexpr (Wide<W>) {
+        Pack<W> r;
+        for (int lane = 0; lane < W; ++lane) r.set(lane, a[(lane + Shift) % W]);
+        return r;
+    } else {
+        const auto shuffled = [&]<int... I>(std::integer_sequence<int, I...>) {
             return Pack<W>(__builtin_shufflevector(a.v, a.v, ((I + Shift) % W)...));
-        }
-    (std::make_integer_sequence<int, W>{});
+        };
+        return shuffled(std::make_integer_sequence<int, W>{});
+    }
 }
 } // namespace detail
 
 /// Every lane takes its neighbour's value; the ends go round.
-template <int W> SKEIN_INLINE Pack<W> from_lane_before(Pack<W> a) { return detail::rotated<W - 1>(a); }
-template <int W> SKEIN_INLINE Pack<W> from_lane_after(Pack<W> a) { return detail::rotated<1>(a); }
+template <int W> SKEIN_INLINE Pack<W> from_lane_before(const Pack<W>& a) { return detail::rotated<W - 1>(a); }
+template <int W> SKEIN_INLINE Pack<W> from_lane_after(const Pack<W>& a) { return detail::rotated<1>(a); }
 
 /// 2^k for whole-numbered k in [-1022, 1023].
-template <int W> SKEIN_INLINE Pack<W> power_of_two(Pack<W> k) {
-    using Integers = typename detail::Lanes<W>::Integers;
-    Integers exponent;
-    if constexpr (W == 1) exponent = static_cast<std::int64_t>(k.v) + 1023;
-    else exponent = __builtin_convertvector(k.v, Integers) + 1023;
-    return Pack<W>(std::bit_cast<typename Pack<W>::Doubles>(exponent << 52));
+template <int W> SKEIN_INLINE Pack<W> power_of_two(const Pack<W>& k) {
+    if constexpr (Wide<W>) {
+        return {power_of_two(k.low), power_of_two(k.high)};
+    } else {
+        using Integers = typename detail::Lanes<W>::Integers;
+        Integers exponent;
+        if constexpr (W == 1) exponent = static_cast<std::int64_t>(k.v) + 1023;
+        else exponent = __builtin_convertvector(k.v, Integers) + 1023;
+        return Pack<W>(std::bit_cast<typename Pack<W>::Doubles>(exponent << 52));
+    }
 }
 
 namespace detail {
@@ -194,7 +267,7 @@ SKEIN_INLINE Pack<W> polynomial_part(const Pack<W> (&power)[4], const double (&c
 } // namespace detail
 
 /// c[0] + c[1] x + c[2] x^2 + ... by halves (Estrin), with fused multiply-adds: a third of Horner's waiting.
-template <int W, int N> SKEIN_INLINE Pack<W> polynomial(Pack<W> x, const double (&c)[N]) {
+template <int W, int N> SKEIN_INLINE Pack<W> polynomial(const Pack<W>& x, const double (&c)[N]) {
     static_assert(N <= 16);
     Pack<W> power[4] = {x};
     for (int i = 1; i < 4; ++i) power[i] = power[i - 1] * power[i - 1];

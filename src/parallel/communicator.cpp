@@ -71,6 +71,18 @@ struct Layout {
     }
 };
 
+/// Bytes that stay together: counts are in records, so that only their number, not their bytes, has to fit an int.
+struct Record {
+    MPI_Datatype type;
+
+    explicit Record(std::size_t bytes) {
+        MPI_Type_contiguous(static_cast<int>(bytes), MPI_BYTE, &type);
+        MPI_Type_commit(&type);
+    }
+    Record(const Record&) = delete;
+    ~Record() { MPI_Type_free(&type); }
+};
+
 std::int64_t total(std::span<const std::int64_t> counts) {
     std::int64_t sum = 0;
     for (const auto count : counts) sum += count;
@@ -135,6 +147,16 @@ void Communicator::all_gather(std::span<const double> mine, std::span<const std:
     counted.bytes += static_cast<std::int64_t>(mine.size_bytes()) * (size_ - 1);
 }
 
+void Communicator::all_gather(std::span<const std::byte> mine, std::size_t record_bytes, std::span<const std::int64_t> counts,
+                              std::span<std::byte> all) const {
+    const Layout layout(counts);
+    const Record record(record_bytes);
+    MPI_Allgatherv(mine.data(), static_cast<int>(mine.size() / record_bytes), record.type, all.data(), layout.counts.data(),
+                   layout.offsets.data(), record.type, native(handle_));
+    ++counted.calls;
+    counted.bytes += static_cast<std::int64_t>(mine.size_bytes()) * (size_ - 1);
+}
+
 std::vector<double> Communicator::all_gather(std::span<const double> mine) const {
     const auto counts = all_gather(static_cast<std::int64_t>(mine.size()));
     std::vector<double> all(static_cast<std::size_t>(total(counts)));
@@ -157,12 +179,9 @@ std::vector<std::byte> Communicator::all_to_all(std::span<const std::byte> recor
 
     std::vector<std::byte> arrived(static_cast<std::size_t>(received) * record_bytes);
     const Layout out(send_counts), in(receive_counts);
-    MPI_Datatype record; // counts are in records, so that only their number, not their bytes, has to fit an int
-    MPI_Type_contiguous(static_cast<int>(record_bytes), MPI_BYTE, &record);
-    MPI_Type_commit(&record);
-    MPI_Alltoallv(records.data(), out.counts.data(), out.offsets.data(), record, arrived.data(), in.counts.data(),
-                  in.offsets.data(), record, native(handle_));
-    MPI_Type_free(&record);
+    const Record record(record_bytes);
+    MPI_Alltoallv(records.data(), out.counts.data(), out.offsets.data(), record.type, arrived.data(), in.counts.data(),
+                  in.offsets.data(), record.type, native(handle_));
     ++counted.calls;
     counted.bytes += (sent - send_counts[static_cast<std::size_t>(rank_)]) * static_cast<std::int64_t>(record_bytes);
     return arrived;

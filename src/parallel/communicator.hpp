@@ -37,6 +37,9 @@ public:
     std::vector<std::string> all_gather(const std::string& text) const;
     /// Every rank's numbers, counts[r] of rank r, in rank order on all ranks.
     void all_gather(std::span<const double> mine, std::span<const std::int64_t> counts, std::span<double> all) const;
+    /// The same of records, bytes that stay together: `all` has room for those of all ranks.
+    void all_gather(std::span<const std::byte> mine, std::size_t record_bytes, std::span<const std::int64_t> counts,
+                    std::span<std::byte> all) const;
     /// The same where only the rank itself knows how many it has.
     std::vector<double> all_gather(std::span<const double> mine) const;
     /// Sends send_counts[r] records of `record_bytes` each, packed in rank order, to every rank r; returns what arrived, in rank

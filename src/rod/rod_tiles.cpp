@@ -143,6 +143,12 @@ template <int W> RodTiles<W>::RodTiles(std::span<const RodGroup> groups, std::ve
     };
 }
 
+template <int W> std::vector<std::string_view> RodTiles<W>::passes(std::size_t group) const {
+    std::vector<std::string_view> names;
+    for (const auto& pass : programs_[group]) names.push_back(pass->name());
+    return names;
+}
+
 template <int W> bool RodTiles<W>::healthy(const RodTile<W>& tile) {
     if (!fit(tile)) return false;
     if (watch_.dt == 0) return true;
@@ -428,9 +434,6 @@ template <int W> std::string RodTiles<W>::near_limit() const {
     return worst.share > StepWatch::near ? text_of(worst) : std::string();
 }
 
-template class RodTiles<1>;
-template class RodTiles<2>;
-template class RodTiles<4>;
-template class RodTiles<8>;
+template class RodTiles<SKEIN_WIDTH>;
 
 } // namespace skein

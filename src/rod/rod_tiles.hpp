@@ -34,6 +34,7 @@ public:
     bool act(const Step& step, bool check) override;
     void act_and_move(const Step& step, const Step& next) override;
     std::string near_limit() const override;
+    std::vector<std::string_view> passes(std::size_t group) const override;
     std::span<const LocalRod> local() const override { return local_; }
     RodPlace place(std::size_t i) const override { return {tiles_[place_[i].tile].number, place_[i].lane}; }
     void export_rod(std::size_t i, std::span<Slot<1>> out) const override;
@@ -96,10 +97,5 @@ private:
     std::atomic<bool> fit_ = true, near_ = false;
     std::function<void(std::size_t, int)> advance_tile_;
 };
-
-extern template class RodTiles<1>;
-extern template class RodTiles<2>;
-extern template class RodTiles<4>;
-extern template class RodTiles<8>;
 
 } // namespace skein

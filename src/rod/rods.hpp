@@ -9,6 +9,7 @@
 #include <memory>
 #include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace skein {
@@ -47,6 +48,8 @@ public:
     /// (rod/step_watch.hpp).
     virtual std::string near_limit() const = 0;
 
+    /// Names of the passes of a group's rods that lie across, in order; none where no rod does.
+    virtual std::vector<std::string_view> passes(std::size_t group) const = 0;
     /// Owned rods, ordered by group, within a group in space order.
     virtual std::span<const LocalRod> local() const = 0;
     /// Of local()[i], where rods lie across.

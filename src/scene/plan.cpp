@@ -207,7 +207,7 @@ double lay_out(Plan& plan) {
     const Machine& m = plan.machine;
     std::vector<std::int64_t> share;
     for (const GroupPlan& p : plan.groups) share.push_back((p.rods + m.ranks - 1) / m.ranks);
-    const Tiling tiling = tiling_of(plan, share);
+    const Tiling tiling = tiling_of(plan, share, plan.machine.lanes);
     double total = 0, longest = 0, slots = 0;
     int most_rows = 0;
     const auto add = [&](double tiles, int rows, double row_ns) {
@@ -371,11 +371,11 @@ bool steps_together(const Plan& plan) {
     return plan.contact || std::any_of(plan.walls.begin(), plan.walls.end(), [](const Wall& wall) { return wall.servo.drives(); });
 }
 
-Tiling tiling_of(const Plan& plan, std::span<const std::int64_t> counts) {
+Tiling tiling_of(const Plan& plan, std::span<const std::int64_t> counts, int lanes) {
     std::vector<TilingGroup> groups;
     for (std::size_t g = 0; g < plan.groups.size(); ++g)
         groups.push_back({counts[g], plan.groups[g].elements, plan.groups[g].family});
-    return choose_tiling(groups, plan.machine.lanes, plan.machine.threads, plan.machine.mapping);
+    return choose_tiling(groups, lanes, plan.machine.threads, plan.machine.mapping);
 }
 
 Plan make_plan(const SceneSpec& scene, std::span<const RodGroup> groups, const Machine& machine) {

@@ -90,7 +90,7 @@ struct Plan {
 Plan make_plan(const SceneSpec& scene, std::span<const RodGroup> groups, const Machine& machine);
 
 /// Which of a rank's rods, counted by group, lie across and which along.
-Tiling tiling_of(const Plan& plan, std::span<const std::int64_t> counts);
+Tiling tiling_of(const Plan& plan, std::span<const std::int64_t> counts, int lanes);
 
 /// Rods must wait for each other in every step: they touch, or a wall heeds what all of them do to it.
 bool steps_together(const Plan& plan);

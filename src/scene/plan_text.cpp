@@ -1,5 +1,7 @@
 #include "scene/plan.hpp"
 
+#include "core/level.hpp"
+
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
@@ -64,9 +66,10 @@ std::string to_text(const Plan& p) {
     fmt::format_to(out, "Plan: {}\n", p.title.empty() ? "(untitled)" : p.title);
     line("rods", fmt::format("{} with {} elements in {}", p.rods, p.elements,
                              counted(static_cast<std::int64_t>(p.groups.size()), "group")));
-    line("runs on", fmt::format("{} x {} ({} per rank{}), {} lanes", counted(p.machine.ranks, "rank"),
-                                counted(p.machine.threads, "thread"), counted(p.machine.cores, "core"),
-                                p.machine.which_cores.empty() ? "" : ": " + p.machine.which_cores, p.machine.lanes));
+    line("runs on",
+         fmt::format("{} x {} ({} per rank{}), {} ({})", counted(p.machine.ranks, "rank"), counted(p.machine.threads, "thread"),
+                     counted(p.machine.cores, "core"), p.machine.which_cores.empty() ? "" : ": " + p.machine.which_cores,
+                     counted(p.machine.lanes, "lane"), level_name(p.machine.lanes)));
     for (const GroupPlan& g : p.groups) {
         const std::string across = g.tiles > 0 ? counted(g.tiles, "tile") : "",
                           along = g.along > 0 ? fmt::format("{} along tiles, {}", counted(g.along, "rod"), g.seats) : "";
@@ -152,7 +155,8 @@ std::string to_json(const Plan& p) {
           {"threads", p.machine.threads},
           {"cores", p.machine.cores},
           {"which_cores", p.machine.which_cores},
-          {"lanes", p.machine.lanes}}},
+          {"lanes", p.machine.lanes},
+          {"level", level_name(p.machine.lanes)}}},
         {"rods", p.rods},
         {"elements", p.elements},
         {"groups", groups},

@@ -16,7 +16,6 @@ namespace skein {
 
 namespace {
 
-constexpr std::size_t slot_numbers = 10; ///< position, radius, velocity, spin
 constexpr std::size_t contact_size = 11; ///< two slots, what, memory
 constexpr const char* contacts_name = "contact_memory";
 constexpr const char* walls_name = "walls";
@@ -47,7 +46,8 @@ Interactions::Interactions(const Communicator& comm, const Threads& threads, con
             owned.assign(all_rods, 0);
             for (const LocalRod& rod : rods_.local()) owned[static_cast<std::size_t>(rod.gid)] = 1;
         }
-        contacts_.emplace(around_.others->capsules, *plan_.contact_laws, threads, std::move(owned));
+        contacts_ =
+            kernels(plan_.machine.lanes).make_contacts(around_.others->capsules, *plan_.contact_laws, threads, std::move(owned));
     }
     if (!around_.walls) return;
     work_.assign(around_.walls->count(), 0);
@@ -74,10 +74,10 @@ void Interactions::know_all_rods() {
         std::int64_t slots = 0;
         for (const std::int64_t gid : gids)
             slots += capsules.first_slot[static_cast<std::size_t>(gid) + 1] - capsules.first_slot[static_cast<std::size_t>(gid)];
-        numbers_of_rank_.push_back(slots * static_cast<std::int64_t>(slot_numbers));
+        slots_of_rank_.push_back(slots);
     }
-    sent_.resize(static_cast<std::size_t>(numbers_of_rank_[static_cast<std::size_t>(comm_.rank())]));
-    received_.resize(static_cast<std::size_t>(std::accumulate(numbers_of_rank_.begin(), numbers_of_rank_.end(), std::int64_t{0})));
+    sent_.resize(static_cast<std::size_t>(slots_of_rank_[static_cast<std::size_t>(comm_.rank())]));
+    received_.resize(static_cast<std::size_t>(std::accumulate(slots_of_rank_.begin(), slots_of_rank_.end(), std::int64_t{0})));
 }
 
 void Interactions::meet(const Step& step, Timers& timers) {
@@ -103,23 +103,19 @@ void Interactions::exchange() {
                 f(c.node[slot], c.motion[slot]);
     };
     const auto me = static_cast<std::size_t>(comm_.rank());
-    double* to = sent_.data();
-    for_slots(me, [&](const CapsuleNode& n, const CapsuleMotion& m) {
-        for (const double x : {n.position.x, n.position.y, n.position.z, n.radius, m.velocity.x, m.velocity.y, m.velocity.z,
-                               m.spin.x, m.spin.y, m.spin.z})
-            *to++ = x;
-    });
-    comm_.all_gather(sent_, numbers_of_rank_, received_);
-    const double* from = received_.data();
+    CapsuleSlot* to = sent_.data();
+    for_slots(me, [&](const CapsuleNode& node, const CapsuleMotion& motion) { *to++ = {node, motion}; });
+    comm_.all_gather(std::as_bytes(std::span(sent_)), sizeof(CapsuleSlot), slots_of_rank_,
+                     std::as_writable_bytes(std::span(received_)));
+    const CapsuleSlot* from = received_.data();
     for (std::size_t rank = 0; rank < rods_of_rank_.size(); ++rank) {
         if (rank == me) {
-            from += numbers_of_rank_[rank];
+            from += slots_of_rank_[rank];
             continue;
         }
-        for_slots(rank, [&](CapsuleNode& n, CapsuleMotion& m) {
-            n.position = {from[0], from[1], from[2]}, n.radius = from[3], m.velocity = {from[4], from[5], from[6]},
-            m.spin = {from[7], from[8], from[9]};
-            from += slot_numbers;
+        for_slots(rank, [&](CapsuleNode& node, CapsuleMotion& motion) {
+            node = from->node, motion = from->motion;
+            ++from;
         });
     }
 }

@@ -2,15 +2,15 @@
 #pragma once
 
 #include "contact/contact_limits.hpp"
-#include "contact/contacts.hpp"
+#include "contact/contact_solver.hpp"
 #include "contact/servo.hpp"
 #include "core/timer.hpp"
 #include "io/checkpoint.hpp"
+#include "kernels/kernels.hpp"
 #include "parallel/communicator.hpp"
 #include "rod/rods.hpp"
-#include "simulation/make_rods.hpp"
 
-#include <optional>
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -60,8 +60,8 @@ private:
     std::span<const RodGroup> groups_;
     const Rods& rods_;
     Surroundings around_;
-    std::optional<Contacts> contacts_;
-    std::vector<ContactMobility> mobility_; ///< by group
+    std::unique_ptr<ContactSolver> contacts_; ///< null where rods do not touch
+    std::vector<ContactMobility> mobility_;   ///< by group
 
     struct DrivenWall {
         int wall, watched;
@@ -71,10 +71,10 @@ private:
     std::vector<double> work_;   ///< of every wall on the rods since the start, J
     std::vector<double> of_rod_; ///< scratch: by gid
 
-    // Of several ranks: rods of each, and numbers of their slots, in the order in which they are sent.
+    // Of several ranks: rods of each, and their slots, in the order in which they are sent.
     std::vector<std::vector<std::int64_t>> rods_of_rank_;
-    std::vector<std::int64_t> count_of_rank_, numbers_of_rank_;
-    std::vector<double> sent_, received_;
+    std::vector<std::int64_t> count_of_rank_, slots_of_rank_;
+    std::vector<CapsuleSlot> sent_, received_;
 };
 
 } // namespace skein

@@ -3,9 +3,9 @@
 #include "diagnostics/energy_audit.hpp"
 #include "diagnostics/observables.hpp"
 #include "io/disk.hpp"
+#include "kernels/kernels.hpp"
 #include "partition/partition.hpp"
 #include "scene/scene_file.hpp"
-#include "simulation/make_rods.hpp"
 #include "simulation/summary.hpp"
 
 #include <fmt/format.h>

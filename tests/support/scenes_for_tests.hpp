@@ -1,8 +1,8 @@
 // Whole scenes made in C++, and rods ready to step.
 #pragma once
 
+#include "kernels/kernels.hpp"
 #include "scene/plan.hpp"
-#include "simulation/make_rods.hpp"
 #include "support/rods_for_tests.hpp"
 
 namespace skein::test {

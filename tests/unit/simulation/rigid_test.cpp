@@ -32,7 +32,7 @@ public:
           plan(make_plan(scene, groups, {1, thread_count, thread_count, lanes, {}, Mapping::automatic})), threads(thread_count),
           around(make_surroundings(plan, groups)), rods(make_rods(plan, groups, test::all_rods(groups), threads, around)),
           clock(plan.dt, 0) {
-        if (around.others) contacts.emplace(around.others->capsules, *plan.contact_laws, threads);
+        if (around.others) contacts = kernels(lanes).make_contacts(around.others->capsules, *plan.contact_laws, threads, {});
     }
     void advance(std::int64_t steps) {
         for (std::int64_t until = clock.done() + steps; clock.done() < until;) {
@@ -85,7 +85,7 @@ public:
     Threads threads;
     Surroundings around;
     std::unique_ptr<Rods> rods;
-    std::optional<Contacts> contacts;
+    std::unique_ptr<ContactSolver> contacts;
     Clock clock;
     bool touched = false;
 };

@@ -1,7 +1,8 @@
-// make_rods at one SIMD width; instantiated once per width, each in a file of its own to keep builds parallel.
+// From a plan to rods with their passes, at one width: the one place where run-time choices of the scene become template arguments.
 #pragma once
 
 #include "contact/wall_pass.hpp"
+#include "kernels/surroundings.hpp"
 #include "loads/laplacian_filter.hpp"
 #include "loads/load_pass.hpp"
 #include "rod/audit.hpp"
@@ -11,7 +12,6 @@
 #include "rod/rigid.hpp"
 #include "rod/rod_tiles.hpp"
 #include "rod/top.hpp"
-#include "simulation/make_rods.hpp"
 
 namespace skein {
 
@@ -129,7 +129,7 @@ template <int W> std::unique_ptr<Rods> make_rods_at(const Plan& plan, std::span<
     }
     std::vector<std::int64_t> counts(groups.size(), 0);
     for (const LocalRod& rod : owned) ++counts[static_cast<std::size_t>(rod.group)];
-    const Tiling tiling = tiling_of(plan, counts);
+    const Tiling tiling = tiling_of(plan, counts, W);
     if constexpr (W > 1)
         if (!tiling.along.empty())
             for (int family = 0; family < plan.families; ++family) programs.push_back(make_program_along<W>(plan, groups, family));
@@ -137,21 +137,5 @@ template <int W> std::unique_ptr<Rods> make_rods_at(const Plan& plan, std::span<
         groups, std::move(owned), tiling, std::move(programs), threads, std::move(audits),
         StepWatch{.dt = plan.dt, .stability = scheme_of(plan.integrator).stability, .stops = !plan.force_dt});
 }
-
-#define SKEIN_MAKE_RODS_AT(W)                                                                                                      \
-    template std::unique_ptr<Rods> make_rods_at<W>(const Plan&, std::span<const RodGroup>, std::vector<LocalRod>, const Threads&,  \
-                                                   Surroundings&)
-#define SKEIN_MAKE_PROGRAM(W)                                                                                                      \
-    template TileProgram<W> make_program<W>(const GroupPlan&, const RodGroup&, Scheme, double,                                     \
-                                            const std::shared_ptr<AuditBook<W>>&, const Surroundings&,                             \
-                                            const std::shared_ptr<WallBook<W>>&)
-extern SKEIN_MAKE_PROGRAM(1);
-extern SKEIN_MAKE_PROGRAM(2);
-extern SKEIN_MAKE_PROGRAM(4);
-extern SKEIN_MAKE_PROGRAM(8);
-extern SKEIN_MAKE_RODS_AT(1);
-extern SKEIN_MAKE_RODS_AT(2);
-extern SKEIN_MAKE_RODS_AT(4);
-extern SKEIN_MAKE_RODS_AT(8);
 
 } // namespace skein

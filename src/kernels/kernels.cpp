@@ -1,9 +1,28 @@
-#include "simulation/make_rods.hpp"
+#include "kernels/kernels.hpp"
 
-#include "core/error.hpp"
-#include "simulation/make_rods_at.hpp"
+#include "core/level.hpp"
 
 namespace skein {
+
+extern "C" const Kernels skein_kernels_w1, skein_kernels_w2;
+#if defined(__x86_64__)
+extern "C" const Kernels skein_kernels_w4, skein_kernels_w8;
+#endif
+
+const Kernels& kernels(int lanes) {
+    switch (served_lanes(lanes)) {
+#if defined(__x86_64__)
+    case 1:
+        return skein_kernels_w1;
+    case 4:
+        return skein_kernels_w4;
+    case 8:
+        return skein_kernels_w8;
+#endif
+    default:
+        return skein_kernels_w2;
+    }
+}
 
 Surroundings make_surroundings(const Plan& plan, std::span<const RodGroup> groups) {
     Surroundings around;
@@ -14,18 +33,7 @@ Surroundings make_surroundings(const Plan& plan, std::span<const RodGroup> group
 
 std::unique_ptr<Rods> make_rods(const Plan& plan, std::span<const RodGroup> groups, std::vector<LocalRod> owned,
                                 const Threads& threads, Surroundings& around) {
-    switch (plan.machine.lanes) {
-    case 1:
-        return make_rods_at<1>(plan, groups, std::move(owned), threads, around);
-    case 2:
-        return make_rods_at<2>(plan, groups, std::move(owned), threads, around);
-    case 4:
-        return make_rods_at<4>(plan, groups, std::move(owned), threads, around);
-    case 8:
-        return make_rods_at<8>(plan, groups, std::move(owned), threads, around);
-    default:
-        throw InputError("lanes must be 1, 2, 4 or 8, not " + std::to_string(plan.machine.lanes));
-    }
+    return kernels(plan.machine.lanes).make_rods(plan, groups, std::move(owned), threads, around);
 }
 
 std::unique_ptr<Rods> make_rods(const Plan& plan, std::span<const RodGroup> groups, std::vector<LocalRod> owned,

@@ -1,0 +1,75 @@
+# Kernels: the passes of rods, contact and search, compiled once per level of instructions (src/core/level.hpp) and chosen at start.
+# All else is compiled for the baseline, x86-64.
+#
+# What is compiled for a level must not be called where another is meant, and a linker that finds an inline function twice, of the
+# standard library say, keeps either. So the objects of a level are linked into one, in which all names but that of its table of
+# entry points (src/kernels/kernels.hpp) are made local, and its code goes into a section with the name of the level:
+# tests/architecture/levels_test.py looks for its instructions in all others.
+
+set(SKEIN_LEVEL_MARCH_x86_64 x86-64)
+set(SKEIN_LEVEL_MARCH_x86_64_v3 x86-64-v3)
+set(SKEIN_LEVEL_MARCH_x86_64_v4 x86-64-v4)
+set(SKEIN_LEVEL_WIDTHS_x86_64 2)
+set(SKEIN_LEVEL_WIDTHS_x86_64_v3 1 4)
+set(SKEIN_LEVEL_WIDTHS_x86_64_v4 8)
+if(CMAKE_SYSTEM_PROCESSOR MATCHES "x86_64|AMD64")
+  set(SKEIN_LEVELS x86_64 x86_64_v3 x86_64_v4)
+else()
+  set(SKEIN_LEVELS x86_64) # a name only: built for the processor that the compiler aims at
+  set(SKEIN_LEVEL_MARCH_x86_64 "")
+endif()
+
+# Level that tests and benchmarks are compiled for which look inside kernels: the widest that this machine runs.
+set(SKEIN_HERE x86_64)
+if(EXISTS /proc/cpuinfo)
+  file(STRINGS /proc/cpuinfo flags REGEX "^flags" LIMIT_COUNT 1)
+  if(flags MATCHES " avx2 .* bmi2 " AND flags MATCHES " fma ")
+    set(SKEIN_HERE x86_64_v3)
+    if(flags MATCHES " avx512f " AND flags MATCHES " avx512dq " AND flags MATCHES " avx512bw " AND flags MATCHES " avx512vl ")
+      set(SKEIN_HERE x86_64_v4)
+    endif()
+  endif()
+endif()
+set(SKEIN_TEST_LEVEL ${SKEIN_HERE} CACHE STRING "Level that tests and benchmarks of kernels are compiled for: ${SKEIN_LEVELS}")
+
+# skein_kernel_flags(<target> <level>). GNU: instructions are put in order before registers are given out, which gains 4 % of the
+# elastic pass. No bit changes.
+function(skein_kernel_flags target level)
+  if(SKEIN_LEVEL_MARCH_${level})
+    target_compile_options(${target} PRIVATE -march=${SKEIN_LEVEL_MARCH_${level}})
+  endif()
+  target_compile_options(${target} PRIVATE $<$<CXX_COMPILER_ID:GNU>:-fschedule-insns -fsched-pressure -fno-gnu-unique>)
+endfunction()
+
+set(SKEIN_CONTACT_KERNELS ${CMAKE_SOURCE_DIR}/src/contact/broad_phase.cpp ${CMAKE_SOURCE_DIR}/src/contact/contact_push.cpp
+                          ${CMAKE_SOURCE_DIR}/src/contact/contacts.cpp)
+set(SKEIN_ROD_KERNELS ${CMAKE_SOURCE_DIR}/src/kernels/kernels_at.cpp ${CMAKE_SOURCE_DIR}/src/rod/rod_tiles.cpp)
+
+# skein_level(<level>): libraries skein_contact_<level> and skein_rods_<level>_w<width>, and in SKEIN_LEVEL_OBJECT_<level> the object
+# that joins them.
+function(skein_level level)
+  add_library(skein_contact_${level} STATIC ${SKEIN_CONTACT_KERNELS})
+  set(parts skein_contact_${level})
+  set(entries "")
+  foreach(width ${SKEIN_LEVEL_WIDTHS_${level}})
+    add_library(skein_rods_${level}_w${width} STATIC ${SKEIN_ROD_KERNELS})
+    target_compile_definitions(skein_rods_${level}_w${width} PRIVATE SKEIN_WIDTH=${width} SKEIN_KERNELS=skein_kernels_w${width})
+    list(APPEND parts skein_rods_${level}_w${width})
+    list(APPEND entries --keep-global-symbol=skein_kernels_w${width})
+  endforeach()
+  set(archives "")
+  foreach(part ${parts})
+    target_link_libraries(${part} PRIVATE skein_flags)
+    skein_kernel_flags(${part} ${level})
+    list(APPEND archives $<TARGET_FILE:${part}>)
+  endforeach()
+  set(script ${CMAKE_CURRENT_BINARY_DIR}/${level}.ld)
+  file(CONFIGURE OUTPUT ${script} CONTENT "SECTIONS { skein_${level} : { *(.text.unlikely .text.unlikely.*) *(.text .text.*) } }\n")
+  set(joined ${CMAKE_CURRENT_BINARY_DIR}/skein_${level}.o)
+  add_custom_command(OUTPUT ${joined}
+    COMMAND ${CMAKE_LINKER} -r --force-group-allocation -T ${script} -o ${joined}.all --whole-archive ${archives}
+    COMMAND ${CMAKE_OBJCOPY} ${entries} ${joined}.all ${joined}
+    COMMAND ${CMAKE_COMMAND} -E rm ${joined}.all
+    DEPENDS ${parts} ${script} VERBATIM COMMENT "Joining kernels of ${SKEIN_LEVEL_MARCH_${level}}")
+  set(SKEIN_LEVEL_OBJECT_${level} ${joined} PARENT_SCOPE)
+endfunction()

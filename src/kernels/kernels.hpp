@@ -1,0 +1,33 @@
+// Kernels of one level of instructions: what a run calls through pointers, all else of them being hidden from the rest of the
+// program (cmake/SkeinKernels.cmake). Nothing here depends on the width of packs.
+#pragma once
+
+#include "contact/contact_solver.hpp"
+#include "kernels/surroundings.hpp"
+#include "parallel/threads.hpp"
+#include "rod/rods.hpp"
+#include "scene/plan.hpp"
+
+#include <memory>
+#include <span>
+#include <vector>
+
+namespace skein {
+
+struct Kernels {
+    std::unique_ptr<Rods> (*make_rods)(const Plan& plan, std::span<const RodGroup> groups, std::vector<LocalRod> owned,
+                                       const Threads& threads, Surroundings& around);
+    std::unique_ptr<ContactSolver> (*make_contacts)(const Capsules& capsules, ContactLaws laws, const Threads& threads,
+                                                    std::vector<std::uint8_t> owned_rods);
+};
+
+/// Of the level with so many lanes, or of the widest that this processor runs where that is less.
+const Kernels& kernels(int lanes);
+
+/// Rods of the plan's lanes in their start state. `groups` and `threads` must outlive them.
+std::unique_ptr<Rods> make_rods(const Plan& plan, std::span<const RodGroup> groups, std::vector<LocalRod> owned,
+                                const Threads& threads, Surroundings& around);
+std::unique_ptr<Rods> make_rods(const Plan& plan, std::span<const RodGroup> groups, std::vector<LocalRod> owned,
+                                const Threads& threads);
+
+} // namespace skein

@@ -1,0 +1,10 @@
+// Compiled once per width, for the level that has it.
+#include "kernels/kernels.hpp"
+#include "kernels/make_rods_at.hpp"
+
+namespace skein {
+
+extern "C" const Kernels SKEIN_KERNELS;
+constinit const Kernels SKEIN_KERNELS = {make_rods_at<SKEIN_WIDTH>, make_contacts};
+
+} // namespace skein

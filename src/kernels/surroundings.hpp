@@ -1,0 +1,22 @@
+// What rods meet besides their own loads, shared by their passes and by Interactions.
+#pragma once
+
+#include "contact/contact_view.hpp"
+#include "contact/wall_book.hpp"
+#include "scene/plan.hpp"
+
+#include <memory>
+#include <span>
+#include <vector>
+
+namespace skein {
+
+/// Parts that the plan has no use for are absent.
+struct Surroundings {
+    std::shared_ptr<ContactView> others;
+    std::shared_ptr<Walls> walls;
+    std::vector<std::shared_ptr<const WallAccounts>> accounts; ///< by group, once the rods are made; null where no wall acts
+};
+Surroundings make_surroundings(const Plan& plan, std::span<const RodGroup> groups);
+
+} // namespace skein

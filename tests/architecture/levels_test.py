@@ -1,0 +1,48 @@
+#!/usr/bin/env python3
+"""Looks through the program that no instruction of a level stands outside that level's kernels (cmake/SkeinKernels.cmake).
+
+    levels_test.py OBJDUMP SKEIN
+
+Every level must be found where it belongs, so that a test which finds nothing elsewhere has looked.
+"""
+import re
+import subprocess
+import sys
+
+LEVELS = {"skein_x86_64": 0, "skein_x86_64_v3": 1, "skein_x86_64_v4": 2}  # section: level of its code; all others are of level 0
+LINE = re.compile(r"^\s*[0-9a-f]+:\t(\S+)[ \t]*([^#<]*)")
+NOT_VECTORS = {"verr", "verw", "vmcall", "vmlaunch"}
+
+
+def level_of(mnemonic, operands):
+    """0: any x86-64 has it; 1: AVX, AVX2, FMA; 2: AVX-512."""
+    if re.search(r"%zmm|%[xyz]mm(1[6-9]|2\d|3[01])|%k[0-7]|\{", operands) or (mnemonic.startswith("kmov")):
+        return 2
+    return int(mnemonic.startswith("v") and mnemonic not in NOT_VECTORS)
+
+
+assert level_of("vpermilpd", "$0xb2,(%rdi),%zmm0") == 2 and level_of("vaddpd", "%ymm1,%ymm2,%ymm3") == 1
+assert level_of("addpd", "%xmm1,%xmm2") == 0 and level_of("vmovsd", "%xmm0,8(%rax)") == 1
+
+objdump, program = sys.argv[1:3]
+found, wrong, section, function = {}, [], "", ""
+with subprocess.Popen([objdump, "-d", "--no-show-raw-insn", program], stdout=subprocess.PIPE, text=True) as listing:
+    for line in listing.stdout:
+        if line.startswith("Disassembly of section "):
+            section = line.split()[-1].rstrip(":")
+        elif line.endswith(">:\n"):
+            function = line.split("<", 1)[1][:-3]
+        elif instruction := LINE.match(line):
+            level = level_of(*instruction.groups())
+            found[section] = max(level, found.get(section, 0))
+            if level > LEVELS.get(section, 0):
+                wrong.append(f"{section}, {function}: {line.strip()}")
+assert not listing.returncode, objdump
+for line in wrong[:10]:
+    print(line)
+missing = [name for name, level in LEVELS.items() if found.get(name) != level]
+if missing:
+    print("sections without the instructions of their level:", ", ".join(missing))
+if wrong or missing:
+    sys.exit(f"{len(wrong)} instructions stand where older processors run")
+print({name: level for name, level in found.items() if name in LEVELS or name == ".text"})

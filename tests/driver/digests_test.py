@@ -1,0 +1,57 @@
+"""Digests of all shipped scenes after some steps, at every level of instructions that this processor runs, against those kept in
+tests/data/digests.csv, which hold for all processors. SKEIN_UPDATE_DIGESTS=1 in the environment writes them anew."""
+
+import csv
+import json
+import os
+import pathlib
+import subprocess
+import tempfile
+import unittest
+
+from driver import SKEIN
+
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+KEPT = ROOT / "tests/data/digests.csv"
+STEPS = {"farm_111797": 16, "nest_110": 12000, "nest_460": 1000, "nest_1536": 300}  # others: 640
+ONLY_WIDEST = {"farm_111797", "nest_110", "nest_460", "nest_1536"}  # at the two widest levels; others at all
+
+
+def lanes_here():
+    """As `skein info` has it."""
+    text = subprocess.run([SKEIN, "info"], capture_output=True, text=True, check=True).stdout
+    widest = int(text.split(" lanes")[0].split()[-1])
+    return [lanes for lanes in (8, 4, 2, 1) if lanes <= widest]
+
+
+class Digests(unittest.TestCase):
+    def digest(self, scene, steps, lanes):
+        with tempfile.TemporaryDirectory() as out:
+            subprocess.run([SKEIN, "run", scene, "-q", "--no-checkpoint", "--steps", str(steps), "--lanes", str(lanes), "--out", out,
+                            "--set=output.trajectory=0", "--set=output.tips=0", "--set=output.series=0"],
+                           stdout=subprocess.DEVNULL, check=False)
+            return json.loads(pathlib.Path(out, "summary.json").read_text())["digest"]
+
+    def test_are_those_kept(self):
+        kept = {row["scene"]: row for row in csv.DictReader(KEPT.open())} if KEPT.exists() else {}
+        scenes = {path.stem: path for path in sorted(ROOT.glob("apps/*/*.toml"))}
+        self.assertGreater(len(scenes), 10)
+        fresh = {}
+        for name, path in scenes.items():
+            steps = STEPS.get(name, 640)
+            for lanes in lanes_here()[: 2 if name in ONLY_WIDEST else 4]:
+                digest = self.digest(path, steps, lanes)
+                fresh.setdefault(name, {"scene": name, "steps": str(steps), "digest": digest})
+                with self.subTest(scene=name, lanes=lanes):
+                    self.assertEqual(digest, fresh[name]["digest"], "another level of instructions, other bits")
+        if os.environ.get("SKEIN_UPDATE_DIGESTS"):
+            with KEPT.open("w", newline="") as file:
+                writer = csv.DictWriter(file, ["scene", "steps", "digest"], lineterminator="\n")
+                writer.writeheader()
+                writer.writerows(fresh.values())
+            kept = fresh
+        self.assertEqual(fresh, kept)
+
+
+if __name__ == "__main__":
+    unittest.main()
