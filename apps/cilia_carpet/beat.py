@@ -10,27 +10,30 @@ from pathlib import Path
 
 import h5py
 import numpy as np
+import results  # from apps/figures, where plot.py looks
 
 SHARE_OF_A_STROKE = 0.55  # of a turn; where the slower way takes less, there is no slow stroke
 STILL = 0.01              # L; a fundamental below it has no phase to speak of (wave_xy leaves a few cilia unmagnetised)
 REPEATS = 0.02            # L; tips closer than this to where they were a turn before repeat it
 
 
-def segments(directory, kind):
-    files = sorted(Path(directory).glob(f"{kind}_*.h5"))
-    if not files and kind == "tips":
+def segments(directory):
+    results.need_files(directory)
+    files = sorted(Path(directory).glob("tips_*.h5"))
+    if not files:
         raise SystemExit(f"{directory}: no tips_*.h5; the scene needs 'tips' in [output]")
     return files
 
 
 def period_of(directory):
     """T of the rotating field, s, from the scene that the newest checkpoint keeps; negative where it turns the other way."""
+    results.need_files(directory)
     files = sorted(Path(directory).glob("checkpoint_*.h5"))
     if not files:
         raise SystemExit(f"{directory}: no checkpoint to read the field's period from; give --period")
     with h5py.File(files[-1]) as file:
         scene = json.loads(file.attrs["scene"])
-    periods = [load["period"] for load in scene["load"] if load["kind"] == "magnetic_field" and load["period"] != 0]
+    periods = [load["period"] for load in scene.get("load", []) if load["kind"] == "magnetic_field" and load["period"] != 0]
     if not periods:
         raise SystemExit(f"{directory}: the scene has no rotating magnetic_field; give --period")
     return periods[0]
@@ -51,14 +54,18 @@ class Turn:
 
 def read_turn(directory, period):
     time, tips = [], []
-    for path in segments(directory, "tips"):
+    for path in segments(directory):
         with h5py.File(path) as file:
             group = next(iter(file["groups"].values()))
+            results.need_names(directory, "dataset in the first group of " + path.name + " called", group, ["magnetisation"],
+                               "its rods are not magnetised, so are no cilia")
             title = file.attrs["title"]
             origin, magnetisation = group["origin"][:], group["magnetisation"][:]
             time.append(file["time"][:])
             tips.append(group["position"][:])
     time, tips = np.concatenate(time), np.concatenate(tips)
+    if len(time) < 2:
+        raise SystemExit(f"{directory}: one frame of tips is not a turn of the field")
     interval = time[1] - time[0]
     frames = round(abs(period) / interval)
     if abs(frames * interval - abs(period)) > 1e-6 * abs(period):

@@ -10,15 +10,18 @@ import json
 import sys
 from pathlib import Path
 
-import matplotlib
-import numpy as np
+sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "figures"))
+import results  # noqa: E402  (from apps/figures)
+
+results.need("numpy", "h5py", "matplotlib")
+import matplotlib  # noqa: E402
+import numpy as np  # noqa: E402
 
 matplotlib.use("Agg")
 import matplotlib.pyplot as plt  # noqa: E402  (after the choice of Agg)
 from matplotlib.cm import ScalarMappable  # noqa: E402
 from matplotlib.colors import ListedColormap, Normalize  # noqa: E402
 
-sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "figures"))
 import beat  # noqa: E402
 import frames  # noqa: E402  (from apps/figures, as the next two)
 import tubes  # noqa: E402

@@ -10,13 +10,16 @@ import csv
 import sys
 from pathlib import Path
 
-import matplotlib
-import numpy as np
+sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "figures"))
+import results  # noqa: E402  (from apps/figures)
+
+results.need("numpy", "h5py", "matplotlib")
+import matplotlib  # noqa: E402
+import numpy as np  # noqa: E402
 
 matplotlib.use("Agg")
 import matplotlib.pyplot as plt  # noqa: E402  (after the choice of Agg)
 
-sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "figures"))
 import frames  # noqa: E402  (from apps/figures)
 import tubes  # noqa: E402
 
@@ -26,8 +29,12 @@ SMOOTH = 4  # points drawn per element
 
 
 def series(out):
+    results.need_files(out, "observables.csv")
     with open(out / "observables.csv", newline="") as file:
         rows = list(csv.reader(file))
+    columns = [name.split("[")[0] for name in rows[0]]
+    results.need_names(out, "columns of observables.csv called", columns, [name for name, _ in LINES],
+                       "the scene needs 'knots' among its observables in [output]")
     return {name.split("[")[0]: np.array(column, dtype=float) for name, column in zip(rows[0], zip(*rows[1:]))}
 
 
@@ -60,11 +67,12 @@ def main():
     parser.add_argument("--without", type=Path, help="the same without contact")
     arguments = parser.parse_args()
 
+    results.need_files(arguments.out, "trajectory_*.h5")
+    columns = series(arguments.out)
     plt.rcParams.update({"font.size": 9, "font.family": "DejaVu Sans"})
     figure, (above, below) = plt.subplots(2, 1, figsize=(6.4, 6.4), height_ratios=(1.6, 1), layout="constrained")
     nodes, radius, time = frames.rods_at(arguments.out, min(arguments.time, 1e9))
     draw_rod(above, nodes[0], radius[0])
-    columns = series(arguments.out)
     for name, colour in LINES:
         below.plot(columns["time"], columns[name], color=colour, label=name)
     if arguments.without:

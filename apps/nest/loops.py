@@ -16,10 +16,15 @@ Reads observables.csv, physics.json and summary.json of a run, prints a table an
 
 import argparse
 import json
+import sys
 from dataclasses import dataclass
 from pathlib import Path
 
-import numpy as np
+sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "figures"))
+import results  # noqa: E402  (from apps/figures)
+
+results.need("numpy")
+import numpy as np  # noqa: E402
 
 AROUND = 5  # rows on each side over which z is meaned
 ELASTIC = "elastic_stretch[J]", "elastic_shear[J]", "elastic_bend[J]", "elastic_twist[J]"
@@ -36,10 +41,11 @@ class Run:
     area: float    # of the base, m^2
 
     def __getitem__(self, heading):
+        results.need_names(self.directory, "columns of observables.csv called", self.column, [heading], "the scene is not a bed of rods under a lid")
         return self.column[heading]
 
     def sum(self, headings):
-        return sum(self.column[heading] for heading in headings)
+        return sum(self[heading] for heading in headings)
 
     @property
     def time(self):
@@ -87,9 +93,12 @@ class Run:
 
 def read(directory, area=None):
     directory = Path(directory)
+    results.need_files(directory, "observables.csv", "physics.json")
     with open(directory / "observables.csv") as file:
-        headings = file.readline().strip().split(",")
-        rows = np.loadtxt(file, delimiter=",", ndmin=2)
+        headings, *lines = file.read().splitlines()
+    if not lines:
+        raise SystemExit(f"{directory}: observables.csv has no rows yet")
+    headings, rows = headings.split(","), np.loadtxt(lines, delimiter=",", ndmin=2)
     column = dict(zip(headings, rows.T))
     physics = json.loads((directory / "physics.json").read_text())
     path = directory / "summary.json"
@@ -98,9 +107,9 @@ def read(directory, area=None):
     last = dict(summary.get("observables", {}), **{"step": summary.get("steps", -1), "time[s]": summary.get("time_s", -1)})
     if last["time[s]"] > column["time[s]"][-1] and all(heading in last for heading in headings):
         column = {heading: np.append(column[heading], last[heading]) for heading in headings}
-    lids = [wall for wall in physics["wall"] if wall["servo"]["speed"] > 0]
+    lids = [wall for wall in physics.get("wall", []) if wall.get("servo", {}).get("speed", 0) > 0]
     if not lids:
-        raise SystemExit(f"{directory}: no wall of this scene has a servo")
+        raise SystemExit(f"{directory}: no wall of this scene has a servo, so there is no lid to measure")
     return Run(directory, column, physics, summary, lids[0], area or lids[0]["servo"]["area"])
 
 

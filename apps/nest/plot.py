@@ -5,7 +5,7 @@ Prints what loops.py measures and draws
   RUN/nest.png   the bed at rest and at its highest load, stress over strain, coordination over stress and time
   RUN/cost.png   where the time of a step goes (from summary.json); cost of finding candidates over the number of rods, from the JSON of
                  bench_contact (--benchmark_format=json); speed over cores, from a table of bench/scenes/nest/nest.py
-as the paper's Fig. 2 has them. Needs numpy, h5py and matplotlib.
+as in the figure of nests of the Elastica++ paper (docs/references.md). Needs numpy, h5py and matplotlib.
 """
 
 import argparse
@@ -15,15 +15,18 @@ import re
 import sys
 from pathlib import Path
 
-import matplotlib
-import numpy as np
+sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "figures"))
+import results  # noqa: E402  (from apps/figures)
+
+results.need("numpy", "h5py", "matplotlib")
+import matplotlib  # noqa: E402
+import numpy as np  # noqa: E402
 
 matplotlib.use("Agg")
 import matplotlib.pyplot as plt  # noqa: E402  (after the choice of Agg)
 from matplotlib.cm import ScalarMappable  # noqa: E402
 from matplotlib.colors import Normalize  # noqa: E402
 
-sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "figures"))
 import frames  # noqa: E402  (from apps/figures)
 import loops  # noqa: E402
 import packing  # noqa: E402
@@ -146,7 +149,7 @@ def words(figures):
 
 
 def draw_split(axes, run):
-    """The step's shares, and below them what the paper says of rods and the rest."""
+    """Shares of the step, and below them those that the Elastica++ paper gives for rods and the rest."""
     seconds = {name: phase["mean_s"] for name, phase in run.summary["phases"].items()}
     seconds["contacts"] = seconds.get("contacts", 0) + seconds.get("search", 0)
     seconds["output"] = sum(seconds.get(name, 0) for name in ("observe", "output", "checkpoint"))

@@ -2,7 +2,7 @@
 """Figure of what the speed is made of: ablation.py TABLE [PICTURE]
 
 Reads the table of `bench_farm --csv TABLE` and draws the speed-up over the textbook as one thing is added after the other, from the
-medians of one run. PICTURE is ablation.png beside the table where it is absent. Needs matplotlib.
+medians of one run; a dashed line where the textbook stands that was compiled to vectorise. PICTURE is ablation.png beside the table where it is absent. Needs matplotlib.
 """
 
 import csv
@@ -46,6 +46,10 @@ def main():
     axes.barh(range(len(STAGES)), speed, color=colours, height=0.68, zorder=2)
     for k, (s, t) in enumerate(zip(speed, times)):
         axes.text(s + 0.01 * max(speed), k, f"{s:.1f}x" + f"   {t:.1f} ns", va="center", fontsize=9)
+    vectorised = ns.get(("textbook vectorised", 1, 1, 1))
+    if vectorised:
+        axes.axvline(times[0] / vectorised, color="tab:gray", linestyle="--", linewidth=1, label="textbook, vectorised by the compiler")
+        axes.legend(frameon=False, fontsize=8, loc="lower right")
     axes.set_yticks(range(len(STAGES)), [label for label, _ in STAGES], fontsize=9)
     axes.invert_yaxis()
     axes.set_xlim(0, 1.2 * max(speed))

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Strong and weak scaling of the paper's 1024 x 1024 rods over ranks x threads, by both protocols.
+"""Strong and weak scaling of 1024 x 1024 rods, as in the Elastica++ paper, over ranks x threads, by both protocols.
 
   scaling.py --csv FILE [--layouts 1x1 1x2 2x1] [--steps 64] [--repeats 5] [--launch "mpirun -n {ranks} ..."]
 

@@ -1,7 +1,7 @@
-// The cilia farm, stepped by Skein and by the textbook (bench/textbook) in one run: time, and the difference of the two results
-// at the end, so that a speed never stands without the error at which it holds. Skein's rows are what its speed is made of, one
-// thing after the other: one sweep with polynomials (W = 1), 2, 4 and 8 rods side by side, 64 steps while a tile is in cache, two
-// threads.
+// The cilia farm, stepped by Skein and by the textbook, plain and vectorised (bench/textbook), in one run: time, and the difference
+// of the results at the end, so that a speed never stands without the error at which it holds. Skein's rows are what its speed is
+// made of, one thing after the other: one sweep with polynomials (W = 1), 2, 4 and 8 rods side by side, 64 steps while a tile is in
+// cache, two threads.
 //   bench_farm [--cilia 111797] [--elements 25] [--steps 64] [--textbook 4000] [--repeats 5] [--csv FILE]
 // Each repeat times every row once, in turn, so that a busy machine slows all rows alike; the table holds medians of wall time
 // and of core time (processor time of all threads, which other programs disturb least).
@@ -28,7 +28,7 @@ using test::Stage;
 
 /// One code in one setting, with rods of its own.
 struct Row {
-    int lanes, threads;     ///< no lanes: the textbook
+    int lanes, threads;     ///< no lanes: a textbook
     std::int64_t per_visit; ///< steps that a rod or tile makes before the next one's turn
     std::unique_ptr<Stage> stage;
     std::unique_ptr<bench::TextbookRods> textbook;
@@ -50,7 +50,8 @@ struct Row {
     double ns(const std::vector<double>& seconds, std::int64_t steps) const {
         return 1e9 * median(seconds) / static_cast<double>(elements * steps);
     }
-    std::string code() const { return textbook ? "textbook" : "skein"; }
+    bool is(bench::TextbookBuild build) const { return textbook && textbook->build() == build; }
+    std::string code() const { return !textbook ? "skein" : is(bench::TextbookBuild::plain) ? "textbook" : "textbook vectorised"; }
     std::string digest() const { return textbook ? "-" : fmt::format("{:016x}", stage->rods->digest()); }
     double bytes_per_element() const {
         return static_cast<double>(textbook ? textbook->bytes() : stage->rods->bytes()) / static_cast<double>(elements);
@@ -68,6 +69,19 @@ double difference(const Stage& stage, const bench::TextbookRods& textbook) {
             most = std::max(most, norm(lane(own[k].position, 0) - lane(other[k].position, 0)));
     }
     return most / stage.scene.rods[0].shape.length;
+}
+
+/// The same between two textbooks that step the same rods.
+double difference(const bench::TextbookRods& a, const bench::TextbookRods& b, long elements, double length) {
+    double most = 0;
+    std::vector<Slot<1>> of_a(static_cast<std::size_t>(elements + 1)), of_b = of_a;
+    for (std::size_t i = 0; i < a.count(); ++i) {
+        a.state(i, of_a);
+        b.state(i, of_b);
+        for (std::size_t k = 0; k < of_a.size(); ++k)
+            most = std::max(most, norm(lane(of_a[k].position, 0) - lane(of_b[k].position, 0)));
+    }
+    return most / length;
 }
 
 /// Largest distance of a rod's nodes from where they started, over its length: what the difference is to be judged against.
@@ -110,10 +124,12 @@ int main(int argc, char** argv) {
     add_skein(8, 1, Clock::largest_batch);
     add_skein(8, 2, Clock::largest_batch);
     const Stage& scene = *rows[0].stage;
-    for (const std::int64_t per_visit : {std::int64_t{1}, std::int64_t{Clock::largest_batch}}) {
-        auto textbook = std::make_unique<bench::TextbookRods>(scene.groups[0], scene.plan.groups[0], scene.plan.dt, subset);
-        rows.push_back({0, 1, per_visit, nullptr, std::move(textbook), Clock(scene.plan.dt, 0), subset * elements});
-    }
+    for (const std::int64_t per_visit : {std::int64_t{1}, std::int64_t{Clock::largest_batch}})
+        for (const auto build : {bench::TextbookBuild::plain, bench::TextbookBuild::vectorised}) {
+            auto textbook =
+                std::make_unique<bench::TextbookRods>(scene.groups[0], scene.plan.groups[0], scene.plan.dt, subset, build);
+            rows.push_back({0, 1, per_visit, nullptr, std::move(textbook), Clock(scene.plan.dt, 0), subset * elements});
+        }
     for (long repeat = 1; repeat <= repeats; ++repeat)
         for (Row& row : rows) row.time(repeat * steps);
     std::stable_sort(rows.begin(), rows.end(), [](const Row& a, const Row& b) {
@@ -121,16 +137,21 @@ int main(int argc, char** argv) {
     });
 
     const auto row_of = [&](int lanes, std::int64_t per_visit) -> const Row& {
-        return *std::find_if(rows.begin(), rows.end(),
-                             [&](const Row& r) { return r.lanes == lanes && r.threads == 1 && r.per_visit == per_visit; });
+        return *std::find_if(rows.begin(), rows.end(), [&](const Row& r) {
+            return r.lanes == lanes && r.threads == 1 && r.per_visit == per_visit && !r.is(bench::TextbookBuild::vectorised);
+        });
     };
     const Stage& one = *row_of(8, 1).stage;
     const bench::TextbookRods& textbook = *row_of(0, 1).textbook;
+    const bench::TextbookRods& vectorised = *std::find_if(rows.begin(), rows.end(), [](const Row& r) {
+                                                 return r.is(bench::TextbookBuild::vectorised) && r.per_visit == 1;
+                                             })->textbook;
     const std::string digest = row_of(8, 1).digest();
     const double apart = difference(one, textbook), moved = motion(one, textbook.count());
+    const double textbooks_apart = difference(textbook, vectorised, elements, one.scene.rods[0].shape.length);
     const bool agree =
         std::all_of(rows.begin(), rows.end(), [&](const Row& row) { return row.textbook || row.digest() == digest; });
-    // A row is compared with the textbook that takes as many steps per visit.
+    // A row is compared with the plain textbook that takes as many steps per visit.
     struct Figures {
         double wall_ns, wall_ratio, core_ns, core_ratio;
     };
@@ -142,16 +163,17 @@ int main(int argc, char** argv) {
 
     fmt::print("{}; ns per element-step\n{} cilia x {} elements ({} by the textbook), {} repeats of {} steps, dt = {:.4g} s\n\n",
                processor(), cilia, elements, subset, repeats, steps, one.plan.dt);
-    fmt::print("{:<9} {:>5} {:>7} {:>11} {:>8} {:>7} {:>8} {:>7} {:>13}  {}\n", "code", "lanes", "threads", "steps/visit",
+    fmt::print("{:<19} {:>5} {:>7} {:>11} {:>8} {:>7} {:>8} {:>7} {:>13}  {}\n", "code", "lanes", "threads", "steps/visit",
                "wall ns", "ratio", "core ns", "ratio", "bytes/element", "digest");
     for (const Row& row : rows) {
         const auto [wall_ns, wall_ratio, core_ns, core_ratio] = figures(row);
-        fmt::print("{:<9} {:>5} {:>7} {:>11} {:>8.2f} {:>7.2f} {:>8.2f} {:>7.2f} {:>13.1f}  {}\n", row.code(),
+        fmt::print("{:<19} {:>5} {:>7} {:>11} {:>8.2f} {:>7.2f} {:>8.2f} {:>7.2f} {:>13.1f}  {}\n", row.code(),
                    std::max(1, row.lanes), row.threads, row.per_visit, wall_ns, wall_ratio, core_ns, core_ratio,
                    row.bytes_per_element(), row.digest());
     }
-    fmt::print("\nafter {} steps: rods moved {:.3g} L; largest difference between Skein and the textbook {:.2g} L; digests {}\n",
-               repeats * steps, moved, apart, agree ? "agree" : "DIFFER");
+    fmt::print("\nafter {} steps: rods moved {:.3g} L; largest difference between Skein and the textbook {:.2g} L, between the "
+               "textbooks {:.2g} L; digests {}\n",
+               repeats * steps, moved, apart, textbooks_apart, agree ? "agree" : "DIFFER");
     if (!csv.empty()) {
         auto file = fmt::output_file(csv);
         file.print("cpu,cilia,elements,steps,code,lanes,threads,steps_per_visit,wall_ns,wall_ratio,core_ns,core_ratio,bytes_per_"
@@ -160,7 +182,8 @@ int main(int argc, char** argv) {
             const auto [wall_ns, wall_ratio, core_ns, core_ratio] = figures(row);
             file.print("\"{}\",{},{},{},{},{},{},{},{:.4g},{:.4g},{:.4g},{:.4g},{:.5g},{},{:.3g}\n", processor(), cilia, elements,
                        repeats * steps, row.code(), std::max(1, row.lanes), row.threads, row.per_visit, wall_ns, wall_ratio,
-                       core_ns, core_ratio, row.bytes_per_element(), row.digest(), apart);
+                       core_ns, core_ratio, row.bytes_per_element(), row.digest(),
+                       row.is(bench::TextbookBuild::vectorised) ? textbooks_apart : apart);
         }
     }
     return agree ? 0 : 1;

@@ -4,7 +4,7 @@
 //   theory.md (5)-(24), (34)-(35), without merged drifts, packs, tiles, shared constants and polynomials
 //
 // Circular sections, half-cell clamp at the start, free end, incompressible law, legacy damping, uniform magnetic field:
-// anything else is refused.
+// anything else is refused. The steps are compiled twice, as users compile such a code and as one who tunes flags does.
 #pragma once
 
 #include "scene/plan.hpp"
@@ -12,6 +12,10 @@
 #include <vector>
 
 namespace skein::bench {
+
+/// How the loops of the steps are compiled: by the program's flags, or told that no arrays overlap, by -Ofast and with the vector
+/// functions of the C library.
+enum class TextbookBuild { plain, vectorised };
 
 /// Three components, each along the rod.
 struct Vectors {
@@ -24,21 +28,21 @@ public:
     TextbookRod(const RodGroup& group, std::int64_t index, const std::vector<Damping>& damping, double dt);
 
     /// One step of the length given at construction under the field b [T, lab] at its middle.
-    void step(const Vec3d& field);
+    template <TextbookBuild B> void step(const Vec3d& field);
     /// State at the present time; one slot per node.
     void state(std::span<Slot<1>> out) const;
     std::size_t bytes() const;
 
 private:
-    void drift(double h);
-    void strains();
-    void stresses();
-    void turns();
-    void moments();
-    void forces();
-    void couples();
-    void magnetic_couples(const Vec3d& field);
-    void kick();
+    template <TextbookBuild B> void drift(double h);
+    template <TextbookBuild B> void strains();
+    template <TextbookBuild B> void stresses();
+    template <TextbookBuild B> void turns();
+    template <TextbookBuild B> void moments();
+    template <TextbookBuild B> void forces();
+    template <TextbookBuild B> void couples();
+    template <TextbookBuild B> void magnetic_couples(const Vec3d& field);
+    template <TextbookBuild B> void kick();
 
     std::size_t n_; ///< elements
     double dt_;
@@ -69,14 +73,17 @@ private:
 class TextbookRods {
 public:
     /// Throws InputError where the group or its plan needs what the textbook has not.
-    TextbookRods(const RodGroup& group, const GroupPlan& plan, double dt, std::int64_t count);
+    TextbookRods(const RodGroup& group, const GroupPlan& plan, double dt, std::int64_t count,
+                 TextbookBuild build = TextbookBuild::plain);
 
     void visit(std::span<const Step> steps);
     std::size_t count() const { return rods_.size(); }
+    TextbookBuild build() const { return build_; }
     void state(std::size_t i, std::span<Slot<1>> out) const { rods_[i].state(out); }
     std::size_t bytes() const;
 
 private:
+    TextbookBuild build_;
     MagneticField field_;
     std::vector<TextbookRod> rods_;
 };

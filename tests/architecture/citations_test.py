@@ -1,5 +1,6 @@
 #!/usr/bin/env python3
-"""Every equation that the code cites has its number in docs/theory.md, and every file that code or docs refer to is there.
+"""Every equation that the code cites has its number in docs/theory.md, every file that code or pages refer to is there, and every
+study that a page cites has its entry in docs/references.md, and every entry is cited.
 
     citations_test.py ROOT
 """
@@ -8,6 +9,7 @@ import sys
 from pathlib import Path
 
 FOLDERS = ("src", "apps", "tests", "bench", "cmake", "docs")
+REFERENCES = "docs/references.md"
 KINDS = (".cpp", ".hpp", ".py", ".cmake", ".txt", ".md", ".toml")
 
 
@@ -19,13 +21,36 @@ def cited_numbers(text):
 
 
 def anchors(text):
-    """Names that GitHub gives to the headings of a page."""
+    """Names that GitHub gives to the headings of a page, and those that the page gives to single places."""
+    yield from re.findall(r'<a id="([^"]*)">', text)
     for heading in re.findall(r"^#+ (.*)$", text, re.M):
         yield re.sub(r"[^\w\- ]", "", heading.lower()).strip().replace(" ", "-")
 
 
+def cited_keys(text):
+    """Keys of docs/references.md in links, from any page; within that page from one entry to another."""
+    return re.findall(r"\]\((?:[./\w]*references\.md)?#(\w+)\)", text)
+
+
+def check_references(pages):
+    """Problems of docs/references.md: an entry is `<a id="key"></a>**key.** text`."""
+    page = pages.get(REFERENCES, "")
+    entries = re.findall(r'^\* <a id="([^"]*)"></a>\*\*([^*]*)\.\*\* \S', page, re.M)
+    keys = [key for key, _ in entries]
+    problems = [f"{REFERENCES}: the entry of {key} calls itself {name}" for key, name in entries if key != name]
+    problems += [f"{REFERENCES}: {key} has two entries" for key in sorted(set(keys)) if keys.count(key) > 1]
+    if len(keys) != page.count("<a id="):
+        problems.append(f"{REFERENCES}: {page.count('<a id=')} places have a name, {len(keys)} of them are entries")
+    cited = set()
+    for path, text in pages.items():
+        found = set(re.findall(r"references\.md#(\w+)", text)) | (set(cited_keys(text)) if path == REFERENCES else set())
+        problems += [f"{path}: {REFERENCES} has no entry {key}" for key in sorted(found - set(keys))]
+        cited |= found
+    return problems + [f"{REFERENCES}: no page cites {key}" for key in keys if key not in cited]
+
+
 def check(root, files, pages):
-    """`files`: {path: text} of all; `pages`: {path: text} of docs/*.md and README.md."""
+    """`files`: {path: text} of all; `pages`: {path: text} of all pages for readers."""
     problems = []
     tags = [int(tag) for tag in re.findall(r"\\tag\{(\d+)\}", pages["docs/theory.md"])]
     if tags != list(range(1, len(tags) + 1)):
@@ -58,6 +83,13 @@ def try_the_rules(root):
     assert check(root, {}, {"docs/theory.md": "\\tag{1}\\tag{3}"})
     assert check(root, {}, theory | {"docs/" "b.md": "[x](none.md)"})
     assert check(root, {}, theory | {"docs/architecture.md": "[x](theory.md#c)"})
+    entry = {REFERENCES: '* <a id="a1"></a>**a1.** Text.\n'}
+    citing = {"README.md": "[A](docs/references.md#a1)"}
+    assert not check_references(entry | citing)
+    assert check_references(entry)
+    assert check_references(entry | {"README.md": "[A](docs/references.md#a1) [B](docs/references.md#b1)"})
+    assert check_references({REFERENCES: 2 * entry[REFERENCES]} | citing)
+    assert check_references({REFERENCES: entry[REFERENCES].replace("**a1", "**a2")} | citing)
 
 
 def main():
@@ -65,10 +97,9 @@ def main():
     try_the_rules(root)
     texts = {str(path.relative_to(root)): path.read_text(errors="replace") for folder in FOLDERS for path in (root / folder).rglob("*")
              if path.suffix in KINDS}
-    pages = {path: text for path, text in texts.items() if re.fullmatch(r"docs/\w+\.md", path)}
-    if (root / "README.md").exists():
-        pages["README.md"] = (root / "README.md").read_text()
-    problems = check(root, texts | pages, pages)
+    pages = {path: text for path, text in texts.items() if path.endswith(".md")}
+    pages |= {path.name: path.read_text() for path in root.glob("*.md")}
+    problems = check(root, texts | pages, pages) + check_references(pages)
     cited = sorted({number for text in texts.values() for number in cited_numbers(text)})
     print("\n".join(problems) or f"{len(cited)} equations are cited, all are there")
     return 1 if problems else 0

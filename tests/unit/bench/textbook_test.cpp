@@ -8,6 +8,7 @@
 namespace skein {
 namespace {
 
+using bench::TextbookBuild;
 using bench::TextbookRods;
 
 struct Size {
@@ -32,14 +33,15 @@ Size size_of(std::span<const Slot<1>> a, std::span<const Slot<1>> b = {}) {
 }
 
 /// Steps a row of cilia both ways, from a bent and moving start, and compares rods at synchronised time.
-void expect_same(long elements, std::int64_t steps, std::int64_t batch, double tolerance) {
+void expect_same(long elements, std::int64_t steps, std::int64_t batch, double tolerance,
+                 TextbookBuild build = TextbookBuild::plain) {
     SceneSpec scene = test::cilia_scene(11, elements);
     Shape& shape = scene.rods[0].shape;
     shape.start_curvature = Vec3d{0.4, -0.3, 0.5};
     shape.angular_velocity = {0.1, 0.2, 0.3};
     std::get<MagneticField>(scene.loads[0].load).ramp = 0;
     test::Stage stage(scene);
-    TextbookRods textbook(stage.groups[0], stage.plan.groups[0], stage.plan.dt, 11);
+    TextbookRods textbook(stage.groups[0], stage.plan.groups[0], stage.plan.dt, 11, build);
 
     const std::vector<Slot<1>> start = stage.state(0);
     while (stage.clock.done() < steps) {
@@ -65,6 +67,11 @@ void expect_same(long elements, std::int64_t steps, std::int64_t batch, double t
 TEST(Textbook, StepsLikeSkein) {
     expect_same(25, 100, 1, 1e-9);
     expect_same(6, 100, 1, 1e-9);
+}
+
+TEST(Textbook, VectorisedStepsLikeSkein) {
+    expect_same(25, 100, 1, 1e-9, TextbookBuild::vectorised);
+    expect_same(6, 100, 1, 1e-9, TextbookBuild::vectorised);
 }
 
 TEST(Textbook, BatchOfStepsIsTheSameSteps) { expect_same(10, 100, Clock::largest_batch, 1e-9); }

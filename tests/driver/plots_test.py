@@ -1,0 +1,80 @@
+"""Figures of the cases (apps/*/plot.py): of their own results a picture, of anything else a sentence. Never a traceback."""
+
+import os
+import pathlib
+import subprocess
+import sys
+import tempfile
+import unittest
+
+from driver import MPIRUN, SKEIN
+
+APPS = pathlib.Path(__file__).resolve().parents[2] / "apps"
+# Case: scene, options that make a run of a second, picture (none where the run ends before there is something to measure).
+CASES = {
+    "cilia_carpet": ("row_8.toml", ("--until", "72", "--set", "rods.cilia.shape.elements=4"), "carpet.png"),
+    "contact": ("plectoneme.toml", ("--until", "0.2", "--set", "output.trajectory=0.1"), "rod.png"),
+    "nest": ("nest_110.toml", ("--until", "0.002"), None),
+}
+
+
+class Plots(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        cls._directory = tempfile.TemporaryDirectory()
+        cls.directory = pathlib.Path(cls._directory.name)
+        for case, (scene, options, _) in CASES.items():
+            command = [MPIRUN, "-n", "1", SKEIN, "run", str(APPS / case / scene), "--out", str(cls.directory / case), "-q", *options]
+            done = subprocess.run(command, capture_output=True, text=True, timeout=200)
+            assert done.returncode in (0, 3), done.stdout + done.stderr
+
+    @classmethod
+    def tearDownClass(cls):
+        cls._directory.cleanup()
+
+    def plot(self, program, out, **environment):
+        return subprocess.run([sys.executable, str(APPS / program), str(out)], capture_output=True, text=True, timeout=100,
+                              env=dict(os.environ, **environment))
+
+    def assert_sentence(self, done, *words):
+        """One line, which has these words, and an exit code that scripts notice."""
+        self.assertEqual(done.returncode, 1, done.stdout + done.stderr)
+        self.assertEqual(len(done.stderr.strip().splitlines()), 1, done.stderr)
+        for word in words:
+            self.assertIn(word, done.stderr)
+
+    def test_own_results_are_drawn(self):
+        for case, (_, _, picture) in CASES.items():
+            with self.subTest(case=case):
+                done = self.plot(f"{case}/plot.py", self.directory / case)
+                if picture:
+                    self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
+                    self.assertGreater((self.directory / case / picture).stat().st_size, 10000)
+                else:
+                    self.assert_sentence(done, "the lid has touched no rod yet")
+
+    def test_results_of_another_case(self):
+        for case in CASES:
+            for other in set(CASES) - {case}:
+                with self.subTest(case=case, results=other):
+                    self.assert_sentence(self.plot(f"{case}/plot.py", self.directory / other), str(self.directory / other))
+
+    def test_no_results(self):
+        (self.directory / "empty").mkdir(exist_ok=True)
+        for case in CASES:
+            for out in ("empty", "absent"):
+                with self.subTest(case=case, results=out):
+                    self.assert_sentence(self.plot(f"{case}/plot.py", self.directory / out), str(self.directory / out))
+
+    def test_python_without_a_package(self):
+        for name in ("numpy", "h5py", "matplotlib"):
+            stub = self.directory / f"no_{name}"
+            stub.mkdir()
+            (stub / f"{name}.py").write_text(f"raise ModuleNotFoundError('No module named {name}')\n")
+            for case in CASES:
+                with self.subTest(case=case, package=name):
+                    self.assert_sentence(self.plot(f"{case}/plot.py", self.directory / case, PYTHONPATH=str(stub)), name, f"python3-{name}")
+
+
+if __name__ == "__main__":
+    unittest.main()
