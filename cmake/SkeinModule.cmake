@@ -1,7 +1,11 @@
 # skein_module(<name> [SOURCES ...] [DEPENDS ...]): one target per folder of src/, skein_<name>.
 # Without sources the target is header-only.
 
-# Flags that decide bits: no contraction but what fma() spells, no fast-math. Kernels are explicit about width.
+# Flags that decide bits: no contraction but what fma() spells, no fast-math. Kernels are explicit about width, so the compiler need not
+# vectorise, and must not: GCC 11 and 12 expand the permutation {0 1 2 4 4 5 6 7} of eight doubles, which arises in loops that copy records of
+# ten out of records with gaps, into vpermilpd $178, an instruction that cannot cross halves of 128 bits and gives {0 1 2 2 5 5 6 7}: of
+# the third and fourth index they check the lower bound alone. The C is sound; __builtin_shuffle with that mask shows it. Whatever prefers
+# 512-bit vectors is hit (-march=x86-64-v4, native on AMD Zen 4). Permutations that kernels spell are of other kinds (core_test).
 add_library(skein_flags INTERFACE)
 target_compile_features(skein_flags INTERFACE cxx_std_20)
 target_compile_options(skein_flags INTERFACE

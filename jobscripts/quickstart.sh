@@ -33,6 +33,8 @@ bash jobscripts/install.sh "${no_install[@]}"
 options=()
 [[ -f build/CMakeCache.txt ]] || options=(-DSKEIN_TESTS=OFF -DSKEIN_BENCH=OFF)
 build skein "$jobs" "${options[@]}"
+say "Checking the build"
+build/bin/skein check --self
 if [[ $build_only == yes ]]; then
     say "Built: build/bin/skein"
     exit
