@@ -6,6 +6,7 @@
 # entry points (src/kernels/kernels.hpp) are made local, and its code goes into a section with the name of the level:
 # tests/architecture/levels_test.py looks for its instructions in all others.
 
+set(SKEIN_LANES 1 2 4 8 CACHE STRING "Widths to build kernels for; those that are missing are served by others")
 set(SKEIN_LEVEL_MARCH_x86_64 x86-64)
 set(SKEIN_LEVEL_MARCH_x86_64_v3 x86-64-v3)
 set(SKEIN_LEVEL_MARCH_x86_64_v4 x86-64-v4)
@@ -52,6 +53,9 @@ function(skein_level level)
   set(parts skein_contact_${level})
   set(entries "")
   foreach(width ${SKEIN_LEVEL_WIDTHS_${level}})
+    if(NOT width IN_LIST SKEIN_LANES)
+      continue()
+    endif()
     add_library(skein_rods_${level}_w${width} STATIC ${SKEIN_ROD_KERNELS})
     target_compile_definitions(skein_rods_${level}_w${width} PRIVATE SKEIN_WIDTH=${width} SKEIN_KERNELS=skein_kernels_w${width})
     list(APPEND parts skein_rods_${level}_w${width})
@@ -63,6 +67,10 @@ function(skein_level level)
     skein_kernel_flags(${part} ${level})
     list(APPEND archives $<TARGET_FILE:${part}>)
   endforeach()
+  if(NOT entries) # of no width that is built; tests may want its contact
+    set(SKEIN_LEVEL_OBJECT_${level} "" PARENT_SCOPE)
+    return()
+  endif()
   set(script ${CMAKE_CURRENT_BINARY_DIR}/${level}.ld)
   file(CONFIGURE OUTPUT ${script} CONTENT "SECTIONS { skein_${level} : { *(.text.unlikely .text.unlikely.*) *(.text .text.*) } }\n")
   set(joined ${CMAKE_CURRENT_BINARY_DIR}/skein_${level}.o)

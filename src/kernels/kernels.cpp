@@ -2,26 +2,36 @@
 
 #include "core/level.hpp"
 
+#include <iterator>
+
 namespace skein {
 
-extern "C" const Kernels skein_kernels_w1, skein_kernels_w2;
-#if defined(__x86_64__)
-extern "C" const Kernels skein_kernels_w4, skein_kernels_w8;
-#endif
+extern "C" const Kernels skein_kernels_w1, skein_kernels_w2, skein_kernels_w4, skein_kernels_w8;
 
 const Kernels& kernels(int lanes) {
-    switch (served_lanes(lanes)) {
-#if defined(__x86_64__)
-    case 1:
-        return skein_kernels_w1;
-    case 4:
-        return skein_kernels_w4;
-    case 8:
-        return skein_kernels_w8;
+    struct Built {
+        int lanes;
+        const Kernels* kernels;
+    };
+    // The narrowest stands last, for those who ask for less.
+    static constexpr Built built[] = {
+#if defined(SKEIN_HAS_W8) && defined(__x86_64__)
+        {8, &skein_kernels_w8},
 #endif
-    default:
-        return skein_kernels_w2;
-    }
+#if defined(SKEIN_HAS_W4) && defined(__x86_64__)
+        {4, &skein_kernels_w4},
+#endif
+#if defined(SKEIN_HAS_W2) || !defined(__x86_64__)
+        {2, &skein_kernels_w2},
+#endif
+#if defined(SKEIN_HAS_W1) && defined(__x86_64__)
+        {1, &skein_kernels_w1},
+#endif
+    };
+    const int served = served_lanes(lanes);
+    for (const Built& b : built)
+        if (b.lanes <= served) return *b.kernels;
+    return *std::end(built)[-1].kernels;
 }
 
 Surroundings make_surroundings(const Plan& plan, std::span<const RodGroup> groups) {
