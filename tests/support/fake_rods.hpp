@@ -73,6 +73,7 @@ public:
     bool act(const Step&, bool) override { return true; }
     void act_and_move(const Step&, const Step&) override {}
     std::string near_limit() const override { return {}; }
+    std::vector<std::string_view> passes(std::size_t) const override { return {}; }
     std::span<const LocalRod> local() const override { return local_; }
     RodPlace place(std::size_t i) const override { return {i, 0}; }
     void export_rod(std::size_t i, std::span<Slot<1>> out) const override {
