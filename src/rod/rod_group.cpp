@@ -299,16 +299,33 @@ void RodGroup::start_state(std::int64_t i, std::span<Slot<1>> out) const {
     const int n = elements();
     for (int k = 0; k <= n; ++k) {
         Slot<1>& s = out[static_cast<std::size_t>(k)];
-        set_lane(s.position, 0, origin(i) + turned(i, start_offsets_[static_cast<std::size_t>(k)]));
-        set_lane(s.velocity, 0, holds_node(k) ? Vec3d{0, 0, 0} : spec_.shape.velocity);
+        const Vec3d& offset = start_offsets_[static_cast<std::size_t>(k)];
+        set_lane(s.position, 0, origin(i) + turned(i, offset));
+        const Vec3d velocity = spec_.shape.velocity + cross(turning, turned(i, offset - about));
+        set_lane(s.velocity, 0, holds_node(k) ? Vec3d{0, 0, 0} : velocity);
         if (k < n) {
-            set_lane(s.director, 0, start_director(i, static_cast<std::size_t>(k)));
-            set_lane(s.spin, 0, holds_element(k) ? Vec3d{0, 0, 0} : spec_.shape.angular_velocity);
+            const Quaterniond q = start_director(i, static_cast<std::size_t>(k));
+            set_lane(s.director, 0, q);
+            set_lane(s.spin, 0, holds_element(k) ? Vec3d{0, 0, 0} : q * turning + spec_.shape.element_spin);
         } else {
             set_lane(s.director, 0, no_turn);
             set_lane(s.spin, 0, Vec3d{0, 0, 0});
+Vec3d RodGroup::pivot() const {
+    if (is_rigid(*this)) return 0.5 * (start_offsets_.front() + start_offsets_.back());
+    if (holds_node(0)) return start_offsets_.front();
+    if (holds_node(elements())) return start_offsets_.back();
+    Vec3d sum{0, 0, 0};
+    double mass = 0;
+    for (std::size_t i = 0; i < node_mass.size(); ++i) {
+        sum += node_mass[i] * start_offsets_[i];
+        mass += node_mass[i];
+    }
+    return (1 / mass) * sum;
+}
+
         }
     }
+    const Vec3d turning = spec_.shape.angular_velocity, about = pivot();
     apply_hold(*this, out.data());
     if (is_rigid(*this)) rigid_drift(tile_of(*this, out), 0); // nodes go round with it
 }

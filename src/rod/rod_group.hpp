@@ -106,6 +106,8 @@ private:
         return turns_.empty() ? offset : transpose_times(turns_[static_cast<std::size_t>(i)], offset);
     }
     void pack_rods(std::vector<Capsule>* occupied);
+    /// What a rod turns about at t = 0, relative to its origin: an end that is pinned, or its centre of mass. m
+    Vec3d pivot() const;
 
     RodSpec spec_;
     int id_;

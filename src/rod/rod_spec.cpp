@@ -85,7 +85,14 @@ void Shape::fields(FieldVisitor& f, Law law) {
              .text = "the same for every inner vertex (elements - 1; a ring: elements); replaces `start_curvature`"},
             start_curvature_profile);
     f.visit({.name = "velocity", .unit = "m/s", .text = "at t = 0, lab frame"}, velocity);
-    f.visit({.name = "angular_velocity", .unit = "rad/s", .text = "of every element at t = 0, body frame"}, angular_velocity);
+    f.visit({.name = "angular_velocity",
+             .unit = "rad/s",
+             .text = "of the whole rod at t = 0, lab frame: about its centre of mass, or about the end that is pinned"},
+            angular_velocity);
+    f.visit({.name = "element_spin",
+             .unit = "rad/s",
+             .text = "of every element in its place at t = 0, body frame; nodes stay as they are"},
+            element_spin);
 }
 
 void Placement::fields(FieldVisitor& f) {

@@ -55,7 +55,8 @@ struct Shape {
     std::optional<Vec3d> start_curvature;       ///< curvature at t = 0; the rest curvature where absent
     std::vector<Vec3d> start_curvature_profile; ///< empty, or one per Voronoi cell
     Vec3d velocity{0, 0, 0};                    ///< at t = 0, lab, m/s
-    Vec3d angular_velocity{0, 0, 0};            ///< of each element at t = 0, body, rad/s
+    Vec3d angular_velocity{0, 0, 0};            ///< of the whole rod at t = 0, lab, rad/s
+    Vec3d element_spin{0, 0, 0};                ///< of each element in its place at t = 0, body, rad/s
 
     /// What is allowed depends on the law.
     void fields(FieldVisitor& f, Law law);

@@ -148,7 +148,7 @@ private:
         unused(path + ".section", {"taper", "profile"}, where);
         unused(path + ".shape",
                {"length_profile", "rest_curvature", "rest_curvature_profile", "rest_strain", "closed", "start_curvature",
-                "start_curvature_profile"},
+                "start_curvature_profile", "element_spin"},
                where);
         if (rods.shape.elements != 1)
             add(path + ".shape.elements", fmt::format("a rigid body is one element, and not {}", rods.shape.elements));
@@ -182,6 +182,11 @@ private:
         if (s.closed && (rods.start != EndKind::free || rods.end != EndKind::free))
             add(path + ".closed", "a ring has no ends: 'start' and 'end' must be free");
         if (s.rest_strain.z <= -1)
+        const auto clamped = [](EndKind end) { return end == EndKind::clamped || end == EndKind::clamped_frozen; };
+        const bool both = rods.start != EndKind::free && rods.end != EndKind::free;
+        if (!zero(s.angular_velocity) && (both || clamped(rods.start) || clamped(rods.end)))
+            add(path + ".angular_velocity", "'angular_velocity' turns a rod as a whole, which must be free or pinned at one end "
+                                            "only; 'element_spin' is that of elements in their places");
             add(path + ".rest_strain",
                 fmt::format("'rest_strain' of {} along d3 leaves no length: it must be above -1", s.rest_strain.z));
         if (!s.length_profile.empty())
