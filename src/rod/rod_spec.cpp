@@ -49,6 +49,26 @@ void Section::fields(FieldVisitor& f) {
             taper);
     f.visit({.name = "profile", .unit = "-", .text = "radius of every element over `radius`; replaces `taper`", .above = 0},
             profile);
+    f.visit({.name = "torsion_constant",
+             .unit = "m^4",
+             .text =
+                 "torsional stiffness over G where `radius` holds, as the fourth power of the radius along the rod; 0: St Venant's "
+                 "of the ellipse",
+             .at_least = 0},
+            torsion_constant);
+    f.visit({.name = "shear_factors",
+             .unit = "-",
+             .text = "alpha_c along d1 and along d2; replaces `shear_factor` of the material",
+             .above = 0,
+             .at_most = 2},
+            shear_factors);
+    f.visit({.name = "bending_stiffness",
+             .unit = "N m^2",
+             .text =
+                 "E I1 about d1 and E I2 about d2 where `radius` holds, as the fourth power of the radius along the rod; those of "
+                 "the ellipse where absent",
+             .above = 0},
+            bending_stiffness);
 }
 
 void Shape::fields(FieldVisitor& f, Law law) {

@@ -145,7 +145,7 @@ private:
         const char* const where = "in a rigid body";
         unused(path + ".material",
                {"youngs_modulus", "shear_modulus", "shear_factor", "rotary_inertia_scale", "rotary_inertia_for_dt"}, where);
-        unused(path + ".section", {"taper", "profile"}, where);
+        unused(path + ".section", {"taper", "profile", "torsion_constant", "shear_factors", "bending_stiffness"}, where);
         unused(path + ".shape",
                {"length_profile", "rest_curvature", "rest_curvature_profile", "rest_strain", "closed", "start_curvature",
                 "start_curvature_profile", "element_spin"},
@@ -165,6 +165,13 @@ private:
                     fmt::format("{} is not for rigid bodies, as those of group '{}': name other groups in 'rods'", what,
                                 rods->name));
     }
+        if (!s.shear_factors.empty()) {
+            length(path + ".shear_factors", s.shear_factors.size(), 2, "one along d1 and one along d2");
+            const std::string material = path.substr(0, path.rfind('.')) + ".material";
+            unused(material, {"shear_factor"}, "beside 'shear_factors' of the section");
+        }
+        if (!s.bending_stiffness.empty())
+            length(path + ".bending_stiffness", s.bending_stiffness.size(), 2, "E I1 about d1 and E I2 about d2");
 
     void section(const RodSpec& rods, const std::string& path) {
         const Section& s = rods.section;
