@@ -142,10 +142,13 @@ GroupPlan plan_group(const SceneSpec& scene, const RodGroup& group) {
          : group.law() == Law::elastica ? ElasticaPass<1>::pass_name
                                         : with_energy_law(group.law(), []<class L>(L) { return L::name; }));
     if (audit) pass(AuditInnerPass<IncompressibleLaw, 1>::pass_name);
-    for (const Load& load : p.loads) pass(kind_of(load));
+    for (const Load& load : p.loads)
+        if (!feels_all(load)) pass(kind_of(load));
     p.walls = std::any_of(scene.walls.begin(), scene.walls.end(), [&](const Wall& wall) { return wall.acts_on(group.name()); });
     if (p.walls) pass(WallPass<1>::pass_name);
     if (scene.contact) pass(FeelPass<1>::pass_name);
+    for (const Load& load : p.loads)
+        if (feels_all(load)) pass(kind_of(load));
     if (group.closed()) pass(FoldRingPass<1>::pass_name);
     if (audit) pass(AuditLoadsPass<1>::pass_name);
     pass(is_rigid(group) ? RigidKickPass<1>::pass_name : kick_names[static_cast<std::size_t>(p.kick)]);
