@@ -1,7 +1,6 @@
 #include "dampers.hpp"
 
 #include "loads/damping.hpp"
-#include "loads/laplacian_filter.hpp"
 
 #include <vector>
 
@@ -25,6 +24,34 @@ public:
 private:
     static constexpr std::size_t largest_stages = 2; ///< distinct kick lengths of a scheme
     KickPass<KickKind::elastica, 1> kick_;
+};
+
+/// The published filter of an open rod: p times f_i <- (2 f_i - f_{i-1} - f_{i+1})/4 inside, 0 at both ends; then v <- v - f, and
+/// spins alike in body components. It acts per step, keeps no momentum, and its ends, which never give way, may add energy: the
+/// library's damping of that name is another. Source: PyElastica's LaplaceDissipationFilter; Jeanmart & Winckelmans 2007.
+class OpenFilter final : public TilePass<1> {
+public:
+    explicit OpenFilter(long order) : order_(order) {}
+    std::string_view name() const override { return "laplacian filter (as published)"; }
+    void run(const RodTile<1>& rod, SlotLoad<1>*, const Step&) const override {
+        filter<&Slot<1>::velocity>(rod, rod.n + 1);
+        filter<&Slot<1>::spin>(rod, rod.n);
+    }
+
+private:
+    template <auto Rate> void filter(const RodTile<1>& rod, int count) const {
+        const auto last = static_cast<std::size_t>(count) - 1;
+        std::vector<Vec3d> f(last + 1, Vec3d{0, 0, 0}), before;
+        for (std::size_t i = 0; i <= last; ++i) f[i] = lane(rod.slot[i].*Rate, 0);
+        for (long p = 0; p < order_; ++p) {
+            before = f;
+            for (std::size_t i = 1; i < last; ++i) f[i] = 0.25 * (before[i] + before[i] - before[i - 1] - before[i + 1]);
+            f.front() = f.back() = {0, 0, 0};
+        }
+        for (std::size_t i = 1; i < last; ++i) rod.slot[i].*Rate -= broadcast<1>(f[i]);
+    }
+
+    long order_;
 };
 
 /// The published filter of a ring: it takes the rates with the last one put before them and the first one after them, and leaves
@@ -59,7 +86,7 @@ private:
 std::unique_ptr<TilePass<1>> make_damper(const Entry& e, const RodGroup& group) {
     const std::string kind = e["kind"].text();
     if (kind == "laplace_filter" && group.closed()) return std::make_unique<RingFilter>(e["filter_order"].integer());
-    if (kind == "laplace_filter") return std::make_unique<LaplacianFilterPass<1>>(e["filter_order"].integer());
+    if (kind == "laplace_filter") return std::make_unique<OpenFilter>(e["filter_order"].integer());
     if (kind != "analytical_linear") throw NotBuilt("damper '" + kind + "' (" + e.path() + ")");
     const double h = e["time_step"].positive();
     if (e.has("uniform_damping_constant"))

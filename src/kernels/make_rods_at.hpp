@@ -80,14 +80,19 @@ template <int W> TileProgram<W> make_program(const GroupPlan& plan, const RodGro
     if (around.others) program.push_back(std::make_unique<ShowPass<W>>(around.others));
     program.push_back(make_elastic<W>(group, moving));
     if (audit) program.push_back(make_audit_inner<W>(group, audit, moving));
-    for (const Load& load : plan.loads) program.push_back(make_pass<W>(load, group));
+    for (const Load& load : plan.loads)
+        if (!feels_all(load)) program.push_back(make_pass<W>(load, group));
     if (walls) program.push_back(std::make_unique<WallPass<W>>(around.walls, group, walls));
     if (around.others) program.push_back(std::make_unique<FeelPass<W>>(around.others));
+    for (const Load& load : plan.loads)
+        if (feels_all(load)) program.push_back(make_pass<W>(load, group));
     if (group.closed()) program.push_back(std::make_unique<FoldRingPass<W>>());
     if (audit) program.push_back(std::make_unique<AuditLoadsPass<W>>(audit));
-    program.push_back(make_kick<W>(plan, group, scheme, dt));
+    const bool filtered = std::any_of(plan.damping.begin(), plan.damping.end(), is_filter);
+    program.push_back(make_kick<W>(plan, group, scheme, filtered ? 0.5 * dt : dt));
     for (const Damping& d : plan.damping)
-        if (d.kind == DampingKind::laplacian) program.push_back(std::make_unique<LaplacianFilterPass<W>>(d.order));
+        if (is_filter(d)) program.push_back(std::make_unique<LaplacianFilterPass<W>>(group, d.order, d.rate, dt));
+    if (filtered) program.push_back(make_kick<W>(plan, group, scheme, 0.5 * dt));
     if (group.spec().hold.any()) program.push_back(std::make_unique<HoldPass<W>>());
     if (audit) program.push_back(std::make_unique<AuditBalancePass<W>>(audit, moving != nullptr));
     return program;

@@ -23,13 +23,12 @@ Vec3d over(double a, const Vec3d& j) { return {a / j.x, a / j.y, a / j.z}; }
 
 DampingRates damping_rates(const RodGroup& group, std::span<const Damping> damping) {
     DampingRates rates;
-    if (std::all_of(damping.begin(), damping.end(), [](const Damping& d) { return d.kind == DampingKind::laplacian; }))
-        return rates;
+    if (std::all_of(damping.begin(), damping.end(), is_filter)) return rates;
     const auto n = static_cast<std::size_t>(group.elements());
     rates.node.assign(n + 1, 0.0);
     rates.element.assign(n, Vec3d{0, 0, 0});
     for (const Damping& d : damping) {
-        if (d.kind == DampingKind::laplacian) continue;
+        if (is_filter(d)) continue;
         if (d.kind != DampingKind::uniform && !rates.follow_stretch()) rates.element_stretched.assign(n, Vec3d{0, 0, 0});
         for (std::size_t i = 0; i <= n; ++i)
             if (group.node_mass[i] > 0)

@@ -2,7 +2,7 @@
 //   uniform(c):      nu = c for velocity and spin                                         [1/s]
 //   legacy(c):       nu = c for velocity; spin decays at c m_k e_k/J_i about axis i       [1/s]   (published codes)
 //   physical(ct,cr): nu = ct/m_i for velocity; cr e_k/J_i for spin                        [kg/s], [kg m^2/s]
-//   laplacian(p):    no rate: a filter of the rates after the kick (loads/laplacian_filter.hpp)
+//   laplacian(p, c): a filter in the middle of the kick: c for what alternates from node to node (loads/laplacian_filter.hpp) [1/s]
 #pragma once
 
 #include "core/fields.hpp"
@@ -24,20 +24,26 @@ struct Damping {
 
     void fields(FieldVisitor& f) {
         f.choice({.name = "kind", .unit = "", .text = "law of the rates", .required = true}, kind, damping_names);
-        f.visit({.name = "rate", .unit = "1/s", .text = "uniform, legacy: c", .at_least = 0}, rate);
+        f.visit({.name = "rate",
+                 .unit = "1/s",
+                 .text = "uniform, legacy: c; laplacian: that of motion which alternates from node to node",
+                 .at_least = 0},
+                rate);
         f.visit({.name = "translational", .unit = "kg/s", .text = "physical: ct", .at_least = 0}, translational);
         f.visit({.name = "rotational", .unit = "kg m^2/s", .text = "physical: cr", .at_least = 0}, rotational);
-        f.visit(
-            {.name = "order",
-             .unit = "-",
-             .text = "laplacian: p of a filter of velocities and spins after each kick; the higher, the more it spares long waves",
-             .at_least = 0,
-             .at_most = 1000},
-            order);
+        f.visit({.name = "order",
+                 .unit = "-",
+                 .text = "laplacian: p; waves of angle t from node to node decay at rate sin(t/2)^(2p): the higher, the more long "
+                         "ones are spared",
+                 .at_least = 0,
+                 .at_most = 1000},
+                order);
     }
 };
 
-/// Rates of all damping tables that act on a group, summed; a laplacian filter has none.
+inline bool is_filter(const Damping& d) { return d.kind == DampingKind::laplacian; }
+
+/// Rates of all damping tables that act on a group, summed; a filter has none.
 DampingRates damping_rates(const RodGroup& group, std::span<const Damping> damping);
 
 } // namespace skein

@@ -25,6 +25,14 @@ using Load = std::variant<Gravity, UniformForce, UniformCouple, EndForce, Magnet
 
 /// Loads that look along a rod from end to end, which strands do not.
 template <class L> inline constexpr bool needs_whole_rods = requires { requires L::needs_whole_rods; };
+/// Loads that answer what everything else presses with: they come after contacts and walls.
+inline bool feels_all(const Load& load) {
+    return std::visit(
+        []<class L>(const L&) {
+            return requires { requires L::feels_all; };
+        },
+        load);
+}
 /// Loads that keep tables of their group.
 template <class L> inline constexpr bool keeps_tables_of_group = requires(L l, const RodGroup& g) { l.bind_group(g); };
 

@@ -7,7 +7,8 @@
 //   slides along  -(1 - phi_a) mu_k(sign v_a) P (u.a) a;  across -(1 - phi_b) mu_k,side P (u.b) b, couple arm x that;  u = unit(v_a
 //   a + v_b b) holds  along  -clamp(F.a, -phi_a mu_s,back P, phi_a mu_s,forward P) a, F with sliding friction in it
 //          across clamp(-(r F.b - 2 C.a)/(3 r), +- phi_b mu_s,side P) b, C the couple so far in the lab, couple arm x that
-// Reads the loads already there, internal and external, so it must stand last. The velocity is that of before the kick.
+// Reads the loads already there, internal and external, so it comes after contacts and walls. The velocity is that of before the
+// kick. theory.md (60)-(62)
 // Source: Gazzola et al. 2018 (R. Soc. Open Sci. 5, 171628), as PyElastica has it. Cost: 330 flop per element.
 #pragma once
 
@@ -24,6 +25,7 @@ namespace skein {
 struct PlaneFriction {
     static constexpr std::string_view kind = "anisotropic_plane";
     static constexpr bool needs_whole_rods = true; ///< loads that other elements have not yet touched are read ahead
+    static constexpr bool feels_all = true;
 
     Vec3d point{0, 0, 0};                                                   ///< m
     Vec3d normal{0, 0, 1};                                                  ///< towards the rods
@@ -38,7 +40,7 @@ struct PlaneFriction {
         f.visit({.name = "point", .unit = "m", .text = "on the plane"}, point);
         f.visit({.name = "normal",
                  .unit = "-",
-                 .text = "of the plane, towards the rods. The load must stand last: what all others press on the plane counts"},
+                 .text = "of the plane, towards the rods; all that presses them on it counts: loads, contacts and walls"},
                 normal);
         f.visit({.name = "stiffness", .unit = "N/m", .text = "of the plane per element", .required = true, .at_least = 0},
                 stiffness);

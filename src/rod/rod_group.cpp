@@ -62,6 +62,12 @@ double outer_radius(const RodSpec& spec, std::size_t k, const Share& share) {
     return radius_factor(s, k, share) * (s.kind == SectionKind::elliptic ? std::max(s.radius, s.radius_2) : s.radius);
 }
 
+/// St Venant's torsion constant of an ellipse, over the polar moment i3 of a circle: pi a^3 b^3/(a^2 + b^2).
+double torsion_constant(const Section& s, double f, double a, double b, double i3) {
+    if (s.torsion_constant > 0) return f * f * f * f * s.torsion_constant;
+    return a == b ? i3 : pi * (a * a * a) * (b * b * b) / (a * a + b * b);
+}
+
 /// Constants of one element from its section: A, I1 = integral of y^2, I2, I3 = I1 + I2.      theory.md (3)
 ElementConstants element_constants(const RodSpec& spec, std::size_t k, const Share& share) {
     const Material& m = spec.material;
@@ -72,17 +78,23 @@ ElementConstants element_constants(const RodSpec& spec, std::size_t k, const Sha
     const double area = pi * a * b, i1 = 0.25 * pi * a * b * b * b, i2 = 0.25 * pi * a * a * a * b, i3 = i1 + i2;
     const double l = spec.shape.length * share.length;
     const double mass = m.density * l;
+    const auto& factors = spec.section.shear_factors;
+    const auto& given = spec.section.bending_stiffness;
+    const auto bending = [&](std::size_t axis, double i) {
+        return given.empty() ? m.youngs_modulus * i : f * f * f * f * given[axis];
+    };
+    const auto factor = [&](std::size_t axis) { return factors.empty() ? m.shear_factor : factors[axis]; };
     return {.rest_length = l,
             .inv_rest_length = 1 / l,
             .volume = area * l,
             .radius = std::sqrt(a * b),
-            .stiffness = {m.shear_factor * shear * area, m.shear_factor * shear * area, m.youngs_modulus * area},
+            .stiffness = {factor(0) * shear * area, factor(1) * shear * area, m.youngs_modulus * area},
             .rest_strain = spec.shape.rest_strain,
             .rest_stretch = 1 + spec.shape.rest_strain.z,
             .inertia = {mass * i1, mass * i2, mass * i3},
             .inv_inertia = {1 / (mass * i1), 1 / (mass * i2), 1 / (mass * i3)},
             .inertia_ratio = i3 / i1,
-            .bending = {m.youngs_modulus * i1, m.youngs_modulus * i2, shear * i3}};
+            .bending = {bending(0, i1), bending(1, i2), shear * torsion_constant(spec.section, f, a, b, i3)}};
 }
 
 /// A capsule: see rod/rigid.hpp.
@@ -295,15 +307,32 @@ void RodGroup::append_capsules(std::int64_t i, std::vector<Capsule>& capsules) c
                             outer_radius(spec_, k, share[k])});
 }
 
+Vec3d RodGroup::pivot() const {
+    if (is_rigid(*this)) return 0.5 * (start_offsets_.front() + start_offsets_.back());
+    if (holds_node(0)) return start_offsets_.front();
+    if (holds_node(elements())) return start_offsets_.back();
+    Vec3d sum{0, 0, 0};
+    double mass = 0;
+    for (std::size_t i = 0; i < node_mass.size(); ++i) {
+        sum += node_mass[i] * start_offsets_[i];
+        mass += node_mass[i];
+    }
+    return (1 / mass) * sum;
+}
+
 void RodGroup::start_state(std::int64_t i, std::span<Slot<1>> out) const {
     const int n = elements();
+    const Vec3d turning = spec_.shape.angular_velocity, about = pivot();
     for (int k = 0; k <= n; ++k) {
         Slot<1>& s = out[static_cast<std::size_t>(k)];
-        set_lane(s.position, 0, origin(i) + turned(i, start_offsets_[static_cast<std::size_t>(k)]));
-        set_lane(s.velocity, 0, holds_node(k) ? Vec3d{0, 0, 0} : spec_.shape.velocity);
+        const Vec3d& offset = start_offsets_[static_cast<std::size_t>(k)];
+        set_lane(s.position, 0, origin(i) + turned(i, offset));
+        const Vec3d velocity = spec_.shape.velocity + cross(turning, turned(i, offset - about));
+        set_lane(s.velocity, 0, holds_node(k) ? Vec3d{0, 0, 0} : velocity);
         if (k < n) {
-            set_lane(s.director, 0, start_director(i, static_cast<std::size_t>(k)));
-            set_lane(s.spin, 0, holds_element(k) ? Vec3d{0, 0, 0} : spec_.shape.angular_velocity);
+            const Quaterniond q = start_director(i, static_cast<std::size_t>(k));
+            set_lane(s.director, 0, q);
+            set_lane(s.spin, 0, holds_element(k) ? Vec3d{0, 0, 0} : q * turning + spec_.shape.element_spin);
         } else {
             set_lane(s.director, 0, no_turn);
             set_lane(s.spin, 0, Vec3d{0, 0, 0});

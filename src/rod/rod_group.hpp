@@ -20,13 +20,13 @@ template <class P> struct ElementConstantsOf {
     P inv_rest_length;   ///< 1/m
     P volume;            ///< m^3; of a rigid body with its round ends
     P radius;            ///< m, sqrt(A/pi): what a picture shows
-    Vec3<P> stiffness;   ///< alpha_c G A, alpha_c G A, E A; N
+    Vec3<P> stiffness;   ///< alpha_1 G A, alpha_2 G A, E A; N
     Vec3<P> rest_strain; ///< sigma0
     P rest_stretch;      ///< e0 = 1 + sigma0_3
     Vec3<P> inertia;     ///< J_k = rho l_k (j I1, j I2, I3), kg m^2; j of rotary_inertia_scale; of a rigid body rod/rigid.hpp
     Vec3<P> inv_inertia; ///< 1/J_k
     P inertia_ratio;     ///< J3/J1
-    Vec3<P> bending;     ///< E I1, E I2, G I3 of the element; N m^2
+    Vec3<P> bending;     ///< E I1, E I2, G I_t of the element; N m^2
 };
 using ElementConstants = ElementConstantsOf<double>;
 
@@ -106,6 +106,8 @@ private:
         return turns_.empty() ? offset : transpose_times(turns_[static_cast<std::size_t>(i)], offset);
     }
     void pack_rods(std::vector<Capsule>* occupied);
+    /// What a rod turns about at t = 0, relative to its origin: an end that is pinned, or its centre of mass. m
+    Vec3d pivot() const;
 
     RodSpec spec_;
     int id_;

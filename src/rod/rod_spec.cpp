@@ -49,6 +49,26 @@ void Section::fields(FieldVisitor& f) {
             taper);
     f.visit({.name = "profile", .unit = "-", .text = "radius of every element over `radius`; replaces `taper`", .above = 0},
             profile);
+    f.visit({.name = "torsion_constant",
+             .unit = "m^4",
+             .text =
+                 "torsional stiffness over G where `radius` holds, as the fourth power of the radius along the rod; 0: St Venant's "
+                 "of the ellipse",
+             .at_least = 0},
+            torsion_constant);
+    f.visit({.name = "shear_factors",
+             .unit = "-",
+             .text = "alpha_c along d1 and along d2; replaces `shear_factor` of the material",
+             .above = 0,
+             .at_most = 2},
+            shear_factors);
+    f.visit({.name = "bending_stiffness",
+             .unit = "N m^2",
+             .text =
+                 "E I1 about d1 and E I2 about d2 where `radius` holds, as the fourth power of the radius along the rod; those of "
+                 "the ellipse where absent",
+             .above = 0},
+            bending_stiffness);
 }
 
 void Shape::fields(FieldVisitor& f, Law law) {
@@ -85,7 +105,14 @@ void Shape::fields(FieldVisitor& f, Law law) {
              .text = "the same for every inner vertex (elements - 1; a ring: elements); replaces `start_curvature`"},
             start_curvature_profile);
     f.visit({.name = "velocity", .unit = "m/s", .text = "at t = 0, lab frame"}, velocity);
-    f.visit({.name = "angular_velocity", .unit = "rad/s", .text = "of every element at t = 0, body frame"}, angular_velocity);
+    f.visit({.name = "angular_velocity",
+             .unit = "rad/s",
+             .text = "of the whole rod at t = 0, lab frame: about its centre of mass, or about the end that is pinned"},
+            angular_velocity);
+    f.visit({.name = "element_spin",
+             .unit = "rad/s",
+             .text = "of every element in its place at t = 0, body frame; nodes stay as they are"},
+            element_spin);
 }
 
 void Placement::fields(FieldVisitor& f) {

@@ -32,13 +32,18 @@ enum class SectionKind { circular, elliptic };
 inline constexpr std::string_view section_names[] = {"circular", "elliptic"};
 
 /// Cross-section: circle of radius `radius`, or ellipse of semi-axis `radius` along d1 and `radius_2` along d2; scaled
-/// along the rod linearly from 1 at the start to `taper` at the end, or element by element by `profile`.
+/// along the rod linearly from 1 at the start to `taper` at the end, or element by element by `profile`. What is given of its
+/// constants replaces what the shape makes of them; mass and inertia are the shape's. Along a rod they go with the fourth power of
+/// the scale.
 struct Section {
     SectionKind kind = SectionKind::circular;
     double radius = 0;   ///< m
     double radius_2 = 0; ///< m, elliptic only
     double taper = 1;
-    std::vector<double> profile; ///< empty, or one factor per element
+    std::vector<double> profile;           ///< empty, or one factor per element
+    double torsion_constant = 0;           ///< m^4; 0: St Venant's of the ellipse
+    std::vector<double> shear_factors;     ///< empty: Material::shear_factor, or alpha_c along d1 and d2
+    std::vector<double> bending_stiffness; ///< empty, or E I1, E I2 about d1 and d2, N m^2
 
     void fields(FieldVisitor& f);
 };
@@ -55,7 +60,8 @@ struct Shape {
     std::optional<Vec3d> start_curvature;       ///< curvature at t = 0; the rest curvature where absent
     std::vector<Vec3d> start_curvature_profile; ///< empty, or one per Voronoi cell
     Vec3d velocity{0, 0, 0};                    ///< at t = 0, lab, m/s
-    Vec3d angular_velocity{0, 0, 0};            ///< of each element at t = 0, body, rad/s
+    Vec3d angular_velocity{0, 0, 0};            ///< of the whole rod at t = 0, lab, rad/s
+    Vec3d element_spin{0, 0, 0};                ///< of each element in its place at t = 0, body, rad/s
 
     /// What is allowed depends on the law.
     void fields(FieldVisitor& f, Law law);

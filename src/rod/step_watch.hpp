@@ -135,7 +135,8 @@ template <class Law, class Map, int W, class F> void present_eigenvalues(const R
         };
         const P about_d1 = shear_rotation(c.stiffness.y, mobility.x, beta.x);
         bool round = false; // strands may differ
-        if constexpr (!Map::along) round = c.inertia.x == c.inertia.y;
+        if constexpr (!Map::along)
+            round = c.inertia.x == c.inertia.y && c.stiffness.x == c.stiffness.y && c.bending.x == c.bending.y;
         f(k, PresentEigenvalues<P>{P(m * c.inv_rest_length) * stretching, about_d1,
                                    round ? about_d1 : shear_rotation(c.stiffness.x, mobility.y, beta.y), looser * beta.z});
         before = after;

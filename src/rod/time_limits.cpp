@@ -128,7 +128,9 @@ std::vector<double> rotary_inertia_for(const RodGroup& g, double dt) {
 double tension_limit(const RodGroup& g) {
     if (g.law() == Law::rigid) return std::numeric_limits<double>::infinity();
     const Material& m = g.spec().material;
-    const double shear = m.shear_factor * (m.shear_modulus > 0 ? m.shear_modulus : m.youngs_modulus / 3);
+    const auto& factors = g.spec().section.shear_factors;
+    const double factor = factors.empty() ? m.shear_factor : std::min(factors[0], factors[1]);
+    const double shear = factor * (m.shear_modulus > 0 ? m.shear_modulus : m.youngs_modulus / 3);
     const double e0 = 1 + g.spec().shape.rest_strain.z;
     if (g.law() != Law::incompressible)
         return shear < m.youngs_modulus ? e0 / (1 - shear / m.youngs_modulus) : std::numeric_limits<double>::infinity();

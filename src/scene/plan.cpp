@@ -32,7 +32,8 @@ constexpr double drift_ns = 3.2, elliptic_drift_ns = 9, elastic_ns = 5.6, kick_n
 // Of bench/scenes/nest: contacts at its density, half a candidate per element, and what rods show and feel; a box with floor and
 // lid.
 constexpr double contact_ns = 55, walls_ns = 12;
-constexpr double rigid_ns = 12; // all of a body: by the ratio of runs with bodies and with rods
+constexpr double rigid_ns = 12;                        // all of a body: by the ratio of runs with bodies and with rods
+constexpr double filter_ns = 9, filter_order_ns = 1.5; // by the ratio of runs with and without a filter of order 1, 2 and 4
 
 /// Undamped rods are lost after 1e5 steps and more above 0.707 of the limit, where modes go round in four steps or fewer and strain
 /// drives them (tests/stress/resonance.cpp); at 0.6 their energy settles.
@@ -142,22 +143,30 @@ GroupPlan plan_group(const SceneSpec& scene, const RodGroup& group) {
          : group.law() == Law::elastica ? ElasticaPass<1>::pass_name
                                         : with_energy_law(group.law(), []<class L>(L) { return L::name; }));
     if (audit) pass(AuditInnerPass<IncompressibleLaw, 1>::pass_name);
-    for (const Load& load : p.loads) pass(kind_of(load));
+    for (const Load& load : p.loads)
+        if (!feels_all(load)) pass(kind_of(load));
     p.walls = std::any_of(scene.walls.begin(), scene.walls.end(), [&](const Wall& wall) { return wall.acts_on(group.name()); });
     if (p.walls) pass(WallPass<1>::pass_name);
     if (scene.contact) pass(FeelPass<1>::pass_name);
+    for (const Load& load : p.loads)
+        if (feels_all(load)) pass(kind_of(load));
     if (group.closed()) pass(FoldRingPass<1>::pass_name);
     if (audit) pass(AuditLoadsPass<1>::pass_name);
-    pass(is_rigid(group) ? RigidKickPass<1>::pass_name : kick_names[static_cast<std::size_t>(p.kick)]);
+    const std::string_view of_kick = is_rigid(group) ? RigidKickPass<1>::pass_name : kick_names[static_cast<std::size_t>(p.kick)];
+    pass(of_kick);
     for (const Damping& d : p.damping)
-        if (d.kind == DampingKind::laplacian) pass(LaplacianFilterPass<1>::pass_name);
+        if (is_filter(d)) pass(LaplacianFilterPass<1>::pass_name);
+    if (std::any_of(p.damping.begin(), p.damping.end(), is_filter)) pass(of_kick); // a half before the filters, a half after
     if (group.spec().hold.any()) pass(HoldPass<1>::pass_name);
     if (audit) pass(AuditBalancePass<1>::pass_name);
 
     const double kick = p.kick == KickKind::undamped || p.kick == KickKind::constant_rates ? kick_ns : stretched_kick_ns;
     const double all = is_rigid(group) ? rigid_ns : (p.circular ? drift_ns : elliptic_drift_ns) + elastic_ns + kick;
+    double filters = 0;
+    for (const Damping& d : p.damping)
+        if (is_filter(d)) filters += filter_ns + filter_order_ns * static_cast<double>(d.order);
     p.ns_per_element_step =
-        all + load_ns * static_cast<double>(p.loads.size()) + (scene.contact ? contact_ns : 0) + (p.walls ? walls_ns : 0);
+        all + filters + load_ns * static_cast<double>(p.loads.size()) + (scene.contact ? contact_ns : 0) + (p.walls ? walls_ns : 0);
     p.limits = time_limits(group);
     limit_by_contact(p, group, scene);
     limit_by_drag(p, group, scheme_of(scene.time.integrator));
@@ -183,7 +192,7 @@ bool can_lie_along(const GroupPlan& p, const RodGroup& group, const SceneSpec& s
         return false;
     for (const Load& load : p.loads)
         if (std::visit([]<class L>(const L&) { return needs_whole_rods<L>; }, load)) return false;
-    return std::none_of(p.damping.begin(), p.damping.end(), [](const Damping& d) { return d.kind == DampingKind::laplacian; });
+    return std::none_of(p.damping.begin(), p.damping.end(), is_filter);
 }
 
 /// Groups with the same passes under the same loads; those whose loads keep tables of their group stand alone.

@@ -122,12 +122,6 @@ private:
         for (const RodSpec& rods : scene_.rods)
             if (out.audit && rods.material.law == Law::rigid)
                 add("output.audit", fmt::format("there is no audit of the rigid bodies of group '{}'", rods.name));
-        const bool filtered = std::any_of(scene_.damping.begin(), scene_.damping.end(),
-                                          [](const DampingSpec& d) { return d.damping.kind == DampingKind::laplacian; });
-        if (out.audit && filtered &&
-            scene_.time.integrator == Integrator::pefrl) // measured: open by 1e-3, closed to 2e-7 with verlet
-            add("output.audit", "the audit of a damping of kind \"laplacian\" does not close with integrator = \"pefrl\", whose "
-                                "kicks it interrupts: use \"verlet\"");
         for (std::size_t i = 0; i < out.observables.size(); ++i) {
             const std::string& set = out.observables[i];
             const std::string path = fmt::format("output.observables.{}", i);
@@ -145,10 +139,10 @@ private:
         const char* const where = "in a rigid body";
         unused(path + ".material",
                {"youngs_modulus", "shear_modulus", "shear_factor", "rotary_inertia_scale", "rotary_inertia_for_dt"}, where);
-        unused(path + ".section", {"taper", "profile"}, where);
+        unused(path + ".section", {"taper", "profile", "torsion_constant", "shear_factors", "bending_stiffness"}, where);
         unused(path + ".shape",
                {"length_profile", "rest_curvature", "rest_curvature_profile", "rest_strain", "closed", "start_curvature",
-                "start_curvature_profile"},
+                "start_curvature_profile", "element_spin"},
                where);
         if (rods.shape.elements != 1)
             add(path + ".shape.elements", fmt::format("a rigid body is one element, and not {}", rods.shape.elements));
@@ -171,6 +165,13 @@ private:
         if (s.kind == SectionKind::elliptic && s.radius_2 == 0)
             add(path, "an elliptic section needs 'radius_2', its semi-axis along d2 [m]");
         if (s.kind == SectionKind::circular) unused(path, {"radius_2"}, "in a circular section; kind = \"elliptic\" has two radii");
+        if (!s.shear_factors.empty()) {
+            length(path + ".shear_factors", s.shear_factors.size(), 2, "one along d1 and one along d2");
+            const std::string material = path.substr(0, path.rfind('.')) + ".material";
+            unused(material, {"shear_factor"}, "beside 'shear_factors' of the section");
+        }
+        if (!s.bending_stiffness.empty())
+            length(path + ".bending_stiffness", s.bending_stiffness.size(), 2, "E I1 about d1 and E I2 about d2");
         if (s.profile.empty()) return;
         unused(path, {"taper"}, "beside 'profile', which says the radius of every element");
         length(path + ".profile", s.profile.size(), rods.shape.elements, "one for each of the elements");
@@ -181,6 +182,11 @@ private:
         if (s.closed && s.elements < 3) add(path + ".elements", "a ring needs at least 3 elements");
         if (s.closed && (rods.start != EndKind::free || rods.end != EndKind::free))
             add(path + ".closed", "a ring has no ends: 'start' and 'end' must be free");
+        const auto clamped = [](EndKind end) { return end == EndKind::clamped || end == EndKind::clamped_frozen; };
+        const bool both = rods.start != EndKind::free && rods.end != EndKind::free;
+        if (!zero(s.angular_velocity) && (both || clamped(rods.start) || clamped(rods.end)))
+            add(path + ".angular_velocity", "'angular_velocity' turns a rod as a whole, which must be free or pinned at one end "
+                                            "only; 'element_spin' is that of elements in their places");
         if (s.rest_strain.z <= -1)
             add(path + ".rest_strain",
                 fmt::format("'rest_strain' of {} along d3 leaves no length: it must be above -1", s.rest_strain.z));
@@ -461,8 +467,13 @@ private:
             needs_rods(fmt::format("a damping of kind \"{}\"", damping_names[static_cast<std::size_t>(d.kind)]), groups, path);
         const std::string where = fmt::format("for a damping of kind \"{}\"", damping_names[static_cast<std::size_t>(d.kind)]);
         if (d.kind == DampingKind::laplacian) {
-            unused(path, {"rate", "translational", "rotational"}, where);
+            unused(path, {"translational", "rotational"}, where);
             if (d.order == 0) add(path, fmt::format("'order', at least 1, is needed {}", where));
+            if (!given(path + ".rate"))
+                add(path, fmt::format("'rate' [1/s] is needed {}: that of motion which alternates from node to node", where));
+            if (scene_.time.integrator != Integrator::verlet)
+                add(path + ".kind", "a damping of kind \"laplacian\" needs integrator = \"verlet\": the kicks of \"pefrl\" go "
+                                    "backwards too");
             return;
         }
         unused(path, {"order"}, where);

@@ -57,7 +57,7 @@ Flight fly(double ratio, double dt, double time) {
     RodSpec rod = test::elliptic_rod(ratio, 20);
     rod.shape.start_curvature = Vec3d{0.8, 0.5, 1.0};
     rod.shape.velocity = {0.1, 0.2, -0.1};
-    rod.shape.angular_velocity = {3, -2, 4};
+    rod.shape.element_spin = {3, -2, 4};
     scene.rods = {rod};
     scene.time = {.duration = time, .dt = dt};
     test::Stage stage(scene, 1);

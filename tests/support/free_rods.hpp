@@ -13,7 +13,7 @@ inline SceneSpec flying_rod(bool elliptic, double duration) {
     if (elliptic) rod.section = {.kind = SectionKind::elliptic, .radius = 0.04, .radius_2 = 0.02};
     rod.shape.start_curvature = Vec3d{1.5, 0.5, 1.0};
     rod.shape.velocity = {0.1, 0.2, -0.1};
-    rod.shape.angular_velocity = {0.3, -0.2, 2.0};
+    rod.shape.element_spin = {0.3, -0.2, 2.0};
     scene.rods = {rod};
     scene.time = {.duration = duration};
     return scene;

@@ -38,7 +38,7 @@ void expect_same(long elements, std::int64_t steps, std::int64_t batch, double t
     SceneSpec scene = test::cilia_scene(11, elements);
     Shape& shape = scene.rods[0].shape;
     shape.start_curvature = Vec3d{0.4, -0.3, 0.5};
-    shape.angular_velocity = {0.1, 0.2, 0.3};
+    shape.element_spin = {0.1, 0.2, 0.3};
     std::get<MagneticField>(scene.loads[0].load).ramp = 0;
     test::Stage stage(scene);
     TextbookRods textbook(stage.groups[0], stage.plan.groups[0], stage.plan.dt, 11, build);

@@ -1,5 +1,4 @@
 // Loads of published codes against their formulae, written out plainly; eight lanes against one.
-#include "loads/laplacian_filter.hpp"
 #include "loads/load_pass.hpp"
 #include "support/rods_for_tests.hpp"
 
@@ -198,79 +197,6 @@ TEST(MagneticField, RisesAndFallsByItsRamp) {
     for (const double t : {0.0, 0.1, 0.3, 5.0}) EXPECT_EQ(plain.at(t).z, ramp_at(t, 0.3));
 }
 
-/// State of a rod whose velocities and spins are a function of their number.
-template <class F> State moving(const RodGroup& group, F at) {
-    State state = test::shaken_state(group, 0.01, 0.3, 0);
-    for (std::size_t i = 0; i < state.size(); ++i) {
-        set_lane(state[i].velocity, 0, at(static_cast<double>(i), static_cast<double>(state.size() - 1)));
-        if (i + 1 < state.size()) set_lane(state[i].spin, 0, at(static_cast<double>(i), static_cast<double>(state.size() - 2)));
-    }
-    return state;
-}
-
-State filtered(const RodGroup& group, const State& state, long order) {
-    Tile<1> tile(group, {state});
-    LaplacianFilterPass<1> pass(order);
-    tile.run(pass, 0);
-    return tile.slot;
-}
-
-// Standing waves with nodes at the ends are the filter's modes: they keep 1 - sin(theta/2)^(2p). sin(11 pi) is 1e-14 in doubles.
-TEST(LaplacianFilter, DampsStandingWavesByTheClosedForm) {
-    const RodGroup group = crooked_group(12);
-    for (const long order : {1, 2, 5})
-        for (const int mode : {1, 4, 9, 11}) {
-            const Vec3d axis{1, -2, 0.5};
-            const State start = moving(group, [&](double i, double last) { return std::sin(pi * mode * i / last) * axis; });
-            const State end = filtered(group, start, order);
-            const auto kept = [&](double last) {
-                return 1 - std::pow(std::sin(pi * mode / last / 2), 2.0 * static_cast<double>(order));
-            };
-            for (std::size_t i = 0; i <= 12; ++i)
-                expect_near(lane(end[i].velocity, 0), kept(12) * lane(start[i].velocity, 0), 2e-14);
-            for (std::size_t k = 0; k < 12; ++k) expect_near(lane(end[k].spin, 0), kept(11) * lane(start[k].spin, 0), 2e-14);
-        }
-}
-
-TEST(LaplacianFilter, SparesUniformAndLinearMotionAndTheEnds) {
-    const RodGroup group = crooked_group(9);
-    const State linear = moving(group, [](double i, double) { return Vec3d{1 + 0.25 * i, -2, 0.5 * i}; });
-    for (const long order : {1, 3}) {
-        const State end = filtered(group, linear, order);
-        for (std::size_t i = 0; i < linear.size(); ++i) {
-            EXPECT_TRUE(same(lane(end[i].velocity, 0), lane(linear[i].velocity, 0))) << i;
-            EXPECT_TRUE(same(lane(end[i].spin, 0), lane(linear[i].spin, 0))) << i;
-        }
-    }
-    const State shaken = test::shaken_state(group, 0.01, 0.3, 1), end = filtered(group, shaken, 2);
-    for (const std::size_t i : {std::size_t{0}, std::size_t{9}})
-        EXPECT_TRUE(same(lane(end[i].velocity, 0), lane(shaken[i].velocity, 0)));
-    for (const std::size_t k : {std::size_t{0}, std::size_t{8}}) EXPECT_TRUE(same(lane(end[k].spin, 0), lane(shaken[k].spin, 0)));
-    for (std::size_t i = 0; i <= 9; ++i) EXPECT_TRUE(same(lane(end[i].position, 0), lane(shaken[i].position, 0)));
-}
-
-TEST(LaplacianFilter, IsThePublishedFormula) {
-    const RodGroup group = crooked_group(6);
-    const State state = test::shaken_state(group, 0.01, 0.3, 1), end = filtered(group, state, 3);
-    std::vector<Vec3d> f;
-    for (const auto& s : state) f.push_back(lane(s.velocity, 0));
-    for (int p = 0; p < 3; ++p) {
-        std::vector<Vec3d> g(f.size(), Vec3d{0, 0, 0});
-        for (std::size_t i = 1; i + 1 < f.size(); ++i) g[i] = 0.25 * (2.0 * f[i] - f[i - 1] - f[i + 1]);
-        f = g;
-    }
-    for (std::size_t i = 0; i < f.size(); ++i) expect_near(lane(end[i].velocity, 0), lane(state[i].velocity, 0) - f[i], 1e-15);
-}
-
-TEST(LaplacianFilter, OfTheShortestRods) {
-    for (const long n : {1, 2, 3}) {
-        const RodGroup group = even_group(n);
-        const State state = test::shaken_state(group, 0.01, 0.3, 1), end = filtered(group, state, 2);
-        for (const auto i : {std::size_t{0}, static_cast<std::size_t>(n)})
-            EXPECT_TRUE(same(lane(end[i].velocity, 0), lane(state[i].velocity, 0)));
-    }
-}
-
 TEST(PublishedLoads, EightLanesHaveTheBitsOfOne) {
     RodSpec spec = test::crooked_rod(9);
     spec.magnetisation = {.pattern = MagnetisationPattern::uniform, .strength = 5e3, .direction = {1, 2, 2}};
@@ -295,7 +221,6 @@ TEST(PublishedLoads, EightLanesHaveTheBitsOfOne) {
         }
     };
     for (const Load& load : loads) compare(make_pass<8>(load, group), make_pass<1>(load, group), std::string(kind_of(load)));
-    compare(std::make_unique<LaplacianFilterPass<8>>(3), std::make_unique<LaplacianFilterPass<1>>(3), "laplacian filter");
 }
 
 } // namespace

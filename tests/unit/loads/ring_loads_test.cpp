@@ -1,5 +1,4 @@
 // Loads and damping on rings: no vertex, node or element is first or last.
-#include "loads/laplacian_filter.hpp"
 #include "loads/load_pass.hpp"
 #include "rod/drift.hpp"
 #include "support/rods_for_tests.hpp"
@@ -108,33 +107,6 @@ TEST(RingLoads, MusclesActAtTheClosingVertexToo) {
     };
     check(wave, of_wave);
     check(torques, of_torques);
-}
-
-State filtered(const RodGroup& group, State state, long order) {
-    std::vector<SlotLoad<1>> scratch(n + 1);
-    LaplacianFilterPass<1>(order).run(test::tile_of(group, state), scratch.data(), Step{});
-    return state;
-}
-
-// Waves around the ring are the filter's modes, wherever their crests are; uniform motion stays.
-TEST(RingLoads, LaplacianFilterDampsWavesAround) {
-    const RodGroup group(ring_spec(), 0, 0, "");
-    for (const long order : {1, 2, 5})
-        for (const int mode : {0, 1, 3, 4}) {
-            const Vec3d axis{1, -2, 0.5};
-            State start = closed(test::shaken_state(group, 0.005, 0.3, 0));
-            for (std::size_t i = 0; i < n; ++i) {
-                const Vec3d rate = std::cos(2 * pi * mode * static_cast<double>(i) / n + 0.7) * axis;
-                set_lane(start[i].velocity, 0, rate);
-                set_lane(start[i].spin, 0, rate);
-            }
-            const State end = filtered(group, start, order);
-            const double kept = 1 - std::pow(std::sin(pi * mode / n), 2.0 * static_cast<double>(order));
-            for (std::size_t i = 0; i < n; ++i) {
-                expect_near(lane(end[i].velocity, 0), kept * lane(start[i].velocity, 0), 1e-14);
-                expect_near(lane(end[i].spin, 0), kept * lane(start[i].spin, 0), 1e-14);
-            }
-        }
 }
 
 TEST(RingLoads, LegacyDampingGivesEveryElementTheMassOfItsNode) {

@@ -51,9 +51,9 @@ TEST(Rigid, HasTheMassAndInertiaOfACapsule) {
 TEST(Rigid, TurnsAsAFreeSymmetricTop) {
     RodSpec spec = test::rigid_body(0.3, 0.05);
     spec.shape.velocity = {0.3, -0.2, 0.1};
-    spec.shape.angular_velocity = {3, -1, 7};
     spec.placement.origin = {1, 2, -1};
     spec.placement.tangent = {1, 0.5, 0.3};
+    spec.shape.angular_velocity = transpose_times(RodGroup(spec, 0, 0, "").frame(), Vec3d{3, -1, 7});
     const RodGroup group(spec, 0, 0, "");
     std::vector<Slot<1>> state(2);
     group.start_state(0, state);

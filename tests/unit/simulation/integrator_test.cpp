@@ -16,7 +16,7 @@ SceneSpec bent_rod(Integrator integrator, double dt, Law law = Law::incompressib
     rod.material.law = law;
     rod.section = {.radius = 0.03};
     rod.shape.start_curvature = Vec3d{1.5, 0.5, 1.0};
-    rod.shape.angular_velocity = {0.3, -0.2, 2.0};
+    rod.shape.element_spin = {0.3, -0.2, 2.0};
     scene.rods = {rod};
     scene.time = {.duration = 1, .dt = dt, .integrator = integrator};
     return scene;
@@ -64,7 +64,7 @@ TEST(Integrators, KeepTheirOrderUnderDamping) {
 TEST(Ring, SpinsWithoutLosingMomentum) {
     SceneSpec scene = bent_rod(Integrator::verlet, 0);
     RodSpec& ring = scene.rods[0];
-    ring.shape = {.length = 1, .elements = 24, .closed = true, .velocity = {0.1, -0.2, 0.3}, .angular_velocity = {0.5, 1, 3}};
+    ring.shape = {.length = 1, .elements = 24, .closed = true, .velocity = {0.1, -0.2, 0.3}, .element_spin = {0.5, 1, 3}};
     test::Stage stage(scene);
     const auto [p0, l0] = test::momenta(stage.groups[0], stage.state(0));
     stage.advance(20000);

@@ -4,7 +4,7 @@
 #include "rod/rigid.hpp"
 #include "scene/scene_file.hpp"
 #include "simulation/interactions.hpp"
-#include "support/scenes_for_tests.hpp"
+#include "support/meeting.hpp"
 
 #include <gtest/gtest.h>
 
@@ -12,6 +12,8 @@
 
 namespace skein {
 namespace {
+
+using test::Meeting;
 
 constexpr double radius = 0.02, gravity = 9.81;
 
@@ -23,72 +25,6 @@ RodSpec ball(const std::string& name, Vec3d origin, Vec3d velocity, double r = r
     spec.shape.velocity = velocity;
     return spec;
 }
-
-/// A scene whose rods meet, on one process.
-class Meeting {
-public:
-    explicit Meeting(SceneSpec s, int lanes = 1, int thread_count = 1)
-        : scene(std::move(s)), groups(make_groups(scene)),
-          plan(make_plan(scene, groups, {1, thread_count, thread_count, lanes, {}, Mapping::automatic})), threads(thread_count),
-          around(make_surroundings(plan, groups)), rods(make_rods(plan, groups, test::all_rods(groups), threads, around)),
-          clock(plan.dt, 0) {
-        if (around.others) contacts = kernels(lanes).make_contacts(around.others->capsules, *plan.contact_laws, threads, {});
-    }
-    void advance(std::int64_t steps) {
-        for (std::int64_t until = clock.done() + steps; clock.done() < until;) {
-            const auto batch = clock.next(until, 1);
-            const Step& step = batch.front();
-            rods->move(step);
-            if (contacts) {
-                contacts->evaluate(around.others->capsules, step.time, step.kick, around.others->load);
-                around.others->touched = contacts->touched_rods();
-                touched = touched || contacts->figures().active > 0;
-            }
-            EXPECT_TRUE(rods->act(step, true)) << clock.done();
-            clock.advance(batch);
-        }
-    }
-    const RodGroup& group_of(std::size_t i) const { return groups[static_cast<std::size_t>(rods->local()[i].group)]; }
-    std::vector<Slot<1>> state(std::size_t i) const {
-        std::vector<Slot<1>> out(static_cast<std::size_t>(group_of(i).slots()));
-        rods->export_rod(i, out);
-        synchronise(group_of(i), out, clock.lag());
-        return out;
-    }
-    Vec3d velocity(std::size_t i) const { return lane(rigid_centre(state(i).data()).velocity, 0); }
-    Vec3d spin(std::size_t i) const {
-        const auto s = state(i);
-        return lane(transpose_times(s[0].director, s[0].spin), 0);
-    }
-    double energy() const {
-        double sum = 0;
-        for (std::size_t i = 0; i < rods->local().size(); ++i) {
-            const RodEnergy u = rod_energy(group_of(i), state(i));
-            sum += u.translation + u.rotation + u.elastic();
-        }
-        return sum;
-    }
-    test::Momenta momenta() const {
-        test::Momenta sum;
-        for (std::size_t i = 0; i < rods->local().size(); ++i) {
-            const auto s = state(i);
-            sum.linear += test::momenta(group_of(i), s).linear;
-            const ExtraFigures f = extra_figures(group_of(i), s, {.angular_momentum = true});
-            sum.angular += Vec3d{f.sum[0], f.sum[1], f.sum[2]};
-        }
-        return sum;
-    }
-
-    SceneSpec scene;
-    std::vector<RodGroup> groups;
-    Plan plan;
-    Threads threads;
-    Surroundings around;
-    std::unique_ptr<Rods> rods;
-    std::unique_ptr<ContactSolver> contacts;
-    Clock clock;
-    bool touched = false;
-};
 
 Wall floor_of(const ContactLaw& law) {
     Wall wall;

@@ -35,7 +35,7 @@ SceneSpec everything() {
         {.load = MuscleTorques{.coefficients = {0, 1e-3, 2e-3, 1e-3, 0}, .period = 0.4, .wave_number = 6, .ramp = 0.1},
          .rods = {"crooked"}});
     scene.damping = {{.damping = {.kind = DampingKind::legacy, .rate = 0.5}, .rods = {"cilia"}},
-                     {.damping = {.kind = DampingKind::laplacian, .order = 2}, .rods = {"cilia", "flat"}},
+                     {.damping = {.kind = DampingKind::laplacian, .rate = 20, .order = 2}, .rods = {"cilia", "flat"}},
                      {.damping = {.kind = DampingKind::uniform, .rate = 2}, .rods = {"crooked"}}};
     return scene;
 }

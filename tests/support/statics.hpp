@@ -1,0 +1,152 @@
+// Rods at rest without a run: Newton's method on the forces and couples of the passes, derivatives by differences.
+#pragma once
+
+#include "core/rotation.hpp"
+#include "loads/load_pass.hpp"
+#include "rod/elastic.hpp"
+#include "support/rods_for_tests.hpp"
+
+#include <cmath>
+#include <stdexcept>
+#include <vector>
+
+namespace skein::test {
+
+/// A square matrix by rows, as triangles: what solves with it, and the sign of its determinant.
+class Triangles {
+public:
+    explicit Triangles(std::vector<std::vector<double>> rows) : row_(std::move(rows)), order_(row_.size()) {
+        for (std::size_t i = 0; i < order_.size(); ++i) order_[i] = i;
+        for (std::size_t c = 0; c < row_.size(); ++c) {
+            std::size_t pivot = c;
+            for (std::size_t r = c + 1; r < row_.size(); ++r)
+                if (std::abs(row_[r][c]) > std::abs(row_[pivot][c])) pivot = r;
+            if (pivot != c) std::swap(row_[pivot], row_[c]), std::swap(order_[pivot], order_[c]), sign_ = -sign_;
+            if (row_[c][c] < 0) sign_ = -sign_;
+            for (std::size_t r = c + 1; r < row_.size(); ++r) {
+                const double share = row_[r][c] /= row_[c][c];
+                if (share == 0) continue;
+                for (std::size_t k = c + 1; k < row_.size(); ++k) row_[r][k] -= share * row_[c][k];
+            }
+        }
+    }
+    int sign() const { return sign_; }
+    std::vector<double> solve(const std::vector<double>& b) const {
+        std::vector<double> x(row_.size());
+        for (std::size_t r = 0; r < x.size(); ++r) {
+            x[r] = b[order_[r]];
+            for (std::size_t k = 0; k < r; ++k) x[r] -= row_[r][k] * x[k];
+        }
+        for (std::size_t r = x.size(); r-- > 0;) {
+            for (std::size_t k = r + 1; k < x.size(); ++k) x[r] -= row_[r][k] * x[k];
+            x[r] /= row_[r][r];
+        }
+        return x;
+    }
+
+private:
+    std::vector<std::vector<double>> row_;
+    std::vector<std::size_t> order_;
+    int sign_ = 1;
+};
+
+/// A rod under dead loads, at first in its start shape.
+class Statics {
+public:
+    explicit Statics(const RodGroup& group) : group_(group), state(static_cast<std::size_t>(group.slots())) {
+        group.start_state(0, state);
+    }
+
+    std::vector<Load> loads;
+    Vec3d end_couple{0, 0, 0}; ///< on the last element, lab, N m
+
+    /// Goes to rest from where it is; throws where that fails.
+    void rest() {
+        for (int i = 0; i < 60; ++i) {
+            const std::vector<double> off = Triangles(stiffness()).solve(residual());
+            double largest = 0;
+            for (std::size_t j = 0; j < off.size(); ++j) largest = std::max(largest, std::abs(off[j]) / scale(j));
+            const double share = std::min(1.0, 0.1 / largest);
+            for (std::size_t j = 0; j < off.size(); ++j) move(state, j, share * off[j]);
+            if (largest < 1e-11) return;
+        }
+        throw std::runtime_error("no rest found");
+    }
+    /// 1 where small motions about this state are those of a stable rod, -1 beyond the first buckling load.
+    int stability() const { return Triangles(stiffness()).sign(); }
+
+private:
+    const RodGroup& group_;
+    std::size_t unknowns() const {
+        return 3 * static_cast<std::size_t>(2 * group_.elements() + 1) - (group_.holds_node(0) ? 3 : 0) -
+               (group_.holds_node(group_.elements()) ? 3 : 0);
+    }
+    /// Unknowns: of every element its turn, then of every free node its place.
+    struct Unknown {
+        bool turns;
+        std::size_t at;
+        int axis;
+    };
+    Unknown unknown(std::size_t j) const {
+        const auto n = static_cast<std::size_t>(group_.elements());
+        const int axis = static_cast<int>(j % 3);
+        if (j < 3 * n) return {true, j / 3, axis};
+        return {false, (j - 3 * n) / 3 + (group_.holds_node(0) ? 1 : 0), axis};
+    }
+    double scale(std::size_t j) const { return unknown(j).turns ? 1 : group_.spec().shape.length; }
+    static Vec3d along(int axis, double size) { return {axis == 0 ? size : 0, axis == 1 ? size : 0, axis == 2 ? size : 0}; }
+    void move(std::vector<Slot<1>>& s, std::size_t j, double size) const {
+        const Unknown u = unknown(j);
+        const Vec3d by = along(u.axis, size);
+        if (u.turns) set_lane(s[u.at].director, 0, rotation(by) * lane(s[u.at].director, 0));
+        else set_lane(s[u.at].position, 0, lane(s[u.at].position, 0) + by);
+    }
+    std::vector<double> residual() const {
+        auto copy = state;
+        return residual(copy);
+    }
+    std::vector<double> residual(std::vector<Slot<1>>& s) const {
+        std::vector<SlotLoad<1>> load(s.size());
+        const RodTile<1> tile = tile_of(group_, s);
+        with_energy_law(group_.law(), [&]<class L>(L) { ElasticPass<L, 1>(ends_of(group_)).run(tile, load.data(), Step{}); });
+        for (const Load& l : loads) {
+            const auto pass = make_pass<1>(l, group_);
+            const Step step{.index = 1, .dt = 1, .time = 1e9, .slot = 0};
+            pass->bind(tile);
+            pass->prepare(std::span(&step, 1));
+            pass->run(tile, load.data(), step);
+        }
+        const std::size_t last = s.size() - 2;
+        load[last].couple += broadcast<1>(lane(s[last].director, 0) * end_couple);
+        std::vector<double> all(unknowns());
+        for (std::size_t j = 0; j < all.size(); ++j) {
+            const Unknown u = unknown(j);
+            const Vec3d f = lane(u.turns ? load[u.at].couple : load[u.at].force, 0);
+            all[j] = u.axis == 0 ? f.x : u.axis == 1 ? f.y : f.z;
+        }
+        return all;
+    }
+    /// Less the derivative of the residual by the unknowns.
+    std::vector<std::vector<double>> stiffness() const {
+        const std::size_t count = unknowns();
+        std::vector<std::vector<double>> rows(count, std::vector<double>(count));
+        auto copy = state;
+        for (std::size_t j = 0; j < count; ++j) {
+            const double step = 1e-6 * scale(j);
+            const std::size_t at = unknown(j).at;
+            move(copy, j, step);
+            const auto there = residual(copy);
+            copy[at] = state[at];
+            move(copy, j, -step);
+            const auto back = residual(copy);
+            copy[at] = state[at];
+            for (std::size_t i = 0; i < count; ++i) rows[i][j] = (back[i] - there[i]) / (2 * step);
+        }
+        return rows;
+    }
+
+public:
+    std::vector<Slot<1>> state;
+};
+
+} // namespace skein::test

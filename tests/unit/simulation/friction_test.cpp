@@ -1,0 +1,127 @@
+// A plane that rubs feels all that presses on it: rods upon rods, and walls.
+#include "support/meeting.hpp"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+
+namespace skein {
+namespace {
+
+constexpr double radius = 0.02, gravity = 9.81, friction = 0.3, rate = 40;
+constexpr std::size_t elements = 6;
+
+/// Along x, its axis at a height above the plane z = 0.
+RodSpec lying(const std::string& name, double height) {
+    RodSpec spec = test::simple_rod(elements);
+    spec.name = name;
+    spec.material.youngs_modulus = 1e7;
+    spec.section.radius = radius;
+    spec.placement.tangent = {1, 0, 0};
+    spec.placement.normal = Vec3d{0, 0, 1};
+    spec.placement.origin = {0, 0, height};
+    return spec;
+}
+
+double mass(const RodGroup& group) { return std::accumulate(group.node_mass.begin(), group.node_mass.end(), 0.0); }
+
+/// A rod on the plane, pulled along itself at its steady speed under so much pressure.
+constexpr double speed = 1e-4;
+SceneSpec pulled(double pressure) {
+    PlaneFriction plane;
+    plane.stiffness = 500;
+    plane.damping = 1;
+    plane.tolerance = 5e-3; // so that all of it touches, although it bends a little
+    plane.kinetic_forward = plane.kinetic_backward = friction;
+    plane.slip_speed = 1e-6;
+    SceneSpec scene;
+    scene.rods = {lying("lower", radius)};
+    scene.rods[0].shape.velocity = {speed, 0, 0};
+    const double drag = rate * speed * mass(RodGroup(scene.rods[0], 0, 0, ""));
+    // The plane stands first: where a load stands does not matter to what it feels.
+    scene.loads = {{.load = plane, .rods = {"lower"}},
+                   {.load = Gravity{.acceleration = {0, 0, -gravity}}},
+                   {.load = UniformForce{.force = {friction * pressure + drag, 0, 0}}, .rods = {"lower"}}};
+    scene.damping = {{.damping = {.kind = DampingKind::uniform, .rate = rate}}};
+    scene.time = {.duration = 0.3};
+    return scene;
+}
+
+struct Sliding {
+    double friction; ///< N, in the first step
+    double lowest;   ///< node after a while, over the radius
+};
+Sliding slide(const SceneSpec& scene) {
+    test::Meeting stage(scene);
+    const auto momentum = [&] { return test::momenta(stage.groups[0], stage.state(0)).linear.x; };
+    const double before = momentum(), h = stage.plan.dt;
+    stage.advance(1);
+    const double after = momentum(), pull = std::get<UniformForce>(scene.loads[2].load).force.x;
+    stage.advance(stage.plan.steps - 1);
+    double lowest = HUGE_VAL;
+    for (const Slot<1>& node : stage.state(0)) lowest = std::min(lowest, lane(node.position, 0).z);
+    return {pull - 0.5 * rate * (before + after) - (after - before) / h, lowest / radius};
+}
+
+/// The scene with a second rod on the first, pulled along so that it stays where it lies.
+SceneSpec stack(double overlap, double pressure) {
+    SceneSpec scene = pulled(pressure);
+    scene.rods.push_back(lying("upper", 3 * radius - overlap));
+    scene.rods[1].shape.velocity = {speed, 0, 0};
+    const double drag = rate * speed * mass(RodGroup(scene.rods[1], 0, 0, ""));
+    scene.loads.push_back({.load = UniformForce{.force = {drag, 0, 0}}, .rods = {"upper"}});
+    scene.contact = ContactSpec{.law = {.normal = ContactNormal::linear, .stiffness = 2000, .damping = 5}};
+    return scene;
+}
+
+TEST(PlaneFriction, OfAStackIsThatOfItsWholeWeight) {
+    const double alone = gravity * mass(RodGroup(lying("lower", radius), 0, 0, "")), weight = 2 * alone;
+    // The overlap at which the lower rod carries the upper one, from that of a first guess: the law is linear.
+    constexpr double guess = 1e-3;
+    test::Meeting first(stack(guess, weight));
+    first.advance(1);
+    double carried = 0;
+    for (std::size_t i = 0; i <= elements; ++i) carried += first.around.others->load[elements + 1 + i].force.z;
+    const Sliding s = slide(stack(guess * alone / carried, weight));
+    EXPECT_NEAR(s.friction, friction * weight, 1e-6 * friction * weight);
+    EXPECT_GT(s.lowest, 1 - 5e-3) << "the plane carries what lies on the rod too";
+
+    const Sliding by_itself = slide(pulled(alone));
+    EXPECT_NEAR(by_itself.friction, friction * alone, 1e-6 * friction * alone);
+    EXPECT_GT(by_itself.lowest, 1 - 5e-3);
+}
+
+TEST(PlaneFriction, CountsWhatWallsPress) {
+    const RodGroup rod(lying("lower", radius), 0, 0, "");
+    const double overlap = 1e-3, k = 300, weight = gravity * mass(rod);
+    const double pressed = weight + 7 * k * overlap; // every node
+    SceneSpec scene = pulled(pressed);
+    Wall lid;
+    lid.name = "lid";
+    lid.point = {0, 0, 2 * radius - overlap};
+    lid.normal = {0, 0, -1};
+    lid.law = {.normal = ContactNormal::linear, .stiffness = k};
+    scene.walls = {lid};
+    const Sliding s = slide(scene);
+    EXPECT_NEAR(s.friction, friction * pressed, 1e-6 * friction * pressed);
+}
+
+TEST(PlaneFriction, IsAPassAfterContactsAndWalls) {
+    SceneSpec scene = pulled(1);
+    scene.contact = ContactSpec{.law = {.normal = ContactNormal::linear, .stiffness = 2000}};
+    Wall lid;
+    lid.name = "lid";
+    lid.law = scene.contact->law;
+    scene.walls = {lid};
+    const auto groups = make_groups(scene);
+    const auto passes = make_plan(scene, groups, {1, 1, 1, 1, {}, Mapping::automatic}).groups[0].passes;
+    const auto place = [&](std::string_view name) { return std::find(passes.begin(), passes.end(), name) - passes.begin(); };
+    EXPECT_GT(place("anisotropic_plane"), place("contact"));
+    EXPECT_GT(place("anisotropic_plane"), place("walls"));
+    EXPECT_LT(place("anisotropic_plane"), place("kick (damped)"));
+}
+
+} // namespace
+} // namespace skein
