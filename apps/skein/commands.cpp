@@ -1,16 +1,19 @@
 #include "commands.hpp"
 
 #include "core/level.hpp"
+#include "core/stop.hpp"
+#include "core/timer.hpp"
 #include "scene/scene_file.hpp"
 #include "simulation/self_check.hpp"
+#include "simulation/signals.hpp"
 #include "simulation/summary.hpp"
 
 #include <unistd.h>
 
 #include <algorithm>
-#include <csignal>
 #include <cstdio>
 #include <cstdlib>
+#include <exception>
 #include <filesystem>
 #include <functional>
 #include <thread>
@@ -51,12 +54,6 @@ int alone(const std::function<void()>& work) {
 }
 
 std::string default_out(const std::string& scene) { return "out/" + std::filesystem::path(scene).stem().string(); }
-
-void stop_on_signals() {
-    struct sigaction action {};
-    action.sa_handler = [](int) { request_stop(); };
-    for (const int signal : {SIGUSR1, SIGTERM, SIGINT}) sigaction(signal, &action, nullptr);
-}
 
 int lanes_for(int asked) { return asked > 0 ? served_lanes(asked) : widest_lanes(); }
 
@@ -101,19 +98,46 @@ int environment_int(const char* name, int otherwise) {
     return text ? std::max(1, std::atoi(text)) : otherwise;
 }
 
+struct Prepared {
+    SceneSpec scene;
+    std::vector<RodGroup> groups;
+};
+
+/// Reads the scene and packs its rods, which may take long. A signal that reaches some ranks alone stops all of them.
+Prepared prepare(const Communicator& comm, const SceneArguments& arguments) {
+    Prepared prepared;
+    std::exception_ptr failure;
+    bool stopped = false;
+    try {
+        prepared.scene = read_scene(arguments.file, arguments.overrides);
+        stop_where_asked("the scene was read");
+        prepared.groups = make_groups(prepared.scene);
+    } catch (const Stopped&) {
+        stopped = true;
+        failure = std::current_exception();
+    } catch (...) {
+        failure = std::current_exception();
+    }
+    const bool any = comm.max(static_cast<std::int64_t>(stopped)) > 0;
+    if (failure) std::rethrow_exception(failure);
+    if (any) throw Stopped("stopped by a signal; nothing was written");
+    return prepared;
+}
+
 } // namespace
 
 int run_command(const RunArguments& arguments, int& argc, char**& argv) {
+    const double began = wall_seconds();
     MpiSession session(argc, argv);
     const Communicator comm = Communicator::world();
     stop_on_signals();
     return guarded(comm, [&] {
-        const SceneSpec scene = read_scene(arguments.scene.file, arguments.scene.overrides);
-        std::vector<RodGroup> groups = make_groups(scene);
+        auto [scene, groups] = prepare(comm, arguments.scene);
         const Machine machine = machine_of(comm, arguments);
         const Threads threads(machine.threads, arguments.shuffle);
         Plan plan = make_plan(scene, groups, machine);
         RunOptions options = arguments.options;
+        options.began = began;
         if (options.out.empty()) options.out = default_out(arguments.scene.file);
         if (comm.root() && !options.quiet) {
             std::printf("%s", to_text(plan).c_str());
@@ -122,7 +146,7 @@ int run_command(const RunArguments& arguments, int& argc, char**& argv) {
         }
         Simulation simulation(comm, threads, scene, std::move(groups), std::move(plan), options);
         const RunResult result = simulation.run();
-        if (comm.root() && result.code == Exit::limit)
+        if (comm.root() && result.code == Exit::limit && !simulation.idle())
             std::printf(options.checkpoint ? "Stopped at a limit, with a checkpoint of step %lld; the same command resumes.\n"
                                            : "Stopped at a limit at step %lld.\n",
                         static_cast<long long>(result.step));

@@ -31,6 +31,9 @@ const std::map<std::string, skein::Mapping> mappings = {
 const std::map<std::string, skein::Protocol> protocols = {{"asynchronous", skein::Protocol::asynchronous},
                                                           {"synchronous", skein::Protocol::synchronous}};
 
+const std::map<std::string, skein::ProgressStyle> progress_styles = {
+    {"auto", skein::ProgressStyle::automatic}, {"bar", skein::ProgressStyle::bar}, {"lines", skein::ProgressStyle::lines}};
+
 void add_overrides(CLI::App& command, skein::SceneArguments& scene) {
     command.add_option("--set", scene.overrides, "override a key, e.g. --set time.duration=10 (may be repeated)")
         ->type_name("KEY=VALUE")
@@ -76,7 +79,7 @@ int main(int argc, char** argv) {
     add_mapping(*run_command, run.mapping);
     run_command->add_option("--steps", run.options.steps, "stop after this step")->check(CLI::PositiveNumber);
     run_command->add_option("--until", run.options.until, "stop at this time [s]")->check(CLI::PositiveNumber);
-    run_command->add_option("--walltime", run.options.walltime, "stop with a checkpoint after this many seconds")
+    run_command->add_option("--walltime", run.options.walltime, "end with a checkpoint within this many seconds")
         ->check(CLI::PositiveNumber);
     run_command
         ->add_option("--protocol", run.options.protocol,
@@ -85,7 +88,13 @@ int main(int argc, char** argv) {
         ->option_text("{asynchronous,synchronous}=asynchronous");
     run_command->add_flag_callback(
         "--no-checkpoint", [&] { run.options.checkpoint = false; }, "write none, not even at the end; for timing");
-    run_command->add_flag("--overwrite", run.options.overwrite, "start anew, removing earlier results");
+    run_command->add_flag("--overwrite", run.options.overwrite,
+                          "start anew; earlier results go to a folder previous_1, _2, ... in it");
+    run_command
+        ->add_option("--progress", run.options.progress,
+                     "auto: one line rewritten on a terminal, lines in logs and under MPI launchers")
+        ->transform(CLI::CheckedTransformer(progress_styles))
+        ->option_text("{auto,bar,lines}=auto");
     run_command->add_flag("-q,--quiet", run.options.quiet, "no plan, no progress, no table");
 
     skein::PlanArguments plan;

@@ -3,6 +3,7 @@
 #include "core/error.hpp"
 #include "io/disk.hpp"
 #include "io/h5_file.hpp"
+#include "io/own_files.hpp"
 #include "partition/partition.hpp"
 
 #include <fmt/format.h>
@@ -205,6 +206,27 @@ std::uint64_t file_bytes(const Communicator& comm, std::span<const RodGroup> gro
     return bytes;
 }
 
+void set_marks(H5File& file, const CheckpointInfo& info) {
+    if (info.series) {
+        file.set("/", "series_bytes", info.series->bytes);
+        file.set("/", "series_digest", info.series->digest);
+        if (!info.series->row.empty()) file.set("/", "series_row", info.series->row);
+    }
+    if (info.last_trajectory) file.set("/", "last_trajectory", *info.last_trajectory);
+    if (info.last_tips) file.set("/", "last_tips", *info.last_tips);
+}
+
+void get_marks(const H5File& file, CheckpointInfo& info) {
+    if (file.has("/", "series_bytes")) {
+        SeriesMark& mark = info.series.emplace();
+        file.get("/", "series_bytes", mark.bytes);
+        file.get("/", "series_digest", mark.digest);
+        if (file.has("/", "series_row")) file.get("/", "series_row", mark.row);
+    }
+    if (file.has("/", "last_trajectory")) file.get("/", "last_trajectory", info.last_trajectory.emplace());
+    if (file.has("/", "last_tips")) file.get("/", "last_tips", info.last_tips.emplace());
+}
+
 /// `bytes`: of all of it.
 void write_state(const Communicator& comm, const std::string& path, std::span<const RodGroup> groups, const Rods& rods,
                  const CheckpointInfo& info, std::uint64_t bytes) {
@@ -218,6 +240,7 @@ void write_state(const Communicator& comm, const std::string& path, std::span<co
     file.set("/", "scene", info.scene);
     file.set("/", "audited", std::int64_t(info.audited_from.has_value()));
     if (info.audited_from) file.set("/", "audited_from", *info.audited_from);
+    set_marks(file, info);
     file.make_group("/groups");
     std::uint64_t digest = 0;
     for (const RodGroup& group : groups) {
@@ -256,31 +279,45 @@ void verify(const Communicator& comm, const std::string& path, std::span<const R
     file.close();
 }
 
-/// Keeps checkpoint `step` and the one before. Later ones are what a resumed run could not read and has now passed by.
-void remove_others(const std::string& directory, std::int64_t step) {
-    auto files = numbered_files(directory, "checkpoint_", ".h5");
-    const auto newest = std::find_if(files.begin(), files.end(), [step](const NumberedFile& f) { return f.number == step; });
-    if (newest != files.end()) files.erase(newest == files.begin() ? newest : newest - 1, newest + 1);
-    for (const auto& file : files) remove_file(directory + "/" + file.name);
+/// Removes what `keeping` lets go of the checkpoints up to `step`. Later ones are what a resumed run could not read and has now
+/// passed by; files of such a name that are no checkpoints stay.
+void thin(const std::string& directory, std::int64_t step, const Keeping& keeping) {
+    std::vector<std::int64_t> steps;
+    const auto files = numbered_files(directory, "checkpoint_", ".h5");
+    for (const NumberedFile& file : files)
+        if (file.number <= step) steps.push_back(file.number);
+    const auto kept = kept_steps(steps, keeping);
+    for (const NumberedFile& file : files) {
+        const std::string path = directory + "/" + file.name;
+        if (std::binary_search(kept.begin(), kept.end(), file.number) || h5_format(path) != format_name) continue;
+        if (file.number > step) set_aside(path, path + ".damaged");
+        else remove_file(path);
+    }
 }
 
 } // namespace
 
 void write_checkpoint(const Communicator& comm, const std::string& directory, std::span<const RodGroup> groups, const Rods& rods,
-                      const CheckpointInfo& info) {
+                      const CheckpointInfo& info, const Keeping& keeping) {
     const std::string path = fmt::format("{}/checkpoint_{:012d}.h5", directory, info.step);
     const std::string temporary = path + ".tmp";
     try {
         const std::uint64_t bytes = file_bytes(comm, groups, rods, info);
-        on_root(comm, [&] { require_space(directory, bytes); });
+        on_root(comm, [&] {
+            require_space(directory, bytes);
+            make_way(temporary, format_name);
+        });
         write_state(comm, temporary, groups, rods, info, bytes);
         verify(comm, temporary, groups, info.audited_from.has_value(), rods);
-        on_root(comm, [&] { publish(temporary, path); });
+        on_root(comm, [&] {
+            make_way(path, format_name);
+            publish(temporary, path);
+        });
     } catch (const IoError&) {
-        if (comm.root()) ::unlink(temporary.c_str());
+        if (comm.root() && is_unfinished(temporary, format_name)) ::unlink(temporary.c_str());
         throw;
     }
-    on_root(comm, [&] { remove_others(directory, info.step); });
+    on_root(comm, [&] { thin(directory, info.step, keeping); });
 }
 
 namespace {
@@ -328,6 +365,7 @@ CheckpointInfo load(const Communicator& comm, const std::string& path, std::span
     std::int64_t audited = 0;
     file.get("/", "audited", audited);
     if (audited) file.get("/", "audited_from", info.audited_from.emplace());
+    get_marks(file, info);
     if (read_state(comm, file, path, groups, info.audited_from.has_value(), rods, &rods) != info.digest)
         throw IoError(path + ": the digest of the whole state differs");
     for (const std::string& name : kept) read_kept(file, path, info.kept.emplace_back(KeptNumbers{name, {}}));
@@ -339,7 +377,8 @@ CheckpointInfo load(const Communicator& comm, const std::string& path, std::span
 std::vector<std::string> list_checkpoints(const Communicator& comm, const std::string& directory) {
     std::string names;
     on_root(comm, [&] {
-        for (const auto& file : numbered_files(directory, "checkpoint_", ".h5.tmp")) remove_file(directory + "/" + file.name);
+        for (const auto& file : numbered_files(directory, "checkpoint_", ".h5.tmp"))
+            if (is_unfinished(directory + "/" + file.name, format_name)) remove_file(directory + "/" + file.name);
         for (const auto& file : numbered_files(directory, "checkpoint_", ".h5")) names = file.name + "\n" + names;
     });
     names = comm.broadcast(names);

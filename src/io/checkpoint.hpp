@@ -1,8 +1,10 @@
 // Checkpoints: the canonical state of every rod, in rod order, whatever the number of ranks. Written to a temporary name,
-// read back and verified against the state digest, renamed; the previous one is kept. Collective calls; every return code
+// read back and verified against the state digest, renamed; older ones stay as Keeping says. Collective calls; every return code
 // is agreed on by all ranks.
 #pragma once
 
+#include "io/files.hpp"
+#include "io/keeping.hpp"
 #include "parallel/communicator.hpp"
 #include "rod/rods.hpp"
 
@@ -30,12 +32,14 @@ struct CheckpointInfo {
     std::optional<double> audited_from =
         {}; ///< J, the energy that an audit began with; with it go the works of every rod. None: no audit
     std::vector<KeptNumbers> kept = {};
+    std::optional<SeriesMark> series = {};                            ///< none: there was no series
+    std::optional<std::int64_t> last_trajectory = {}, last_tips = {}; ///< steps of the last frames in files, -1 of none
 };
 
-/// Writes <directory>/checkpoint_<step, 12 digits>.h5, then removes all but it and the one before. Throws IoError on all ranks
-/// alike, leaving no temporary file and the older checkpoints untouched; also where the state does not have info.digest.
+/// Writes <directory>/checkpoint_<step, 12 digits>.h5, then removes those older ones that `keeping` lets go. Throws IoError on all
+/// ranks alike, leaving no temporary file and the older checkpoints untouched; also where the state does not have info.digest.
 void write_checkpoint(const Communicator& comm, const std::string& directory, std::span<const RodGroup> groups, const Rods& rods,
-                      const CheckpointInfo& info);
+                      const CheckpointInfo& info, const Keeping& keeping = {});
 
 /// Loads the newest valid checkpoint of the directory into `rods`; nullopt where there is none at all. A file that is damaged
 /// (cannot be opened, wrong sizes, digest of a group differs) is named, with what is wrong, through `warn` (called on root), and

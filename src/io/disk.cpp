@@ -6,6 +6,7 @@
 #include <fmt/format.h>
 
 #include <fcntl.h>
+#include <sys/resource.h>
 #include <sys/statvfs.h>
 #include <unistd.h>
 
@@ -20,6 +21,8 @@ namespace fs = std::filesystem;
 namespace skein {
 
 namespace {
+
+constexpr std::size_t number_digits = 12; ///< at least, in names of numbered files
 
 std::string megabytes(std::uint64_t bytes) { return fmt::format("{:.1f} MB", static_cast<double>(bytes) * 1e-6); }
 
@@ -43,6 +46,11 @@ void require_space(const std::string& directory, std::uint64_t bytes) {
 
 void reserve_space(const std::string& path, std::uint64_t bytes) {
     const Descriptor file(path, O_WRONLY);
+    struct rlimit most;
+    if (::getrlimit(RLIMIT_FSIZE, &most) == 0 && most.rlim_cur != RLIM_INFINITY && bytes > most.rlim_cur)
+        throw_system_error(
+            path, fmt::format("{} needed, and files may have {} here (ulimit -f)", megabytes(bytes), megabytes(most.rlim_cur)),
+            EFBIG);
     if (::fallocate(file, FALLOC_FL_KEEP_SIZE, 0, static_cast<off_t>(bytes)) == 0) return;
     if (errno == ENOSPC || errno == EDQUOT || errno == EFBIG)
         throw_system_error(path, "disk full: no room for a file of " + megabytes(bytes), errno);
@@ -62,7 +70,8 @@ std::vector<NumberedFile> numbered_files(const std::string& directory, const std
     std::error_code error;
     for (const auto& entry : fs::directory_iterator(directory, error)) {
         const std::string name = entry.path().filename().string();
-        if (name.size() <= prefix.size() + suffix.size() || !name.starts_with(prefix) || !name.ends_with(suffix)) continue;
+        if (name.size() < prefix.size() + number_digits + suffix.size() || !name.starts_with(prefix) || !name.ends_with(suffix))
+            continue;
         std::int64_t number = 0;
         const char *begin = name.data() + prefix.size(), *end = name.data() + name.size() - suffix.size();
         if (std::from_chars(begin, end, number).ptr == end) found.push_back({name, number});

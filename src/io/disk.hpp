@@ -17,14 +17,14 @@ namespace skein {
 /// writing, because MPI-IO may report a full disk on some rank only, or not at all.
 void require_space(const std::string& directory, std::uint64_t bytes);
 
-/// Takes disk space for a file of `bytes`, so that writing it cannot fail for want of it. Does nothing where the file system
-/// cannot do that.
+/// Takes disk space for a file of `bytes`, so that writing it cannot fail for want of it, nor for a limit of the process.
+/// Takes none where the file system cannot do that.
 void reserve_space(const std::string& path, std::uint64_t bytes);
 
 /// Gives a file that was written under a temporary name its own one, once its bytes are on the disk.
 void publish(const std::string& temporary, const std::string& path);
 
-/// Names in `directory` (none where it does not exist) that read <prefix><number><suffix>, by rising number.
+/// Names in `directory` (none where it does not exist) that read <prefix><number of 12 digits or more><suffix>, by rising number.
 struct NumberedFile {
     std::string name;
     std::int64_t number;

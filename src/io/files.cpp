@@ -3,6 +3,7 @@
 #include "core/error.hpp"
 #include "io/descriptor.hpp"
 #include "io/disk.hpp"
+#include "io/own_files.hpp"
 
 #include <fmt/format.h>
 
@@ -29,8 +30,20 @@ std::string directory_of(const std::string& path) {
 
 } // namespace
 
+namespace {
+
+/// What another program has under a temporary name stays.
+std::string free_temporary(const std::string& path) {
+    std::string temporary = path + ".tmp";
+    for (int n = 2; std::filesystem::is_regular_file(temporary) && std::filesystem::file_size(temporary) > 0; ++n)
+        temporary = fmt::format("{}.tmp.{}", path, n);
+    return temporary;
+}
+
+} // namespace
+
 void write_file(const std::string& path, std::string_view content) {
-    const std::string temporary = path + ".tmp";
+    const std::string temporary = free_temporary(path);
     require_space(directory_of(path), content.size());
     try {
         Descriptor file(temporary, O_WRONLY | O_CREAT | O_TRUNC);
@@ -60,42 +73,96 @@ std::string header(std::span<const std::string> columns) {
 }
 
 /// The header and the whole rows up to a step. A row that a killed run did not finish is not whole.
-std::string rows_up_to(std::int64_t last_step, std::string_view content, std::string_view head) {
+std::string_view rows_up_to(std::int64_t last_step, std::string_view content, std::string_view head) {
     const auto commas = std::count(head.begin(), head.end(), ',');
-    std::string kept(head);
-    content.remove_prefix(head.size());
-    for (auto end = content.find('\n'); end != content.npos; end = content.find('\n')) {
-        const auto row = content.substr(0, end + 1);
+    std::size_t kept = head.size();
+    for (auto end = content.find('\n', kept); end != content.npos; end = content.find('\n', kept)) {
+        const auto row = content.substr(kept, end + 1 - kept);
         std::int64_t step = 0;
         const auto number = std::from_chars(row.data(), row.data() + row.size(), step);
         if (number.ec != std::errc() || std::count(row.begin(), row.end(), ',') != commas || step > last_step) break;
-        kept += row;
-        content.remove_prefix(row.size());
+        kept = end + 1;
     }
-    return kept;
+    return content.substr(0, kept);
 }
 
-/// Makes the file hold whole rows up to a step; returns the last one's, -1 where there is none.
-std::int64_t cut_back(const std::string& path, const std::string& head, std::int64_t resume_step) {
-    std::string content = head;
-    if (resume_step >= 0 && std::filesystem::exists(path)) {
-        const std::string old = read_file(path);
-        if (!old.starts_with(head)) throw IoError(path + ": its columns are not those of this run; move it away");
-        content = rows_up_to(resume_step, old, head);
+/// Adds rows to those that were lost before.
+void keep_lost(const std::string& path, std::string_view head, std::string_view rows) {
+    if (rows.empty()) return;
+    const std::string lost = std::filesystem::path(path).replace_extension(".lost.csv").string();
+    const bool there = std::filesystem::exists(lost);
+    if (there && !read_file(lost).starts_with(head)) set_aside(lost, lost + ".foreign");
+    Descriptor file(lost, O_WRONLY | O_CREAT | O_APPEND);
+    if (!std::filesystem::file_size(lost)) file.write(head);
+    file.write(rows);
+    if (rows.back() != '\n') file.write("\n");
+    file.flush();
+}
+
+/// Whether a file that was `mark` when a checkpoint was written still is.
+std::string damage_of(std::string_view content, const SeriesMark& mark) {
+    if (content.size() < mark.bytes) return fmt::format("it has {} bytes of {}", content.size(), mark.bytes);
+    if (text_digest(content.substr(0, mark.bytes)) != mark.digest) return "rows of it were changed";
+    return {};
+}
+
+/// What a run that resumes keeps of the file. Rows that it will write again are moved to others that were lost.
+std::string kept_rows(const std::string& path, const std::string& head, std::int64_t resume_step, const SeriesMark* mark,
+                      const std::function<void(const std::string&)>& warn) {
+    const bool there = std::filesystem::exists(path);
+    if (mark) {
+        const std::string damage = there ? damage_of(read_file(path), *mark) : "it is missing";
+        if (!damage.empty()) {
+            const std::string now = there ? "; put aside as " + set_aside(path, path + ".damaged") : "";
+            if (warn)
+                warn(fmt::format("{}: is not what the checkpoint of step {} knows: {}{}; rows begin anew", path, resume_step,
+                                 damage, now));
+            return head;
+        }
     }
-    write_file(path, content);
-    std::int64_t last_step = -1;
+    if (!there) return head;
+    const std::string old = read_file(path);
+    if (!old.starts_with(head)) {
+        if (resume_step >= 0) throw IoError(path + ": its columns are not those of this run; move it away");
+        set_aside(path, path + ".foreign");
+        return head;
+    }
+    const std::string_view kept = mark ? std::string_view(old).substr(0, mark->bytes) : rows_up_to(resume_step, old, head);
+    keep_lost(path, head, std::string_view(old).substr(kept.size()));
+    return std::string(kept);
+}
+
+/// Step of the last row, -1 where there is none.
+std::int64_t last_step_in(const std::string& content, const std::string& head) {
+    std::int64_t step = -1;
     if (content.size() > head.size()) {
         const auto row = content.rfind('\n', content.size() - 2) + 1;
-        std::from_chars(content.data() + row, content.data() + content.size(), last_step);
+        std::from_chars(content.data() + row, content.data() + content.size(), step);
     }
-    return last_step;
+    return step;
 }
 
 } // namespace
 
-SeriesFile::SeriesFile(std::string path, std::vector<std::string> columns, std::int64_t resume_step)
-    : path_(std::move(path)), columns_(columns.size()), last_step_(cut_back(path_, header(columns), resume_step)),
+std::uint64_t text_digest(std::string_view text, std::uint64_t digest) {
+    for (const char c : text) digest = (digest ^ static_cast<unsigned char>(c)) * 0x100000001b3ull;
+    return digest;
+}
+
+SeriesFile::Start SeriesFile::begin(const std::string& path, const std::string& head, std::int64_t resume_step,
+                                    const SeriesMark* mark, const std::function<void(const std::string&)>& warn) {
+    std::string content = kept_rows(path, head, resume_step, mark, warn);
+    if (mark) content += mark->row;
+    write_file(path, content);
+    return {{content.size(), text_digest(content), {}}, last_step_in(content, head)};
+}
+
+SeriesFile::SeriesFile(std::string path, std::vector<std::string> columns, std::int64_t resume_step, const SeriesMark* mark,
+                       const std::function<void(const std::string&)>& warn)
+    : SeriesFile(path, columns.size(), begin(path, header(columns), resume_step, mark, warn)) {}
+
+SeriesFile::SeriesFile(std::string path, std::size_t columns, Start start)
+    : path_(std::move(path)), columns_(columns), last_step_(start.last_step), mark_(std::move(start.mark)),
       file_(path_, O_WRONLY | O_APPEND) {}
 
 void SeriesFile::append(std::int64_t step, double time, std::span<const double> values) {
@@ -104,9 +171,17 @@ void SeriesFile::append(std::int64_t step, double time, std::span<const double> 
     std::string row = fmt::format("{},{:.17g}", step, time);
     for (const double value : values) fmt::format_to(std::back_inserter(row), ",{:.17g}", value);
     row += '\n';
+    mark_.row = row;
     file_.write(row);
+    mark_ = {mark_.bytes + row.size(), text_digest(row, mark_.digest), {}};
     last_step_ = step;
 }
+
+namespace {
+
+constexpr std::string_view lock_begin = "process ";
+
+} // namespace
 
 DirectoryLock::DirectoryLock(const std::string& directory) {
     const std::string path = directory + "/.lock";
@@ -117,10 +192,14 @@ DirectoryLock::DirectoryLock(const std::string& directory) {
         const std::string owner = read_file(path);
         throw IoError(directory + ": in use by another run" + (owner.empty() ? "" : " (" + owner + ")"));
     }
+    if (const std::string content = read_file(path); !content.empty() && !content.starts_with(lock_begin)) {
+        ::close(descriptor_);
+        throw IoError(path + ": is not the lock of a run; move it away, or use another --out");
+    }
     // Where the file system knows no locks the run goes on without: a warning at every start would help nobody.
     char host[256] = "";
     ::gethostname(host, sizeof host - 1);
-    const std::string owner = fmt::format("process {} on {}", ::getpid(), host);
+    const std::string owner = fmt::format("{}{} on {}", lock_begin, ::getpid(), host);
     if (::ftruncate(descriptor_, 0) != 0 || ::write(descriptor_, owner.data(), owner.size()) < 0) {
         const int error = errno;
         ::close(descriptor_);

@@ -259,15 +259,18 @@ void H5File::make_frames(const std::string& path, H5Type type, const std::vector
     agree(dataset.valid(), path + " cannot be made");
 }
 
-void H5File::set_frames(const std::vector<std::string>& paths, std::uint64_t frames) {
+void H5File::set_frames(const std::vector<std::string>& paths, std::uint64_t frames, std::uint64_t flush_every) {
     std::vector<Frames> grown;
     bool well = true;
     for (const std::string& path : paths) well &= grown.emplace_back(id_, path).valid;
     agree(well, "frames cannot be opened");
     // A rank that fails goes on: the others may wait for it in the calls that follow.
-    for (std::uint64_t frame = grown.at(0).size[0]; frame < frames; ++frame)
+    for (std::uint64_t frame = grown.at(0).size[0]; frame < frames; ++frame) {
+        const bool flush = flush_every > 0 && (frame + 1) % flush_every == 0;
         for (Frames& dataset : grown)
-            if (frame % dataset.chunk[0] == 0) well &= dataset.set(frame + 1);
+            if (flush || frame % dataset.chunk[0] == 0) well &= dataset.set(frame + 1);
+        if (flush) well &= H5Fflush(id_, H5F_SCOPE_GLOBAL) >= 0;
+    }
     for (Frames& dataset : grown) well &= dataset.set(frames);
     agree(well, fmt::format("frames cannot be made {}", frames));
 }
@@ -280,6 +283,32 @@ std::vector<std::uint64_t> H5File::shape(const std::string& path) const {
     std::vector<hsize_t> size(static_cast<std::size_t>(std::max(dimensions, 0)));
     agree(dimensions >= 0 && H5Sget_simple_extent_dims(space, size.data(), nullptr) >= 0, path + " has no readable size");
     return {size.begin(), size.end()};
+}
+
+H5Type H5File::type(const std::string& path) const {
+    const Handle dataset(H5Dopen2(id_, path.c_str(), H5P_DEFAULT), H5Dclose);
+    agree(dataset.valid(), path + " cannot be opened");
+    const Handle found(H5Dget_type(dataset), H5Tclose);
+    for (const H5Type known : {H5Type::float32, H5Type::float64, H5Type::int64, H5Type::uint64})
+        if (H5Tequal(found, type_id(known)) > 0) return known;
+    throw IoError(path_ + ": " + path + " has numbers of another type");
+}
+
+bool H5File::has(const std::string& path) const {
+    bool there = true;
+    for (auto end = path.find('/', 1); there; end = path.find('/', end + 1)) {
+        const htri_t found = H5Lexists(id_, path.substr(0, end).c_str(), H5P_DEFAULT);
+        agree(found >= 0, path + " cannot be looked for");
+        there = found > 0;
+        if (end == path.npos) break;
+    }
+    return there;
+}
+
+bool H5File::has(const std::string& object, const std::string& attribute) const {
+    const htri_t found = H5Aexists_by_name(id_, object.c_str(), attribute.c_str(), H5P_DEFAULT);
+    agree(found >= 0, attribute_name(object, attribute) + " cannot be looked for");
+    return found > 0;
 }
 
 void H5File::write(const std::string& path, H5Type type, const H5Box& box, const void* data) {

@@ -43,9 +43,13 @@ public:
     void make_frames(const std::string& path, H5Type type, const std::vector<std::uint64_t>& frame_shape);
     static constexpr std::uint64_t frames_slack = 8 << 10;
     /// Lets datasets of equally many frames have `frames`. Space is taken as if they grew frame by frame, all of them in turn: the
-    /// file's bytes do not depend on how many frames are added at a time.
-    void set_frames(const std::vector<std::string>& paths, std::uint64_t frames);
+    /// file's bytes do not depend on how many frames are added at a time. On the way, after every `flush_every` frames of the
+    /// file (0: never), its tables are brought to the disk, so that a process that is killed leaves a file that can be read.
+    void set_frames(const std::vector<std::string>& paths, std::uint64_t frames, std::uint64_t flush_every = 0);
     std::vector<std::uint64_t> shape(const std::string& path) const;
+    H5Type type(const std::string& path) const; ///< of a dataset's numbers
+    bool has(const std::string& path) const;    ///< a dataset or group; false too where one above it is missing
+    bool has(const std::string& object, const std::string& attribute) const;
 
     /// Every rank's box, as numbers of `type`, which is also the type on file: conversion would make transfers independent.
     void write(const std::string& path, H5Type type, const H5Box& box, const void* data);

@@ -26,8 +26,25 @@ void OutputSpec::fields(FieldVisitor& f) {
          .unit = "",
          .text = "adds an energy audit to the series: works of loads and moving walls, dissipation, and the defect of the balance"},
         audit);
-    f.visit({.name = "checkpoint", .unit = "s", .text = "interval of checkpoints; 0: only one at the end", .at_least = 0},
+    f.visit({.name = "checkpoint",
+             .unit = "s",
+             .text = "interval of checkpoints in simulated time, beside those by wall time and the one at the end; 0: none",
+             .at_least = 0},
             checkpoint);
+    f.visit({.name = "checkpoint_wall",
+             .unit = "s",
+             .text = "interval of checkpoints in wall time, which is what a failure may cost; when they come changes no number; 0: "
+                     "none",
+             .at_least = 0},
+            checkpoint_wall);
+    f.visit({.name = "keep", .unit = "-", .text = "how many of the newest checkpoints stay", .at_least = 1}, keep);
+    f.visit({.name = "milestones", .unit = "", .text = "older checkpoints stay at doubling ages, a dozen in a month"}, milestones);
+    f.visit(
+        {.name = "progress",
+         .unit = "",
+         .text =
+             "columns of the series that the progress line shows, without units, e.g. [\"kinetic_translation\", \"max_speed\"]"},
+        progress);
 }
 
 bool OutputSpec::observes(std::string_view set) const {

@@ -11,7 +11,8 @@ inline constexpr std::string_view precision_names[] = {"single", "double"};
 /// What a scene may add to its observables.
 inline constexpr std::string_view observable_set_names[] = {"angular_momentum", "curvature", "knots"};
 
-/// Intervals in seconds, rounded to whole steps; 0 switches an output off: it is then not opened, called or allocated.
+/// Intervals in simulated seconds, but where wall time is said, rounded to whole steps; 0 switches an output off: it is then not
+/// opened, called or allocated.
 struct OutputSpec {
     double trajectory = 0; ///< every node, into HDF5 + XDMF
     bool directors = true; ///< trajectory holds directors too
@@ -21,7 +22,11 @@ struct OutputSpec {
     std::vector<std::string> observables; ///< sets beyond energies, momentum and extremes
     bool audit = false;                   ///< energy audit
     double contacts = 0;                  ///< all contacts with their forces, into tables
-    double checkpoint = 0;                ///< 0: only at the end
+    double checkpoint = 0;                ///< 0: none by simulated time
+    double checkpoint_wall = 900;         ///< of wall time; 0: none by it
+    long keep = 2;                        ///< newest checkpoints
+    bool milestones = true;               ///< and older ones at doubling ages
+    std::vector<std::string> progress;    ///< columns of the series that the progress line shows
 
     bool observes(std::string_view set) const;
 

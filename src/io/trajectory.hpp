@@ -11,7 +11,9 @@
 #include "rod/rods.hpp"
 
 #include <cstdint>
+#include <functional>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
@@ -24,21 +26,33 @@ inline constexpr std::string_view frame_kind_names[] = {"trajectory", "tips"};
 
 class FrameWriter {
 public:
-    /// Removes frames after `resume_step` and unfinished segments from the directory and keeps the rest; -1 removes all.
-    /// Collective.
+    using Warn = std::function<void(const std::string&)>;
+    /// Keeps the frames of the directory up to `resume_step` (-1: none), and puts others and unfinished segments aside under names
+    /// that begin with lost_. Segments that cannot be read, and a last one whose frames are not what was written, are put aside
+    /// as *.damaged. `warn` (called on root) is told of these and of frames that are missing; `expected` is the last frame that
+    /// there should be, where that is known. Collective.
     FrameWriter(const Communicator& comm, std::string directory, FrameKind kind, const OutputSpec& spec,
                 std::span<const RodGroup> groups, const Rods& rods, const Threads& threads, std::int64_t resume_step,
-                std::string title, std::uint64_t buffer_bytes = default_buffer_bytes);
+                std::string title, std::uint64_t buffer_bytes = default_buffer_bytes, Warn warn = {},
+                std::optional<std::int64_t> expected = {}, std::uint64_t flush_bytes = default_flush_bytes);
     /// Of frames that wait in memory, per rank. A field is there three times while it is written.
     static constexpr std::uint64_t default_buffer_bytes = 32 << 20;
+    /// Of frames of all ranks between two flushes of the file's tables: what a killed run leaves unreadable.
+    static constexpr std::uint64_t default_flush_bytes = 64 << 20;
     ~FrameWriter();
 
     /// Appends the state at time t (synchronised copies: positions drifted on by `lag`). A step that is already there is left
     /// alone. An error may be that of an earlier frame. Collective.
     void write(std::int64_t step, double time, double lag);
-    /// Closes and renames the open segment, and rewrites the XDMF side-car. Called before each checkpoint and at the end: what
-    /// is still open when the object ends is lost. Collective.
+    /// Closes and renames the open segment. Called before each checkpoint and at the end: what is still open when the object
+    /// ends is lost. The XDMF side-car is rewritten when it lags by a sixteenth of the segments, so that all its versions together
+    /// are in proportion to the last one. Collective.
     void close_segment();
+    /// Brings the side-car up to date. Collective.
+    void finish();
+    /// Step of the last frame that is in a file or will be with the next close_segment(); -1: none. After an error in write() or
+    /// close_segment(): of the last one that is in a file.
+    std::int64_t last_step() const;
 
 private:
     struct Impl;

@@ -8,6 +8,8 @@ namespace skein {
 
 namespace {
 
+constexpr std::string_view document_begin = "<?xml version=\"1.0\" ?>\n<Xdmf Version=\"3.0\">\n<Domain>\n";
+
 std::string escaped(std::string_view text) {
     std::string out;
     for (const char c : text) {
@@ -85,11 +87,13 @@ std::string frame_grids(std::span<const XdmfGroup> groups, const XdmfSegment& se
 
 std::string xdmf_document(const std::string& title, std::span<const XdmfGroup> groups, std::span<const XdmfSegment> segments,
                           int number_bytes) {
-    std::string xml = "<?xml version=\"1.0\" ?>\n<Xdmf Version=\"3.0\">\n<Domain>\n";
+    std::string xml(document_begin);
     xml += fmt::format("<Grid Name=\"{}\" GridType=\"Collection\" CollectionType=\"Temporal\">\n", escaped(title));
     for (const XdmfSegment& segment : segments)
         for (std::size_t frame = 0; frame < segment.times.size(); ++frame) xml += frame_grids(groups, segment, frame, number_bytes);
     return xml + "</Grid>\n</Domain>\n</Xdmf>\n";
 }
+
+bool is_xdmf_document(std::string_view text) { return text.starts_with(document_begin); }
 
 } // namespace skein

@@ -99,6 +99,12 @@ Communicator Communicator::world() {
     return comm;
 }
 
+Communicator Communicator::alone() {
+    Communicator comm;
+    comm.handle_ = MPI_Comm_c2f(MPI_COMM_SELF);
+    return comm;
+}
+
 void Communicator::barrier() const {
     MPI_Barrier(native(handle_));
     ++counted.calls;

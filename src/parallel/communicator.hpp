@@ -14,6 +14,8 @@ class Communicator {
 public:
     /// MPI_COMM_WORLD; MPI must have been initialised (see MpiSession).
     static Communicator world();
+    /// This process by itself.
+    static Communicator alone();
 
     int rank() const { return rank_; }
     int size() const { return size_; }

@@ -3,6 +3,7 @@
 #include "core/closest_points.hpp"
 #include "core/error.hpp"
 #include "core/hilbert.hpp"
+#include "core/stop.hpp"
 #include "rod/capsule_grid.hpp"
 
 #include <fmt/format.h>
@@ -157,6 +158,7 @@ PackedRods pack(const Packing& p, double length, double radius, std::vector<Caps
                                          where, length, std::asin(direction.z) * 180 / pi));
         std::optional<Capsule> place;
         for (long attempt = 0; !place; ++attempt) {
+            stop_where_asked("rods were packed");
             if (attempt >= patience) {
                 if (!region.grows())
                     throw InputError(fmt::format(

@@ -301,7 +301,8 @@ void choose_step(Plan& plan, const SceneSpec& scene) {
 
 Cadence cadence_of(const OutputSpec& out, double dt) {
     const auto steps = [&](double interval) { return interval > 0 ? std::max<std::int64_t>(1, std::llround(interval / dt)) : 0; };
-    return {steps(out.trajectory), steps(out.tips), steps(out.series), steps(out.contacts), steps(out.checkpoint)};
+    return {steps(out.trajectory), steps(out.tips),       steps(out.series),
+            steps(out.contacts),   steps(out.checkpoint), out.checkpoint_wall};
 }
 
 void list_absent(Plan& plan, const SceneSpec& scene) {
@@ -413,6 +414,7 @@ Plan make_plan(const SceneSpec& scene, std::span<const RodGroup> groups, const M
     }
     choose_step(plan, scene);
     plan.cadence = cadence_of(scene.output, plan.dt);
+    plan.keeping = {scene.output.keep, scene.output.milestones};
     plan.audit = scene.output.audit;
     plan.observables = scene.output.observables;
     const auto frames = [&](std::int64_t every) { return every > 0 ? static_cast<double>(plan.steps / every + 1) : 0.0; };

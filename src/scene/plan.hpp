@@ -4,6 +4,7 @@
 
 #include "contact/contact_spec.hpp"
 #include "contact/wall.hpp"
+#include "io/keeping.hpp"
 #include "rod/kick.hpp"
 #include "rod/tiling.hpp"
 #include "rod/time_limits.hpp"
@@ -56,6 +57,7 @@ struct GroupPlan {
 /// Whole steps between two events of a kind; 0: never.
 struct Cadence {
     std::int64_t trajectory = 0, tips = 0, series = 0, contacts = 0, checkpoint = 0;
+    double checkpoint_wall = 0; ///< s of wall time; 0: none by it
 };
 
 struct Plan {
@@ -71,6 +73,7 @@ struct Plan {
     std::size_t governing = 0; ///< group whose limit is smallest
     std::int64_t steps = 0;
     Cadence cadence;
+    Keeping keeping;                         ///< of checkpoints
     std::optional<ContactSpec> contact;      ///< of rods with each other; absent: nothing is searched, kept or sent
     std::optional<ContactLaws> contact_laws; ///< by pair of groups
     std::vector<Wall> walls;                 ///< planes, tubes and balls: boxes are taken apart

@@ -5,6 +5,7 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include <algorithm>
 #include <cmath>
 #include <iterator>
 
@@ -33,6 +34,25 @@ std::string counted(std::int64_t count, const char* what) { return fmt::format("
 
 std::string every(std::int64_t steps, double dt) {
     return steps > 0 ? fmt::format("every {} steps ({:.4g} s)", steps, static_cast<double>(steps) * dt) : "none";
+}
+
+std::string checkpoint_text(const Plan& p) {
+    std::string text;
+    if (p.cadence.checkpoint_wall > 0) text += "every " + duration_text(p.cadence.checkpoint_wall) + " of wall time, ";
+    if (p.cadence.checkpoint > 0) text += every(p.cadence.checkpoint, p.dt) + ", ";
+    return text + fmt::format("at the end; the newest {} stay{}", p.keeping.newest,
+                              p.keeping.milestones ? ", and older ones at doubling ages" : "");
+}
+
+/// What is lost with a run that is killed at the worst moment.
+std::string failure_text(const Plan& p) {
+    const double steps = static_cast<double>(std::max<std::int64_t>(p.steps, 1));
+    const double stretch = p.cadence.checkpoint > 0 ? static_cast<double>(p.cadence.checkpoint) / steps : 1;
+    const double predicted = p.predicted_s * std::min(stretch, 1.0);
+    if (p.cadence.checkpoint_wall > 0 && p.cadence.checkpoint_wall < predicted)
+        return "costs at most " + duration_text(p.cadence.checkpoint_wall) + " of work";
+    return fmt::format("costs at most {} of work, as predicted{}", predicted < 1 ? "a second" : duration_text(predicted),
+                       stretch >= 1 ? ": all there is to do" : "");
 }
 
 std::string law_text(const ContactLaw& law) {
@@ -108,7 +128,8 @@ std::string to_text(const Plan& p) {
     line("series", every(p.cadence.series, p.dt) + (p.observables.empty() ? "" : ", with " + joined(p.observables, ", ")));
     if (p.cadence.contacts > 0) line("contacts", every(p.cadence.contacts, p.dt));
     if (p.rest_speed > 0) line("ends", fmt::format("at rest, when no node is faster than {:g} m/s", p.rest_speed));
-    line("checkpoint", p.cadence.checkpoint > 0 ? every(p.cadence.checkpoint, p.dt) + " and at the end" : "at the end");
+    line("checkpoint", checkpoint_text(p));
+    line("a failure", failure_text(p));
     line("memory", fmt::format("{} for rods ({:.0f} B per element){}, {} to disk", bytes_text(p.state_bytes),
                                p.state_bytes / static_cast<double>(p.elements),
                                p.frame_bytes > 0 ? fmt::format(", {} for frames that wait", bytes_text(p.frame_bytes)) : "",
@@ -173,7 +194,9 @@ std::string to_json(const Plan& p) {
          {{"trajectory", p.cadence.trajectory},
           {"tips", p.cadence.tips},
           {"series", p.cadence.series},
-          {"checkpoint", p.cadence.checkpoint}}},
+          {"checkpoint", p.cadence.checkpoint},
+          {"checkpoint_wall_s", p.cadence.checkpoint_wall}}},
+        {"keep", {{"newest", p.keeping.newest}, {"milestones", p.keeping.milestones}}},
         {"observables", p.observables},
         {"state_bytes", p.state_bytes},
         {"frame_bytes", p.frame_bytes},

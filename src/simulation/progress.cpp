@@ -1,12 +1,28 @@
 #include "simulation/progress.hpp"
 
+#include "core/error.hpp"
 #include "core/timer.hpp"
 
+#include <fmt/format.h>
 #include <unistd.h>
 
+#include <algorithm>
+#include <cerrno>
 #include <cstdio>
+#include <cstdlib>
+#include <cstring>
+#include <iterator>
+#include <utility>
 
 namespace skein {
+
+namespace {
+
+constexpr double seconds_between_bars = 0.2;
+
+std::string name_of(const std::string& column) { return column.substr(0, column.find('[')); }
+
+} // namespace
 
 std::string clock_text(double seconds) {
     char text[64];
@@ -18,24 +34,60 @@ std::string clock_text(double seconds) {
     return text;
 }
 
-Progress::Progress(bool shown, std::int64_t first_step, std::int64_t last_step, double dt, double elements)
-    : shown_(shown), terminal_(isatty(STDOUT_FILENO) != 0), first_(first_step), last_(last_step), dt_(dt), elements_(elements),
-      started_(wall_seconds()), last_shown_(started_) {}
+bool under_launcher() {
+    constexpr const char* names[] = {"OMPI_COMM_WORLD_RANK", "PMIX_RANK", "PMI_RANK", "SLURM_PROCID"};
+    return std::any_of(std::begin(names), std::end(names), [](const char* name) { return std::getenv(name) != nullptr; });
+}
 
-void Progress::show(std::int64_t step) {
-    if (!shown_ || step == first_) return;
+std::vector<std::size_t> columns_of(std::span<const std::string> wanted, std::span<const std::string> all) {
+    std::vector<std::size_t> places;
+    for (const std::string& name : wanted) {
+        const auto found = std::find_if(all.begin(), all.end(), [&](const std::string& column) { return name_of(column) == name; });
+        if (found == all.end()) {
+            std::vector<std::string> names;
+            for (const std::string& column : all) names.push_back(name_of(column));
+            throw InputError(
+                fmt::format("output.progress: this scene's series has no '{}'; it has {}", name, fmt::join(names, ", ")));
+        }
+        places.push_back(static_cast<std::size_t>(found - all.begin()));
+    }
+    return places;
+}
+
+double seconds_between_lines(double elapsed) { return std::clamp(0.02 * elapsed, 2.0, 600.0); }
+
+Progress::Progress(bool shown, ProgressStyle style, std::int64_t first_step, std::int64_t last_step, double dt, double elements,
+                   std::vector<std::string> columns)
+    : shown_(shown),
+      bar_(style == ProgressStyle::bar || (style == ProgressStyle::automatic && isatty(STDOUT_FILENO) != 0 && !under_launcher())),
+      first_(first_step), last_(last_step), dt_(dt), elements_(elements), started_(wall_seconds()), last_shown_(started_),
+      columns_(std::move(columns)) {}
+
+bool Progress::due(std::int64_t step) const {
+    if (!shown_ || step == first_) return false;
+    const double now = wall_seconds();
+    return step >= last_ || now - last_shown_ >= (bar_ ? seconds_between_bars : seconds_between_lines(now - started_));
+}
+
+void Progress::show(std::int64_t step, std::span<const double> values) {
+    if (!values.empty()) {
+        values_.clear();
+        for (std::size_t i = 0; i < columns_.size(); ++i) values_ += fmt::format("  {} {:.4g}", columns_[i], values[i]);
+    }
+    if (!due(step) || (!bar_ && !columns_.empty() && values.empty())) return; // a line has the values of its step
     const double now = wall_seconds(), elapsed = now - started_;
-    const double share = static_cast<double>(step) / static_cast<double>(last_);
-    // A file gets a line every 5 %, but not more than one every two seconds; a terminal five lines a second.
-    if (step < last_ && (terminal_ ? now - last_shown_ < 0.2 : share < next_share_ || now - last_shown_ < 2)) return;
     last_shown_ = now;
-    next_share_ = share + 0.05;
+    const double share = static_cast<double>(step) / static_cast<double>(last_);
     const double done = static_cast<double>(step - first_), left = static_cast<double>(last_ - step);
-    std::printf("%sstep %lld/%lld  %5.1f %%  t %.4g s  %.3g element-steps/s  ETA %s%s", terminal_ ? "\r\033[K" : "",
-                static_cast<long long>(step), static_cast<long long>(last_), 100 * share, static_cast<double>(step) * dt_,
-                done * elements_ / elapsed, clock_text(elapsed / done * left).c_str(), terminal_ ? "" : "\n");
-    std::fflush(stdout);
-    open_ = terminal_;
+    const std::string text = fmt::format("{}step {}/{}  {:5.1f} %  t {:.4g} s  {:.3g} element-steps/s  ETA {}{}{}",
+                                         bar_ ? "\r\033[K" : "", step, last_, 100 * share, static_cast<double>(step) * dt_,
+                                         done * elements_ / elapsed, clock_text(elapsed / done * left), values_, bar_ ? "" : "\n");
+    errno = 0;
+    if ((std::fputs(text.c_str(), stdout) < 0 || std::fflush(stdout) != 0) && !told_) {
+        told_ = true;
+        std::fprintf(stderr, "note: standard output is gone (%s); the run goes on\n", std::strerror(errno));
+    }
+    open_ = bar_;
 }
 
 void Progress::finish() {

@@ -1,5 +1,6 @@
 #include "simulation/simulation.hpp"
 
+#include "core/stop.hpp"
 #include "diagnostics/energy_audit.hpp"
 #include "diagnostics/observables.hpp"
 #include "io/disk.hpp"
@@ -12,9 +13,7 @@
 
 #include <algorithm>
 #include <cmath>
-#include <csignal>
 #include <cstdio>
-#include <filesystem>
 
 namespace skein {
 
@@ -24,8 +23,6 @@ constexpr double tick_seconds = 1;         ///< wall time between two agreements
 constexpr std::int64_t check_every = 64;   ///< steps between two looks for rods that have gone astray
 constexpr std::int64_t tick_multiple = 64; ///< steps between ticks: fewer would cut visits short and look at rods more often
 
-volatile std::sig_atomic_t stop_requested = 0;
-
 std::int64_t multiple_after(std::int64_t step, std::int64_t every) { return (step / every + 1) * every; }
 
 /// What decides the bits of a run: the scene's physics and the step, not how long it runs or what it writes.
@@ -34,56 +31,28 @@ std::string physics_json(SceneSpec scene, double dt) {
     return scene_json(scene, true);
 }
 
-bool is_result(const std::filesystem::path& path) {
-    const std::string name = path.filename().string();
-    return name == "summary.json" || name == "physics.json" || name == "observables.csv" ||
-           (name.starts_with("contacts_") && name.ends_with(".csv")) || name.ends_with(".xdmf") || name.ends_with(".h5") ||
-           name.ends_with(".tmp");
-}
-
-/// Results without a checkpoint may be written over only by the run that left them unfinished: same physics, no summary.
-void refuse_to_overwrite(const std::string& directory, const std::string& physics) {
-    const bool results =
-        std::any_of(std::filesystem::directory_iterator(directory), {}, [](const auto& entry) { return is_result(entry.path()); });
-    if (!results) return;
-    const std::string record = directory + "/physics.json";
-    const bool unfinished =
-        !std::filesystem::exists(directory + "/summary.json") && std::filesystem::exists(record) && read_file(record) == physics;
-    if (!unfinished)
-        throw IoError("'" + directory +
-                      "' holds results but no checkpoint to resume from; use --overwrite to start anew, or another --out");
-    std::printf("No checkpoint in %s yet: starting again from the beginning\n", directory.c_str());
-}
-
-void remove_results(const std::string& directory) {
-    for (const auto& entry : std::filesystem::directory_iterator(directory))
-        if (is_result(entry.path()) && entry.is_regular_file()) std::filesystem::remove(entry.path());
-}
+void tell_warning(const std::string& text) { std::fprintf(stderr, "warning: %s\n", text.c_str()); }
 
 } // namespace
-
-void request_stop() { stop_requested = 1; }
 
 Simulation::Simulation(const Communicator& comm, const Threads& threads, const SceneSpec& scene, std::vector<RodGroup> groups,
                        Plan plan, RunOptions options)
     : comm_(comm), threads_(threads), groups_(std::move(groups)), plan_(std::move(plan)),
       options_(std::move(options)), sets_{scene.output.observes("angular_momentum"), scene.output.observes("curvature"),
                                           scene.output.observes("knots")},
-      physics_(physics_json(scene, plan_.dt)), started_(wall_seconds()), clock_(plan_.dt, 0, plan_.integrator) {
+      physics_(physics_json(scene, plan_.dt)), output_(output_json(scene)), started_(wall_seconds()),
+      checkpoints_(plan_.cadence.checkpoint_wall, options_.began > 0 ? options_.began : started_,
+                   plan_.state_bytes / plan_.machine.ranks),
+      clock_(plan_.dt, 0, plan_.integrator) {
     const auto setup = timers_.time(Phase::setup);
-    on_root(comm_, [&] {
-        std::filesystem::create_directories(options_.out);
-        lock_ = std::make_unique<DirectoryLock>(options_.out);
-        if (options_.overwrite) remove_results(options_.out);
-    });
+    on_root(comm_, [&] { directory_ = std::make_unique<ResultsDirectory>(options_.out, options_.overwrite); });
     Surroundings around = make_surroundings(plan_, groups_);
     rods_ = make_rods(plan_, groups_, partition(comm_, groups_), threads_, around);
     if (around.others || around.walls)
         interactions_ = std::make_unique<Interactions>(comm_, threads_, plan_, groups_, *rods_, around);
 
-    const auto warn = [](const std::string& text) { std::fprintf(stderr, "warning: %s\n", text.c_str()); };
     const std::vector<std::string> kept = interactions_ ? interactions_->kept_names() : std::vector<std::string>();
-    const auto found = read_checkpoint(comm_, options_.out, groups_, *rods_, physics_, warn, kept);
+    const auto found = read_checkpoint(comm_, options_.out, groups_, *rods_, physics_, tell_warning, kept);
     if (found) {
         if (interactions_) interactions_->restore(found->kept);
         clock_ = Clock(plan_.dt, found->step, plan_.integrator);
@@ -93,22 +62,36 @@ Simulation::Simulation(const Communicator& comm, const Threads& threads, const S
                         100.0 * static_cast<double>(found->step) / static_cast<double>(plan_.steps),
                         plan_.audit && !found->audited_from ? "; it has no audit, which begins here" : "");
     } else {
-        on_root(comm_, [&] {
-            refuse_to_overwrite(options_.out, physics_);
-            write_file(options_.out + "/physics.json", physics_);
-        });
+        on_root(comm_, [&] { directory_->begin(physics_); });
     }
     first_step_ = clock_.done();
     if (plan_.audit) begin_audit(found ? found->audited_from : std::nullopt);
     last_step_ = plan_.steps;
     if (options_.until > 0) last_step_ = std::min<std::int64_t>(last_step_, std::llround(options_.until / plan_.dt));
     if (options_.steps > 0) last_step_ = std::min(last_step_, options_.steps);
-    open_outputs(scene);
-    progress_ = std::make_unique<Progress>(comm_.root() && !options_.quiet, first_step_, last_step_, plan_.dt,
-                                           static_cast<double>(plan_.elements));
+    if (first_step_ > 0 && plan_.rest_speed > 0 && first_step_ % plan_.cadence.series == 0) {
+        last_sample_ = observables();
+        look_for_rest();
+    }
+    progress_columns_ = columns_of(scene.output.progress, names());
+    idle_ = found && (first_step_ >= last_step_ || ended()) && is_told(found->digest);
+    if (!idle_) open_outputs(scene, found ? &*found : nullptr);
+    progress_ = std::make_unique<Progress>(comm_.root() && !options_.quiet, options_.progress, first_step_, last_step_, plan_.dt,
+                                           static_cast<double>(plan_.elements), scene.output.progress);
 }
 
 Simulation::~Simulation() = default;
+
+bool Simulation::is_told(std::uint64_t digest) const {
+    EarlierSummary earlier;
+    on_root(comm_, [&] { earlier = read_summary(options_.out + "/summary.json", digest, output_); });
+    if (earlier.ended && !options_.quiet) {
+        std::printf("Nothing to do: the run has come to its end, and its files stay as they are\n");
+        if (!earlier.changes.empty())
+            std::printf("[output] has changed, which takes no effect on a run that is over:%s\n", earlier.changes.c_str());
+    }
+    return comm_.max(static_cast<std::int64_t>(earlier.ended)) > 0;
+}
 
 void Simulation::begin_audit(std::optional<double> audited_from) {
     audited_from_ = audited_from;
@@ -179,11 +162,17 @@ bool Simulation::meet() {
 }
 
 RunResult Simulation::run() {
-    if (first_step_ == 0) write_due();
-    else if (plan_.rest_speed > 0 && first_step_ % plan_.cadence.series == 0) {
-        last_sample_ = observables();
-        look_for_rest();
+    if (idle_) return {clock_.done() < last_step_ && !ended() ? Exit::limit : Exit::done, clock_.done(), digest()};
+    try {
+        return step_to_the_end();
+    } catch (const IoError& error) {
+        throw IoError(error.what() + save_what_can_be_saved());
     }
+}
+
+RunResult Simulation::step_to_the_end() {
+    if (first_step_ == 0) write_due();
+    else write_frames(); // of this step, where an error kept them from being written
     Verdict verdict = Verdict::go_on;
     next_tick_ = clock_.done() + tick_multiple;
     setup_s_ = wall_seconds() - started_;
@@ -191,10 +180,12 @@ RunResult Simulation::run() {
         advance(next_event());
         verdict = agree();
         write_due();
-        progress_->show(clock_.done());
+        show_progress(verdict != Verdict::go_on);
     }
     progress_->finish();
     checkpoint();
+    for (FrameWriter* frames : {trajectory_.get(), tips_.get()})
+        if (frames) frames->finish();
 
     const RunResult result{clock_.done() < last_step_ && !ended() ? Exit::limit : Exit::done, clock_.done(), digest()};
     write_summary(result);
@@ -212,9 +203,10 @@ std::int64_t Simulation::next_event() const {
 Simulation::Verdict Simulation::agree() {
     const auto timing = timers_.time(Phase::agree);
     const double wall = wall_seconds() - started_;
-    const bool late = options_.walltime > 0 && wall > 0.98 * options_.walltime;
+    checkpoints_.look();
+    const bool late = options_.walltime > 0 && checkpoints_.late(options_.walltime);
     const Verdict mine = !failure_.empty()                      ? Verdict::fail
-                         : stop_requested || late               ? Verdict::stop_at_limit
+                         : stop_requested() || late             ? Verdict::stop_at_limit
                          : !near_limit_.empty() && !told_limit_ ? Verdict::warn
                                                                 : Verdict::go_on;
     auto verdict = static_cast<Verdict>(comm_.max(static_cast<std::int64_t>(mine)));
@@ -224,8 +216,11 @@ Simulation::Verdict Simulation::agree() {
     if (clock_.done() >= next_tick_) {
         // As many steps as fit at the speed so far; root's figure for all.
         const double speed = static_cast<double>(clock_.done() - first_step_) / std::max(1e-9, wall - setup_s_);
-        const auto visits = static_cast<std::int64_t>(std::min(1e9, speed * tick_seconds / tick_multiple));
+        const double seconds = checkpoints_.every() > 0 ? std::min(tick_seconds, 0.5 * checkpoints_.every()) : tick_seconds;
+        const auto visits = static_cast<std::int64_t>(std::min(1e9, speed * seconds / tick_multiple));
         next_tick_ = clock_.done() + tick_multiple * comm_.broadcast(std::max<std::int64_t>(1, visits));
+        if (checkpoints_.every() > 0) save_now_ = comm_.broadcast(static_cast<std::int64_t>(checkpoints_.due())) != 0;
+        if (!progress_columns_.empty()) show_now_ = comm_.broadcast(static_cast<std::int64_t>(progress_->due(clock_.done()))) != 0;
     }
     return verdict;
 }
@@ -240,30 +235,53 @@ void Simulation::throw_failure() {
                               : "there is no checkpoint yet"));
 }
 
-void Simulation::open_outputs(const SceneSpec& scene) {
-    const auto frames = [&](FrameKind kind) {
-        return std::make_unique<FrameWriter>(comm_, options_.out, kind, scene.output, groups_, *rods_, threads_, clock_.done(),
-                                             plan_.title);
+void Simulation::open_outputs(const SceneSpec& scene, const CheckpointInfo* found) {
+    const std::int64_t step = found ? clock_.done() : -1;
+    const auto frames = [&](FrameKind kind, std::optional<std::int64_t> expected) {
+        return std::make_unique<FrameWriter>(comm_, options_.out, kind, scene.output, groups_, *rods_, threads_, step, plan_.title,
+                                             FrameWriter::default_buffer_bytes, tell_warning, expected);
     };
-    if (plan_.cadence.trajectory > 0) trajectory_ = frames(FrameKind::trajectory);
-    if (plan_.cadence.tips > 0) tips_ = frames(FrameKind::tips);
+    const std::optional<std::int64_t> none;
+    if (plan_.cadence.trajectory > 0) trajectory_ = frames(FrameKind::trajectory, found ? found->last_trajectory : none);
+    if (plan_.cadence.tips > 0) tips_ = frames(FrameKind::tips, found ? found->last_tips : none);
     if (plan_.cadence.series > 0)
-        on_root(comm_, [&] { series_ = std::make_unique<SeriesFile>(options_.out + "/observables.csv", names(), clock_.done()); });
+        on_root(comm_, [&] {
+            series_ = std::make_unique<SeriesFile>(options_.out + "/observables.csv", names(), step,
+                                                   found && found->series ? &*found->series : nullptr, tell_warning);
+        });
 }
 
 void Simulation::write_due() {
-    const auto due = [&](std::int64_t every) { return every > 0 && clock_.done() % every == 0; };
     if (due(plan_.cadence.series)) sample();
+    write_frames();
     {
         const auto timing = timers_.time(Phase::output);
-        if (due(plan_.cadence.trajectory)) trajectory_->write(clock_.done(), clock_.time(), clock_.lag());
-        if (due(plan_.cadence.tips)) tips_->write(clock_.done(), clock_.time(), clock_.lag());
         if (clock_.done() > 0 && due(plan_.cadence.contacts)) {
             const std::string table = interactions_->contact_table();
             on_root(comm_, [&] { write_file(fmt::format("{}/contacts_{:012d}.csv", options_.out, clock_.done()), table); });
         }
     }
-    if (clock_.done() > 0 && due(plan_.cadence.checkpoint)) checkpoint();
+    if (clock_.done() > 0 && (due(plan_.cadence.checkpoint) || save_now_)) checkpoint();
+    save_now_ = false;
+}
+
+bool Simulation::due(std::int64_t every) const { return every > 0 && clock_.done() % every == 0; }
+
+void Simulation::write_frames() {
+    const auto timing = timers_.time(Phase::output);
+    if (due(plan_.cadence.trajectory)) trajectory_->write(clock_.done(), clock_.time(), clock_.lag());
+    if (due(plan_.cadence.tips)) tips_->write(clock_.done(), clock_.time(), clock_.lag());
+}
+
+void Simulation::show_progress(bool last) {
+    std::vector<double> values;
+    if (!progress_columns_.empty() && (show_now_ || last || clock_.done() >= last_step_ || ended())) {
+        const auto timing = timers_.time(Phase::observe);
+        const std::vector<double> all = observables();
+        for (const std::size_t column : progress_columns_) values.push_back(all[column]);
+    }
+    show_now_ = false;
+    progress_->show(clock_.done(), values);
 }
 
 std::vector<std::string> Simulation::names() const {
@@ -332,12 +350,21 @@ void Simulation::checkpoint() {
             if (frames) frames->close_segment();
         if (plan_.cadence.series > 0) on_root(comm_, [&] { series_->flush(); });
     }
+    keep_state();
+}
+
+void Simulation::keep_state() {
     if (!options_.checkpoint) return;
     const auto timing = timers_.time(Phase::checkpoint);
+    checkpoints_.begin_saving();
+    saving_ = true; // an error from here on is that of a checkpoint
     CheckpointInfo info{clock_.done(), plan_.dt, digest(), physics_, {}, audited_from_};
     if (interactions_) info.kept = interactions_->kept();
-    write_checkpoint(comm_, options_.out, groups_, *rods_, info);
+    mark_outputs(info);
+    write_checkpoint(comm_, options_.out, groups_, *rods_, info, plan_.keeping);
     last_checkpoint_ = clock_.done();
+    saving_ = false;
+    checkpoints_.end_saving();
 }
 
 void Simulation::write_summary(const RunResult& result) {
@@ -349,7 +376,8 @@ void Simulation::write_summary(const RunResult& result) {
                        .protocol = steps_together(plan_) ? Protocol::synchronous : options_.protocol,
                        .wall_s = wall_seconds() - started_,
                        .names = names(),
-                       .observables = values};
+                       .observables = values,
+                       .output = output_};
     for (std::size_t p = 0; p < phase_count; ++p) {
         const double mine = timers_.seconds(static_cast<Phase>(p));
         figures.phases.push_back(

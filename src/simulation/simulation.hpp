@@ -11,8 +11,10 @@
 #include "parallel/threads.hpp"
 #include "rod/rods.hpp"
 #include "scene/plan.hpp"
+#include "simulation/checkpoint_clock.hpp"
 #include "simulation/interactions.hpp"
 #include "simulation/progress.hpp"
+#include "simulation/results_directory.hpp"
 #include "time/clock.hpp"
 
 #include <memory>
@@ -32,13 +34,15 @@ inline constexpr std::string_view protocol_names[] = {"asynchronous", "synchrono
 
 struct RunOptions {
     std::string out;        ///< directory of results
-    bool overwrite = false; ///< start anew over existing results
+    bool overwrite = false; ///< put earlier results into a folder of their own and start anew
     std::int64_t steps = 0; ///< stop after this step; 0: the scene's end
     double until = 0;       ///< stop at this time, s; 0: the scene's end
-    double walltime = 0;    ///< stop with a checkpoint after this many seconds; 0: never
+    double walltime = 0;    ///< end with a checkpoint within this many seconds; 0: never
+    double began = 0;       ///< wall_seconds() from which these count; 0: the simulation's construction
     Protocol protocol = Protocol::asynchronous;
     bool checkpoint = true; ///< false: none is written, not even at the end; for timing
     bool quiet = false;     ///< no progress line
+    ProgressStyle progress = ProgressStyle::automatic;
 };
 
 /// How a run ended.
@@ -59,6 +63,8 @@ public:
     /// Steps to the end (or a limit of the options), with outputs; writes checkpoint and summary. Throws NumericalError or IoError
     /// on all ranks alike.
     RunResult run();
+    /// Whether the run was at its end before it began: run() then does and writes nothing.
+    bool idle() const { return idle_; }
 
     const Plan& plan() const { return plan_; }
     const Rods& rods() const { return *rods_; }
@@ -75,7 +81,19 @@ private:
     bool step_together(std::span<const Step> steps, bool check);
     enum class Verdict { go_on, warn, stop_at_limit, fail };
 
-    void open_outputs(const SceneSpec& scene);
+    /// `found`: the checkpoint that the run resumes from; null: none.
+    void open_outputs(const SceneSpec& scene, const CheckpointInfo* found);
+    RunResult step_to_the_end();
+    bool due(std::int64_t every) const;
+    void write_frames();
+    /// `last`: no other will follow.
+    void show_progress(bool last);
+    /// Whether summary.json tells of the end of this very state; then also tells what has changed in [output] since. Collective.
+    bool is_told(std::uint64_t digest) const;
+    /// After an I/O error: frames that are whole and the state. Returns what to tell of it. Collective.
+    std::string save_what_can_be_saved();
+    void mark_outputs(CheckpointInfo& info) const;
+    void keep_state(); ///< the part of checkpoint() that writes it
     /// Goes on with the audit of a checkpoint, or begins one here. Collective.
     void begin_audit(std::optional<double> audited_from);
     void write_due();
@@ -109,9 +127,12 @@ private:
     ObservableSets sets_;
     std::optional<double> audited_from_; ///< J, energy that the audit began with
     std::string physics_;                ///< canonical scene, kept in checkpoints
+    std::string output_;                 ///< its [output], kept in the summary
     Timers timers_;
     double started_, setup_s_ = 0;
-    std::unique_ptr<DirectoryLock> lock_;
+    CheckpointClock checkpoints_;
+    bool save_now_ = false, saving_ = false, idle_ = false;
+    std::unique_ptr<ResultsDirectory> directory_; ///< root only
     std::unique_ptr<Rods> rods_;
     std::unique_ptr<Interactions> interactions_; ///< null where rods heed nothing but their own loads
     Clock clock_;
@@ -125,9 +146,8 @@ private:
     bool at_rest_ = false;
     bool told_turn_ = false, told_strain_ = false, told_tension_ = false, told_limit_ = false;
     std::unique_ptr<Progress> progress_;
+    std::vector<std::size_t> progress_columns_; ///< of the series
+    bool show_now_ = false;
 };
-
-/// Asks every run of this process to stop at its next event with a checkpoint. Safe in a signal handler.
-void request_stop();
 
 } // namespace skein

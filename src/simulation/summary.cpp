@@ -1,5 +1,8 @@
 #include "simulation/summary.hpp"
 
+#include "io/files.hpp"
+#include "scene/scene_file.hpp"
+
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
@@ -7,6 +10,7 @@
 
 #include <algorithm>
 #include <cstdio>
+#include <filesystem>
 #include <iterator>
 
 namespace skein {
@@ -68,8 +72,28 @@ std::string summary_json(const RunFigures& f) {
          {{"rods_bytes", f.rod_bytes},
           {"rods_bytes_per_element", static_cast<double>(f.rod_bytes) / static_cast<double>(f.plan.elements)},
           {"resident_bytes", f.resident_bytes}}},
+        {"output", nlohmann::ordered_json::parse(f.output)},
         {"observables", observables}};
     return json.dump(2) + "\n";
+}
+
+std::string output_json(const SceneSpec& scene) { return nlohmann::json::parse(scene_json(scene, false))["output"].dump(); }
+
+EarlierSummary read_summary(const std::string& path, std::uint64_t digest, const std::string& output) {
+    using nlohmann::json;
+    if (!std::filesystem::is_regular_file(path)) return {};
+    const json summary = json::parse(read_file(path), nullptr, false);
+    if (!summary.is_object() || summary.value("digest", json()) != digest_text(digest)) return {};
+    EarlierSummary earlier{.ended = true, .changes = {}};
+    if (!summary.contains("output")) return earlier;
+    const json was = json{{"output", summary["output"]}}.flatten(), now = json{{"output", json::parse(output)}}.flatten();
+    json all = was;
+    all.update(now);
+    for (const auto& item : all.items()) {
+        const auto in = [&](const json& table) { return table.contains(item.key()) ? table[item.key()].dump() : "absent"; };
+        if (in(was) != in(now)) earlier.changes += fmt::format("\n  {}: was {}, now {}", item.key(), in(was), in(now));
+    }
+    return earlier;
 }
 
 std::string timing_table(const RunFigures& f) {

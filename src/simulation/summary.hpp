@@ -24,12 +24,23 @@ struct RunFigures {
     double wall_s;
     std::vector<std::string> names;      ///< of observables
     std::span<const double> observables; ///< at the end
+    std::string output;                  ///< the scene's [output], JSON
     std::vector<PhaseTime> phases;       ///< by Phase
     std::int64_t rod_bytes = 0;          ///< state and scratch, all ranks
     std::int64_t resident_bytes = 0;     ///< resident set, all ranks
 };
 
 std::string summary_json(const RunFigures& figures);
+
+/// What an earlier run's summary says.
+struct EarlierSummary {
+    bool ended = false;  ///< it tells of this digest as the end of a run
+    std::string changes; ///< of [output] since, a line each: "  /output/series: was 0.1, now 0.2"
+};
+EarlierSummary read_summary(const std::string& path, std::uint64_t digest, const std::string& output);
+/// A scene's [output] as JSON.
+std::string output_json(const SceneSpec& scene);
+
 std::string timing_table(const RunFigures& figures);
 
 /// Resident set of this process, bytes; 0 where the system does not tell.

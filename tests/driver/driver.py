@@ -131,7 +131,7 @@ class DriverTest(unittest.TestCase):
         for segment in sorted((self.directory / out).glob(f"{kind}_*.h5")):
             with h5py.File(segment) as file:
                 file.visititems(collect)
-        growing = ("step", "time", "/position", "/directors", "/normal")
+        growing = ("step", "time", "digest", "/position", "/directors", "/normal")
         return {name: numpy.concatenate(parts) if name.endswith(growing) else parts[0] for name, parts in found.items()}
 
     def assert_same_frames(self, out, whole, group):

@@ -104,14 +104,32 @@ TEST_F(CheckpointTest, keeps_the_works_of_an_audit) {
     EXPECT_EQ(rods.works(0).walls, test::FakeRods::fake_works(rods.local()[0].gid, -1).walls) << "works from a file without any";
 }
 
-TEST_F(CheckpointTest, keeps_the_newest_two) {
-    for (const std::int64_t step : {10, 20, 30, 100}) write(step);
-    EXPECT_EQ(names(), (std::vector<std::string>{"checkpoint_000000000030.h5", "checkpoint_000000000100.h5"}));
+TEST_F(CheckpointTest, keeps_the_newest_two_and_milestones) {
+    for (const std::int64_t step : {10, 20, 90, 92, 95, 100}) write(step);
+    EXPECT_EQ(names(),
+              (std::vector<std::string>{"checkpoint_000000000010.h5", "checkpoint_000000000020.h5", "checkpoint_000000000090.h5",
+                                        "checkpoint_000000000095.h5", "checkpoint_000000000100.h5"}));
     EXPECT_EQ(read()->step, 100);
 }
 
+TEST_F(CheckpointTest, neither_removes_nor_writes_over_files_that_are_none) {
+    const std::string text = "of another program";
+    for (const std::int64_t step : {1, 5, 30, 1000})
+        for (const char* ending : {"", ".tmp"})
+            damage(path_of(step) + ending, [&](const std::string& path) { write_file(path, text); });
+    for (const std::int64_t step : {10, 20, 30, 40}) write(step);
+    EXPECT_EQ(read()->step, 40);
+    on_root(comm, [&] {
+        for (const std::int64_t step : {1, 5, 30, 1000})
+            for (const char* ending : {"", ".tmp"}) {
+                const std::string path = path_of(step) + ending;
+                EXPECT_EQ(read_file(step == 30 ? path + ".foreign" : path), text) << path;
+            }
+    });
+}
+
 TEST_F(CheckpointTest, finds_nothing_in_an_empty_directory_and_clears_unfinished_files) {
-    damage(path_of(5) + ".tmp", [](const std::string& path) { write_file(path, "cut off by a kill"); });
+    damage(path_of(5) + ".tmp", [](const std::string& path) { write_file(path, "\x89HDF\r\n\x1a\ncut off by a kill"); });
     EXPECT_FALSE(read());
     EXPECT_TRUE(names().empty());
 }

@@ -4,12 +4,15 @@
 #include "io/disk.hpp"
 #include "io/files.hpp"
 #include "io/h5_file.hpp"
+#include "io/xdmf.hpp"
 #include "partition/partition.hpp"
 #include "support/fake_rods.hpp"
 #include "support/shared_directory.hpp"
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <filesystem>
 #include <numeric>
 
 namespace skein {
@@ -25,11 +28,18 @@ struct TrajectoryTest : testing::Test {
     test::FakeRods rods{groups, partition(comm, groups)};
     OutputSpec spec{.precision = Precision::double_};
 
+    std::string told; ///< warnings, root only
+    std::uint64_t flush_bytes = FrameWriter::default_flush_bytes;
+
     std::unique_ptr<FrameWriter> writer(std::int64_t resume_step, FrameKind kind = FrameKind::trajectory,
-                                        std::uint64_t buffer_bytes = FrameWriter::default_buffer_bytes) const {
-        return std::make_unique<FrameWriter>(comm, directory.path(), kind, spec, groups, rods, threads, resume_step, "a <test>",
-                                             buffer_bytes);
+                                        std::uint64_t buffer_bytes = FrameWriter::default_buffer_bytes,
+                                        std::optional<std::int64_t> expected = {}) {
+        told.clear();
+        return std::make_unique<FrameWriter>(
+            comm, directory.path(), kind, spec, groups, rods, threads, resume_step, "a <test>", buffer_bytes,
+            [this](const std::string& text) { told += text + "\n"; }, expected, flush_bytes);
     }
+    void expect_told(const std::string& text) const { EXPECT_TRUE(!comm.root() || told.find(text) != told.npos) << told; }
     void write(FrameWriter& frames, std::vector<std::int64_t> steps) {
         for (const auto step : steps) {
             rods.set(step);
@@ -124,7 +134,10 @@ TEST_F(TrajectoryTest, of_tips_holds_last_nodes) {
 TEST_F(TrajectoryTest, has_the_same_bytes_however_many_frames_wait_in_memory) {
     std::vector<std::int64_t> steps(12);
     std::iota(steps.begin(), steps.end(), 0);
-    for (const FrameKind kind : {FrameKind::trajectory, FrameKind::tips}) {
+    for (const auto& [kind, flush] : {std::pair{FrameKind::trajectory, FrameWriter::default_flush_bytes},
+                                      std::pair{FrameKind::trajectory, std::uint64_t{80} << 10},
+                                      std::pair{FrameKind::tips, FrameWriter::default_flush_bytes}}) {
+        flush_bytes = flush;
         const std::string name = kind == FrameKind::tips ? "tips_000000000000.h5" : first;
         std::string expected_bytes;
         // A frame has 33 kB, of tips 1.1 kB: one at a time, a few, all.
@@ -166,13 +179,14 @@ TEST_F(TrajectoryTest, has_a_frame_of_every_step_once_across_segments_and_restar
         frames->close_segment();
         write(*frames, {50, 60}); // killed before it is closed
     }
-    EXPECT_EQ(directory.names(), (std::vector<std::string>{"trajectory.xdmf", first, second, "trajectory_000000000050.h5.tmp"}));
+    const std::string third = "trajectory_000000000050.h5", unreadable = "lost_" + third + ".unreadable";
+    EXPECT_EQ(directory.names(), (std::vector<std::string>{"trajectory.xdmf", first, second, third + ".tmp"}));
     {
         const auto frames = writer(40);
-        EXPECT_EQ(directory.names(), (std::vector<std::string>{"trajectory.xdmf", first, second}));
+        EXPECT_EQ(directory.names(), (std::vector<std::string>{unreadable, "trajectory.xdmf", first, second}));
         write(*frames, {40});
         frames->close_segment();
-        EXPECT_EQ(directory.names(), (std::vector<std::string>{"trajectory.xdmf", first, second}));
+        EXPECT_EQ(directory.names(), (std::vector<std::string>{unreadable, "trajectory.xdmf", first, second}));
         write(*frames, {50});
         frames->close_segment();
     }
@@ -189,35 +203,151 @@ TEST_F(TrajectoryTest, is_cut_back_to_the_step_that_a_run_resumes_at) {
         frames->close_segment();
     }
     const auto frames = writer(15);
-    EXPECT_EQ(directory.names(), (std::vector<std::string>{"trajectory.xdmf", first}));
+    const std::string lost = "lost_" + first, lost_too = "lost_" + second;
+    EXPECT_EQ(directory.names(), (std::vector<std::string>{lost, lost_too, "trajectory.xdmf", first}));
+    EXPECT_EQ(steps_in(lost), (std::vector<std::int64_t>{0, 10, 20}));
+    EXPECT_EQ(steps_in(lost_too), (std::vector<std::int64_t>{30, 40}));
     EXPECT_EQ(steps_in(first), (std::vector<std::int64_t>{0, 10}));
     EXPECT_EQ(read<double>(first, H5Type::float64, "/groups/mat/directors"), expected(groups[1], {0, 10}, directors));
     write(*frames, {10, 20});
     frames->close_segment();
     EXPECT_EQ(steps_in("trajectory_000000000020.h5"), std::vector<std::int64_t>{20});
-    EXPECT_EQ(directory.names(), (std::vector<std::string>{"trajectory.xdmf", first, "trajectory_000000000020.h5"}));
+    const std::string third = "trajectory_000000000020.h5";
+    EXPECT_EQ(directory.names(), (std::vector<std::string>{lost, lost_too, "trajectory.xdmf", first, third}));
     writer(-1);
-    EXPECT_TRUE(directory.names().empty());
+    EXPECT_EQ(directory.names(), (std::vector<std::string>{lost, lost + ".2", "lost_" + third, lost_too, "trajectory.xdmf"}));
 }
 
-TEST_F(TrajectoryTest, side_car_names_all_frames_of_all_segments) {
+TEST_F(TrajectoryTest, frames_that_a_killed_run_left_are_kept) {
+    spec.precision = Precision::single;
+    flush_bytes = 0;
+    const std::string tmp = path_of(first + ".tmp"), copy = path_of("copy");
+    {
+        const auto frames = writer(-1, FrameKind::trajectory, 0);
+        write(*frames, {0, 10, 20});
+        on_root(comm, [&] { std::filesystem::copy_file(tmp, copy); }); // as a process leaves it that ends in this moment
+    }
+    on_root(comm, [&] { std::filesystem::rename(copy, tmp); });
     const auto frames = writer(-1);
-    write(*frames, {0, 10, 20});
-    frames->close_segment();
-    write(*frames, {30});
-    frames->close_segment();
-    const std::string xml = read_file(path_of("trajectory.xdmf"));
-    const auto count = [&xml](const std::string& text) {
-        int found = 0;
-        for (auto at = xml.find(text); at != xml.npos; at = xml.find(text, at + 1)) ++found;
-        return found;
+    expect_told("3 good frames that a killed run left");
+    EXPECT_EQ(directory.names(), std::vector<std::string>{"lost_" + first});
+    EXPECT_EQ(steps_in("lost_" + first), (std::vector<std::int64_t>{0, 10, 20}));
+    const auto exact = expected(groups[1], {0, 10, 20}, positions);
+    EXPECT_EQ(read<float>("lost_" + first, H5Type::float32, "/groups/mat/position"),
+              std::vector<float>(exact.begin(), exact.end()));
+}
+
+TEST_F(TrajectoryTest, a_changed_number_of_the_last_segment_is_found) {
+    for (const Precision precision : {Precision::single, Precision::double_})
+        for (const char* dataset : {"/step", "/time", "/digest", "/groups/mat/position", "/groups/cilia/directors"}) {
+            spec.precision = precision;
+            {
+                const auto frames = writer(-1, FrameKind::trajectory, 0);
+                write(*frames, {0, 10});
+                frames->close_segment();
+                write(*frames, {20, 30, 40});
+                frames->finish();
+            }
+            const std::string name = "trajectory_000000000020.h5";
+            on_root(comm, [&] {
+                H5File file(Communicator::alone(), path_of(name), H5File::Mode::modify);
+                H5Box box;
+                box.count = file.shape(dataset);
+                box.start.assign(box.count.size(), 0);
+                for (std::size_t d = 0; d < box.count.size(); ++d) box.start[d] = box.count[d] - 1, box.count[d] = 1;
+                double number = 0; // as many bytes as any type has
+                const H5Type type = file.type(dataset);
+                file.read(dataset, type, box, &number);
+                reinterpret_cast<unsigned char*>(&number)[0] ^= 1;
+                file.write(dataset, type, box, &number);
+                file.close();
+            });
+            const auto frames = writer(40, FrameKind::trajectory, FrameWriter::default_buffer_bytes, 40);
+            expect_told("is not what was written");
+            expect_told("the frames after step 10 and up to step 40 are missing");
+            EXPECT_EQ(frames->last_step(), 10);
+            on_root(comm, [&] {
+                EXPECT_TRUE(std::filesystem::exists(path_of(name + ".damaged"))) << dataset;
+                for (const auto& entry : std::filesystem::directory_iterator(directory.path())) std::filesystem::remove(entry);
+            });
+        }
+}
+
+TEST_F(TrajectoryTest, goes_on_without_a_segment_that_is_damaged_or_gone) {
+    const std::vector<std::string> names = {first, "trajectory_000000000010.h5", "trajectory_000000000020.h5"};
+    for (const bool gone : {true, false})
+        for (std::size_t bad = 0; bad < names.size(); ++bad) {
+            {
+                const auto frames = writer(-1);
+                for (const std::int64_t step : {0, 10, 20}) {
+                    write(*frames, {step});
+                    frames->close_segment();
+                }
+            }
+            on_root(comm, [&] {
+                if (gone) std::filesystem::remove(path_of(names[bad]));
+                else std::filesystem::resize_file(path_of(names[bad]), 1000);
+            });
+            const auto frames = writer(20, FrameKind::trajectory, FrameWriter::default_buffer_bytes, 20);
+            const auto from = 10 * static_cast<std::int64_t>(bad) - 10;
+            expect_told("the frames after step " + std::to_string(from < 0 ? -1 : from) + " and up to step " +
+                        std::to_string(10 * bad) + " are missing");
+            if (!gone) expect_told("put aside as");
+            EXPECT_EQ(frames->last_step(), bad == 2 ? 10 : 20);
+            const std::string xml = read_file(path_of("trajectory.xdmf"));
+            for (std::size_t i = 0; i < names.size(); ++i) EXPECT_EQ(xml.find(names[i]) == xml.npos, i == bad) << i;
+            write(*frames, {30});
+            frames->close_segment();
+            comm.barrier();
+            on_root(comm, [&] {
+                for (const auto& entry : std::filesystem::directory_iterator(directory.path())) std::filesystem::remove(entry);
+            });
+        }
+}
+
+TEST_F(TrajectoryTest, files_of_others_stay) {
+    const std::vector<std::string> names = {first, first + ".tmp", "trajectory.xdmf"};
+    on_root(comm, [&] {
+        for (const auto& name : names) write_file(path_of(name), "of another program: " + name);
+    });
+    const auto frames = writer(-1);
+    write(*frames, {0, 10});
+    frames->finish();
+    EXPECT_EQ(steps_in(first), (std::vector<std::int64_t>{0, 10}));
+    on_root(comm, [&] {
+        std::vector<std::string> found;
+        for (const auto& entry : std::filesystem::directory_iterator(directory.path())) {
+            const std::string text = read_file(entry.path().string());
+            if (text.starts_with("of another")) found.push_back(text.substr(20));
+        }
+        std::sort(found.begin(), found.end());
+        EXPECT_EQ(found, (std::vector<std::string>{"trajectory.xdmf", first, first + ".tmp"}));
+    });
+}
+
+TEST(SideCar, costs_in_proportion_to_the_segments) {
+    std::size_t listed = 0, written = 0;
+    for (std::size_t segments = 1; segments <= 20000; ++segments) {
+        if (document_lags(segments, listed)) written += listed = segments;
+        ASSERT_LE(static_cast<double>(written), 19.0 * static_cast<double>(segments)); // 10 000 where it is always written
+        ASSERT_GE(static_cast<double>(listed), 0.94 * static_cast<double>(segments) - 1);
+    }
+}
+
+TEST_F(TrajectoryTest, side_car_is_complete_at_the_end) {
+    spec.directors = false;
+    const auto frames = writer(-1);
+    for (std::int64_t step = 0; step < 17; ++step) {
+        write(*frames, {step});
+        frames->close_segment();
+    }
+    const auto names_last = [&] {
+        return read_file(path_of("trajectory.xdmf")).find("trajectory_000000000016.h5") != std::string::npos;
     };
-    EXPECT_EQ(count("<Time "), 4);
-    EXPECT_EQ(count("a &lt;test&gt;"), 1);
-    EXPECT_EQ(count(first + ":/groups/cilia/frames/2/position<"), 1);
-    EXPECT_EQ(count(first + ":/groups/cilia/frames/"), 6);
-    EXPECT_EQ(count(second + ":/groups/mat/frames/0/normal<"), 1);
-    EXPECT_EQ(count("Name=\"magnetisation\""), 4);
+    EXPECT_FALSE(names_last());
+    comm.barrier();
+    frames->finish();
+    EXPECT_TRUE(names_last());
 }
 
 TEST_F(TrajectoryTest, on_a_full_disk_is_an_error_and_leaves_whole_segments_only) {
@@ -241,7 +371,10 @@ TEST_F(TrajectoryTest, on_a_full_disk_is_an_error_and_leaves_whole_segments_only
         EXPECT_EQ(step < 20, buffer_bytes == 0) << step;
         EXPECT_NE(text.find(buffer_bytes == 0 ? "disk full: 0." : "disk full: 13."), text.npos) << text;
         EXPECT_EQ(text, comm.broadcast(text));
-        EXPECT_EQ(disk.names(), (std::vector<std::string>{"trajectory.xdmf", first}));
+        // What was written before the disk was full is kept.
+        std::vector<std::string> names = {"trajectory.xdmf", first};
+        if (buffer_bytes == 0) names.emplace_back("trajectory_000000000001.h5");
+        EXPECT_EQ(disk.names(), names);
     }
 }
 

@@ -109,6 +109,84 @@ TEST_F(FilesTest, series_keeps_rows_of_a_killed_run) {
     EXPECT_EQ(read_file(path("s.csv")), "step,time[s],a\n10,5,1\n20,10,3\n");
 }
 
+TEST_F(FilesTest, series_keeps_rows_that_are_computed_again) {
+    for (const int last : {30, 40}) {
+        {
+            SeriesFile series(path("s.csv"), {"a"}, last == 30 ? -1 : 20);
+            for (int step = 0; step <= last; step += 10) series.append(step, step, std::vector<double>{1.0 * last});
+        }
+        write_file(path("s.csv"), read_file(path("s.csv")) + "50,5"); // killed in the middle of a row
+        SeriesFile(path("s.csv"), {"a"}, 20);
+        EXPECT_EQ(read_file(path("s.csv")), "step,time[s],a\n0,0,30\n10,10,30\n20,20,30\n");
+    }
+    EXPECT_EQ(read_file(path("s.lost.csv")), "step,time[s],a\n30,30,30\n50,5\n30,30,40\n40,40,40\n50,5\n");
+}
+
+TEST_F(FilesTest, series_that_is_not_what_its_mark_says_is_put_aside) {
+    std::string told;
+    const auto warn = [&](const std::string& text) { told += text; };
+    const auto written = [&] {
+        SeriesFile series(path("s.csv"), {"a"}, -1);
+        for (const int step : {0, 10}) series.append(step, step, std::vector<double>{1});
+        const SeriesMark mark = series.mark();
+        series.append(20, 20, std::vector<double>{1});
+        return mark;
+    };
+    SeriesMark mark = written();
+    const std::string whole = read_file(path("s.csv")), head = "step,time[s],a\n", good = head + "0,0,1\n10,10,1\n";
+    { SeriesFile(path("s.csv"), {"a"}, 10, &mark, warn); }
+    EXPECT_EQ(read_file(path("s.csv")), good);
+    EXPECT_EQ(told, "");
+
+    for (std::size_t at = 0; at < good.size(); ++at) { // any byte
+        std::string changed = whole;
+        changed[at] ^= 1;
+        write_file(path("s.csv"), changed);
+        { SeriesFile(path("s.csv"), {"a"}, 10, &mark, warn); }
+        EXPECT_NE(told.find("rows of it were changed"), told.npos) << at;
+        EXPECT_EQ(read_file(path("s.csv")), head);
+        EXPECT_EQ(read_file(path("s.csv.damaged")), changed);
+        fs::remove(path("s.csv.damaged"));
+        told.clear();
+    }
+    write_file(path("s.csv"), good.substr(0, good.size() - 8));
+    { SeriesFile(path("s.csv"), {"a"}, 10, &mark, warn); }
+    EXPECT_NE(told.find("it has 21 bytes of 29"), told.npos) << told;
+    fs::remove(path("s.csv"));
+    told.clear();
+    { SeriesFile(path("s.csv"), {"a"}, 10, &mark, warn); }
+    EXPECT_NE(told.find("it is missing"), told.npos) << told;
+}
+
+TEST_F(FilesTest, series_row_that_could_not_be_written_comes_from_the_mark) {
+    SeriesMark mark;
+    {
+        SeriesFile series(path("s.csv"), {"a"}, -1);
+        series.append(0, 0, std::vector<double>{1});
+        mark = series.mark();
+        mark.row = "10,10,1\n"; // half of it is in the file
+        write_file(path("s.csv"), read_file(path("s.csv")) + "10,1");
+    }
+    SeriesFile series(path("s.csv"), {"a"}, 10, &mark);
+    series.append(10, 10, std::vector<double>{2});
+    series.append(20, 20, std::vector<double>{2});
+    EXPECT_EQ(read_file(path("s.csv")), "step,time[s],a\n0,0,1\n10,10,1\n20,20,2\n");
+    EXPECT_EQ(series.mark().digest, text_digest(read_file(path("s.csv"))));
+}
+
+TEST_F(FilesTest, what_is_under_a_temporary_name_stays) {
+    write_file(path("a.txt.tmp"), "of another program");
+    write_file(path("a.txt"), "own");
+    EXPECT_EQ(read_file(path("a.txt.tmp")), "of another program");
+    EXPECT_EQ(read_file(path("a.txt")), "own");
+}
+
+TEST_F(FilesTest, a_lock_that_is_none_stays) {
+    write_file(path(".lock"), "of another program");
+    EXPECT_NE(error_of([&] { DirectoryLock lock(directory); }).find("is not the lock of a run"), std::string::npos);
+    EXPECT_EQ(read_file(path(".lock")), "of another program");
+}
+
 TEST_F(FilesTest, series_of_other_columns_is_not_overwritten) {
     write_file(path("s.csv"), "step,time[s],a\n10,5,1\n");
     const auto text = error_of([&] { SeriesFile(path("s.csv"), {"b"}, 20); });

@@ -17,7 +17,7 @@ with tempfile.TemporaryDirectory() as out:
     out = pathlib.Path(out)
     subprocess.run([sys.argv[1], out], check=True)
     with h5py.File(out / "trajectory_000000000000.h5") as file:
-        assert text(file.attrs["format"]) == "skein-trajectory" and file.attrs["version"] == 1
+        assert text(file.attrs["format"]) == "skein-trajectory" and file.attrs["version"] == 2 and file.attrs["after"] == -1
         assert text(file.attrs["title"]) == "files" and text(file.attrs["kind"]) == "trajectory"
         assert list(file["step"]) == [0, 10, 20] and np.allclose(file["time"], [0, 0.1, 0.2])
         for name, rods, n in ("cilia", 37, 5), ("mat", 9, 8):
@@ -39,7 +39,15 @@ with tempfile.TemporaryDirectory() as out:
             assert np.array_equal(np.ravel(group["rod"]), np.arange(rods))
             assert ("magnetisation" in group) == (name == "cilia")
         assert np.allclose(np.linalg.norm(file["groups/cilia/magnetisation"], axis=1), 1)
+    # The checksums, by the code that the page gives.
+    page = (pathlib.Path(__file__).parents[3] / "docs/files.md").read_text()
+    names = {"np": np}
+    exec(page[page.index("def digest(s, k):") : page.index("damaged = [")], names)
+    for path in sorted(out.glob("trajectory_*.h5")) + sorted(out.glob("tips_*.h5")):
+        with h5py.File(path) as file:
+            assert [names["digest"](file, k) for k in range(len(file["step"]))] == list(file["digest"]), path.name
     with h5py.File(out / "tips_000000000030.h5") as file:
+        assert file.attrs["after"] == 20
         assert text(file.attrs["kind"]) == "tips" and list(file["step"]) == [30, 40]
         with h5py.File(out / "trajectory_000000000030.h5") as whole:
             for name in "cilia", "mat":

@@ -1,0 +1,89 @@
+#include "io/own_files.hpp"
+
+#include "core/error.hpp"
+#include "io/disk.hpp"
+#include "io/h5_file.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cerrno>
+#include <cstdio>
+#include <filesystem>
+#include <fstream>
+
+namespace fs = std::filesystem;
+
+namespace skein {
+
+namespace {
+
+constexpr std::array whole_names = {"summary.json", "physics.json", "observables.csv", "observables.lost.csv", "trajectory.xdmf"};
+
+struct Numbered {
+    std::string_view prefix, suffix;
+};
+constexpr std::array numbered_names = {Numbered{"checkpoint_", ".h5"}, Numbered{"trajectory_", ".h5"},
+                                       Numbered{"tips_", ".h5"},       Numbered{"lost_trajectory_", ".h5"},
+                                       Numbered{"lost_tips_", ".h5"},  Numbered{"contacts_", ".csv"}};
+constexpr std::size_t step_digits = 12;
+
+bool is_digit(char c) { return c >= '0' && c <= '9'; }
+
+/// Takes what set_aside() and unfinished writing add off the end of a name.
+std::string_view without_endings(std::string_view name) {
+    const auto count = name.substr(name.rfind('.') + 1);
+    if (!count.empty() && std::all_of(count.begin(), count.end(), is_digit)) name.remove_suffix(count.size() + 1);
+    for (const std::string_view ending : {".damaged", ".unreadable", ".foreign", ".tmp"})
+        if (name.ends_with(ending)) name.remove_suffix(ending.size());
+    return name;
+}
+
+} // namespace
+
+bool is_result_name(std::string_view name) {
+    name = without_endings(name);
+    if (std::find(whole_names.begin(), whole_names.end(), name) != whole_names.end()) return true;
+    return std::any_of(numbered_names.begin(), numbered_names.end(), [name](const Numbered& known) {
+        if (name.size() < known.prefix.size() + step_digits + known.suffix.size()) return false;
+        if (!name.starts_with(known.prefix) || !name.ends_with(known.suffix)) return false;
+        const auto step = name.substr(known.prefix.size(), name.size() - known.prefix.size() - known.suffix.size());
+        return std::all_of(step.begin(), step.end(), is_digit);
+    });
+}
+
+std::string h5_format(const std::string& path) {
+    std::string format;
+    try {
+        const H5File file(Communicator::alone(), path, H5File::Mode::read);
+        if (file.has("/", "format")) file.get("/", "format", format);
+    } catch (const IoError&) {
+        return {};
+    }
+    return format;
+}
+
+bool is_unfinished(const std::string& path, const std::string& format) {
+    if (!fs::is_regular_file(path)) return false;
+    std::array<char, 8> begin{};
+    std::ifstream(path, std::ios::binary).read(begin.data(), begin.size());
+    // Before its first block is on the disk a file begins with a hole.
+    if (std::all_of(begin.begin(), begin.end(), [](char c) { return c == 0; })) return true;
+    if (std::string_view(begin.data(), begin.size()) != "\x89HDF\r\n\x1a\n") return false;
+    const std::string found = h5_format(path);
+    return found.empty() || found == format;
+}
+
+std::string set_aside(const std::string& path, const std::string& new_path) {
+    std::string free = new_path;
+    for (int n = 2; fs::symlink_status(free).type() != fs::file_type::not_found; ++n) free = new_path + "." + std::to_string(n);
+    if (std::rename(path.c_str(), free.c_str()) != 0) throw_system_error(path, "cannot be renamed", errno);
+    return free;
+}
+
+void make_way(const std::string& path, const std::string& format) {
+    if (fs::symlink_status(path).type() == fs::file_type::not_found) return;
+    const bool own = path.ends_with(".tmp") ? is_unfinished(path, format) : h5_format(path) == format;
+    if (!own) set_aside(path, path + ".foreign");
+}
+
+} // namespace skein

@@ -1,0 +1,61 @@
+#include "simulation/results_directory.hpp"
+
+#include "core/error.hpp"
+#include "io/own_files.hpp"
+
+#include <cstdio>
+#include <filesystem>
+#include <vector>
+
+namespace fs = std::filesystem;
+
+namespace skein {
+
+namespace {
+
+const std::string& made(const std::string& path) {
+    std::error_code error;
+    fs::create_directories(path, error);
+    if (error) throw IoError(path + ": cannot be made a directory (" + error.message() + ")");
+    return path;
+}
+
+/// Names of results, and of what only looks like them.
+std::vector<std::string> results_in(const std::string& directory) {
+    std::vector<std::string> names;
+    for (const auto& entry : fs::directory_iterator(directory))
+        if (is_result_name(entry.path().filename().string())) names.push_back(entry.path().filename().string());
+    return names;
+}
+
+void move_to_previous(const std::string& directory) {
+    const auto names = results_in(directory);
+    if (names.empty()) return;
+    int n = 1;
+    const auto previous = [&] { return directory + "/previous_" + std::to_string(n); };
+    while (fs::symlink_status(previous()).type() != fs::file_type::not_found) ++n;
+    fs::create_directory(previous());
+    for (const auto& name : names) set_aside(directory + "/" + name, previous() + "/" + name);
+    std::printf("Earlier results are now in %s\n", previous().c_str());
+}
+
+} // namespace
+
+ResultsDirectory::ResultsDirectory(const std::string& path, bool anew) : path_(made(path)), lock_(path_) {
+    if (anew) move_to_previous(path_);
+}
+
+void ResultsDirectory::begin(const std::string& physics) const {
+    const std::string record = path_ + "/physics.json";
+    if (const auto names = results_in(path_); !names.empty()) {
+        const bool unfinished = !fs::exists(path_ + "/summary.json") && fs::is_regular_file(record) && read_file(record) == physics;
+        if (!unfinished)
+            throw IoError("'" + path_ + "' holds results ('" + names.front() +
+                          "') but no checkpoint to resume from; use another --out, or --overwrite, which moves them to a folder "
+                          "of their own and starts anew");
+        std::printf("No checkpoint in %s yet: starting again from the beginning\n", path_.c_str());
+    }
+    write_file(record, physics);
+}
+
+} // namespace skein
