@@ -16,6 +16,9 @@ function(skein_test_build name)
 endfunction()
 skein_test_build(skein_test_main)
 
+# Tests that jobscripts/sanitize.sh runs.
+add_custom_target(sanitized_tests)
+
 # skein_unit_test(<name> [KERNELS [LEVEL <level>]] SOURCES ... [DEPENDS ...]): GoogleTest cases without MPI, one ctest case for all. KERNELS: compiled
 # for a level, that of this machine if none is named, as the sources look inside kernels.
 function(skein_unit_test name)
@@ -33,7 +36,8 @@ function(skein_unit_test name)
   endif()
   target_link_libraries(${name} PRIVATE ${ARG_DEPENDS} GTest::gtest_main)
   add_test(NAME ${name} COMMAND ${name})
-  set_tests_properties(${name} PROPERTIES LABELS unit TIMEOUT 120)
+  set_tests_properties(${name} PROPERTIES LABELS "unit;sanitized" TIMEOUT 120)
+  add_dependencies(sanitized_tests ${name})
 endfunction()
 
 # What Open MPI needs to run as root, in a container, with more ranks than cores.
