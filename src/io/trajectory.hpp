@@ -7,7 +7,6 @@
 
 #include "io/output_spec.hpp"
 #include "parallel/communicator.hpp"
-#include "parallel/threads.hpp"
 #include "rod/rods.hpp"
 
 #include <cstdint>
@@ -27,9 +26,10 @@ public:
     /// Removes frames after `resume_step` and unfinished segments from the directory and keeps the rest; -1 removes all.
     /// Collective.
     FrameWriter(const Communicator& comm, std::string directory, FrameKind kind, const OutputSpec& spec,
-                std::span<const RodGroup> groups, const Rods& rods, const Threads& threads, std::int64_t resume_step,
-                std::string title, std::uint64_t buffer_bytes = default_buffer_bytes);
-    /// Of frames that wait in memory, per rank. A field is there three times while it is written.
+                std::span<const RodGroup> groups, const Rods& rods, std::int64_t resume_step, std::string title,
+                std::uint64_t buffer_bytes = default_buffer_bytes);
+    /// Of frames that wait in memory, per rank. Buffers of records that stay and of those that go to other ranks are up to twice
+    /// that, and the latter are there twice more while a field is written.
     static constexpr std::uint64_t default_buffer_bytes = 32 << 20;
     ~FrameWriter();
 

@@ -88,6 +88,7 @@ Simulation::Simulation(const Communicator& comm, const Threads& threads, const S
         if (interactions_) interactions_->restore(found->kept);
         clock_ = Clock(plan_.dt, found->step, plan_.integrator);
         last_checkpoint_ = found->step;
+        checkpoint_digest_ = found->digest;
         if (comm_.root())
             std::printf("Resuming from %s: step %lld, %.1f %% done%s\n", found->file.c_str(), static_cast<long long>(found->step),
                         100.0 * static_cast<double>(found->step) / static_cast<double>(plan_.steps),
@@ -181,7 +182,8 @@ bool Simulation::meet() {
 RunResult Simulation::run() {
     if (first_step_ == 0) write_due();
     else if (plan_.rest_speed > 0 && first_step_ % plan_.cadence.series == 0) {
-        last_sample_ = observables();
+        const auto timing = timers_.time(Phase::observe);
+        look();
         look_for_rest();
     }
     Verdict verdict = Verdict::go_on;
@@ -196,7 +198,7 @@ RunResult Simulation::run() {
     progress_->finish();
     checkpoint();
 
-    const RunResult result{clock_.done() < last_step_ && !ended() ? Exit::limit : Exit::done, clock_.done(), digest()};
+    const RunResult result{clock_.done() < last_step_ && !ended() ? Exit::limit : Exit::done, clock_.done(), look_at_end()};
     write_summary(result);
     return result;
 }
@@ -242,8 +244,7 @@ void Simulation::throw_failure() {
 
 void Simulation::open_outputs(const SceneSpec& scene) {
     const auto frames = [&](FrameKind kind) {
-        return std::make_unique<FrameWriter>(comm_, options_.out, kind, scene.output, groups_, *rods_, threads_, clock_.done(),
-                                             plan_.title);
+        return std::make_unique<FrameWriter>(comm_, options_.out, kind, scene.output, groups_, *rods_, clock_.done(), plan_.title);
     };
     if (plan_.cadence.trajectory > 0) trajectory_ = frames(FrameKind::trajectory);
     if (plan_.cadence.tips > 0) tips_ = frames(FrameKind::tips);
@@ -288,9 +289,21 @@ std::vector<double> Simulation::observables() const {
     return values;
 }
 
+void Simulation::look() {
+    if (sampled_ == clock_.done()) return;
+    last_sample_ = observables();
+    sampled_ = clock_.done();
+}
+
+std::uint64_t Simulation::look_at_end() {
+    const auto timing = timers_.time(Phase::observe);
+    look();
+    return last_checkpoint_ == clock_.done() ? checkpoint_digest_ : digest();
+}
+
 void Simulation::sample() {
     const auto timing = timers_.time(Phase::observe);
-    last_sample_ = observables();
+    look();
     warn_of_strain();
     look_for_rest();
     on_root(comm_, [&] { series_->append(clock_.done(), clock_.time(), last_sample_); });
@@ -334,14 +347,14 @@ void Simulation::checkpoint() {
     }
     if (!options_.checkpoint) return;
     const auto timing = timers_.time(Phase::checkpoint);
-    CheckpointInfo info{clock_.done(), plan_.dt, digest(), physics_, {}, audited_from_};
+    checkpoint_digest_ = digest();
+    CheckpointInfo info{clock_.done(), plan_.dt, checkpoint_digest_, physics_, {}, audited_from_};
     if (interactions_) info.kept = interactions_->kept();
     write_checkpoint(comm_, options_.out, groups_, *rods_, info);
     last_checkpoint_ = clock_.done();
 }
 
 void Simulation::write_summary(const RunResult& result) {
-    const std::vector<double> values = observables();
     RunFigures figures{.plan = plan_,
                        .result = result,
                        .finished = result.step == plan_.steps || ended(),
@@ -349,7 +362,7 @@ void Simulation::write_summary(const RunResult& result) {
                        .protocol = steps_together(plan_) ? Protocol::synchronous : options_.protocol,
                        .wall_s = wall_seconds() - started_,
                        .names = names(),
-                       .observables = values};
+                       .observables = last_sample_};
     for (std::size_t p = 0; p < phase_count; ++p) {
         const double mine = timers_.seconds(static_cast<Phase>(p));
         figures.phases.push_back(

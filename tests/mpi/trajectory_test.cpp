@@ -20,14 +20,13 @@ constexpr double dt = 0.25;
 struct TrajectoryTest : testing::Test {
     const Communicator comm = Communicator::world();
     const test::SharedDirectory directory{comm};
-    const Threads threads{2};
     const std::vector<RodGroup> groups = test::two_groups();
     test::FakeRods rods{groups, partition(comm, groups)};
     OutputSpec spec{.precision = Precision::double_};
 
     std::unique_ptr<FrameWriter> writer(std::int64_t resume_step, FrameKind kind = FrameKind::trajectory,
                                         std::uint64_t buffer_bytes = FrameWriter::default_buffer_bytes) const {
-        return std::make_unique<FrameWriter>(comm, directory.path(), kind, spec, groups, rods, threads, resume_step, "a <test>",
+        return std::make_unique<FrameWriter>(comm, directory.path(), kind, spec, groups, rods, resume_step, "a <test>",
                                              buffer_bytes);
     }
     void write(FrameWriter& frames, std::vector<std::int64_t> steps) {
@@ -227,7 +226,7 @@ TEST_F(TrajectoryTest, on_a_full_disk_is_an_error_and_leaves_whole_segments_only
     for (const std::uint64_t buffer_bytes : {std::uint64_t{0}, std::uint64_t{FrameWriter::default_buffer_bytes}}) {
         const test::SmallDisk disk(comm, "3m");
         if (!disk.mounted()) GTEST_SKIP() << "mounting a small tmpfs is not permitted here";
-        FrameWriter frames(comm, disk.path(), FrameKind::trajectory, spec, many, rods_of_many, threads, -1, "", buffer_bytes);
+        FrameWriter frames(comm, disk.path(), FrameKind::trajectory, spec, many, rods_of_many, -1, "", buffer_bytes);
         frames.write(0, 0, 0);
         frames.close_segment();
         std::string text;
