@@ -10,6 +10,8 @@
 
 #include <algorithm>
 #include <cstring>
+#include <future>
+#include <optional>
 #include <unistd.h>
 
 namespace skein {
@@ -22,7 +24,7 @@ constexpr std::int64_t format_version = 2;
 
 // A slab is a run of a group's rods that is moved between owners and file at a time: enough for full bandwidth, little
 // beside the state itself.
-constexpr std::int64_t slab_bytes_per_rank = 32 << 20;
+constexpr std::int64_t slab_bytes_per_rank = 16 << 20;
 
 struct Slab {
     std::int64_t begin, count;
@@ -136,20 +138,39 @@ std::uint64_t write_record(const Communicator& comm, H5File& file, const RodGrou
     file.make_dataset(record.dataset, H5Type::float64, {static_cast<std::uint64_t>(group.count()), record.rows, record.columns});
     const std::vector<Slab> all = slabs(comm, group, record);
     const std::vector<Share> owned = shares(rods, group, all);
-    RecordBuffers buffers;
-    std::vector<std::uint64_t> hashes;
-    std::uint64_t digest = 0;
-    for (std::size_t s = 0; s < all.size(); ++s) {
-        const IndexBlocks blocks(comm, owned[s].indices, all[s].count);
-        buffers.begin(blocks, record.bytes());
-        hashes.resize(owned[s].local.size());
+    // One slab is made ready while the one before is written. The writing stays on this thread: it alone calls MPI and HDF5.
+    struct Ready {
+        std::optional<IndexBlocks> blocks;
+        RecordBuffers buffers;
+        std::vector<std::uint64_t> hashes;
+    } ready[2];
+    const auto begin = [&](std::size_t s) {
+        Ready& to = ready[s % 2];
+        to.buffers.begin(to.blocks.emplace(comm, owned[s].indices, all[s].count), record.bytes());
+        to.hashes.resize(owned[s].local.size());
+    };
+    const auto take = [&](std::size_t s) {
+        Ready& to = ready[s % 2];
         record.take(rods, owned[s].local, [&](std::size_t j, std::span<const double> numbers, std::uint64_t hash) {
-            std::memcpy(buffers.record(j), numbers.data(), record.bytes());
-            hashes[j] = hash;
+            std::memcpy(to.buffers.record(j), numbers.data(), record.bytes());
+            to.hashes[j] = hash;
         });
-        for (const std::uint64_t hash : hashes) digest += hash;
-        const auto block = buffers.exchange();
-        file.write(record.dataset, H5Type::float64, box_of(record, all[s], blocks.begin(), blocks.size()), block.data());
+    };
+    const auto launch = rods.threads() > 1 ? std::launch::async : std::launch::deferred;
+    std::uint64_t digest = 0;
+    std::future<void> taken;
+    const auto start = [&](std::size_t s) {
+        begin(s);
+        taken = std::async(launch, take, s);
+    };
+    if (!all.empty()) start(0);
+    for (std::size_t s = 0; s < all.size(); ++s) {
+        taken.get();
+        Ready& now = ready[s % 2];
+        for (const std::uint64_t hash : now.hashes) digest += hash;
+        const auto block = now.buffers.exchange();
+        if (s + 1 < all.size()) start(s + 1);
+        file.write(record.dataset, H5Type::float64, box_of(record, all[s], now.blocks->begin(), now.blocks->size()), block.data());
     }
     digest = comm.sum_wrapping(digest);
     file.set(record.dataset, "digest", digest);

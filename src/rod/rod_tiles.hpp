@@ -48,6 +48,7 @@ public:
     void set_works(std::size_t i, const RodWorks& works) override;
     std::vector<double> memory(std::size_t i) const override;
     void set_memory(std::size_t i, std::span<const double> numbers) override;
+    int threads() const override { return threads_.count(); }
     std::size_t bytes() const override;
 
 private:

@@ -121,6 +121,8 @@ public:
     /// What passes remember of local()[i] from step to step: the same numbers for any width and lane.
     virtual std::vector<double> memory(std::size_t i) const = 0;
     virtual void set_memory(std::size_t i, std::span<const double> numbers) = 0;
+    /// Threads that work on rods.
+    virtual int threads() const = 0;
     /// Bytes held for state, parameters and scratch.
     virtual std::size_t bytes() const = 0;
 };

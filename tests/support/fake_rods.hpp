@@ -109,6 +109,7 @@ public:
     void set_works(std::size_t i, const RodWorks& works) override { works_[i] = works; }
     std::vector<double> memory(std::size_t) const override { return {}; }
     void set_memory(std::size_t, std::span<const double>) override {}
+    int threads() const override { return 2; }
     std::size_t bytes() const override { return 0; }
 
 private:
