@@ -33,6 +33,7 @@ read -r -a layouts <<< "${LAYOUTS:-1x1 1x2 2x1}"
 "$build/bin/bench_contact" --benchmark_out="$results/contact.csv" --benchmark_out_format=csv
 "$build/bin/bench_walls" --benchmark_out="$results/walls.csv" --benchmark_out_format=csv
 "$python" "$here/scenes/nest/nest.py" --skein "$build/bin/skein" --csv "$results/nest.csv" | tee "$results/nest.txt"
+"$python" "$here/scenes/output/output.py" --skein "$build/bin/skein" --csv "$results/output.csv" | tee "$results/output.txt"
 "$build/bin/bench_work_precision" --csv "$results/work_precision.csv" | tee "$results/work_precision.txt"
 "$python" "$here/plots/work_precision.py" "$results/work_precision.csv"
 "$build/bin/bench_step" --benchmark_out="$results/step.csv" --benchmark_out_format=csv | tee "$results/step.txt"

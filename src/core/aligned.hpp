@@ -5,6 +5,8 @@
 
 #include <cstddef>
 #include <new>
+#include <type_traits>
+#include <utility>
 #include <vector>
 
 namespace skein {
@@ -33,5 +35,37 @@ private:
 };
 
 template <class T> using AlignedVector = std::vector<T, AlignedAllocator<T>>;
+
+/// Numbers that nobody has written yet. A page comes into being where the thread runs that writes it first: no thread clears it
+/// before, and it lies in that thread's memory domain.
+template <class T> class UnsetArray {
+    static_assert(std::is_trivially_destructible_v<T>);
+
+public:
+    UnsetArray() = default;
+    explicit UnsetArray(std::size_t size) : data_(size > 0 ? AlignedAllocator<T>().allocate(size) : nullptr), size_(size) {}
+    ~UnsetArray() {
+        if (data_) AlignedAllocator<T>().deallocate(data_, size_);
+    }
+    UnsetArray(UnsetArray&& other) noexcept : data_(std::exchange(other.data_, nullptr)), size_(std::exchange(other.size_, 0)) {}
+    UnsetArray& operator=(UnsetArray&& other) noexcept {
+        std::swap(data_, other.data_);
+        std::swap(size_, other.size_);
+        return *this;
+    }
+    /// Room for `size`, in which what was there is not kept.
+    void need(std::size_t size) {
+        if (size > size_) *this = UnsetArray(size);
+    }
+    T* data() { return data_; }
+    const T* data() const { return data_; }
+    std::size_t size() const { return size_; }
+    T& operator[](std::size_t i) { return data_[i]; }
+    const T& operator[](std::size_t i) const { return data_[i]; }
+
+private:
+    T* data_ = nullptr;
+    std::size_t size_ = 0;
+};
 
 } // namespace skein

@@ -33,13 +33,14 @@ template <class P> struct HalfAngle { P cosine, sine_over; };
 
 namespace detail {
 /// The lanes beyond the polynomials' reach.
-template <int W> [[gnu::noinline, gnu::cold]] HalfAngle<Pack<W>> large_half_angle(Pack<W> squared, HalfAngle<Pack<W>> f);
+// By reference: how wide packs are passed by value depends on the level of instructions, and these are compiled for the lowest.
+template <int W> [[gnu::noinline, gnu::cold]] void large_half_angle(const Pack<W>& squared, HalfAngle<Pack<W>>& f);
 } // namespace detail
 
 template <int W> SKEIN_INLINE HalfAngle<Pack<W>> half_angle(Pack<W> squared) {
     HalfAngle<Pack<W>> f{polynomial(squared, detail::cos_t), polynomial(squared, detail::sin_over_t)};
     if (any(squared > Pack<W>(detail::small_half_angle_squared))) [[unlikely]]
-        f = detail::large_half_angle(squared, f);
+        detail::large_half_angle(squared, f);
     return f;
 }
 
@@ -58,8 +59,8 @@ template <class P> struct RelativeRotation {
 };
 
 namespace detail {
-template <int W> [[gnu::noinline, gnu::cold]] RelativeRotation<Pack<W>>
-large_relative_rotation(Pack<W> half_cosine, Vec3<Pack<W>> half_sine, RelativeRotation<Pack<W>> r);
+template <int W> [[gnu::noinline, gnu::cold]] void
+large_relative_rotation(const Pack<W>& half_cosine, const Vec3<Pack<W>>& half_sine, RelativeRotation<Pack<W>>& r);
 } // namespace detail
 
 template <int W>
@@ -72,7 +73,7 @@ SKEIN_INLINE RelativeRotation<Pack<W>> relative_rotation_and_jacobian(const Quat
     const P versine = P(1.0) - half_cosine;
     RelativeRotation<P> r{polynomial(versine, detail::angle_over_half_sine) * half_sine, polynomial(versine, detail::log_jacobian)};
     if (any(versine > P(detail::small_versine))) [[unlikely]]
-        r = detail::large_relative_rotation(half_cosine, half_sine, r);
+        detail::large_relative_rotation(half_cosine, half_sine, r);
     return r;
 }
 template <int W> SKEIN_INLINE Vec3<Pack<W>> relative_rotation(const Quaternion<Pack<W>>& a, const Quaternion<Pack<W>>& b) {

@@ -11,6 +11,8 @@
 
 #include <algorithm>
 #include <cstring>
+#include <future>
+#include <optional>
 #include <unistd.h>
 
 namespace skein {
@@ -23,17 +25,20 @@ constexpr std::int64_t format_version = 2;
 
 // A slab is a run of a group's rods that is moved between owners and file at a time: enough for full bandwidth, little
 // beside the state itself.
-constexpr std::int64_t slab_bytes_per_rank = 64 << 20;
+constexpr std::int64_t slab_bytes_per_rank = 16 << 20;
 
 struct Slab {
     std::int64_t begin, count;
 };
 
+/// Takes the numbers of local rod `local[j]` and their hash; called by any thread.
+using PutRecord = std::function<void(std::size_t j, std::span<const double> numbers, std::uint64_t hash)>;
+
 /// What is kept of every rod of a group: a dataset [rods, rows, columns] of doubles.
 struct Record {
     std::string dataset;
     std::uint64_t rows, columns;
-    void (*take)(const Rods& rods, std::size_t i, std::span<double> out);
+    void (*take)(const Rods& rods, std::span<const std::size_t> local, const PutRecord& put);
     void (*put)(Rods& rods, std::size_t i, std::span<const double> in);
 
     std::size_t numbers() const { return rows * columns; }
@@ -42,8 +47,10 @@ struct Record {
 
 Record state_record(const RodGroup& group) {
     return {"/groups/" + group.name() + "/state", static_cast<std::uint64_t>(group.slots()), slot_doubles,
-            [](const Rods& rods, std::size_t i, std::span<double> out) {
-                rods.export_rod(i, {reinterpret_cast<Slot<1>*>(out.data()), out.size() / slot_doubles});
+            [](const Rods& rods, std::span<const std::size_t> local, const PutRecord& put) {
+                rods.read(local, Copy::canonical, 0, [&](int, std::size_t j, const RodCopy& copy) {
+                    put(j, {reinterpret_cast<const double*>(copy.state.data()), copy.state.size() * slot_doubles}, copy.hash);
+                });
             },
             [](Rods& rods, std::size_t i, std::span<const double> in) {
                 rods.import_rod(i, {reinterpret_cast<const Slot<1>*>(in.data()), in.size() / slot_doubles});
@@ -52,9 +59,12 @@ Record state_record(const RodGroup& group) {
 
 Record works_record(const RodGroup& group) {
     return {"/groups/" + group.name() + "/works", 1, 3,
-            [](const Rods& rods, std::size_t i, std::span<double> out) {
-                const RodWorks w = rods.works(i);
-                out[0] = w.loads, out[1] = w.walls, out[2] = w.dissipated;
+            [](const Rods& rods, std::span<const std::size_t> local, const PutRecord& put) {
+                for (std::size_t j = 0; j < local.size(); ++j) {
+                    const RodWorks w = rods.works(local[j]);
+                    const double numbers[] = {w.loads, w.walls, w.dissipated};
+                    put(j, numbers, hash_numbers(rods.local()[local[j]].gid, numbers));
+                }
             },
             [](Rods& rods, std::size_t i, std::span<const double> in) {
                 rods.set_works(i, {in[0], in[1], in[2]});
@@ -69,9 +79,11 @@ Record memory_record(const Communicator& comm, const RodGroup& group, const Rods
         if (local[i].group == group.id()) numbers = rods.memory(i).size();
     numbers = static_cast<std::size_t>(comm.max(static_cast<std::int64_t>(numbers)));
     return {"/groups/" + group.name() + "/memory", 1, numbers,
-            [](const Rods& from, std::size_t i, std::span<double> out) {
-                const std::vector<double> all = from.memory(i);
-                std::copy(all.begin(), all.end(), out.begin());
+            [](const Rods& from, std::span<const std::size_t> local, const PutRecord& put) {
+                for (std::size_t j = 0; j < local.size(); ++j) {
+                    const std::vector<double> numbers = from.memory(local[j]);
+                    put(j, numbers, hash_numbers(from.local()[local[j]].gid, numbers));
+                }
             },
             [](Rods& to, std::size_t i, std::span<const double> in) { to.set_memory(i, in); }};
 }
@@ -93,45 +105,73 @@ std::vector<Slab> slabs(const Communicator& comm, const RodGroup& group, const R
     return found;
 }
 
-/// The rods of a slab that this rank owns, and the slab's rods that it reads or writes.
+/// The rods of a slab that this rank owns.
 struct Share {
     std::vector<std::size_t> local;    ///< places in Rods::local()
     std::vector<std::int64_t> indices; ///< in the slab
-
-    Share(const Rods& rods, const RodGroup& group, const Slab& slab) {
-        const auto all = rods.local();
-        for (std::size_t i = 0; i < all.size(); ++i) {
-            if (all[i].group != group.id() || all[i].index < slab.begin || all[i].index >= slab.begin + slab.count) continue;
-            local.push_back(i);
-            indices.push_back(all[i].index - slab.begin);
-        }
-    }
 };
+
+/// Of every slab of a group.
+std::vector<Share> shares(const Rods& rods, const RodGroup& group, std::span<const Slab> slabs) {
+    std::vector<Share> found(slabs.size());
+    const auto all = rods.local();
+    for (std::size_t i = 0; i < all.size(); ++i) {
+        if (all[i].group != group.id()) continue;
+        const auto slab = static_cast<std::size_t>(all[i].index / slabs[0].count); // but for the last they are equal
+        found[slab].local.push_back(i);
+        found[slab].indices.push_back(all[i].index - slabs[slab].begin);
+    }
+    return found;
+}
 
 template <class T> std::span<T> part(std::vector<T>& all, std::size_t i, const Record& record) {
     return std::span(all).subspan(i * record.numbers(), record.numbers());
 }
 
-H5Box box_of(const Record& record, const Slab& slab, const IndexBlocks& blocks) {
-    return {{static_cast<std::uint64_t>(slab.begin + blocks.begin()), 0, 0},
-            {static_cast<std::uint64_t>(blocks.size()), record.rows, record.columns}};
+/// `begin`, `size`: of the block, in the slab.
+H5Box box_of(const Record& record, const Slab& slab, std::int64_t begin, std::int64_t size) {
+    return {{static_cast<std::uint64_t>(slab.begin + begin), 0, 0},
+            {static_cast<std::uint64_t>(size), record.rows, record.columns}};
 }
 
 /// Writes a record of a group's rods; returns its digest.
 std::uint64_t write_record(const Communicator& comm, H5File& file, const RodGroup& group, const Record& record, const Rods& rods) {
     file.make_dataset(record.dataset, H5Type::float64, {static_cast<std::uint64_t>(group.count()), record.rows, record.columns});
+    const std::vector<Slab> all = slabs(comm, group, record);
+    const std::vector<Share> owned = shares(rods, group, all);
+    // One slab is made ready while the one before is written. The writing stays on this thread: it alone calls MPI and HDF5.
+    struct Ready {
+        std::optional<IndexBlocks> blocks;
+        RecordBuffers buffers;
+        std::vector<std::uint64_t> hashes;
+    } ready[2];
+    const auto begin = [&](std::size_t s) {
+        Ready& to = ready[s % 2];
+        to.buffers.begin(to.blocks.emplace(comm, owned[s].indices, all[s].count), record.bytes());
+        to.hashes.resize(owned[s].local.size());
+    };
+    const auto take = [&](std::size_t s) {
+        Ready& to = ready[s % 2];
+        record.take(rods, owned[s].local, [&](std::size_t j, std::span<const double> numbers, std::uint64_t hash) {
+            std::memcpy(to.buffers.record(j), numbers.data(), record.bytes());
+            to.hashes[j] = hash;
+        });
+    };
+    const auto launch = rods.threads() > 1 ? std::launch::async : std::launch::deferred;
     std::uint64_t digest = 0;
-    for (const Slab& slab : slabs(comm, group, record)) {
-        const Share share(rods, group, slab);
-        std::vector<double> owned(share.local.size() * record.numbers());
-        for (std::size_t i = 0; i < share.local.size(); ++i) {
-            const auto numbers = part(owned, i, record);
-            record.take(rods, share.local[i], numbers);
-            digest += hash_numbers(rods.local()[share.local[i]].gid, numbers);
-        }
-        const IndexBlocks blocks(comm, share.indices, slab.count);
-        const auto block = blocks.to_blocks(std::as_bytes(std::span(owned)), record.bytes());
-        file.write(record.dataset, H5Type::float64, box_of(record, slab, blocks), block.data());
+    std::future<void> taken;
+    const auto start = [&](std::size_t s) {
+        begin(s);
+        taken = std::async(launch, take, s);
+    };
+    if (!all.empty()) start(0);
+    for (std::size_t s = 0; s < all.size(); ++s) {
+        taken.get();
+        Ready& now = ready[s % 2];
+        for (const std::uint64_t hash : now.hashes) digest += hash;
+        const auto block = now.buffers.exchange();
+        if (s + 1 < all.size()) start(s + 1);
+        file.write(record.dataset, H5Type::float64, box_of(record, all[s], now.blocks->begin(), now.blocks->size()), block.data());
     }
     digest = comm.sum_wrapping(digest);
     file.set(record.dataset, "digest", digest);
@@ -146,17 +186,21 @@ std::uint64_t read_record(const Communicator& comm, const H5File& file, const st
         throw IoError(path + ": " + record.dataset + " has the wrong size");
     std::uint64_t written = 0, found = 0;
     file.get(record.dataset, "digest", written);
-    for (const Slab& slab : slabs(comm, group, record)) {
-        const Share share(owned_by, group, slab);
-        const IndexBlocks blocks(comm, share.indices, slab.count);
-        std::vector<double> block(static_cast<std::size_t>(blocks.size()) * record.numbers());
-        file.read(record.dataset, H5Type::float64, box_of(record, slab, blocks), block.data());
-        for (std::int64_t i = 0; i < blocks.size(); ++i) {
-            const std::int64_t gid = group.first_gid() + slab.begin + blocks.begin() + i;
-            found += hash_numbers(gid, part(block, static_cast<std::size_t>(i), record));
-        }
+    const std::vector<Slab> all = slabs(comm, group, record);
+    const std::vector<Share> shared = rods ? shares(owned_by, group, all) : std::vector<Share>(all.size());
+    UnsetArray<double> kept;
+    for (std::size_t s = 0; s < all.size(); ++s) {
+        const Slab& slab = all[s];
+        const std::int64_t begin = block_begin(slab.count, comm.rank(), comm.size()),
+                           size = block_begin(slab.count, comm.rank() + 1, comm.size()) - begin;
+        kept.need(static_cast<std::size_t>(size) * record.numbers());
+        const std::span block(kept.data(), static_cast<std::size_t>(size) * record.numbers());
+        file.read(record.dataset, H5Type::float64, box_of(record, slab, begin, size), block.data());
+        found += sum_of_hashes(group.first_gid() + slab.begin + begin, block, record.numbers());
         if (!rods) continue;
-        const auto bytes = blocks.to_owners(std::as_bytes(std::span(block)), record.bytes());
+        const Share& share = shared[s];
+        const IndexBlocks blocks(comm, share.indices, slab.count);
+        const auto bytes = blocks.to_owners(std::as_bytes(block), record.bytes());
         std::vector<double> owned(bytes.size() / sizeof(double));
         std::copy(bytes.begin(), bytes.end(), std::as_writable_bytes(std::span(owned)).begin());
         for (std::size_t i = 0; i < share.local.size(); ++i) record.put(*rods, share.local[i], part(owned, i, record));

@@ -3,6 +3,7 @@
 #include "core/error.hpp"
 #include "io/disk.hpp"
 
+#include <fcntl.h>
 #include <fmt/format.h>
 #include <hdf5.h>
 #include <mpi.h>
@@ -211,6 +212,7 @@ H5File::H5File(const Communicator& comm, std::string path, Mode mode) : comm_(co
 }
 
 H5File::~H5File() {
+    if (descriptor_ >= 0) ::close(descriptor_);
     if (id_ < 0) return;
     if (mode_ != Mode::read) {
         comm_.barrier();
@@ -222,6 +224,7 @@ H5File::~H5File() {
 
 void H5File::close() {
     agree(H5Fflush(id_, H5F_SCOPE_GLOBAL) >= 0, "cannot be flushed to disk");
+    if (descriptor_ >= 0) ::close(std::exchange(descriptor_, -1));
     const bool closed = H5Fclose(std::exchange(id_, -1)) >= 0;
     agree(closed, "cannot be closed");
 }
@@ -318,6 +321,14 @@ void H5File::write(const std::string& path, H5Type type, const H5Box& box, const
     agree(selection.valid, path + " has no such part");
     const bool well = H5Dwrite(dataset, type_id(type), selection.memory, selection.file, collective_transfer(), data) >= 0;
     agree(well, path + " cannot be written");
+    start_flush();
+}
+
+void H5File::start_flush() {
+#if defined(SYNC_FILE_RANGE_WRITE)
+    if (descriptor_ < 0) descriptor_ = ::open(path_.c_str(), O_WRONLY | O_CLOEXEC);
+    if (descriptor_ >= 0) ::sync_file_range(descriptor_, 0, 0, SYNC_FILE_RANGE_WRITE);
+#endif
 }
 
 void H5File::read(const std::string& path, H5Type type, const H5Box& box, void* data) const {

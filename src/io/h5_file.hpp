@@ -66,6 +66,8 @@ public:
     void get(const std::string& object, const std::string& name, std::string& value) const;
 
 private:
+    /// Has the disk begin with what was written, so that less is left to wait for in close(). A hint: nothing fails.
+    void start_flush();
     void agree(bool well, const std::string& deed) const;
     void set(const std::string& object, const std::string& name, H5Type type, const void* value);
     void get(const std::string& object, const std::string& name, H5Type type, void* value) const;
@@ -75,6 +77,7 @@ private:
     Mode mode_;
     std::int64_t id_ = -1;
     std::uint64_t reserved_ = 0;
+    int descriptor_ = -1; ///< of the file, for start_flush; absent where it could not be opened
 };
 
 /// Shows each frame k of datasets <group>/<name>, `frames` of them, as a dataset <group>/frames/<k>/<name> of its own, without a

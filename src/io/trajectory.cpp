@@ -35,7 +35,8 @@ using Shape = std::vector<std::uint64_t>;
 struct Field {
     std::string name;
     Shape shape; ///< of one rod
-    void (*fill)(std::span<const Slot<1>> state, double* out);
+    void (*fill_single)(const RodCopy& rod, float* out);
+    void (*fill_double)(const RodCopy& rod, double* out);
 
     std::size_t numbers() const {
         std::size_t n = 1;
@@ -43,46 +44,51 @@ struct Field {
         return n;
     }
 };
+template <class Quantity> Field field(std::string name, Shape shape) {
+    return {std::move(name), std::move(shape), Quantity::template fill<float>, Quantity::template fill<double>};
+}
 
-double* put(double* out, const Vec3<Pack<1>>& v) {
-    *out++ = v.x[0];
-    *out++ = v.y[0];
-    *out++ = v.z[0];
+template <class T, class V> T* put(T* out, const V& x, const V& y, const V& z) {
+    *out++ = static_cast<T>(x);
+    *out++ = static_cast<T>(y);
+    *out++ = static_cast<T>(z);
     return out;
 }
+template <class T> T* put(T* out, const Vec3<Pack<1>>& v) { return put(out, v.x[0], v.y[0], v.z[0]); }
+template <class T> T* put(T* out, const Vec3d& v) { return put(out, v.x, v.y, v.z); }
 
-void fill_positions(std::span<const Slot<1>> state, double* out) {
-    for (const auto& slot : state) out = put(out, slot.position);
-}
-
-void fill_tip(std::span<const Slot<1>> state, double* out) { put(out, state.back().position); }
-
-void fill_directors(std::span<const Slot<1>> state, double* out) {
-    for (const auto& slot : state.first(state.size() - 1)) {
-        const Mat3<Pack<1>> q = matrix(slot.director);
-        out = put(out, q.d1);
-        out = put(out, q.d2);
-        out = put(out, q.d3);
+struct Positions {
+    template <class T> static void fill(const RodCopy& rod, T* out) {
+        for (const auto& slot : rod.state) out = put(out, slot.position);
     }
-}
+};
+
+struct Tip {
+    template <class T> static void fill(const RodCopy& rod, T* out) { put(out, rod.state.back().position); }
+};
+
+struct Directors {
+    template <class T> static void fill(const RodCopy& rod, T* out) {
+        for (const Mat3d& q : rod.frames) out = put(put(put(out, q.d1), q.d2), q.d3);
+    }
+};
 
 /// d1 at nodes: mean of the elements that meet there.
-void fill_normals(std::span<const Slot<1>> state, double* out) {
-    const std::size_t last = state.size() - 2;
-    for (std::size_t node = 0; node < state.size(); ++node) {
-        const auto before = matrix(state[node > 0 ? node - 1 : 0].director).d1,
-                   after = matrix(state[std::min(node, last)].director).d1;
-        out = put(out, Pack<1>(0.5) * (before + after));
+struct Normals {
+    template <class T> static void fill(const RodCopy& rod, T* out) {
+        const std::size_t last = rod.frames.size() - 1;
+        for (std::size_t node = 0; node < rod.state.size(); ++node)
+            out = put(out, 0.5 * (rod.frames[node > 0 ? node - 1 : 0].d1 + rod.frames[std::min(node, last)].d1));
     }
-}
+};
 
 std::vector<Field> fields_of(FrameKind kind, const OutputSpec& spec, const RodGroup& group) {
-    if (kind == FrameKind::tips) return {{"position", {3}, fill_tip}};
+    if (kind == FrameKind::tips) return {field<Tip>("position", {3})};
     const auto nodes = static_cast<std::uint64_t>(group.slots());
-    std::vector<Field> fields{{"position", {nodes, 3}, fill_positions}};
+    std::vector<Field> fields{field<Positions>("position", {nodes, 3})};
     if (spec.directors) {
-        fields.push_back({"directors", {nodes - 1, 3, 3}, fill_directors});
-        fields.push_back({"normal", {nodes, 3}, fill_normals});
+        fields.push_back(field<Directors>("directors", {nodes - 1, 3, 3}));
+        fields.push_back(field<Normals>("normal", {nodes, 3}));
     }
     return fields;
 }
@@ -94,25 +100,12 @@ Shape prepend(std::uint64_t first, const Shape& rest) {
 }
 
 /// Records [rows, columns] as [columns, rows].
-std::vector<std::byte> transposed(std::vector<std::byte> records, std::size_t rows, std::size_t columns, std::size_t bytes) {
-    if (rows <= 1 || columns <= 1) return records;
-    std::vector<std::byte> turned(records.size());
+std::vector<std::byte> transposed(std::span<const std::byte> records, std::size_t rows, std::size_t columns, std::size_t bytes) {
+    std::vector<std::byte> turned(rows * columns * bytes);
     for (std::size_t row = 0; row < rows; ++row)
         for (std::size_t column = 0; column < columns; ++column)
             std::memcpy(&turned[(column * rows + row) * bytes], &records[(row * columns + column) * bytes], bytes);
     return turned;
-}
-
-void store(const std::vector<double>& numbers, Precision precision, std::byte* out) {
-    if (precision == Precision::double_) {
-        std::memcpy(out, numbers.data(), numbers.size() * sizeof(double));
-        return;
-    }
-    for (const double number : numbers) {
-        const auto single = static_cast<float>(number);
-        std::memcpy(out, &single, sizeof single);
-        out += sizeof single;
-    }
 }
 
 template <class T> H5Type h5_type();
@@ -150,27 +143,20 @@ public:
     }
 
     /// Takes a frame of the rods as they are, one of at most `most` that will be pending.
-    void take(const Threads& threads, double lag, std::size_t most) {
-        constexpr std::size_t batch = 64; // rods of one task
-        std::vector<std::size_t> begin;
+    void take(double lag, std::size_t most) {
         for (std::size_t f = 0; f < fields_.size(); ++f) {
-            const std::size_t bytes = local_.size() * record_bytes(fields_[f]);
-            begin.push_back(pending_[f].size());
-            if (pending_[f].empty()) pending_[f].reserve(most * bytes);
-            pending_[f].resize(begin[f] + bytes);
+            pending_[f].block.need(most * block_rods() * record_bytes(fields_[f]));
+            pending_[f].sent.need(most * blocks_.sent() * record_bytes(fields_[f]));
         }
-        threads.for_each((local_.size() + batch - 1) / batch, [&](std::size_t task, int) {
-            std::vector<Slot<1>> state(static_cast<std::size_t>(group_.slots()));
-            std::vector<double> numbers;
-            for (std::size_t i = task * batch; i < std::min((task + 1) * batch, local_.size()); ++i) {
-                rods_.export_rod(local_[i], state);
-                if (directors()) synchronise(group_, state, lag);
-                else synchronise_positions(group_, state, lag);
-                for (std::size_t f = 0; f < fields_.size(); ++f) {
-                    numbers.resize(fields_[f].numbers());
-                    fields_[f].fill(state, numbers.data());
-                    store(numbers, precision_, &pending_[f][begin[f] + i * record_bytes(fields_[f])]);
-                }
+        const std::size_t frame = pending_frames_++;
+        rods_.read(local_, directors() ? Copy::frames : Copy::positions, lag, [&](int, std::size_t i, const RodCopy& rod) {
+            const auto [own, place] = blocks_.destination(i);
+            for (std::size_t f = 0; f < fields_.size(); ++f) {
+                std::byte* records = own ? pending_[f].block.data() : pending_[f].sent.data();
+                const std::size_t at = frame * (own ? block_rods() : blocks_.sent()) + place;
+                std::byte* out = records + at * record_bytes(fields_[f]);
+                if (precision_ == Precision::single) fields_[f].fill_single(rod, reinterpret_cast<float*>(out));
+                else fields_[f].fill_double(rod, reinterpret_cast<double*>(out));
             }
         });
     }
@@ -178,27 +164,30 @@ public:
     /// Writes the pending frames, as many as there are `digests`, from frame `first` on; adds this rank's part to their digests.
     void write(H5File& file, std::uint64_t first, std::span<std::uint64_t> digests) {
         const std::size_t frames = digests.size();
-        const auto rods = static_cast<std::size_t>(blocks_.size());
         for (std::size_t f = 0; f < fields_.size(); ++f) {
             const Field& field = fields_[f];
             const std::size_t record = record_bytes(field);
+            std::byte* block = pending_[f].block.data();
             // A rod's numbers of all frames travel together.
-            auto numbers = transposed(std::exchange(pending_[f], {}), frames, local_.size(), record);
-            numbers = blocks_.to_blocks(numbers, frames * record);
-            numbers = transposed(std::move(numbers), rods, frames, record);
+            const std::span<const std::byte> sent(pending_[f].sent.data(), frames * blocks_.sent() * record);
+            blocks_.send(transposed(sent, frames, blocks_.sent(), record), frames * record,
+                         [&](std::size_t place, const std::byte* numbers) {
+                             for (std::size_t k = 0; k < frames; ++k)
+                                 std::memcpy(block + (k * block_rods() + place) * record, numbers + k * record, record);
+                         });
+            const std::size_t frame = block_rods() * record;
             for (std::size_t k = 0; k < frames; ++k)
-                digests[k] += word_digest(std::span(numbers).subspan(k * rods * record, rods * record), number_bytes(),
+                digests[k] += word_digest(std::span<const std::byte>(block + k * frame, frame), number_bytes(),
                                           static_cast<std::uint64_t>(blocks_.begin()) * field.numbers());
-            H5Box box{{first, static_cast<std::uint64_t>(blocks_.begin())}, {frames, rods}};
+            H5Box box{{first, static_cast<std::uint64_t>(blocks_.begin())}, {frames, block_rods()}};
             box.start.resize(2 + field.shape.size(), 0);
             box.count.insert(box.count.end(), field.shape.begin(), field.shape.end());
-            file.write(path(field.name), number_type(), box, numbers.data());
+            file.write(path(field.name), number_type(), box, block);
         }
+        pending_frames_ = 0;
     }
 
-    void drop_pending() {
-        for (auto& records : pending_) records = {};
-    }
+    void drop_pending() { pending_frames_ = 0; }
 
     /// Single frames under names of their own, for the side-car: of the XDMF readers in use one knows hyperslabs only in a
     /// spelling that the other does not. Root only, of a closed file.
@@ -228,6 +217,7 @@ private:
     std::string path() const { return "/groups/" + group_.name(); }
     std::string path(const std::string& dataset) const { return path() + "/" + dataset; }
     std::uint64_t count() const { return static_cast<std::uint64_t>(group_.count()); }
+    std::size_t block_rods() const { return static_cast<std::size_t>(blocks_.size()); }
     std::size_t number_bytes() const { return precision_ == Precision::single ? 4 : 8; }
     H5Type number_type() const { return precision_ == Precision::single ? H5Type::float32 : H5Type::float64; }
     std::size_t record_bytes(const Field& field) const { return field.numbers() * number_bytes(); }
@@ -285,7 +275,12 @@ private:
     std::vector<Field> fields_;
     std::vector<std::size_t> local_; ///< places of the group's rods in Rods::local()
     IndexBlocks blocks_;
-    std::vector<std::vector<std::byte>> pending_; ///< of each field: [frames, owned rods]
+    /// Records of a field that wait to be written: [frames, rods of this rank's block] and [frames, rods of others' blocks].
+    struct Pending {
+        UnsetArray<std::byte> block, sent;
+    };
+    std::vector<Pending> pending_; ///< by field
+    std::size_t pending_frames_ = 0;
 };
 
 /// The numbers of frame `first` and later ones, written by root.
@@ -301,7 +296,6 @@ struct FrameWriter::Impl {
     std::string directory;
     FrameKind kind;
     OutputSpec spec;
-    const Threads& threads;
     std::string title;
     Warn warn; ///< on root
     std::vector<GroupFrames> groups = {};
@@ -473,7 +467,7 @@ struct FrameWriter::Impl {
 
     void write(std::int64_t step, double time, double lag) {
         if (open.steps.empty()) open.file = fmt::format("{}_{:012d}.h5", kind_name(), step);
-        for (GroupFrames& group : groups) group.take(threads, lag, most_pending);
+        for (GroupFrames& group : groups) group.take(lag, most_pending);
         open.steps.push_back(step);
         open.times.push_back(time);
         last_step = step;
@@ -556,10 +550,10 @@ struct FrameWriter::Impl {
 };
 
 FrameWriter::FrameWriter(const Communicator& comm, std::string directory, FrameKind kind, const OutputSpec& spec,
-                         std::span<const RodGroup> groups, const Rods& rods, const Threads& threads, std::int64_t resume_step,
+                         std::span<const RodGroup> groups, const Rods& rods, std::int64_t resume_step,
                          std::string title, std::uint64_t buffer_bytes, Warn warn, std::optional<std::int64_t> expected,
                          std::uint64_t flush_bytes)
-    : impl_(new Impl{comm, std::move(directory), kind, spec, threads, std::move(title), std::move(warn)}) {
+    : impl_(new Impl{comm, std::move(directory), kind, spec, std::move(title), std::move(warn)}) {
     for (const RodGroup& group : groups) {
         impl_->groups.emplace_back(comm, group, rods, kind, spec);
         impl_->group_names.push_back(group.name());

@@ -1,7 +1,10 @@
 #include "parallel/exact_sum.hpp"
 
+#include "parallel/blocks.hpp"
+
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cmath>
 #include <limits>
 
@@ -37,55 +40,106 @@ Fixed join(std::span<const std::int64_t> parts) {
 /// What a column holds on all ranks.
 enum Property { largest, has_nan, has_plus_infinity, has_minus_infinity, properties };
 
-std::array<double, properties> inspect(std::span<const double> terms) {
-    std::array<double, properties> found{};
-    for (const double x : terms) {
-        if (std::isfinite(x)) found[largest] = std::max(found[largest], std::abs(x));
-        else found[std::isnan(x) ? has_nan : x > 0 ? has_plus_infinity : has_minus_infinity] = 1;
-    }
-    return found;
+using Found = std::array<double, properties>;
+
+void inspect(Found& found, double x) {
+    if (std::isfinite(x)) found[largest] = std::max(found[largest], std::abs(x));
+    else found[std::isnan(x) ? has_nan : x > 0 ? has_plus_infinity : has_minus_infinity] = 1;
 }
 
 /// log2 of the number of quanta in 1.
 int quantum_shift(double largest_term) { return largest_term > 0 ? term_bits - 1 - std::ilogb(largest_term) : 0; }
 
-Fixed fixed_sum(std::span<const double> terms, int shift) {
-    Fixed sum = 0;
-    for (const double x : terms)
-        if (std::isfinite(x)) sum += static_cast<Fixed>(std::nearbyint(std::ldexp(x, shift)));
-    return sum;
+/// x 2^shift, |x| < 2^86 quanta, rounded to the nearest whole number, to even where two are as near.
+Fixed in_quanta(double x, int shift) {
+    constexpr int fraction_bits = 52, bias = 1075; // of the mantissa as a whole number
+    const auto bits = std::bit_cast<std::uint64_t>(x);
+    const int exponent = static_cast<int>(bits >> fraction_bits & 0x7ff);
+    const std::uint64_t fraction = bits & ((1ull << fraction_bits) - 1),
+                        mantissa = exponent > 0 ? fraction | 1ull << fraction_bits : fraction;
+    const int power = std::max(exponent, 1) - bias + shift;
+    Fixed whole = 0;
+    if (power >= 0) {
+        whole = static_cast<Fixed>(mantissa) << power;
+    } else if (power >= -fraction_bits - 1) {
+        const std::uint64_t half = 1ull << (-power - 1), rest = mantissa & (2 * half - 1);
+        const std::uint64_t below = mantissa >> -power;
+        whole = static_cast<Fixed>(below + (rest > half || (rest == half && (below & 1)) ? 1 : 0));
+    }
+    return bits >> 63 ? -whole : whole;
 }
 
-} // namespace
-
-std::vector<double> exact_sums(const Communicator& comm, std::span<const std::vector<double>> columns) {
+/// Sums of columns over all ranks, of their properties and their sums in quanta on this one.
+std::vector<double> sums_of(const Communicator& comm, std::vector<Found> mine, const auto& fixed_sums) {
     std::vector<double> found;
-    for (const auto& column : columns) {
-        const auto mine = inspect(column);
-        found.insert(found.end(), mine.begin(), mine.end());
-    }
+    for (const Found& column : mine) found.insert(found.end(), column.begin(), column.end());
     comm.max(found);
 
+    const auto shift = [&](std::size_t c) { return quantum_shift(found[c * properties + largest]); };
+    std::vector<int> shifts;
+    for (std::size_t c = 0; c < mine.size(); ++c) shifts.push_back(shift(c));
     std::vector<std::int64_t> parts;
-    for (std::size_t c = 0; c < columns.size(); ++c) {
-        const auto mine = split(fixed_sum(columns[c], quantum_shift(found[c * properties + largest])));
-        parts.insert(parts.end(), mine.begin(), mine.end());
+    for (const Fixed sum : fixed_sums(shifts)) {
+        const auto split_sum = split(sum);
+        parts.insert(parts.end(), split_sum.begin(), split_sum.end());
     }
     comm.sum(parts);
 
-    std::vector<double> sums(columns.size());
-    for (std::size_t c = 0; c < columns.size(); ++c) {
+    std::vector<double> sums(mine.size());
+    for (std::size_t c = 0; c < sums.size(); ++c) {
         const auto column = std::span(found).subspan(c * properties, properties);
         const double infinity = std::numeric_limits<double>::infinity();
         if (column[has_nan] > 0 || (column[has_plus_infinity] > 0 && column[has_minus_infinity] > 0))
             sums[c] = std::numeric_limits<double>::quiet_NaN();
         else if (column[has_plus_infinity] > 0) sums[c] = infinity;
         else if (column[has_minus_infinity] > 0) sums[c] = -infinity;
-        else
-            sums[c] =
-                std::ldexp(static_cast<double>(join(std::span(parts).subspan(c * limbs, limbs))), -quantum_shift(column[largest]));
+        else sums[c] = std::ldexp(static_cast<double>(join(std::span(parts).subspan(c * limbs, limbs))), -shifts[c]);
     }
     return sums;
+}
+
+} // namespace
+
+std::vector<double> exact_sums(const Communicator& comm, std::span<const std::vector<double>> columns) {
+    std::vector<Found> found(columns.size(), Found{});
+    for (std::size_t c = 0; c < columns.size(); ++c)
+        for (const double x : columns[c]) inspect(found[c], x);
+    return sums_of(comm, found, [&](std::span<const int> shifts) {
+        std::vector<Fixed> sums(columns.size());
+        for (std::size_t c = 0; c < columns.size(); ++c)
+            for (const double x : columns[c])
+                if (std::isfinite(x)) sums[c] += in_quanta(x, shifts[c]);
+        return sums;
+    });
+}
+
+std::vector<double> exact_sums(const Communicator& comm, const Threads& threads, const Table& terms) {
+    const std::size_t columns = terms.columns;
+    const auto rows = [&](auto&& each) {
+        threads.for_each(blocks_of(terms.rows), [&](std::size_t block, int thread) {
+            const std::size_t end = std::min(terms.rows, (block + 1) * block_size);
+            for (std::size_t row = block * block_size; row < end; ++row)
+                each(static_cast<std::size_t>(thread), terms.first + row * terms.stride);
+        });
+    };
+    const auto count = static_cast<std::size_t>(threads.count());
+    std::vector<std::vector<Found>> found(count, std::vector<Found>(columns, Found{}));
+    rows([&](std::size_t thread, const double* row) {
+        for (std::size_t c = 0; c < columns; ++c) inspect(found[thread][c], row[c]);
+    });
+    for (const auto& of_thread : found)
+        for (std::size_t c = 0; c < columns; ++c)
+            for (int p = 0; p < properties; ++p) found[0][c][p] = std::max(found[0][c][p], of_thread[c][p]);
+    return sums_of(comm, found[0], [&](std::span<const int> shifts) {
+        std::vector<std::vector<Fixed>> sums(count, std::vector<Fixed>(columns));
+        rows([&](std::size_t thread, const double* row) {
+            for (std::size_t c = 0; c < columns; ++c)
+                if (std::isfinite(row[c])) sums[thread][c] += in_quanta(row[c], shifts[c]);
+        });
+        for (std::size_t thread = 1; thread < count; ++thread)
+            for (std::size_t c = 0; c < columns; ++c) sums[0][c] += sums[thread][c];
+        return sums[0];
+    });
 }
 
 } // namespace skein

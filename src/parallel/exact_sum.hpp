@@ -4,6 +4,7 @@
 #pragma once
 
 #include "parallel/communicator.hpp"
+#include "parallel/threads.hpp"
 
 #include <span>
 #include <vector>
@@ -13,5 +14,13 @@ namespace skein {
 /// Sum of every column over the terms of all ranks; all ranks pass the same number of columns, each with any number of terms (in
 /// all fewer than 2^40). A sum with NaN, or with infinities of both signs, is NaN; one with infinities of one sign is that.
 std::vector<double> exact_sums(const Communicator& comm, std::span<const std::vector<double>> columns);
+
+/// Numbers row by row.
+struct Table {
+    const double* first;
+    std::size_t rows, columns, stride; ///< numbers from a row to the next
+};
+/// The same of a table's columns, whose rows are shared out to threads.
+std::vector<double> exact_sums(const Communicator& comm, const Threads& threads, const Table& terms);
 
 } // namespace skein

@@ -1,6 +1,7 @@
 #include "partition/partition.hpp"
 
 #include <cstring>
+#include <numeric>
 
 namespace skein {
 
@@ -29,6 +30,48 @@ IndexBlocks::IndexBlocks(const Communicator& comm, std::span<const std::int64_t>
     receive_index_.resize(bytes.size() / sizeof(std::int64_t));
     if (!bytes.empty()) std::memcpy(receive_index_.data(), bytes.data(), bytes.size());
     for (auto& index : receive_index_) index -= begin_;
+
+    const auto me = static_cast<std::size_t>(comm.rank());
+    const std::int64_t own_begin = std::accumulate(send_counts_.begin(), send_counts_.begin() + comm.rank(), std::int64_t{0});
+    sent_ = owned_indices.size() - static_cast<std::size_t>(send_counts_[me]);
+    destination_.resize(owned_indices.size());
+    for (std::size_t place = 0; place < send_order_.size(); ++place) {
+        const auto i = static_cast<std::size_t>(send_order_[place]), before = static_cast<std::size_t>(own_begin);
+        const auto own = static_cast<std::size_t>(send_counts_[me]);
+        if (place < before) destination_[i] = {false, place};
+        else if (place < before + own) destination_[i] = {true, static_cast<std::size_t>(owned_indices[i] - begin_)};
+        else destination_[i] = {false, place - own};
+    }
+}
+
+void IndexBlocks::send(std::span<const std::byte> records, std::size_t record_bytes,
+                       const std::function<void(std::size_t, const std::byte*)>& arrived) const {
+    std::vector<std::int64_t> counts = send_counts_, received;
+    counts[static_cast<std::size_t>(comm_.rank())] = 0;
+    const auto bytes = comm_.all_to_all(records.first(sent_ * record_bytes), record_bytes, counts, received);
+    const std::byte* record = bytes.data();
+    std::size_t i = 0; // among all that this rank receives, its own in their turn
+    for (int rank = 0; rank < comm_.size(); ++rank) {
+        const auto count = static_cast<std::size_t>(receive_counts_[static_cast<std::size_t>(rank)]);
+        if (rank != comm_.rank())
+            for (std::size_t k = i; k < i + count; ++k, record += record_bytes)
+                arrived(static_cast<std::size_t>(receive_index_[k]), record);
+        i += count;
+    }
+}
+
+void RecordBuffers::begin(const IndexBlocks& blocks, std::size_t record_bytes) {
+    blocks_ = &blocks;
+    record_bytes_ = record_bytes;
+    block_.need(static_cast<std::size_t>(blocks.size()) * record_bytes);
+    sent_.need(blocks.sent() * record_bytes);
+}
+
+std::span<const std::byte> RecordBuffers::exchange() {
+    blocks_->send({sent_.data(), blocks_->sent() * record_bytes_}, record_bytes_, [&](std::size_t place, const std::byte* record) {
+        std::memcpy(block_.data() + place * record_bytes_, record, record_bytes_);
+    });
+    return {block_.data(), static_cast<std::size_t>(blocks_->size()) * record_bytes_};
 }
 
 namespace {
@@ -50,12 +93,6 @@ std::vector<std::byte> gather(std::span<const std::byte> in, std::span<const std
 }
 
 } // namespace
-
-std::vector<std::byte> IndexBlocks::to_blocks(std::span<const std::byte> owned, std::size_t record_bytes) const {
-    std::vector<std::int64_t> counts;
-    const auto arrived = comm_.all_to_all(gather(owned, send_order_, record_bytes), record_bytes, send_counts_, counts);
-    return scatter(arrived, receive_index_, static_cast<std::size_t>(size_), record_bytes);
-}
 
 std::vector<std::byte> IndexBlocks::to_owners(std::span<const std::byte> block, std::size_t record_bytes) const {
     std::vector<std::int64_t> counts;

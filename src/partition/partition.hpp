@@ -2,12 +2,14 @@
 // order depends on the scene alone, so rods keep their neighbours whatever the number of ranks.
 #pragma once
 
+#include "core/aligned.hpp"
 #include "parallel/communicator.hpp"
 #include "rod/rod_group.hpp"
 #include "rod/rods.hpp"
 
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <span>
 #include <vector>
 
@@ -30,15 +32,46 @@ public:
 
     std::int64_t begin() const { return begin_; } ///< first index of this rank's block
     std::int64_t size() const { return size_; }
-    /// Records of the owned rods (in the order of owned_indices) -> records of this rank's block, by index.
-    std::vector<std::byte> to_blocks(std::span<const std::byte> owned, std::size_t record_bytes) const;
-    /// The way back.
+    /// Where the record of an owned rod (by its place in owned_indices) goes: into this rank's block, or among those to send.
+    struct Destination {
+        bool own;
+        std::size_t place;
+    };
+    Destination destination(std::size_t i) const { return destination_[i]; }
+    /// Records that go to other ranks.
+    std::size_t sent() const { return sent_; }
+    /// Sends them, and puts those that arrive into the block: arrived(place in the block, record).
+    void send(std::span<const std::byte> records, std::size_t record_bytes,
+              const std::function<void(std::size_t place, const std::byte* record)>& arrived) const;
+    /// Records of this rank's block, by index -> records of the owned rods, in the order of owned_indices.
     std::vector<std::byte> to_owners(std::span<const std::byte> block, std::size_t record_bytes) const;
 
 private:
     Communicator comm_;
     std::int64_t begin_ = 0, size_ = 0;
     std::vector<std::int64_t> send_counts_, send_order_, receive_counts_, receive_index_;
+    std::vector<Destination> destination_;
+    std::size_t sent_ = 0;
+};
+
+/// Records of a group's rods on their way from owners to blocks, in buffers that are kept from one group of them to the next. Those
+/// that stay on this rank are put where they belong at once.
+class RecordBuffers {
+public:
+    /// Collective calls of `blocks` follow; it must outlive them.
+    void begin(const IndexBlocks& blocks, std::size_t record_bytes);
+    /// Where the record of an owned rod is to be put. Any thread.
+    std::byte* record(std::size_t i) {
+        const auto [own, place] = blocks_->destination(i);
+        return (own ? block_.data() : sent_.data()) + place * record_bytes_;
+    }
+    /// Collective: all records of this rank's block, in order of index.
+    std::span<const std::byte> exchange();
+
+private:
+    const IndexBlocks* blocks_ = nullptr;
+    std::size_t record_bytes_ = 0;
+    UnsetArray<std::byte> block_, sent_;
 };
 
 } // namespace skein

@@ -2,10 +2,9 @@
 // a template argument. theory.md section 3. (The published law has no energy and passes of its own: elastica.hpp.)
 #pragma once
 
+#include "core/logarithm.hpp"
 #include "core/vec3.hpp"
 #include "rod/rod_group.hpp"
-
-#include <cmath>
 
 namespace skein {
 
@@ -32,8 +31,8 @@ struct IncompressibleLaw {
     /// dn_3/de [N] without bending.
     template <class C, class P> static P stretch_stiffness(const C& c, P e) { return P(c.stiffness.z * c.rest_stretch) / (e * e); }
     /// Axial energy per rest length, J/m.
-    static double stretch_energy(const ElementConstants& c, double e) {
-        return c.stiffness.z * (e - c.rest_stretch - c.rest_stretch * std::log(e / c.rest_stretch));
+    template <int W> SKEIN_INLINE static Pack<W> stretch_energy(const ElementConstants& c, const Pack<W>& e) {
+        return Pack<W>(c.stiffness.z * c.rest_stretch) * less_log(Pack<W>(1 / c.rest_stretch) * (e - Pack<W>(c.rest_stretch)));
     }
 };
 
@@ -49,8 +48,9 @@ struct LinearLaw {
     }
     template <class P> SKEIN_INLINE static P bending_factor(P) { return P(1.0); }
     template <class C, class P> static P stretch_stiffness(const C& c, P) { return P(c.stiffness.z); }
-    static double stretch_energy(const ElementConstants& c, double e) {
-        return 0.5 * c.stiffness.z * (e - c.rest_stretch) * (e - c.rest_stretch);
+    template <int W> SKEIN_INLINE static Pack<W> stretch_energy(const ElementConstants& c, const Pack<W>& e) {
+        const Pack<W> strain = e - Pack<W>(c.rest_stretch);
+        return Pack<W>(0.5 * c.stiffness.z) * strain * strain;
     }
 };
 

@@ -27,15 +27,6 @@ template <int W> SKEIN_INLINE RigidCentre<W> rigid_centre(const Slot<W>* slot) {
     return {half * (slot[0].position + slot[1].position), half * (slot[0].velocity + slot[1].velocity)};
 }
 
-/// Kinetic energy of the body of mass m, J: of its centre and of its turning.
-struct RigidEnergy {
-    double translation, rotation;
-};
-inline RigidEnergy rigid_energy(const RodGroup& group, std::span<const Slot<1>> state) {
-    const Vec3d v = lane(rigid_centre(state.data()).velocity, 0), w = lane(state[0].spin, 0);
-    return {0.5 * (group.node_mass[0] + group.node_mass[1]) * dot(v, v), 0.5 * dot(w, scale(group.element[0].inertia, w))};
-}
-
 namespace detail {
 
 template <int W> SKEIN_INLINE void set_rigid_nodes(const RodTile<W>& rod, const RigidCentre<W>& centre) {

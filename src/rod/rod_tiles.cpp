@@ -2,6 +2,8 @@
 
 #include "core/error.hpp"
 #include "core/rotation.hpp"
+#include "rod/figures.hpp"
+#include "rod/synchronise.hpp"
 #include "rod/time_limits.hpp"
 
 #include <algorithm>
@@ -116,7 +118,7 @@ template <int W> RodTiles<W>::RodTiles(std::span<const RodGroup> groups, std::ve
                                        std::vector<TileProgram<W>> programs, const Threads& threads,
                                        std::vector<std::shared_ptr<AuditBook<W>>> audits, StepWatch watch)
     : groups_(groups), local_(std::move(rods)), programs_(std::move(programs)), audits_(std::move(audits)), threads_(threads),
-      watch_(watch) {
+      watch_(watch), reading_(static_cast<std::size_t>(threads.count())) {
     lay_out(tiling);
     for (const TileProgram<W>& program : programs_) {
         const auto meet = std::find_if(program.begin(), program.end(), [](const auto& pass) { return pass->rods_meet(); });
@@ -176,12 +178,14 @@ template <int W> void RodTiles<W>::lay_out(const Tiling& tiling) {
         const auto g = static_cast<std::size_t>(local_[i].group);
         if (across[g]-- <= 0) {
             pool[g].push_back(i);
+            along_.push_back(i);
             continue;
         }
         const RodGroup& group = groups_[g];
         const bool opens = tiles_.empty() || tiles_.back().group != &group || tiles_.back().lanes == W;
         RodTile<W>& tile =
             opens ? open({nullptr, group.element.data(), group.voronoi.data(), &group, group.elements()}, g) : tiles_.back();
+        if (opens) first_rod_.push_back(i);
         place_[i] = {tiles_.size() - 1, tile.lanes};
         std::fill(tile.index + tile.lanes, tile.index + W, local_[i].index); // spare lanes repeat the last rod
         ++tile.lanes;
@@ -203,7 +207,7 @@ template <int W> void RodTiles<W>::lay_out(const Tiling& tiling) {
     }
     for (std::size_t p = 0; p < programs_.size(); ++p) // of groups that all lie along, or that have no rod here
         if (tiles_of_program[p] == 0) programs_[p].clear();
-    slots_.resize(slots);
+    slots_ = UnsetArray<Slot<W>>(slots);
     for (std::size_t t = 0; t < tiles_.size(); ++t) tiles_[t].slot = slots_.data() + first_slot[t];
 }
 
@@ -217,8 +221,12 @@ template <int W> void RodTiles<W>::take_start_states() {
                     const int slot = tile.strands->slot(i, row);
                     if (slot == tile.group_of(i).elements()) set_lane(tile.slot[row].director, i, tile.group_of(i).end_frame());
                 }
+    // The loop of a visit: threads take much the same tiles then, whose memory has come to them here.
+    threads_.for_each(tiles_.size(), [this](std::size_t t, int thread) {
+        if (!tiles_[t].strands) take_start_states(tiles_[t], first_rod_[t], reading_[static_cast<std::size_t>(thread)].state);
+    });
     std::vector<Slot<1>> state;
-    for (std::size_t i = 0; i < local_.size(); ++i) {
+    for (const std::size_t i : along_) {
         const RodGroup& group = groups_[static_cast<std::size_t>(local_[i].group)];
         state.resize(static_cast<std::size_t>(group.slots()));
         group.start_state(local_[i].index, state);
@@ -226,6 +234,20 @@ template <int W> void RodTiles<W>::take_start_states() {
     }
     for (const RodTile<W>& tile : tiles_)
         for (auto& pass : programs_[tile.program]) pass->bind(tile);
+}
+
+template <int W>
+void RodTiles<W>::take_start_states(const RodTile<W>& tile, std::size_t first_rod, std::vector<Slot<1>>& states) const {
+    const auto slots = static_cast<std::size_t>(tile.n) + 1;
+    states.resize(W * slots);
+    for (int i = 0; i < tile.lanes; ++i)
+        tile.group->start_state(local_[first_rod + static_cast<std::size_t>(i)].index,
+                                std::span(states).subspan(static_cast<std::size_t>(i) * slots, slots));
+    const double* from = reinterpret_cast<const double*>(states.data());
+    double* to = reinterpret_cast<double*>(tile.slot);
+    for (std::size_t number = 0; number < slots * slot_doubles; ++number)
+        for (int i = 0; i < W; ++i)
+            *to++ = from[static_cast<std::size_t>(std::min(i, tile.lanes - 1)) * slots * slot_doubles + number];
 }
 
 template <int W> template <class F> void RodTiles<W>::for_slots(std::size_t i, F&& f) const {
@@ -312,14 +334,132 @@ template <int W> void RodTiles<W>::import_rod(std::size_t i, std::span<const Slo
         for (std::size_t k = 0; k < in.size(); ++k) set_lane(tile.slot[k], l, in[k]);
 }
 
-template <int W> std::uint64_t RodTiles<W>::digest() const {
-    std::uint64_t sum = 0;
-    std::vector<Slot<1>> state;
-    for (std::size_t i = 0; i < local_.size(); ++i) {
-        state.resize(static_cast<std::size_t>(groups_[static_cast<std::size_t>(local_[i].group)].slots()));
-        export_rod(i, state);
-        sum += hash_rod(local_[i].gid, state);
+template <int W> RodTile<W> RodTiles<W>::moved(const RodTile<W>& tile, Copy copy, double lag, Reading& reading) const {
+    RodTile<W> own = tile;
+    if (copy == Copy::canonical) return own;
+    reading.slot.resize(std::max(reading.slot.size(), static_cast<std::size_t>(tile.n) + 1));
+    own.slot = reading.slot.data();
+    std::copy_n(tile.slot, tile.n + 1, own.slot);
+    if (copy == Copy::positions) synchronise_positions(own, lag);
+    else synchronise(own, lag);
+    return own;
+}
+
+namespace {
+
+/// Numbers of packs as rows, one per lane.
+template <int W> void to_rows(const Pack<W>* packs, std::size_t count, double* rows, std::size_t row_length) {
+    const double* from = reinterpret_cast<const double*>(packs);
+    for (std::size_t number = 0; number < count; ++number)
+#pragma GCC unroll 8
+        for (std::size_t i = 0; i < W; ++i) rows[i * row_length + number] = *from++;
+}
+
+/// Hashes of the canonical state of all lanes: as many chains of multiplications under way at once.
+template <int W> std::array<std::uint64_t, W> hashes(const RodTile<W>& tile, const LocalRod* rods) {
+    std::array<std::uint64_t, W> h;
+    for (int i = 0; i < W; ++i) h[static_cast<std::size_t>(i)] = hash_begin(rods[std::min(i, tile.lanes - 1)].gid);
+    const double* from = reinterpret_cast<const double*>(tile.slot);
+    for (int number = 0; number < (tile.n + 1) * slot_doubles; ++number)
+#pragma GCC unroll 8
+        for (std::size_t i = 0; i < W; ++i) h[i] = hash_with(h[i], *from++);
+    for (std::uint64_t& one : h) one = hash_end(one);
+    return h;
+}
+
+template <class Row> void at_least(std::vector<Row>& rows, std::size_t count) {
+    if (rows.size() < count) rows.resize(count);
+}
+
+} // namespace
+
+template <int W>
+void RodTiles<W>::take_apart(const RodTile<W>& tile, Copy copy, double lag, const LocalRod* rods, Reading& reading) const {
+    const RodTile<W> own = moved(tile, copy, lag, reading);
+    const auto n = static_cast<std::size_t>(tile.n), slots = n + 1;
+    at_least(reading.state, W * slots);
+    to_rows(&own.slot->position.x, slots * slot_doubles, reinterpret_cast<double*>(reading.state.data()), slots * slot_doubles);
+    if (copy == Copy::canonical) reading.hash = hashes(tile, rods);
+    if (copy != Copy::frames) return;
+    at_least(reading.frames, W * n);
+    constexpr std::size_t numbers = sizeof(Mat3d) / sizeof(double);
+    for (std::size_t k = 0; k < n; ++k) {
+        const Mat3<Pack<W>> q = matrix(own.slot[k].director);
+        to_rows(&q.d1.x, numbers, reinterpret_cast<double*>(reading.frames.data() + k), n * numbers);
     }
+}
+
+template <int W> void RodTiles<W>::take_along(std::size_t i, Copy copy, double lag, Reading& reading) const {
+    const RodGroup& group = groups_[static_cast<std::size_t>(local_[i].group)];
+    const auto slots = static_cast<std::size_t>(group.slots());
+    at_least(reading.state, slots);
+    const std::span state = std::span(reading.state).first(slots);
+    export_rod(i, state);
+    if (copy == Copy::canonical) reading.hash[0] = hash_rod(local_[i].gid, state);
+    else if (copy == Copy::positions) skein::synchronise_positions(tile_of(group, state), lag);
+    else skein::synchronise(tile_of(group, state), lag);
+    if (copy != Copy::frames) return;
+    at_least(reading.frames, slots - 1);
+    for (std::size_t k = 0; k + 1 < slots; ++k) reading.frames[k] = frame(state[k]);
+}
+
+template <int W> void RodTiles<W>::read(std::span<const std::size_t> rods, Copy copy, double lag, const RodReader& reader) const {
+    const auto place = [&](std::size_t i) { return place_[rods[i]]; };
+    const auto same_tile = [&](std::size_t i) { return i > 0 && i < rods.size() && place(i).tile == place(i - 1).tile; };
+    const auto whole_tiles = [&](std::size_t i) {
+        while (same_tile(i)) ++i;
+        return std::min(i, rods.size());
+    };
+    constexpr std::size_t batch = 16; // rods of a task, and the rest of their last tile
+    threads_.for_each((rods.size() + batch - 1) / batch, [&](std::size_t task, int thread) {
+        Reading& reading = reading_[static_cast<std::size_t>(thread)];
+        const std::size_t end = whole_tiles((task + 1) * batch);
+        for (std::size_t i = whole_tiles(task * batch); i < end; ++i) {
+            const RodTile<W>& tile = tiles_[place(i).tile];
+            const auto slots = static_cast<std::size_t>(groups_[static_cast<std::size_t>(local_[rods[i]].group)].slots());
+            if (tile.strands) take_along(rods[i], copy, lag, reading);
+            else if (!same_tile(i)) take_apart(tile, copy, lag, &local_[first_rod_[place(i).tile]], reading);
+            const auto lane_ = tile.strands ? 0 : static_cast<std::size_t>(place(i).lane);
+            RodCopy one{std::span(reading.state).subspan(lane_ * slots, slots), {}, reading.hash[lane_]};
+            if (copy == Copy::frames) one.frames = std::span(reading.frames).subspan(lane_ * (slots - 1), slots - 1);
+            reader(thread, i, one);
+        }
+    });
+}
+
+template <int W> void RodTiles<W>::figures(double time, double lag, std::span<RodFigures> out) const {
+    threads_.for_each(tiles_.size(), [&](std::size_t t, int thread) {
+        if (tiles_[t].strands) return;
+        const RodTile<W> own = moved(tiles_[t], Copy::synchronised, lag, reading_[static_cast<std::size_t>(thread)]);
+        put_figures(figures_of(own, time), out.subspan(first_rod_[t], static_cast<std::size_t>(own.lanes)));
+    });
+    threads_.for_each(along_.size(), [&](std::size_t a, int thread) {
+        Reading& reading = reading_[static_cast<std::size_t>(thread)];
+        const std::size_t i = along_[a];
+        const RodGroup& group = groups_[static_cast<std::size_t>(local_[i].group)];
+        take_along(i, Copy::synchronised, lag, reading);
+        const auto own = tile_of(group, std::span(reading.state).first(static_cast<std::size_t>(group.slots())));
+        put_figures(figures_of(own, time), out.subspan(i, 1));
+    });
+}
+
+template <int W> std::uint64_t RodTiles<W>::digest() const {
+    struct alignas(cache_line) Sum {
+        std::uint64_t sum = 0;
+    };
+    std::vector<Sum> sums(reading_.size());
+    threads_.for_each(tiles_.size(), [&](std::size_t t, int thread) {
+        if (tiles_[t].strands) return;
+        const auto all = hashes(tiles_[t], &local_[first_rod_[t]]);
+        for (int i = 0; i < tiles_[t].lanes; ++i) sums[static_cast<std::size_t>(thread)].sum += all[static_cast<std::size_t>(i)];
+    });
+    threads_.for_each(along_.size(), [&](std::size_t a, int thread) {
+        Reading& reading = reading_[static_cast<std::size_t>(thread)];
+        take_along(along_[a], Copy::canonical, 0, reading);
+        sums[static_cast<std::size_t>(thread)].sum += reading.hash[0];
+    });
+    std::uint64_t sum = 0;
+    for (const Sum& one : sums) sum += one.sum;
     return sum;
 }
 

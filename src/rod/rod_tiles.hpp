@@ -10,6 +10,7 @@
 #include "rod/tile.hpp"
 #include "rod/tiling.hpp"
 
+#include <array>
 #include <atomic>
 #include <deque>
 #include <functional>
@@ -39,12 +40,15 @@ public:
     RodPlace place(std::size_t i) const override { return {tiles_[place_[i].tile].number, place_[i].lane}; }
     void export_rod(std::size_t i, std::span<Slot<1>> out) const override;
     void import_rod(std::size_t i, std::span<const Slot<1>> in) override;
+    void read(std::span<const std::size_t> rods, Copy copy, double lag, const RodReader& reader) const override;
+    void figures(double time, double lag, std::span<RodFigures> out) const override;
     std::uint64_t digest() const override;
     void inspect(std::int64_t step, double dt) const override;
     RodWorks works(std::size_t i) const override;
     void set_works(std::size_t i, const RodWorks& works) override;
     std::vector<double> memory(std::size_t i) const override;
     void set_memory(std::size_t i, std::span<const double> numbers) override;
+    int threads() const override { return threads_.count(); }
     std::size_t bytes() const override;
 
 private:
@@ -64,8 +68,23 @@ private:
     };
     void lay_out(const Tiling& tiling);
     void take_start_states();
+    void take_start_states(const RodTile<W>& tile, std::size_t first_rod, std::vector<Slot<1>>& states) const;
     /// Calls f(slot of rod i, slot of its tile, lane) for each of the rod's slots.
     template <class F> void for_slots(std::size_t i, F&& f) const;
+
+    /// A thread's buffers for copies, kept from one to the next.
+    struct Reading {
+        AlignedVector<Slot<W>> slot; ///< of a tile
+        std::vector<Slot<1>> state;  ///< of its rods, one after the other
+        std::vector<Mat3d> frames;   ///< [rod][n]
+        std::array<std::uint64_t, W> hash{};
+    };
+    /// A tile across as a copy has it: itself where nothing is moved.
+    RodTile<W> moved(const RodTile<W>& tile, Copy copy, double lag, Reading& reading) const;
+    /// Puts its rods together, and works frames and hashes out where asked.
+    void take_apart(const RodTile<W>& tile, Copy copy, double lag, const LocalRod* rods, Reading& reading) const;
+    /// The same of one rod along.
+    void take_along(std::size_t i, Copy copy, double lag, Reading& reading) const;
     bool healthy(const RodTile<W>& tile);
 
     /// Where the step is the largest share of its limit.
@@ -86,10 +105,13 @@ private:
     std::vector<std::shared_ptr<AuditBook<W>>> audits_;
     const Threads& threads_;
     StepWatch watch_;
-    AlignedVector<Slot<W>> slots_;
+    UnsetArray<Slot<W>> slots_; ///< first written by the threads that visit them
     std::vector<RodTile<W>> tiles_;
     std::deque<Strands<W>> strands_;                          ///< of tiles along
     std::vector<Place> place_;                                ///< of local()[i]
+    std::vector<std::size_t> first_rod_;                      ///< of each tile across, in local()
+    std::vector<std::size_t> along_;                          ///< rods that lie along, in local()
+    mutable std::vector<Reading> reading_;                    ///< per thread
     mutable std::vector<AlignedVector<SlotLoad<W>>> scratch_; ///< per thread
     std::vector<std::size_t> meeting_;                        ///< by program: passes until rods meet
     std::array<Stretch, 2> visit_;                            ///< under way

@@ -1,40 +1,53 @@
 #include "rod/rods.hpp"
 
-#include "rod/drift.hpp"
-#include "rod/rigid.hpp"
-#include "rod/top.hpp"
-
-#include <bit>
+#include "rod/figures.hpp"
+#include "rod/synchronise.hpp"
 
 namespace skein {
 
 std::uint64_t hash_numbers(std::int64_t gid, std::span<const double> numbers) {
-    constexpr std::uint64_t prime = 0x9e3779b97f4a7c15ull;
-    const auto mix = [](std::uint64_t h) { // finaliser of splitmix64: every input bit reaches every output bit
-        h = (h ^ (h >> 30)) * 0xbf58476d1ce4e5b9ull;
-        h = (h ^ (h >> 27)) * 0x94d049bb133111ebull;
-        return h ^ (h >> 31);
-    };
-    std::uint64_t h = mix(static_cast<std::uint64_t>(gid) + prime);
-    for (const double x : numbers) h = std::rotl((h ^ std::bit_cast<std::uint64_t>(x)) * prime, 27);
-    return mix(h);
+    std::uint64_t h = hash_begin(gid);
+    for (const double x : numbers) h = hash_with(h, x);
+    return hash_end(h);
 }
 
 std::uint64_t hash_rod(std::int64_t gid, std::span<const Slot<1>> state) {
     return hash_numbers(gid, {reinterpret_cast<const double*>(state.data()), state.size() * slot_doubles});
 }
 
-void synchronise_positions(const RodGroup& group, std::span<Slot<1>> state, double h) {
-    if (is_rigid(group)) return rigid_drift(tile_of(group, state), h);
-    for (Slot<1>& slot : state) slot.position = fma(Pack<1>(h), slot.velocity, slot.position);
-    if (group.closed()) close_ring(tile_of(group, state));
+std::uint64_t sum_of_hashes(std::int64_t first_gid, std::span<const double> numbers, std::size_t per_rod) {
+    constexpr std::size_t together = 4; // chains of multiplications under way at once
+    const std::size_t rods = numbers.size() / per_rod;
+    const auto gid = [first_gid](std::size_t rod) { return first_gid + static_cast<std::int64_t>(rod); };
+    std::uint64_t sum = 0;
+    std::size_t rod = 0;
+    for (; rod + together <= rods; rod += together) {
+        const double* x = numbers.data() + rod * per_rod;
+        std::uint64_t a = hash_begin(gid(rod)), b = hash_begin(gid(rod + 1)), c = hash_begin(gid(rod + 2)),
+                      d = hash_begin(gid(rod + 3));
+        for (std::size_t i = 0; i < per_rod; ++i) {
+            a = hash_with(a, x[i]);
+            b = hash_with(b, x[i + per_rod]);
+            c = hash_with(c, x[i + 2 * per_rod]);
+            d = hash_with(d, x[i + 3 * per_rod]);
+        }
+        sum += hash_end(a) + hash_end(b) + hash_end(c) + hash_end(d);
+    }
+    for (; rod < rods; ++rod) sum += hash_numbers(gid(rod), numbers.subspan(rod * per_rod, per_rod));
+    return sum;
 }
 
-void synchronise(const RodGroup& group, std::span<Slot<1>> state, double h) {
-    const RodTile<1> rod = tile_of(group, state);
-    if (is_rigid(group)) return rigid_drift(rod, h);
-    with_top(group, [&]<class Top>(Top) { drift<Top>(rod, h); });
-    if (group.closed()) close_ring(rod);
+void synchronise_positions(const RodGroup& group, std::span<Slot<1>> state, double h) {
+    synchronise_positions(tile_of(group, state), h);
+}
+
+void synchronise(const RodGroup& group, std::span<Slot<1>> state, double h) { synchronise(tile_of(group, state), h); }
+
+RodFigures figures_of(const RodGroup& group, std::span<const Slot<1>> state, double time) {
+    std::vector<Slot<1>> copy(state.begin(), state.end()); // a tile may be written to, and this one is not
+    RodFigures figures;
+    put_figures(figures_of(tile_of(group, copy), time), std::span(&figures, 1));
+    return figures;
 }
 
 } // namespace skein

@@ -5,7 +5,9 @@
 #include "rod/slot.hpp"
 #include "time/clock.hpp"
 
+#include <bit>
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <span>
 #include <string>
@@ -30,6 +32,51 @@ struct RodPlace {
 /// What has been done to a rod since the audit began, J. See rod/audit.hpp.
 struct RodWorks {
     double loads = 0, walls = 0, dissipated = 0;
+};
+
+/// What a copy of a rod's state is to hold.
+enum class Copy {
+    canonical,    ///< the state as it is stored, and its hash
+    positions,    ///< nodes at the time of the rates
+    synchronised, ///< elements too
+    frames        ///< the same, and directors as matrices
+};
+
+/// A rod's state, put together from the lanes; valid while the reader is called.
+struct RodCopy {
+    std::span<const Slot<1>> state; ///< [n + 1]
+    std::span<const Mat3d> frames;  ///< [n], rows d1 d2 d3; of Copy::frames
+    std::uint64_t hash = 0;         ///< hash_rod; of Copy::canonical
+};
+using RodReader = std::function<void(int thread, std::size_t i, const RodCopy& copy)>;
+
+/// What one rod adds to sums over the scene, and to extremes.
+struct RodFigures {
+    enum Sum {
+        translation, ///< kinetic energy, J
+        rotation,
+        stretch, ///< elastic energy, J; bending of half cells at walls included
+        shear,
+        bend,
+        twist,
+        momentum_x, ///< kg m/s, lab
+        momentum_y,
+        momentum_z,
+        mass_x, ///< mass times position, kg m
+        mass_y,
+        mass_z,
+        mass,
+        sums
+    };
+    enum Extreme {
+        speed,  ///< of a node, m/s
+        strain, ///< axial
+        turn,   ///< of neighbouring elements against each other, rad
+        skew,   ///< of directors from unit length
+        extremes
+    };
+    double sum[sums];
+    double extreme[extremes];
 };
 
 class Rods {
@@ -57,6 +104,11 @@ public:
     /// Copies the canonical (staggered) state of local()[i] out or in; one slot per node.
     virtual void export_rod(std::size_t i, std::span<Slot<1>> out) const = 0;
     virtual void import_rod(std::size_t i, std::span<const Slot<1>> in) = 0;
+    /// Calls reader(thread, i, copy) with a copy of local()[rods[i]] for every i, on all threads, tile by tile. `rods`: rising.
+    /// `lag`: time that copies which are not canonical are moved on by.
+    virtual void read(std::span<const std::size_t> rods, Copy copy, double lag, const RodReader& reader) const = 0;
+    /// Of every owned rod, [local], of copies moved on by `lag` to `time`.
+    virtual void figures(double time, double lag, std::span<RodFigures> out) const = 0;
     /// Sum over owned rods of a hash of (gid, canonical state), modulo 2^64: order-free, so equal for any distribution.
     virtual std::uint64_t digest() const = 0;
     /// Throws NumericalError naming rod, element and quantity where a rod is unfit: not finite, an element turned over, or strains
@@ -69,14 +121,41 @@ public:
     /// What passes remember of local()[i] from step to step: the same numbers for any width and lane.
     virtual std::vector<double> memory(std::size_t i) const = 0;
     virtual void set_memory(std::size_t i, std::span<const double> numbers) = 0;
+    /// Threads that work on rods.
+    virtual int threads() const = 0;
     /// Bytes held for state, parameters and scratch.
     virtual std::size_t bytes() const = 0;
 };
 
-/// Hash of numbers that belong to a rod (FNV-like over 64-bit words, finalised).
+namespace detail {
+inline constexpr std::uint64_t hash_prime = 0x9e3779b97f4a7c15ull;
+/// Finaliser of splitmix64: every input bit reaches every output bit.
+inline std::uint64_t hash_mixed(std::uint64_t h) {
+    h = (h ^ (h >> 30)) * 0xbf58476d1ce4e5b9ull;
+    h = (h ^ (h >> 27)) * 0x94d049bb133111ebull;
+    return h ^ (h >> 31);
+}
+} // namespace detail
+
+/// Hash of numbers that belong to a rod (FNV-like over 64-bit words, finalised): the beginning, a step for each number, the end.
+inline std::uint64_t hash_begin(std::int64_t gid) {
+    return detail::hash_mixed(static_cast<std::uint64_t>(gid) + detail::hash_prime);
+}
+inline std::uint64_t hash_with(std::uint64_t h, double x) {
+    return std::rotl((h ^ std::bit_cast<std::uint64_t>(x)) * detail::hash_prime, 27);
+}
+inline std::uint64_t hash_end(std::uint64_t h) { return detail::hash_mixed(h); }
+
+/// All of it.
 std::uint64_t hash_numbers(std::int64_t gid, std::span<const double> numbers);
 /// Of its canonical state: the term of the state digest.
 std::uint64_t hash_rod(std::int64_t gid, std::span<const Slot<1>> state);
+
+/// Of rods with rising numbers from first_gid on, `per_rod` numbers each: the sum of their hashes.
+std::uint64_t sum_of_hashes(std::int64_t first_gid, std::span<const double> numbers, std::size_t per_rod);
+
+/// Of one rod at one time. `time`: where walls that turn stand, s.
+RodFigures figures_of(const RodGroup& group, std::span<const Slot<1>> state, double time = 0);
 
 /// Positions and directors moved on by `h` at constant rates: a synchronised copy for outputs and diagnostics.
 void synchronise(const RodGroup& group, std::span<Slot<1>> state, double h);

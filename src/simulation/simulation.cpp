@@ -57,6 +57,7 @@ Simulation::Simulation(const Communicator& comm, const Threads& threads, const S
         if (interactions_) interactions_->restore(found->kept);
         clock_ = Clock(plan_.dt, found->step, plan_.integrator);
         last_checkpoint_ = found->step;
+        checkpoint_digest_ = found->digest;
         if (comm_.root())
             std::printf("Resuming from %s: step %lld, %.1f %% done%s\n", found->file.c_str(), static_cast<long long>(found->step),
                         100.0 * static_cast<double>(found->step) / static_cast<double>(plan_.steps),
@@ -70,7 +71,7 @@ Simulation::Simulation(const Communicator& comm, const Threads& threads, const S
     if (options_.until > 0) last_step_ = std::min<std::int64_t>(last_step_, std::llround(options_.until / plan_.dt));
     if (options_.steps > 0) last_step_ = std::min(last_step_, options_.steps);
     if (first_step_ > 0 && plan_.rest_speed > 0 && first_step_ % plan_.cadence.series == 0) {
-        last_sample_ = observables();
+        look();
         look_for_rest();
     }
     progress_columns_ = columns_of(scene.output.progress, names());
@@ -187,7 +188,7 @@ RunResult Simulation::step_to_the_end() {
     for (FrameWriter* frames : {trajectory_.get(), tips_.get()})
         if (frames) frames->finish();
 
-    const RunResult result{clock_.done() < last_step_ && !ended() ? Exit::limit : Exit::done, clock_.done(), digest()};
+    const RunResult result{clock_.done() < last_step_ && !ended() ? Exit::limit : Exit::done, clock_.done(), look_at_end()};
     write_summary(result);
     return result;
 }
@@ -238,7 +239,7 @@ void Simulation::throw_failure() {
 void Simulation::open_outputs(const SceneSpec& scene, const CheckpointInfo* found) {
     const std::int64_t step = found ? clock_.done() : -1;
     const auto frames = [&](FrameKind kind, std::optional<std::int64_t> expected) {
-        return std::make_unique<FrameWriter>(comm_, options_.out, kind, scene.output, groups_, *rods_, threads_, step, plan_.title,
+        return std::make_unique<FrameWriter>(comm_, options_.out, kind, scene.output, groups_, *rods_, step, plan_.title,
                                              FrameWriter::default_buffer_bytes, tell_warning, expected);
     };
     const std::optional<std::int64_t> none;
@@ -306,9 +307,21 @@ std::vector<double> Simulation::observables() const {
     return values;
 }
 
+void Simulation::look() {
+    if (sampled_ == clock_.done()) return;
+    last_sample_ = observables();
+    sampled_ = clock_.done();
+}
+
+std::uint64_t Simulation::look_at_end() {
+    const auto timing = timers_.time(Phase::observe);
+    look();
+    return last_checkpoint_ == clock_.done() ? checkpoint_digest_ : digest();
+}
+
 void Simulation::sample() {
     const auto timing = timers_.time(Phase::observe);
-    last_sample_ = observables();
+    look();
     warn_of_strain();
     look_for_rest();
     on_root(comm_, [&] { series_->append(clock_.done(), clock_.time(), last_sample_); });
@@ -358,7 +371,8 @@ void Simulation::keep_state() {
     const auto timing = timers_.time(Phase::checkpoint);
     checkpoints_.begin_saving();
     saving_ = true; // an error from here on is that of a checkpoint
-    CheckpointInfo info{clock_.done(), plan_.dt, digest(), physics_, {}, audited_from_};
+    checkpoint_digest_ = digest();
+    CheckpointInfo info{clock_.done(), plan_.dt, checkpoint_digest_, physics_, {}, audited_from_};
     if (interactions_) info.kept = interactions_->kept();
     mark_outputs(info);
     write_checkpoint(comm_, options_.out, groups_, *rods_, info, plan_.keeping);
@@ -368,7 +382,6 @@ void Simulation::keep_state() {
 }
 
 void Simulation::write_summary(const RunResult& result) {
-    const std::vector<double> values = observables();
     RunFigures figures{.plan = plan_,
                        .result = result,
                        .finished = result.step == plan_.steps || ended(),
@@ -376,7 +389,7 @@ void Simulation::write_summary(const RunResult& result) {
                        .protocol = steps_together(plan_) ? Protocol::synchronous : options_.protocol,
                        .wall_s = wall_seconds() - started_,
                        .names = names(),
-                       .observables = values,
+                       .observables = last_sample_,
                        .output = output_};
     for (std::size_t p = 0; p < phase_count; ++p) {
         const double mine = timers_.seconds(static_cast<Phase>(p));

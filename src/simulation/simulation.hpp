@@ -99,6 +99,10 @@ private:
     void write_due();
     void checkpoint();
     void sample();
+    /// Observables of this step, once. Collective.
+    void look();
+    /// The last sample, and the digest of the whole scene. Collective.
+    std::uint64_t look_at_end();
     /// Tells once of strains and turns that the last sample shows to be near what the rod law or the discretisation bears.
     void warn_of_strain();
     /// The same of a step near the limit that strains leave; collective.
@@ -143,6 +147,8 @@ private:
     std::unique_ptr<FrameWriter> trajectory_, tips_;
     std::unique_ptr<SeriesFile> series_; ///< root only
     std::vector<double> last_sample_;
+    std::int64_t sampled_ = -1;           ///< step of it
+    std::uint64_t checkpoint_digest_ = 0; ///< at last_checkpoint_
     bool at_rest_ = false;
     bool told_turn_ = false, told_strain_ = false, told_tension_ = false, told_limit_ = false;
     std::unique_ptr<Progress> progress_;

@@ -18,6 +18,7 @@ class Determinism(DriverTest):
         for lanes in (1, 2, 4):
             self.run_skein(f"w{lanes}", "--lanes", str(lanes))
             self.assertEqual(self.digest(f"w{lanes}"), self.digest("one"), f"{lanes} lanes")
+            self.assertEqual(self.results(f"w{lanes}"), self.results("one"), f"{lanes} lanes")
 
     def test_protocols(self):
         self.run_skein("asynchronous")
@@ -34,6 +35,8 @@ class Determinism(DriverTest):
         self.run_skein("silent", *quiet)
         self.assertEqual(self.digest("silent"), self.digest("talkative"))
         self.assertEqual([name for name in self.results("silent") if not name.startswith("checkpoint")], [])
+        self.assertEqual(self.summary("silent")["observables"], self.summary("talkative")["observables"])
+        self.assertGreater(self.summary("silent")["phases"]["observe"]["max_s"], 0, "the last sample and the digest are timed")
 
     def test_more_ranks_than_rods(self):
         self.run_skein("few", "--set", "rods.cilia.placement.counts=[1,1]", "--set", "rods.leaning.placement.counts=[1]")

@@ -23,7 +23,6 @@ constexpr double dt = 0.25;
 struct TrajectoryTest : testing::Test {
     const Communicator comm = Communicator::world();
     const test::SharedDirectory directory{comm};
-    const Threads threads{2};
     const std::vector<RodGroup> groups = test::two_groups();
     test::FakeRods rods{groups, partition(comm, groups)};
     OutputSpec spec{.precision = Precision::double_};
@@ -36,7 +35,7 @@ struct TrajectoryTest : testing::Test {
                                         std::optional<std::int64_t> expected = {}) {
         told.clear();
         return std::make_unique<FrameWriter>(
-            comm, directory.path(), kind, spec, groups, rods, threads, resume_step, "a <test>", buffer_bytes,
+            comm, directory.path(), kind, spec, groups, rods, resume_step, "a <test>", buffer_bytes,
             [this](const std::string& text) { told += text + "\n"; }, expected, flush_bytes);
     }
     void expect_told(const std::string& text) const { EXPECT_TRUE(!comm.root() || told.find(text) != told.npos) << told; }
@@ -357,7 +356,7 @@ TEST_F(TrajectoryTest, on_a_full_disk_is_an_error_and_leaves_whole_segments_only
     for (const std::uint64_t buffer_bytes : {std::uint64_t{0}, std::uint64_t{FrameWriter::default_buffer_bytes}}) {
         const test::SmallDisk disk(comm, "3m");
         if (!disk.mounted()) GTEST_SKIP() << "mounting a small tmpfs is not permitted here";
-        FrameWriter frames(comm, disk.path(), FrameKind::trajectory, spec, many, rods_of_many, threads, -1, "", buffer_bytes);
+        FrameWriter frames(comm, disk.path(), FrameKind::trajectory, spec, many, rods_of_many, -1, "", buffer_bytes);
         frames.write(0, 0, 0);
         frames.close_segment();
         std::string text;

@@ -24,10 +24,9 @@ int main(int argc, char** argv) {
         return 0;
     }
 
-    const Threads threads(2);
     const std::uint64_t buffer_bytes = 20 << 10; // as many frames of the trajectory as there are ranks
-    FrameWriter trajectory(comm, out, FrameKind::trajectory, {}, groups, rods, threads, -1, "files", buffer_bytes);
-    FrameWriter tips(comm, out, FrameKind::tips, {}, groups, rods, threads, -1, "files", buffer_bytes);
+    FrameWriter trajectory(comm, out, FrameKind::trajectory, {}, groups, rods, -1, "files", buffer_bytes);
+    FrameWriter tips(comm, out, FrameKind::tips, {}, groups, rods, -1, "files", buffer_bytes);
     for (std::int64_t step = 0; step <= 40; step += 10) {
         rods.set(step);
         for (FrameWriter* frames : {&trajectory, &tips}) frames->write(step, 0.01 * static_cast<double>(step), 0.005);

@@ -80,6 +80,25 @@ public:
         std::copy(states_[i].begin(), states_[i].end(), out.begin());
     }
     void import_rod(std::size_t i, std::span<const Slot<1>> in) override { states_[i].assign(in.begin(), in.end()); }
+    void read(std::span<const std::size_t> rods, Copy copy, double lag, const RodReader& reader) const override {
+        for (std::size_t i = 0; i < rods.size(); ++i) {
+            const RodGroup& group = group_of(rods[i]);
+            std::vector<Slot<1>> state = states_[rods[i]];
+            std::vector<Mat3d> frames;
+            if (copy == Copy::positions) synchronise_positions(group, state, lag);
+            else if (copy != Copy::canonical) synchronise(group, state, lag);
+            if (copy == Copy::frames)
+                for (std::size_t k = 0; k + 1 < state.size(); ++k) frames.push_back(frame(state[k]));
+            reader(0, i, {state, frames, copy == Copy::canonical ? hash_rod(local_[rods[i]].gid, state) : 0});
+        }
+    }
+    void figures(double time, double lag, std::span<RodFigures> out) const override {
+        for (std::size_t i = 0; i < local_.size(); ++i) {
+            std::vector<Slot<1>> state = states_[i];
+            synchronise(group_of(i), state, lag);
+            out[i] = figures_of(group_of(i), state, time);
+        }
+    }
     std::uint64_t digest() const override {
         std::uint64_t sum = 0;
         for (std::size_t i = 0; i < local_.size(); ++i) sum += hash_rod(local_[i].gid, states_[i]);
@@ -90,9 +109,12 @@ public:
     void set_works(std::size_t i, const RodWorks& works) override { works_[i] = works; }
     std::vector<double> memory(std::size_t) const override { return {}; }
     void set_memory(std::size_t, std::span<const double>) override {}
+    int threads() const override { return 2; }
     std::size_t bytes() const override { return 0; }
 
 private:
+    const RodGroup& group_of(std::size_t i) const { return groups_[static_cast<std::size_t>(local_[i].group)]; }
+
     std::span<const RodGroup> groups_;
     std::vector<LocalRod> local_;
     std::vector<std::vector<Slot<1>>> states_;

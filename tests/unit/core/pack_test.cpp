@@ -1,13 +1,16 @@
 // Packs narrower than registers, as wide, and wider, which are made of halves: every lane does what one number does.
 #include "contact/compress.hpp"
 #include "contact/transposed.hpp"
+#include "core/logarithm.hpp"
 #include "core/pack.hpp"
 
 #include <gtest/gtest.h>
 
+#include <bit>
 #include <cmath>
 #include <limits>
 #include <random>
+#include <vector>
 
 namespace skein {
 namespace {
@@ -120,6 +123,34 @@ TYPED_TEST(PackOf, RecordsTransposedThereAndBack) {
     store_transposed<W>(loaded.vector, loaded.behind, [&](int l) { return copy[l]; });
     for (int l = 0; l < W; ++l)
         for (int n = 0; n < 8; ++n) EXPECT_EQ(copy[l][n], n < 4 ? record[l][n] : 0);
+}
+
+// x - ln(1 + x): nothing cancels for small x, and lanes beyond the series have no part in what the others are.
+template <int W> void check_less_log() {
+    std::vector<double> some = {0.0,    -0.0, 1e-300,  1e-9, -1e-9, 1e-4, 0.02, -0.02,
+                                0.4189, 0.42, -0.2951, -0.3, -0.95, 3.0,  19.0, 1e6};
+    for (int i = 0; i < 400; ++i) some.push_back(-0.6 + 0.003 * i);
+    for (std::size_t at = 0; at < some.size(); ++at) {
+        Pack<W> x;
+        for (int i = 0; i < W; ++i) x.set(i, some[(at + 7 * static_cast<std::size_t>(i)) % some.size()]);
+        const Pack<W> found = less_log(x);
+        for (int i = 0; i < W; ++i) {
+            const long double exact = static_cast<long double>(x[i]) - std::log1p(static_cast<long double>(x[i]));
+            // Of tiny arguments long double cancels too; there the series' first term is exact.
+            const long double expected =
+                std::abs(x[i]) < 1e-5 ? static_cast<long double>(x[i]) * x[i] * (0.5L - x[i] / 3.0L) : exact;
+            EXPECT_NEAR(found[i], static_cast<double>(expected), 1e-15 * static_cast<double>(expected)) << x[i];
+            EXPECT_EQ(std::bit_cast<std::uint64_t>(found[i]), std::bit_cast<std::uint64_t>(less_log(Pack<1>(x[i]))[0])) << x[i];
+        }
+    }
+    EXPECT_TRUE(std::isnan(less_log(Pack<W>(-1.5))[W - 1]));
+}
+
+TEST(Logarithm, OfAllWidths) {
+    check_less_log<1>();
+    check_less_log<2>();
+    check_less_log<4>();
+    check_less_log<8>();
 }
 
 } // namespace

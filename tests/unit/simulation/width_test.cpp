@@ -55,6 +55,28 @@ TEST(Bits, AreTheSameForEveryWidthThreadCountAndBatch) {
                 EXPECT_EQ(digest(lanes, threads, batch), one) << lanes << " lanes, " << threads << " threads, batches of " << batch;
 }
 
+// Beyond half a radian lanes take the C library: neighbours that are turned against each other, and tops that spin fast.
+TEST(Bits, AreTheSameWhereTurnsAreLarge) {
+    RodSpec rod = test::simple_rod(10);
+    rod.shape.start_curvature = Vec3d{12, 0, 3};
+    rod.placement = {.kind = PlacementKind::line, .counts = {11}, .spacing = {3}};
+    SceneSpec scene;
+    scene.rods = {rod};
+    scene.time = {.duration = 1};
+    const auto digest = [&](int lanes) {
+        test::Stage stage(scene, lanes);
+        std::vector<Slot<1>> state(11);
+        for (std::size_t i = 0; i < 11; i += 2) {
+            stage.rods->export_rod(i, state);
+            for (std::size_t k = 0; k < 10; ++k) set_lane(state[k].spin, 0, (1 / stage.plan.dt) * Vec3d{0.9, -0.4, 0.1});
+            stage.rods->import_rod(i, state);
+        }
+        stage.advance(3);
+        return stage.rods->digest();
+    };
+    for (const int lanes : {2, 4, 8}) EXPECT_EQ(digest(lanes), digest(1)) << lanes << " lanes";
+}
+
 TEST(Bits, SurviveExportAndImport) {
     test::Stage whole(everything()), halves(everything());
     whole.advance(200);
