@@ -315,6 +315,12 @@ void H5File::set(const std::string& object, const std::string& name, const std::
           attribute_name(object, name) + " cannot be written");
 }
 
+bool H5File::has(const std::string& object, const std::string& name) const {
+    const htri_t found = H5Aexists_by_name(id_, object.c_str(), name.c_str(), H5P_DEFAULT);
+    agree(found >= 0, attribute_name(object, name) + " cannot be looked for");
+    return found > 0;
+}
+
 void H5File::get(const std::string& object, const std::string& name, H5Type type, void* value) const {
     const Handle attribute(H5Aopen_by_name(id_, object.c_str(), name.c_str(), H5P_DEFAULT, H5P_DEFAULT), H5Aclose);
     bool well = attribute.valid();

@@ -56,6 +56,7 @@ public:
     void set(const std::string& object, const std::string& name, std::uint64_t value);
     void set(const std::string& object, const std::string& name, double value);
     void set(const std::string& object, const std::string& name, const std::string& value);
+    bool has(const std::string& object, const std::string& name) const;
     void get(const std::string& object, const std::string& name, std::int64_t& value) const;
     void get(const std::string& object, const std::string& name, std::uint64_t& value) const;
     void get(const std::string& object, const std::string& name, double& value) const;

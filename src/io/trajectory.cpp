@@ -419,7 +419,7 @@ struct FrameWriter::Impl {
         written = open.steps.size();
     }
 
-    void close() {
+    void close(const std::string& side_car = "trajectory.xdmf") {
         if (open.steps.empty()) return;
         write_pending();
         file->close();
@@ -430,7 +430,7 @@ struct FrameWriter::Impl {
         });
         segments.push_back(std::exchange(open, {}));
         written = 0;
-        write_side_car();
+        write_side_car(side_car);
     }
 
     /// Gives up the open segment: after an error it cannot be trusted, and on a full disk it stands in the way.
@@ -442,14 +442,14 @@ struct FrameWriter::Impl {
         written = 0;
     }
 
-    void write_side_car() const {
+    void write_side_car(const std::string& name = "trajectory.xdmf") const {
         if (kind != FrameKind::trajectory) return;
         on_root(comm, [&] {
             std::vector<XdmfGroup> xdmf_groups;
             std::vector<XdmfSegment> xdmf_segments;
             for (const GroupFrames& group : groups) xdmf_groups.push_back(group.xdmf());
             for (const Segment& segment : segments) xdmf_segments.push_back({segment.file, segment.times});
-            write_file(path_of("trajectory.xdmf"),
+            write_file(path_of(name),
                        xdmf_document(title, xdmf_groups, xdmf_segments, spec.precision == Precision::single ? 4 : 8));
         });
     }
@@ -481,6 +481,24 @@ void FrameWriter::close_segment() {
         impl_->close();
     } catch (const IoError&) {
         impl_->drop();
+        throw;
+    }
+}
+
+void write_single_frame(const Communicator& comm, const std::string& directory, const std::string& name,
+                        std::span<const RodGroup> groups, const Rods& rods, const Threads& threads, const std::string& title,
+                        std::int64_t step, double time, double lag) {
+    const OutputSpec spec{.directors = true, .precision = Precision::double_};
+    FrameWriter::Impl frame{comm, directory, FrameKind::trajectory, spec, threads, title};
+    for (const RodGroup& group : groups) frame.groups.emplace_back(comm, group, rods, FrameKind::trajectory, frame.spec);
+    frame.open.file = name + ".h5";
+    frame.open.steps = {step};
+    frame.open.times = {time};
+    for (GroupFrames& group : frame.groups) group.take(threads, lag, 1);
+    try {
+        frame.close(name + ".xdmf");
+    } catch (const IoError&) {
+        frame.drop();
         throw;
     }
 }
