@@ -4,8 +4,10 @@
 #include "diagnostics/observables.hpp"
 #include "io/disk.hpp"
 #include "partition/partition.hpp"
-#include "scene/scene_file.hpp"
+#include "scene/scene_rebuild.hpp"
+#include "simulation/branch.hpp"
 #include "simulation/make_rods.hpp"
+#include "simulation/state_copy.hpp"
 #include "simulation/summary.hpp"
 
 #include <fmt/format.h>
@@ -27,12 +29,6 @@ constexpr std::int64_t tick_multiple = 64; ///< steps between ticks: fewer would
 volatile std::sig_atomic_t stop_requested = 0;
 
 std::int64_t multiple_after(std::int64_t step, std::int64_t every) { return (step / every + 1) * every; }
-
-/// What decides the bits of a run: the scene's physics and the step, not how long it runs or what it writes.
-std::string physics_json(SceneSpec scene, double dt) {
-    scene.time = {.dt = dt, .integrator = scene.time.integrator, .damping = scene.time.damping};
-    return scene_json(scene, true);
-}
 
 bool is_result(const std::filesystem::path& path) {
     const std::string name = path.filename().string();
@@ -69,9 +65,12 @@ Simulation::Simulation(const Communicator& comm, const Threads& threads, const S
     : comm_(comm), threads_(threads), groups_(std::move(groups)), plan_(std::move(plan)),
       options_(std::move(options)), sets_{scene.output.observes("angular_momentum"), scene.output.observes("curvature"),
                                           scene.output.observes("knots")},
-      physics_(physics_json(scene, plan_.dt)), started_(wall_seconds()), clock_(plan_.dt, 0, plan_.integrator) {
+      physics_(physics_json(scene, plan_.dt)), settings_(settings_json(scene)), started_(wall_seconds()),
+      clock_(plan_.dt, 0, plan_.integrator) {
     const auto setup = timers_.time(Phase::setup);
+    const bool writes = !options_.out.empty();
     on_root(comm_, [&] {
+        if (!writes) return;
         std::filesystem::create_directories(options_.out);
         lock_ = std::make_unique<DirectoryLock>(options_.out);
         if (options_.overwrite) remove_results(options_.out);
@@ -83,27 +82,43 @@ Simulation::Simulation(const Communicator& comm, const Threads& threads, const S
 
     const auto warn = [](const std::string& text) { std::fprintf(stderr, "warning: %s\n", text.c_str()); };
     const std::vector<std::string> kept = interactions_ ? interactions_->kept_names() : std::vector<std::string>();
-    const auto found = read_checkpoint(comm_, options_.out, groups_, *rods_, physics_, warn, kept);
+    std::optional<CheckpointInfo> found;
+    if (writes) found = read_checkpoint(comm_, options_.out, groups_, *rods_, physics_, warn, kept);
+    else
+        found = load_checkpoint(
+            comm_, options_.from, groups_, *rods_, [](const CheckpointInfo&) {}, kept);
+    const bool resumes = found.has_value();
+    if (!resumes && !scene.start.from.empty())
+        found = begin_branch(comm_, {scene, plan_.dt, physics_}, groups_, *rods_, kept, warn);
     if (found) {
         if (interactions_) interactions_->restore(found->kept);
-        clock_ = Clock(plan_.dt, found->step, plan_.integrator);
+        clock_ = Clock(plan_.dt, found->step, plan_.integrator, found->shift);
+        ancestry_ = found->ancestry;
+        if (found->shift != 0) plan_.steps = std::max<std::int64_t>(1, clock_.step_at(scene.time.duration));
+    }
+    if (resumes) {
         last_checkpoint_ = found->step;
-        if (comm_.root())
+        if (comm_.root() && writes)
             std::printf("Resuming from %s: step %lld, %.1f %% done%s\n", found->file.c_str(), static_cast<long long>(found->step),
                         100.0 * static_cast<double>(found->step) / static_cast<double>(plan_.steps),
                         plan_.audit && !found->audited_from ? "; it has no audit, which begins here" : "");
     } else {
+        const std::string record = with_ancestry(physics_, ancestry_);
         on_root(comm_, [&] {
-            refuse_to_overwrite(options_.out, physics_);
-            write_file(options_.out + "/physics.json", physics_);
+            refuse_to_overwrite(options_.out, record);
+            write_file(options_.out + "/physics.json", record);
+            if (found)
+                std::printf("Beginning with %s: step %lld, t = %g s\n", found->file.c_str(), static_cast<long long>(found->step),
+                            clock_.time());
         });
+        begins_branch_ = found.has_value();
     }
     first_step_ = clock_.done();
     if (plan_.audit) begin_audit(found ? found->audited_from : std::nullopt);
     last_step_ = plan_.steps;
-    if (options_.until > 0) last_step_ = std::min<std::int64_t>(last_step_, std::llround(options_.until / plan_.dt));
+    if (options_.until > 0) last_step_ = std::min<std::int64_t>(last_step_, clock_.step_at(options_.until));
     if (options_.steps > 0) last_step_ = std::min(last_step_, options_.steps);
-    open_outputs(scene);
+    if (writes) open_outputs(scene);
     progress_ = std::make_unique<Progress>(comm_.root() && !options_.quiet, first_step_, last_step_, plan_.dt,
                                            static_cast<double>(plan_.elements));
 }
@@ -179,6 +194,7 @@ bool Simulation::meet() {
 }
 
 RunResult Simulation::run() {
+    if (begins_branch_) checkpoint(); // from here on the parent is not needed
     if (first_step_ == 0) write_due();
     else if (plan_.rest_speed > 0 && first_step_ % plan_.cadence.series == 0) {
         last_sample_ = observables();
@@ -188,6 +204,7 @@ RunResult Simulation::run() {
     next_tick_ = clock_.done() + tick_multiple;
     setup_s_ = wall_seconds() - started_;
     while (clock_.done() < last_step_ && verdict == Verdict::go_on && !ended()) {
+        keep_copy();
         advance(next_event());
         verdict = agree();
         write_due();
@@ -228,16 +245,6 @@ Simulation::Verdict Simulation::agree() {
         next_tick_ = clock_.done() + tick_multiple * comm_.broadcast(std::max<std::int64_t>(1, visits));
     }
     return verdict;
-}
-
-void Simulation::throw_failure() {
-    progress_->finish();
-    const double ratio = plan_.dt / plan_.limit;
-    throw NumericalError(fmt::format(
-        "{}\n  likely cause: dt is {:.3g} of the rest-state limit {:.4g} s{}\n  {}", comm_.first_text(failure_), ratio, plan_.limit,
-        ratio > 0.95 ? ", too close to it; lower dt" : "; strains have grown beyond what it allows, or a load is too strong",
-        last_checkpoint_ >= 0 ? fmt::format("the last good checkpoint is of step {}", last_checkpoint_)
-                              : "there is no checkpoint yet"));
 }
 
 void Simulation::open_outputs(const SceneSpec& scene) {
@@ -335,6 +342,7 @@ void Simulation::checkpoint() {
     if (!options_.checkpoint) return;
     const auto timing = timers_.time(Phase::checkpoint);
     CheckpointInfo info{clock_.done(), plan_.dt, digest(), physics_, {}, audited_from_};
+    info.shift = clock_.shift(), info.settings = settings_, info.ancestry = ancestry_;
     if (interactions_) info.kept = interactions_->kept();
     write_checkpoint(comm_, options_.out, groups_, *rods_, info);
     last_checkpoint_ = clock_.done();
@@ -346,6 +354,8 @@ void Simulation::write_summary(const RunResult& result) {
                        .result = result,
                        .finished = result.step == plan_.steps || ended(),
                        .first_step = first_step_,
+                       .time_s = clock_.time(),
+                       .ancestry = ancestry_,
                        .protocol = steps_together(plan_) ? Protocol::synchronous : options_.protocol,
                        .wall_s = wall_seconds() - started_,
                        .names = names(),
