@@ -304,6 +304,7 @@ struct FrameWriter::Impl {
     const Threads& threads;
     std::string title;
     Warn warn; ///< on root
+    std::string side_car_name = "trajectory.xdmf";
     std::vector<GroupFrames> groups = {};
     std::vector<std::string> group_names = {};
     std::vector<Segment> segments = {}; ///< finished ones; root only
@@ -386,7 +387,7 @@ struct FrameWriter::Impl {
         });
     }
 
-    std::string side_car() const { return path_of("trajectory.xdmf"); }
+    std::string side_car() const { return path_of(side_car_name); }
 
     /// Puts aside a file of the side-car's name that is none; returns whether one is there. Root only.
     bool make_way_for_side_car() const {
@@ -596,5 +597,25 @@ void FrameWriter::finish() {
 }
 
 std::int64_t FrameWriter::last_step() const { return impl_->last_step; }
+
+void write_single_frame(const Communicator& comm, const std::string& directory, const std::string& name,
+                        std::span<const RodGroup> groups, const Rods& rods, const Threads& threads, const std::string& title,
+                        std::int64_t step, double time, double lag) {
+    const OutputSpec spec{.directors = true, .precision = Precision::double_};
+    FrameWriter::Impl frame{comm, directory, FrameKind::trajectory, spec, threads, title, {}};
+    for (const RodGroup& group : groups) frame.groups.emplace_back(comm, group, rods, FrameKind::trajectory, frame.spec);
+    frame.side_car_name = name + ".xdmf";
+    frame.open.file = name + ".h5";
+    frame.open.steps = {step};
+    frame.open.times = {time};
+    for (GroupFrames& group : frame.groups) group.take(threads, lag, 1);
+    try {
+        on_root(comm, [&] { frame.make_way_for_side_car(); });
+        frame.close();
+    } catch (const IoError&) {
+        frame.give_up();
+        throw;
+    }
+}
 
 } // namespace skein

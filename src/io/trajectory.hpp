@@ -24,6 +24,12 @@ namespace skein {
 enum class FrameKind { trajectory, tips };
 inline constexpr std::string_view frame_kind_names[] = {"trajectory", "tips"};
 
+/// Writes one frame of all rods as they are, in double precision with directors, as <directory>/<name>.h5 with a side-car
+/// <name>.xdmf of its own: laid out as a trajectory file. Collective.
+void write_single_frame(const Communicator& comm, const std::string& directory, const std::string& name,
+                        std::span<const RodGroup> groups, const Rods& rods, const Threads& threads, const std::string& title,
+                        std::int64_t step, double time, double lag);
+
 class FrameWriter {
 public:
     using Warn = std::function<void(const std::string&)>;
@@ -55,6 +61,8 @@ public:
     std::int64_t last_step() const;
 
 private:
+    friend void write_single_frame(const Communicator&, const std::string&, const std::string&, std::span<const RodGroup>,
+                                   const Rods&, const Threads&, const std::string&, std::int64_t, double, double);
     struct Impl;
     std::unique_ptr<Impl> impl_;
 };

@@ -45,6 +45,7 @@ public:
     void set_works(std::size_t i, const RodWorks& works) override;
     std::vector<double> memory(std::size_t i) const override;
     void set_memory(std::size_t i, std::span<const double> numbers) override;
+    std::vector<PassEffect> dissect(std::size_t i, std::span<const Step> stages) override;
     std::size_t bytes() const override;
 
 private:

@@ -1,6 +1,7 @@
 // All rods that this rank owns, as tiles of W lanes; the face that simulation, io and diagnostics see.
 #pragma once
 
+#include "rod/pass_effect.hpp"
 #include "rod/rod_group.hpp"
 #include "rod/slot.hpp"
 #include "time/clock.hpp"
@@ -69,6 +70,12 @@ public:
     /// What passes remember of local()[i] from step to step: the same numbers for any width and lane.
     virtual std::vector<double> memory(std::size_t i) const = 0;
     virtual void set_memory(std::size_t i, std::span<const double> numbers) = 0;
+    /// Makes the stages of one step with local()[i] and those beside it in its tile, and tells what each pass did to it, in order.
+    /// What others do to it is taken to be what they last did. For a look back, before the state is put back.
+    virtual std::vector<PassEffect> dissect(std::size_t i, std::span<const Step> stages) {
+        static_cast<void>(i), static_cast<void>(stages);
+        return {};
+    }
     /// Bytes held for state, parameters and scratch.
     virtual std::size_t bytes() const = 0;
 };
