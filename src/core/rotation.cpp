@@ -40,18 +40,17 @@ LogFactors log_factors(double half_sine, double half_cosine) {
 
 } // namespace
 
-template <int W> HalfAngle<Pack<W>> large_half_angle(Pack<W> squared, HalfAngle<Pack<W>> f) {
+template <int W> void large_half_angle(const Pack<W>& squared, HalfAngle<Pack<W>>& f) {
     for (int i = 0; i < W; ++i)
         if (squared[i] > small_half_angle_squared) {
             const double t = std::sqrt(squared[i]);
             f.cosine.set(i, std::cos(t));
             f.sine_over.set(i, std::sin(t) / t);
         }
-    return f;
 }
 
 template <int W>
-RelativeRotation<Pack<W>> large_relative_rotation(Pack<W> half_cosine, Vec3<Pack<W>> half_sine, RelativeRotation<Pack<W>> r) {
+void large_relative_rotation(const Pack<W>& half_cosine, const Vec3<Pack<W>>& half_sine, RelativeRotation<Pack<W>>& r) {
     for (int i = 0; i < W; ++i) {
         if (!(1 - half_cosine[i] > small_versine)) continue;
         // Of the two signs that a frame has, the one that makes the smaller turn.
@@ -60,12 +59,11 @@ RelativeRotation<Pack<W>> large_relative_rotation(Pack<W> half_cosine, Vec3<Pack
         set_lane(r.log, i, std::copysign(f.angle_over_half_sine, half_cosine[i]) * sine);
         r.jacobian.set(i, f.jacobian);
     }
-    return r;
 }
 
 #define SKEIN_LARGE_ROTATIONS(W)                                                                                                   \
-    template HalfAngle<Pack<W>> large_half_angle(Pack<W>, HalfAngle<Pack<W>>);                                                     \
-    template RelativeRotation<Pack<W>> large_relative_rotation(Pack<W>, Vec3<Pack<W>>, RelativeRotation<Pack<W>>)
+    template void large_half_angle(const Pack<W>&, HalfAngle<Pack<W>>&);                                                           \
+    template void large_relative_rotation(const Pack<W>&, const Vec3<Pack<W>>&, RelativeRotation<Pack<W>>&)
 SKEIN_LARGE_ROTATIONS(1);
 SKEIN_LARGE_ROTATIONS(2);
 SKEIN_LARGE_ROTATIONS(4);
