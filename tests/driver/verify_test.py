@@ -50,17 +50,20 @@ class Verify(BranchTest):
     def test_rods(self):
         self.run_skein("run", "--set", "output.audit=true")
         before = self.results("run")
+        ends = []  # of stretches
+        for path in sorted((self.directory / "run").glob("checkpoint_*.h5"))[1:]:
+            with h5py.File(path) as file:
+                ends.append(f"{int(file.attrs['digest']):016x}")
+        self.assertEqual(ends[-1], self.digest("run"))
         for ranks in (1, 2):
-            for segment in ((), ("--segment", "0"), ("--segment", "random")):
-                done = self.verify("run", *segment, ranks=ranks)
-                self.assertIn(self.digest("run"), done.stdout)
+            for segment, digests in (((), ends[-1:]), (("--segment", "0"), ends[:1]), (("--segment", "random"), ends)):
+                self.assertIn(re.search("digest (.*)", self.verify("run", *segment, ranks=ranks).stdout)[1], digests)
         self.assertEqual(self.results("run"), before, "verify wrote into the directory")
         self.alter("run", 0)
         done = self.verify("run", ranks=2, expect=7)
         self.assertIn("1 of 28 rods differ; the first is rod 7 of 'cilia'", done.stderr)
         self.assertRegex(done.stderr, r"steps \d+ to \d+")
-        beyond = len(list((self.directory / "run").glob("checkpoint_*.h5"))) - 1
-        self.assertIn("expected random", self.verify("run", "--segment", str(beyond), expect=2).stderr)
+        self.assertIn("expected random", self.verify("run", "--segment", str(len(ends)), expect=2).stderr)
 
     def test_contact_and_branches(self):
         self.scene.write_text(CONTACT_SCENE)
