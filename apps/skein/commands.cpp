@@ -20,9 +20,6 @@
 
 namespace skein {
 
-namespace {
-
-/// Work done by every rank alike; what it throws on any rank ends all of them with that error's code, told once by root.
 int guarded(const Communicator& comm, const std::function<int()>& work) {
     int code = 0;
     std::string message;
@@ -39,6 +36,8 @@ int guarded(const Communicator& comm, const std::function<int()>& work) {
     if (comm.root() && !message.empty()) std::fprintf(stderr, "error: %s\n", message.c_str());
     return static_cast<int>(comm.max(static_cast<std::int64_t>(code)));
 }
+
+namespace {
 
 int alone(const std::function<void()>& work) {
     try {
@@ -57,7 +56,15 @@ std::string default_out(const std::string& scene) { return "out/" + std::filesys
 
 int lanes_for(int asked) { return asked > 0 ? served_lanes(asked) : widest_lanes(); }
 
-/// Ranks, threads and cores of this run. Ranks that the launcher left on the same cores share them evenly.
+} // namespace
+
+void look_into_directory(SceneArguments& scene, std::string& out) {
+    const std::filesystem::path inside = std::filesystem::path(scene.file) / "scene.toml";
+    if (!std::filesystem::is_regular_file(inside)) return;
+    if (out.empty()) out = scene.file;
+    scene.file = inside.string();
+}
+
 Machine machine_of(const Communicator& comm, const RunArguments& arguments) {
     char host[256] = "";
     ::gethostname(host, sizeof host - 1);
@@ -77,6 +84,8 @@ Machine machine_of(const Communicator& comm, const RunArguments& arguments) {
     const auto lanes = static_cast<int>(comm.min(static_cast<std::int64_t>(lanes_for(arguments.lanes))));
     return {comm.size(), arguments.threads > 0 ? arguments.threads : own, own, lanes, which, arguments.mapping};
 }
+
+namespace {
 
 /// Warns where the launcher has tied ranks to fewer cores than they have threads, or left cores idle.
 void advise_on_binding(const Machine& m) {
@@ -126,8 +135,9 @@ Prepared prepare(const Communicator& comm, const SceneArguments& arguments) {
 
 } // namespace
 
-int run_command(const RunArguments& arguments, int& argc, char**& argv) {
+int run_command(RunArguments arguments, int& argc, char**& argv) {
     const double began = wall_seconds();
+    look_into_directory(arguments.scene, arguments.options.out);
     MpiSession session(argc, argv);
     const Communicator comm = Communicator::world();
     stop_on_signals();
@@ -154,7 +164,9 @@ int run_command(const RunArguments& arguments, int& argc, char**& argv) {
     });
 }
 
-int plan_command(const PlanArguments& arguments) {
+int plan_command(PlanArguments arguments) {
+    std::string out;
+    look_into_directory(arguments.scene, out);
     return alone([&] {
         const SceneSpec scene = read_scene(arguments.scene.file, arguments.scene.overrides);
         const int ranks = arguments.ranks > 0 ? arguments.ranks : environment_int("OMPI_COMM_WORLD_SIZE", 1);
@@ -167,7 +179,9 @@ int plan_command(const PlanArguments& arguments) {
     });
 }
 
-int check_command(const SceneArguments& arguments) {
+int check_command(SceneArguments arguments) {
+    std::string out;
+    look_into_directory(arguments, out);
     return alone([&] {
         const SceneSpec scene = read_scene(arguments.file, arguments.overrides);
         const std::vector<RodGroup> groups = make_groups(scene);

@@ -4,6 +4,7 @@
 #include "core/error.hpp"
 #include "simulation/simulation.hpp"
 
+#include <functional>
 #include <string>
 #include <vector>
 
@@ -27,15 +28,33 @@ struct PlanArguments {
     int ranks = 0, threads = 0, lanes = 0; ///< 0: those of this machine
     Mapping mapping = Mapping::automatic;
 };
+struct BranchArguments {
+    std::string from, to; ///< DIRECTORY or DIRECTORY@STEP; a new directory
+    std::vector<std::string> overrides;
+};
+struct VerifyArguments {
+    std::string directory;
+    std::string segment; ///< a number, or "random"; empty: the last
+    RunArguments layout; ///< threads, lanes and mapping
+};
 struct DescribeArguments {
     std::string what;
 };
 
-int run_command(const RunArguments& arguments, int& argc, char**& argv);
-int plan_command(const PlanArguments& arguments);
+/// Work done by every rank alike; what it throws on any rank ends all of them with that error's code, told once by root.
+int guarded(const Communicator& comm, const std::function<int()>& work);
+/// Ranks, threads and cores of this run. Ranks that the launcher left on the same cores share them evenly.
+Machine machine_of(const Communicator& comm, const RunArguments& arguments);
+/// Where a scene is a directory, its scene.toml, with that directory for results unless `out` names another.
+void look_into_directory(SceneArguments& scene, std::string& out);
+
+int run_command(RunArguments arguments, int& argc, char**& argv);
+int branch_command(const BranchArguments& arguments, int& argc, char**& argv);
+int verify_command(const VerifyArguments& arguments, int& argc, char**& argv);
+int plan_command(PlanArguments arguments);
 /// Steps the known scene on this build, processor and ranks.
 int self_check_command(int threads, int lanes, int& argc, char**& argv);
-int check_command(const SceneArguments& arguments);
+int check_command(SceneArguments arguments);
 int describe_command(const DescribeArguments& arguments);
 int info_command(const std::string& scene);
 

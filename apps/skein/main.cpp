@@ -1,4 +1,4 @@
-// The driver: skein run | plan | check | describe | info.
+// The driver: skein run | branch | verify | plan | check | describe | info.
 #include "commands.hpp"
 
 #include <CLI/CLI.hpp>
@@ -14,9 +14,11 @@ constexpr const char* examples = R"(Examples:
   mpirun -n 4 skein run carpet_8x8.toml           run; the same command again resumes from the last checkpoint
   skein run row_8.toml --set time.duration=72 --out out/short
   mpirun -n 2 --map-by slot:PE=8 --bind-to core skein run farm.toml --threads 8 --walltime 3600
+  skein branch out/farm@12800 out/finer --set time.dt=1e-4    go on from a state under other numbers; then skein run out/finer
+  skein verify out/farm                           compute the stretch between two checkpoints again and compare the bits
   skein plan carpet_8x8.toml                      what will run: passes, time-step limits, memory, predicted cost
   skein describe rods.material                    the keys of a table; skein describe: all of them
-Exit codes: 0 done, 2 input, 3 stopped by a limit, 4 numerical, 5 I/O, 6 MPI or internal.
+Exit codes: 0 done, 2 input, 3 stopped by a limit, 4 numerical, 5 I/O, 6 MPI or internal, 7 verify found other bits.
 )";
 
 /// Rank among the processes of an MPI launcher, without starting MPI.
@@ -28,6 +30,8 @@ bool first_process() {
 
 const std::map<std::string, skein::Mapping> mappings = {
     {"auto", skein::Mapping::automatic}, {"across", skein::Mapping::across}, {"along", skein::Mapping::along}};
+const std::map<std::string, skein::Rewind> rewinds = {
+    {"auto", skein::Rewind::automatic}, {"always", skein::Rewind::always}, {"never", skein::Rewind::never}};
 const std::map<std::string, skein::Protocol> protocols = {{"asynchronous", skein::Protocol::asynchronous},
                                                           {"synchronous", skein::Protocol::synchronous}};
 
@@ -41,7 +45,7 @@ void add_overrides(CLI::App& command, skein::SceneArguments& scene) {
 }
 
 void add_scene_options(CLI::App& command, skein::SceneArguments& scene) {
-    command.add_option("SCENE", scene.file, "scene file (TOML)")->required();
+    command.add_option("SCENE", scene.file, "scene file (TOML), or a directory that a branch began in")->required();
     add_overrides(command, scene);
 }
 
@@ -88,6 +92,11 @@ int main(int argc, char** argv) {
         ->option_text("{asynchronous,synchronous}=asynchronous");
     run_command->add_flag_callback(
         "--no-checkpoint", [&] { run.options.checkpoint = false; }, "write none, not even at the end; for timing");
+    run_command
+        ->add_option("--rewind", run.options.rewind,
+                     "keep a copy of the state in memory, to find out where a failure began; auto: up to 1 GiB per rank")
+        ->transform(CLI::CheckedTransformer(rewinds))
+        ->option_text("{auto,always,never}=auto");
     run_command->add_flag("--overwrite", run.options.overwrite,
                           "start anew; earlier results go to a folder previous_1, _2, ... in it");
     run_command
@@ -96,6 +105,29 @@ int main(int argc, char** argv) {
         ->transform(CLI::CheckedTransformer(progress_styles))
         ->option_text("{auto,bar,lines}=auto");
     run_command->add_flag("-q,--quiet", run.options.quiet, "no plan, no progress, no table");
+
+    skein::BranchArguments branch;
+    CLI::App* branch_command =
+        app.add_subcommand("branch", "begin a new directory with the state of a checkpoint, under changed keys");
+    branch_command->add_option("FROM", branch.from, "directory of a run, for its newest checkpoint, or DIRECTORY@STEP")->required();
+    branch_command->add_option("NEW", branch.to, "directory to begin; `skein run NEW` goes on there")->required();
+    branch_command
+        ->add_option("--set", branch.overrides,
+                     "change a key, e.g. --set time.dt=1e-4 (may be repeated): times, loads, damping, contact laws, material, how "
+                     "walls move, outputs")
+        ->type_name("KEY=VALUE")
+        ->allow_extra_args(false);
+
+    skein::VerifyArguments verify;
+    CLI::App* verify_command =
+        app.add_subcommand("verify", "compute a stretch between two checkpoints again, and compare every bit");
+    verify_command->add_option("DIRECTORY", verify.directory, "of a run")->required();
+    verify_command->add_option("--segment", verify.segment, "which stretch, from 0, or random; default: the last")
+        ->type_name("NUMBER");
+    verify_command->add_option("-t,--threads", verify.layout.threads, "threads per rank; default: the cores this rank may use")
+        ->check(CLI::PositiveNumber);
+    add_lanes(*verify_command, verify.layout.lanes);
+    add_mapping(*verify_command, verify.layout.mapping);
 
     skein::PlanArguments plan;
     CLI::App* plan_command = app.add_subcommand("plan", "print what a run would do");
@@ -108,7 +140,7 @@ int main(int argc, char** argv) {
 
     skein::SceneArguments check;
     CLI::App* check_command = app.add_subcommand("check", "read and check a scene, run nothing; or check this build (--self)");
-    check_command->add_option("SCENE", check.file, "scene file (TOML)");
+    check_command->add_option("SCENE", check.file, "scene file (TOML), or a directory that a branch began in");
     add_overrides(*check_command, check);
     bool self = false;
     int self_threads = 0, self_lanes = 0;
@@ -137,6 +169,8 @@ int main(int argc, char** argv) {
     }
 
     if (run_command->parsed()) return skein::run_command(run, argc, argv);
+    if (branch_command->parsed()) return skein::branch_command(branch, argc, argv);
+    if (verify_command->parsed()) return skein::verify_command(verify, argc, argv);
     if (check_command->parsed() && self) return skein::self_check_command(self_threads, self_lanes, argc, argv);
     if (!first_process()) return 0;
     if (plan_command->parsed()) return skein::plan_command(plan);

@@ -131,6 +131,7 @@ void Contacts::restore(std::span<const KeptContact> kept, double rubbed, double 
 
 std::vector<KeptContact> Contacts::kept() const {
     std::vector<KeptContact> all;
+    if (list_.first.empty()) return all; // nothing has been evaluated
     for (std::size_t rod = 0; rod + 1 < first_slot_.size(); ++rod) {
         if (!owns(rod)) continue;
         for (std::uint32_t i = list_.first[static_cast<std::size_t>(first_slot_[rod])];

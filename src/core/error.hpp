@@ -6,7 +6,7 @@
 
 namespace skein {
 
-enum class Exit { done = 0, input = 2, limit = 3, numerical = 4, io = 5, internal = 6 };
+enum class Exit { done = 0, input = 2, limit = 3, numerical = 4, io = 5, internal = 6, differs = 7 };
 
 /// Base of every error that Skein raises on purpose; the message says what, where, why and how to mend it.
 class Error : public std::runtime_error {
@@ -23,6 +23,9 @@ struct InputError : Error {
 };
 struct NumericalError : Error {
     explicit NumericalError(const std::string& m) : Error(Exit::numerical, m) {}
+};
+struct DifferenceError : Error {
+    explicit DifferenceError(const std::string& m) : Error(Exit::differs, m) {}
 };
 struct IoError : Error {
     explicit IoError(const std::string& m) : Error(Exit::io, m) {}

@@ -32,15 +32,19 @@ inline constexpr double small_versine = 0.0315; // theta = 0.503
 template <class P> struct HalfAngle { P cosine, sine_over; };
 
 namespace detail {
-/// The lanes beyond the polynomials' reach.
-// By reference: how wide packs are passed by value depends on the level of instructions, and these are compiled for the lowest.
+/// The lanes beyond the polynomials' reach. Compiled for the baseline and called from kernels of all levels: packs go by reference,
+/// as by value they are in registers that only some levels have.
 template <int W> [[gnu::noinline, gnu::cold]] void large_half_angle(const Pack<W>& squared, HalfAngle<Pack<W>>& f);
 } // namespace detail
 
 template <int W> SKEIN_INLINE HalfAngle<Pack<W>> half_angle(Pack<W> squared) {
     HalfAngle<Pack<W>> f{polynomial(squared, detail::cos_t), polynomial(squared, detail::sin_over_t)};
-    if (any(squared > Pack<W>(detail::small_half_angle_squared))) [[unlikely]]
-        detail::large_half_angle(squared, f);
+    if (any(squared > Pack<W>(detail::small_half_angle_squared))) [[unlikely]] {
+        const Pack<W> argument = squared; // copies, so that what is used otherwise need not be in memory
+        HalfAngle<Pack<W>> all = f;
+        detail::large_half_angle(argument, all);
+        f = all;
+    }
     return f;
 }
 
@@ -72,8 +76,13 @@ SKEIN_INLINE RelativeRotation<Pack<W>> relative_rotation_and_jacobian(const Quat
                             fma(b.w, a.v.z, fnma(a.w, b.v.z, fma(a.v.x, b.v.y, -(a.v.y * b.v.x))))};
     const P versine = P(1.0) - half_cosine;
     RelativeRotation<P> r{polynomial(versine, detail::angle_over_half_sine) * half_sine, polynomial(versine, detail::log_jacobian)};
-    if (any(versine > P(detail::small_versine))) [[unlikely]]
-        detail::large_relative_rotation(half_cosine, half_sine, r);
+    if (any(versine > P(detail::small_versine))) [[unlikely]] {
+        const P cosine = half_cosine;
+        const Vec3<P> sine = half_sine;
+        RelativeRotation<P> all = r;
+        detail::large_relative_rotation(cosine, sine, all);
+        r = all;
+    }
     return r;
 }
 template <int W> SKEIN_INLINE Vec3<Pack<W>> relative_rotation(const Quaternion<Pack<W>>& a, const Quaternion<Pack<W>>& b) {

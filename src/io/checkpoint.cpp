@@ -242,7 +242,7 @@ void read_kept(const H5File& file, const std::string& path, KeptNumbers& kept) {
 }
 
 std::uint64_t file_bytes(const Communicator& comm, std::span<const RodGroup> groups, const Rods& rods, const CheckpointInfo& info) {
-    std::uint64_t bytes = info.scene.size();
+    std::uint64_t bytes = info.scene.size() + info.settings.size() + info.ancestry.size();
     for (const RodGroup& group : groups)
         for (const Record& record : records_of(comm, group, rods, info.audited_from.has_value()))
             bytes += static_cast<std::uint64_t>(group.count()) * record.bytes();
@@ -285,6 +285,9 @@ void write_state(const Communicator& comm, const std::string& path, std::span<co
     file.set("/", "audited", std::int64_t(info.audited_from.has_value()));
     if (info.audited_from) file.set("/", "audited_from", *info.audited_from);
     set_marks(file, info);
+    if (info.shift != 0) file.set("/", "shift", info.shift);
+    if (!info.settings.empty()) file.set("/", "settings", info.settings);
+    if (!info.ancestry.empty()) file.set("/", "ancestry", info.ancestry);
     file.make_group("/groups");
     std::uint64_t digest = 0;
     for (const RodGroup& group : groups) {
@@ -386,9 +389,7 @@ std::string scene_differences(const std::string& old_text, const std::string& ne
     return count > most ? fmt::format("{}\n  and {} more", lines, count - most) : lines;
 }
 
-CheckpointInfo load(const Communicator& comm, const std::string& path, std::span<const RodGroup> groups, Rods& rods,
-                    const std::string& scene, std::span<const std::string> kept) {
-    H5File file(comm, path, H5File::Mode::read);
+CheckpointInfo read_info(const H5File& file, const std::string& path) {
     std::string format;
     file.get("/", "format", format);
     if (format != format_name) throw IoError(path + ": is no checkpoint (format \"" + format + "\")");
@@ -403,13 +404,42 @@ CheckpointInfo load(const Communicator& comm, const std::string& path, std::span
     file.get("/", "dt", info.dt);
     file.get("/", "digest", info.digest);
     file.get("/", "scene", info.scene);
-    if (info.scene != scene)
-        throw InputError(
-            path + ": belongs to another scene; start anew with --overwrite, or mend:" + scene_differences(info.scene, scene));
+    if (file.has("/", "shift")) file.get("/", "shift", info.shift);
+    if (file.has("/", "settings")) file.get("/", "settings", info.settings);
+    if (file.has("/", "ancestry")) file.get("/", "ancestry", info.ancestry);
     std::int64_t audited = 0;
     file.get("/", "audited", audited);
     if (audited) file.get("/", "audited_from", info.audited_from.emplace());
     get_marks(file, info);
+    return info;
+}
+
+} // namespace
+
+std::vector<std::string> checkpoint_files(const Communicator& comm, const std::string& directory) {
+    std::string names;
+    on_root(comm, [&] {
+        for (const auto& file : numbered_files(directory, "checkpoint_", ".h5")) names += file.name + "\n";
+    });
+    names = comm.broadcast(names);
+    std::vector<std::string> list;
+    for (std::size_t begin = 0, end; (end = names.find('\n', begin)) != names.npos; begin = end + 1)
+        list.push_back(names.substr(begin, end - begin));
+    return list;
+}
+
+CheckpointInfo read_checkpoint_info(const Communicator& comm, const std::string& path) {
+    H5File file(comm, path, H5File::Mode::read);
+    CheckpointInfo info = read_info(file, path);
+    file.close();
+    return info;
+}
+
+CheckpointInfo load_checkpoint(const Communicator& comm, const std::string& path, std::span<const RodGroup> groups, Rods& rods,
+                               const std::function<void(const CheckpointInfo&)>& accept, std::span<const std::string> kept) {
+    H5File file(comm, path, H5File::Mode::read);
+    CheckpointInfo info = read_info(file, path);
+    accept(info);
     if (read_state(comm, file, path, groups, info.audited_from.has_value(), rods, &rods) != info.digest)
         throw IoError(path + ": the digest of the whole state differs");
     for (const std::string& name : kept) read_kept(file, path, info.kept.emplace_back(KeptNumbers{name, {}}));
@@ -417,18 +447,16 @@ CheckpointInfo load(const Communicator& comm, const std::string& path, std::span
     return info;
 }
 
+namespace {
+
 /// Names of the checkpoints, newest first. Unfinished ones of a killed run are removed.
 std::vector<std::string> list_checkpoints(const Communicator& comm, const std::string& directory) {
-    std::string names;
     on_root(comm, [&] {
         for (const auto& file : numbered_files(directory, "checkpoint_", ".h5.tmp"))
             if (is_unfinished(directory + "/" + file.name, format_name)) remove_file(directory + "/" + file.name);
-        for (const auto& file : numbered_files(directory, "checkpoint_", ".h5")) names = file.name + "\n" + names;
     });
-    names = comm.broadcast(names);
-    std::vector<std::string> list;
-    for (std::size_t begin = 0, end; (end = names.find('\n', begin)) != names.npos; begin = end + 1)
-        list.push_back(names.substr(begin, end - begin));
+    std::vector<std::string> list = checkpoint_files(comm, directory);
+    std::reverse(list.begin(), list.end());
     return list;
 }
 
@@ -439,9 +467,16 @@ std::optional<CheckpointInfo> read_checkpoint(const Communicator& comm, const st
                                               const std::function<void(const std::string&)>& warn,
                                               std::span<const std::string> kept) {
     const auto names = list_checkpoints(comm, directory);
+    const auto same_scene = [&scene](const CheckpointInfo& info) {
+        if (info.scene != scene)
+            throw InputError(info.file +
+                             ": belongs to another scene; `skein branch` goes on from it under other numbers, --overwrite "
+                             "starts anew; or mend:" +
+                             scene_differences(info.scene, scene));
+    };
     for (const std::string& name : names) {
         try {
-            return load(comm, directory + "/" + name, groups, rods, scene, kept);
+            return load_checkpoint(comm, directory + "/" + name, groups, rods, same_scene, kept);
         } catch (const IoError& error) {
             if (comm.root()) warn(error.what());
         }

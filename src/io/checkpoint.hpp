@@ -21,6 +21,7 @@ namespace skein {
 struct KeptNumbers {
     std::string name;
     std::vector<double> numbers;
+    std::size_t sums = 0; ///< of those in front: sums over ranks, whose last bits depend on how many there are
 };
 
 struct CheckpointInfo {
@@ -34,6 +35,9 @@ struct CheckpointInfo {
     std::vector<KeptNumbers> kept = {};
     std::optional<SeriesMark> series = {};                            ///< none: there was no series
     std::optional<std::int64_t> last_trajectory = {}, last_tips = {}; ///< steps of the last frames in files, -1 of none
+    double shift = 0;                                                 ///< time of step 0, s (time/clock.hpp)
+    std::string settings = {}; ///< what else its scene said, JSON; empty in files of earlier programs
+    std::string ancestry = {}; ///< of a branch: whose state it began with and what has changed since, JSON; else empty
 };
 
 /// Writes <directory>/checkpoint_<step, 12 digits>.h5, then removes those older ones that `keeping` lets go. Throws IoError on all
@@ -50,5 +54,16 @@ std::optional<CheckpointInfo> read_checkpoint(const Communicator& comm, const st
                                               std::span<const RodGroup> groups, Rods& rods, const std::string& scene,
                                               const std::function<void(const std::string&)>& warn,
                                               std::span<const std::string> kept = {});
+
+/// Names of the directory's checkpoints, by rising step. Root's answer on all ranks.
+std::vector<std::string> checkpoint_files(const Communicator& comm, const std::string& directory);
+
+/// What a checkpoint says of itself, without the state. Throws IoError where the file cannot be read, InputError where it is of
+/// another version.
+CheckpointInfo read_checkpoint_info(const Communicator& comm, const std::string& path);
+
+/// Loads one checkpoint. `accept` is asked first, and throws where it will not have it. Throws IoError where it is damaged.
+CheckpointInfo load_checkpoint(const Communicator& comm, const std::string& path, std::span<const RodGroup> groups, Rods& rods,
+                               const std::function<void(const CheckpointInfo&)>& accept, std::span<const std::string> kept = {});
 
 } // namespace skein

@@ -17,7 +17,8 @@ namespace skein {
 
 namespace {
 
-constexpr std::array whole_names = {"summary.json", "physics.json", "observables.csv", "observables.lost.csv", "trajectory.xdmf"};
+constexpr std::array whole_names = {"summary.json",    "physics.json", "observables.csv", "observables.lost.csv",
+                                    "trajectory.xdmf", "failure.h5",   "failure.xdmf"};
 
 struct Numbered {
     std::string_view prefix, suffix;

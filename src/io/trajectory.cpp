@@ -298,6 +298,7 @@ struct FrameWriter::Impl {
     OutputSpec spec;
     std::string title;
     Warn warn; ///< on root
+    std::string side_car_name = "trajectory.xdmf";
     std::vector<GroupFrames> groups = {};
     std::vector<std::string> group_names = {};
     std::vector<Segment> segments = {}; ///< finished ones; root only
@@ -380,7 +381,7 @@ struct FrameWriter::Impl {
         });
     }
 
-    std::string side_car() const { return path_of("trajectory.xdmf"); }
+    std::string side_car() const { return path_of(side_car_name); }
 
     /// Puts aside a file of the side-car's name that is none; returns whether one is there. Root only.
     bool make_way_for_side_car() const {
@@ -550,9 +551,8 @@ struct FrameWriter::Impl {
 };
 
 FrameWriter::FrameWriter(const Communicator& comm, std::string directory, FrameKind kind, const OutputSpec& spec,
-                         std::span<const RodGroup> groups, const Rods& rods, std::int64_t resume_step,
-                         std::string title, std::uint64_t buffer_bytes, Warn warn, std::optional<std::int64_t> expected,
-                         std::uint64_t flush_bytes)
+                         std::span<const RodGroup> groups, const Rods& rods, std::int64_t resume_step, std::string title,
+                         std::uint64_t buffer_bytes, Warn warn, std::optional<std::int64_t> expected, std::uint64_t flush_bytes)
     : impl_(new Impl{comm, std::move(directory), kind, spec, std::move(title), std::move(warn)}) {
     for (const RodGroup& group : groups) {
         impl_->groups.emplace_back(comm, group, rods, kind, spec);
@@ -590,5 +590,25 @@ void FrameWriter::finish() {
 }
 
 std::int64_t FrameWriter::last_step() const { return impl_->last_step; }
+
+void write_single_frame(const Communicator& comm, const std::string& directory, const std::string& name,
+                        std::span<const RodGroup> groups, const Rods& rods, const std::string& title, std::int64_t step,
+                        double time, double lag) {
+    const OutputSpec spec{.directors = true, .precision = Precision::double_};
+    FrameWriter::Impl frame{comm, directory, FrameKind::trajectory, spec, title, {}};
+    for (const RodGroup& group : groups) frame.groups.emplace_back(comm, group, rods, FrameKind::trajectory, frame.spec);
+    frame.side_car_name = name + ".xdmf";
+    frame.open.file = name + ".h5";
+    frame.open.steps = {step};
+    frame.open.times = {time};
+    for (GroupFrames& group : frame.groups) group.take(lag, 1);
+    try {
+        on_root(comm, [&] { frame.make_way_for_side_car(); });
+        frame.close();
+    } catch (const IoError&) {
+        frame.give_up();
+        throw;
+    }
+}
 
 } // namespace skein

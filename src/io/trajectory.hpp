@@ -23,6 +23,12 @@ namespace skein {
 enum class FrameKind { trajectory, tips };
 inline constexpr std::string_view frame_kind_names[] = {"trajectory", "tips"};
 
+/// Writes one frame of all rods as they are, in double precision with directors, as <directory>/<name>.h5 with a side-car
+/// <name>.xdmf of its own: laid out as a trajectory file. Collective.
+void write_single_frame(const Communicator& comm, const std::string& directory, const std::string& name,
+                        std::span<const RodGroup> groups, const Rods& rods, const std::string& title, std::int64_t step,
+                        double time, double lag);
+
 class FrameWriter {
 public:
     using Warn = std::function<void(const std::string&)>;
@@ -31,9 +37,9 @@ public:
     /// as *.damaged. `warn` (called on root) is told of these and of frames that are missing; `expected` is the last frame that
     /// there should be, where that is known. Collective.
     FrameWriter(const Communicator& comm, std::string directory, FrameKind kind, const OutputSpec& spec,
-                std::span<const RodGroup> groups, const Rods& rods, std::int64_t resume_step,
-                std::string title, std::uint64_t buffer_bytes = default_buffer_bytes, Warn warn = {},
-                std::optional<std::int64_t> expected = {}, std::uint64_t flush_bytes = default_flush_bytes);
+                std::span<const RodGroup> groups, const Rods& rods, std::int64_t resume_step, std::string title,
+                std::uint64_t buffer_bytes = default_buffer_bytes, Warn warn = {}, std::optional<std::int64_t> expected = {},
+                std::uint64_t flush_bytes = default_flush_bytes);
     /// Of frames that wait in memory, per rank. Buffers of records that stay and of those that go to other ranks are up to twice
     /// that, and the latter are there twice more while a field is written.
     static constexpr std::uint64_t default_buffer_bytes = 32 << 20;
@@ -55,6 +61,8 @@ public:
     std::int64_t last_step() const;
 
 private:
+    friend void write_single_frame(const Communicator&, const std::string&, const std::string&, std::span<const RodGroup>,
+                                   const Rods&, const std::string&, std::int64_t, double, double);
     struct Impl;
     std::unique_ptr<Impl> impl_;
 };

@@ -2,6 +2,8 @@
 
 #include "core/error.hpp"
 #include "core/rotation.hpp"
+#include "rod/complaint.hpp"
+#include "rod/drift.hpp"
 #include "rod/figures.hpp"
 #include "rod/synchronise.hpp"
 #include "rod/time_limits.hpp"
@@ -15,71 +17,11 @@ namespace skein {
 
 namespace {
 
-constexpr double least_half_cosine = 0.0707; // |cos(theta/2)| of 3 rad between neighbouring elements
-constexpr double least_dilatation = 0.05;
-
-/// Beyond the tension limit directors flip, so a run must not go on.
-double most_dilatation(const RodGroup& group) { return std::min(20.0, tension_limit(group)); }
 template <int W> Pack<W> most_dilatation(const RodTile<W>& tile) {
     if (!tile.strands) return Pack<W>(most_dilatation(*tile.group));
     Pack<W> most(0.0);
     for (int i = 0; i < W; ++i) most.set(i, most_dilatation(tile.group_of(i)));
     return most;
-}
-
-/// Beyond this cell none follows: the element at a free or held end has no neighbour, a ring's has its first.
-int cell_count(const RodGroup& group) { return static_cast<int>(group.voronoi.size()); }
-
-/// What is wrong with a rod, or an empty text.
-std::string complaint(const RodGroup& group, std::span<const Slot<1>> state) {
-    const auto finite = [](const Vec3d& a) { return std::isfinite(a.x) && std::isfinite(a.y) && std::isfinite(a.z); };
-    char text[160];
-    for (int k = 0; k <= group.elements(); ++k) {
-        const Slot<1>& s = state[static_cast<std::size_t>(k)];
-        const char* quantity = !finite(lane(s.position, 0))                     ? "position"
-                               : !finite(lane(s.velocity, 0))                   ? "velocity"
-                               : !std::isfinite(dot(s.director, s.director)[0]) ? "director"
-                               : !finite(lane(s.spin, 0))                       ? "angular velocity"
-                                                                                : nullptr;
-        if (quantity) {
-            std::snprintf(text, sizeof text, "element %d: %s is not finite", k, quantity);
-            return text;
-        }
-    }
-    if (group.law() == Law::rigid) return {};
-    for (int k = 0; k < group.elements(); ++k) {
-        const Slot<1>&s = state[static_cast<std::size_t>(k)], &next = state[static_cast<std::size_t>(k) + 1];
-        const double e = group.element[static_cast<std::size_t>(k)].inv_rest_length *
-                         dot(lane(third_director(s.director), 0), lane(next.position, 0) - lane(s.position, 0));
-        if (!(e > least_dilatation && e < most_dilatation(group))) {
-            std::snprintf(text, sizeof text, "element %d: dilatation e = %.4g left [%g, %g]", k, e, least_dilatation,
-                          most_dilatation(group));
-            return text;
-        }
-        if (k == cell_count(group)) break;
-        const int after = (k + 1) % group.elements();
-        if (!(std::abs(dot(s.director, state[static_cast<std::size_t>(after)].director)[0]) > least_half_cosine)) {
-            std::snprintf(text, sizeof text, "elements %d and %d: turned against each other by more than 3 rad", k, after);
-            return text;
-        }
-    }
-    return {};
-}
-
-/// The most stretched element, where it is beyond the group's tension limit: directors flip there, and all else follows from it.
-std::string tension_hint(const RodGroup& group, std::span<const Slot<1>> state) {
-    const double limit = tension_limit(group);
-    double most = 0;
-    int element = 0;
-    for (int k = 0; k < group.elements(); ++k) {
-        const auto at = static_cast<std::size_t>(k);
-        const double e = group.element[at].inv_rest_length * norm(lane(state[at + 1].position, 0) - lane(state[at].position, 0));
-        if (e > most) most = e, element = k;
-    }
-    char text[160] = "";
-    if (most > limit)
-        std::snprintf(text, sizeof text, "; tension instability of element %d: e = %.4g, limit e_c = %.4g", element, most, limit);
-    return text;
 }
 
 /// True in lanes whose state is fit: finite, dilatations and turns within bounds. The cheap test of all rods.
@@ -518,9 +460,9 @@ template <int W> void RodTiles<W>::inspect(std::int64_t step, double dt) const {
         const RodGroup& group = groups_[static_cast<std::size_t>(local_[rod].group)];
         state.resize(static_cast<std::size_t>(group.slots()));
         export_rod(rod, state);
-        const std::string what = complaint(group, state);
-        if (what.empty()) continue;
-        throw NumericalError(name_of(rod) + what + where + tension_hint(group, state));
+        const auto what = complaint(group, state);
+        if (!what) continue;
+        throw NumericalError(name_of(rod) + what->text + where + tension_hint(group, state));
     }
     const Tightest worst = tightest();
     if (watch_.stops && worst.share > 1) throw NumericalError(text_of(worst) + where);
@@ -572,6 +514,34 @@ template <int W> std::string RodTiles<W>::near_limit() const {
     if (!near_) return {};
     const Tightest worst = tightest();
     return worst.share > StepWatch::near ? text_of(worst) : std::string();
+}
+
+template <int W> std::vector<PassEffect> RodTiles<W>::dissect(std::size_t i, std::span<const Step> stages) {
+    const auto [t, first] = place_[i];
+    const RodTile<W>& tile = tiles_[t];
+    const RodGroup& group = groups_[static_cast<std::size_t>(local_[i].group)];
+    SlotLoad<W>* load = scratch_[0].data();
+    std::vector<Slot<1>> state(static_cast<std::size_t>(group.slots()));
+    std::vector<Vec3d> force(state.size()), couple(state.size());
+    std::vector<PassEffect> effects;
+    for (const auto& pass : programs_[tile.program]) effects.push_back({pass->name()});
+    PassWatch watch(group);
+    prepare({Part::whole, stages});
+    for (const Step& step : stages) {
+        std::fill(load, load + tile.n + 1, SlotLoad<W>{});
+        watch.begin();
+        for (std::size_t p = 0; p < effects.size(); ++p) {
+            programs_[tile.program][p]->run(tile, load, step);
+            for (int k = 0; k < group.slots(); ++k) {
+                const auto [row, lane_] = tile.strands ? tile.strands->place(first, k) : typename Strands<W>::Place{k, first};
+                const auto at = static_cast<std::size_t>(k);
+                force[at] = lane(load[row].force, lane_), couple[at] = lane(load[row].couple, lane_);
+            }
+            export_rod(i, state);
+            watch.look(effects[p], state, force, couple, step.dt, effects[p].pass != FoldRingPass<W>::pass_name);
+        }
+    }
+    return effects;
 }
 
 template class RodTiles<SKEIN_WIDTH>;

@@ -49,6 +49,7 @@ public:
     std::vector<double> memory(std::size_t i) const override;
     void set_memory(std::size_t i, std::span<const double> numbers) override;
     int threads() const override { return threads_.count(); }
+    std::vector<PassEffect> dissect(std::size_t i, std::span<const Step> stages) override;
     std::size_t bytes() const override;
 
 private:

@@ -1,6 +1,7 @@
 // All rods that this rank owns, as tiles of W lanes; the face that simulation, io and diagnostics see.
 #pragma once
 
+#include "rod/pass_effect.hpp"
 #include "rod/rod_group.hpp"
 #include "rod/slot.hpp"
 #include "time/clock.hpp"
@@ -123,6 +124,12 @@ public:
     virtual void set_memory(std::size_t i, std::span<const double> numbers) = 0;
     /// Threads that work on rods.
     virtual int threads() const = 0;
+    /// Makes the stages of one step with local()[i] and those beside it in its tile, and tells what each pass did to it, in order.
+    /// What others do to it is taken to be what they last did. For a look back, before the state is put back.
+    virtual std::vector<PassEffect> dissect(std::size_t i, std::span<const Step> stages) {
+        static_cast<void>(i), static_cast<void>(stages);
+        return {};
+    }
     /// Bytes held for state, parameters and scratch.
     virtual std::size_t bytes() const = 0;
 };

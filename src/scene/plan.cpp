@@ -406,12 +406,14 @@ Plan make_plan(const SceneSpec& scene, std::span<const RodGroup> groups, const M
             plan.state_bytes += static_cast<double>(p.tiles) * (p.elements + 1) *
                                 (2 * sizeof(SlotLoad<1>) + sizeof(AuditBook<1>::Rates)) * machine.lanes;
         const double slots = static_cast<double>(p.rods) * (p.elements + 1);
+        plan.copy_bytes += slots * sizeof(Slot<1>);
         if (scene.contact) plan.state_bytes += machine.ranks * slots * ContactView::bytes_per_slot;
         if (p.walls) plan.state_bytes += slots * static_cast<double>(plan.walls.size()) * sizeof(WallBook<1>::Kept);
         frame_values += static_cast<double>(p.rods) *
                         (3.0 * (p.elements + 1) + (scene.output.directors ? 9.0 * p.elements + 3.0 * (p.elements + 1) : 0.0));
         tip_values += 3.0 * static_cast<double>(p.rods);
     }
+    if (plan.copy_bytes > machine.ranks * most_copied_bytes) plan.copy_bytes = 0;
     choose_step(plan, scene);
     plan.cadence = cadence_of(scene.output, plan.dt);
     plan.keeping = {scene.output.keep, scene.output.milestones};

@@ -60,6 +60,9 @@ struct Cadence {
     double checkpoint_wall = 0; ///< s of wall time; 0: none by it
 };
 
+/// Of a rank's share: up to this a copy of the state is kept in memory, unless a run says otherwise.
+inline constexpr double most_copied_bytes = 1 << 30;
+
 struct Plan {
     std::string title;
     Machine machine;
@@ -84,6 +87,7 @@ struct Plan {
     int families = 0;
     double state_bytes = 0;          ///< all ranks, state and scratch
     double frame_bytes = 0;          ///< all ranks, frames on their way to disk
+    double copy_bytes = 0;           ///< all ranks, of the copy to go back to after a failure; 0: too large to be kept
     double output_bytes = 0;         ///< all frames of the run
     double predicted_s = 0;          ///< wall time of the steps
     std::vector<std::string> absent; ///< physics and services that this scene does not need

@@ -130,8 +130,9 @@ std::string to_text(const Plan& p) {
     if (p.rest_speed > 0) line("ends", fmt::format("at rest, when no node is faster than {:g} m/s", p.rest_speed));
     line("checkpoint", checkpoint_text(p));
     line("a failure", failure_text(p));
-    line("memory", fmt::format("{} for rods ({:.0f} B per element){}, {} to disk", bytes_text(p.state_bytes),
+    line("memory", fmt::format("{} for rods ({:.0f} B per element){}{}, {} to disk", bytes_text(p.state_bytes),
                                p.state_bytes / static_cast<double>(p.elements),
+                               p.copy_bytes > 0 ? fmt::format(", {} for a copy to go back to", bytes_text(p.copy_bytes)) : "",
                                p.frame_bytes > 0 ? fmt::format(", {} for frames that wait", bytes_text(p.frame_bytes)) : "",
                                bytes_text(p.output_bytes)));
     line("predicted", fmt::format("{} of stepping", duration_text(p.predicted_s)));

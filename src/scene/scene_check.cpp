@@ -113,6 +113,8 @@ private:
             if (interval > duration)
                 add(fmt::format("output.{}", key),
                     fmt::format("'{}' every {} s never comes due within 'duration' of {} s", key, interval, duration));
+        if (scene_.start.from.empty()) unused("start", {"time"}, "without 'from'");
+        else start();
         if (out.contacts > 0 && !scene_.contact) add("output.contacts", "'contacts' has no use without [contact]");
         if (scene_.time.rest_speed > 0 && out.series == 0)
             add("time.rest_speed", "'rest_speed' is looked at in the rows of the series: give output.series [s]");
@@ -132,6 +134,20 @@ private:
                      out.observables.begin() + static_cast<long>(i))
                 add(path, fmt::format("'{}' is named twice", set));
         }
+    }
+
+    void start() {
+        try {
+            checkpoint_name(scene_.start.from);
+        } catch (const InputError& e) {
+            add("start.from", e.what());
+        }
+        for (const RodSpec& rods : scene_.rods)
+            if (scene_.start.time == StartTime::zero &&
+                (rods.start_motion.moves() || rods.start_motion.turns() || rods.end_motion.moves() || rods.end_motion.turns()))
+                add("start.time", fmt::format("the ends of group '{}' are moved as functions of time: at time zero they would jump "
+                                              "back; let time go on",
+                                              rods.name));
     }
 
     void rigid(const RodSpec& rods, const std::string& path) {

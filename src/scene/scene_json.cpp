@@ -71,6 +71,7 @@ std::string scene_json(const SceneSpec& scene, bool physics_only) {
     if (copy.contact) json["contact"] = echo([&](FieldVisitor& f) { copy.contact->fields(f); });
     for (ContactPair& pair : copy.contact_pairs) json["contact_pair"].push_back(echo([&](FieldVisitor& f) { pair.fields(f); }));
     for (Wall& wall : copy.walls) json["wall"].push_back(echo([&](FieldVisitor& f) { wall.fields(f); }));
+    if (!scene.start.from.empty()) json["start"] = echo([&](FieldVisitor& f) { copy.start.fields(f); });
     if (!physics_only) {
         json["title"] = scene.title;
         json["output"] = echo([&](FieldVisitor& f) { copy.output.fields(f); });

@@ -100,6 +100,7 @@ std::vector<KeyEntry> all_keys() {
     append(all, keys_of(ContactPair{}, "contact_pair"));
     append(all, keys_of(Wall{}, "wall"));
     append(all, keys_of(OutputSpec{}, "output"));
+    append(all, keys_of(StartSpec{}, "start"));
     return all;
 }
 
@@ -107,6 +108,7 @@ std::set<std::string> changed_keys(const SceneSpec& scene) {
     std::set<std::string> paths;
     add_changed(paths, scene.time, TimeSpec{}, "time");
     add_changed(paths, scene.output, OutputSpec{}, "output");
+    add_changed(paths, scene.start, StartSpec{}, "start");
     for (std::size_t i = 0; i < scene.rods.size(); ++i) add_changed(paths, scene.rods[i], RodSpec{}, fmt::format("rods.{}", i));
     for (std::size_t i = 0; i < scene.loads.size(); ++i) {
         const LoadSpec defaults{.load = make_load(static_cast<int>(scene.loads[i].load.index()))};

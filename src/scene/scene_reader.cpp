@@ -272,6 +272,7 @@ SceneSpec read_tables(const TomlValue& root, Problems& problems) {
     read_list(reader, problems, "contact_pair", scene.contact_pairs, own_fields);
     read_list(reader, problems, "wall", scene.walls, own_fields);
     read_table(reader, problems, "output", scene.output, false);
+    read_table(reader, problems, "start", scene.start, false);
     reader.leave();
     return scene;
 }

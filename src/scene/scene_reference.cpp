@@ -27,6 +27,7 @@ std::string_view note(const std::string& table) {
         {"rods", "One group of rods, alike in shape, material and ends. At least one group is needed."},
         {"contact", "Without this table rods do not feel each other, and nothing is searched, kept or sent."},
         {"contact_pair", "Another law between two groups than `[contact]` says."},
+        {"start", "Without this table rods begin in their start shapes, at time 0. See docs/files.md, *Branches*."},
         {"damping", "Rates of several `[[damping]]` on one group add up."},
     };
     const auto at = notes.find(table);

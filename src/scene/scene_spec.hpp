@@ -4,6 +4,7 @@
 #include "contact/contact_spec.hpp"
 #include "contact/wall.hpp"
 #include "io/output_spec.hpp"
+#include "io/start_spec.hpp"
 #include "loads/load_spec.hpp"
 #include "rod/rod_spec.hpp"
 #include "time/time_spec.hpp"
@@ -24,6 +25,7 @@ struct SceneSpec {
     std::vector<ContactPair> contact_pairs;
     std::vector<Wall> walls;
     OutputSpec output;
+    StartSpec start;
 
     std::string file; ///< where the scene was read from; relative paths in it start there
 };

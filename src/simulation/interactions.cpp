@@ -157,12 +157,19 @@ bool Interactions::finished() const {
     return any;
 }
 
+double Interactions::step_limit() const {
+    double limit = HUGE_VAL;
+    if (!contacts_) return limit;
+    const ContactFigures f = contacts_->figures();
+    for (std::size_t g = 0; g < groups_.size(); ++g)
+        limit = std::min(limit, contact_limit(mobility_[g], plan_.contact_laws->between(g, g), f.stiffest, 0, 1));
+    return limit;
+}
+
 std::string Interactions::complaint() const {
     if (!contacts_ || plan_.force_dt) return {};
     const ContactFigures f = contacts_->figures();
-    double limit = HUGE_VAL;
-    for (std::size_t g = 0; g < groups_.size(); ++g)
-        limit = std::min(limit, contact_limit(mobility_[g], plan_.contact_laws->between(g, g), f.stiffest, 0, 1));
+    const double limit = step_limit();
     if (plan_.dt <= limit) return {};
     return fmt::format("contacts are as stiff as {:.4g} N/m, where rods overlap by {:.3g} of their diameter: the step of {:.4g} s "
                        "is beyond the {:.4g} s that they leave",
@@ -278,8 +285,8 @@ std::vector<std::string> Interactions::kept_names() const {
 
 std::vector<KeptNumbers> Interactions::kept() const {
     std::vector<KeptNumbers> all;
-    if (contacts_) all.push_back({contacts_name, contact_numbers()});
-    if (around_.walls) all.push_back({walls_name, wall_numbers()});
+    if (contacts_) all.push_back({contacts_name, contact_numbers(), 2});
+    if (around_.walls) all.push_back({walls_name, wall_numbers(), 0});
     return all;
 }
 

@@ -16,6 +16,12 @@
 
 namespace skein {
 
+/// What presses a rod.
+struct Touch {
+    double force = 0; ///< N
+    std::string text; ///< with whom, and how
+};
+
 class Interactions {
 public:
     /// Collective. `groups`, `threads`, `plan` and `rods` must outlive it.
@@ -33,6 +39,11 @@ public:
     /// so.
     bool fit() const { return complaint().empty(); }
     void inspect(std::int64_t step) const;
+
+    /// The longest step that contacts leave, s, as stiff as this rank's are.
+    double step_limit() const;
+    /// Of all that touch a rod at the last evaluation what presses it most; no text where nothing does. Collective.
+    Touch strongest_touch(std::int64_t gid) const;
 
     /// What the time series tells of contacts and walls, and of weight where there is any.
     std::vector<std::string> names() const;

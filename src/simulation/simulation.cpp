@@ -6,7 +6,9 @@
 #include "io/disk.hpp"
 #include "kernels/kernels.hpp"
 #include "partition/partition.hpp"
-#include "scene/scene_file.hpp"
+#include "scene/scene_rebuild.hpp"
+#include "simulation/branch.hpp"
+#include "simulation/state_copy.hpp"
 #include "simulation/summary.hpp"
 
 #include <fmt/format.h>
@@ -25,12 +27,6 @@ constexpr std::int64_t tick_multiple = 64; ///< steps between ticks: fewer would
 
 std::int64_t multiple_after(std::int64_t step, std::int64_t every) { return (step / every + 1) * every; }
 
-/// What decides the bits of a run: the scene's physics and the step, not how long it runs or what it writes.
-std::string physics_json(SceneSpec scene, double dt) {
-    scene.time = {.dt = dt, .integrator = scene.time.integrator, .damping = scene.time.damping};
-    return scene_json(scene, true);
-}
-
 void tell_warning(const std::string& text) { std::fprintf(stderr, "warning: %s\n", text.c_str()); }
 
 } // namespace
@@ -40,43 +36,64 @@ Simulation::Simulation(const Communicator& comm, const Threads& threads, const S
     : comm_(comm), threads_(threads), groups_(std::move(groups)), plan_(std::move(plan)),
       options_(std::move(options)), sets_{scene.output.observes("angular_momentum"), scene.output.observes("curvature"),
                                           scene.output.observes("knots")},
-      physics_(physics_json(scene, plan_.dt)), output_(output_json(scene)), started_(wall_seconds()),
-      checkpoints_(plan_.cadence.checkpoint_wall, options_.began > 0 ? options_.began : started_,
-                   plan_.state_bytes / plan_.machine.ranks),
+      physics_(physics_json(scene, plan_.dt)), settings_(settings_json(scene)), output_(output_json(scene)),
+      started_(wall_seconds()), checkpoints_(plan_.cadence.checkpoint_wall, options_.began > 0 ? options_.began : started_,
+                                             plan_.state_bytes / plan_.machine.ranks),
       clock_(plan_.dt, 0, plan_.integrator) {
     const auto setup = timers_.time(Phase::setup);
-    on_root(comm_, [&] { directory_ = std::make_unique<ResultsDirectory>(options_.out, options_.overwrite); });
+    const bool writes = !options_.out.empty();
+    on_root(comm_, [&] {
+        if (writes) directory_ = std::make_unique<ResultsDirectory>(options_.out, options_.overwrite);
+    });
     Surroundings around = make_surroundings(plan_, groups_);
     rods_ = make_rods(plan_, groups_, partition(comm_, groups_), threads_, around);
     if (around.others || around.walls)
         interactions_ = std::make_unique<Interactions>(comm_, threads_, plan_, groups_, *rods_, around);
 
     const std::vector<std::string> kept = interactions_ ? interactions_->kept_names() : std::vector<std::string>();
-    const auto found = read_checkpoint(comm_, options_.out, groups_, *rods_, physics_, tell_warning, kept);
+    std::optional<CheckpointInfo> found;
+    if (writes) found = read_checkpoint(comm_, options_.out, groups_, *rods_, physics_, tell_warning, kept);
+    else
+        found = load_checkpoint(
+            comm_, options_.from, groups_, *rods_, [](const CheckpointInfo&) {}, kept);
+    const bool resumes = found.has_value();
+    if (!resumes && !scene.start.from.empty())
+        found = begin_branch(comm_, {scene, plan_.dt, physics_}, groups_, *rods_, kept, tell_warning);
     if (found) {
         if (interactions_) interactions_->restore(found->kept);
-        clock_ = Clock(plan_.dt, found->step, plan_.integrator);
+        clock_ = Clock(plan_.dt, found->step, plan_.integrator, found->shift);
+        ancestry_ = found->ancestry;
+        if (found->shift != 0) plan_.steps = std::max<std::int64_t>(1, clock_.step_at(scene.time.duration));
+    }
+    if (resumes) {
         last_checkpoint_ = found->step;
         checkpoint_digest_ = found->digest;
-        if (comm_.root())
+        if (comm_.root() && writes)
             std::printf("Resuming from %s: step %lld, %.1f %% done%s\n", found->file.c_str(), static_cast<long long>(found->step),
                         100.0 * static_cast<double>(found->step) / static_cast<double>(plan_.steps),
                         plan_.audit && !found->audited_from ? "; it has no audit, which begins here" : "");
     } else {
-        on_root(comm_, [&] { directory_->begin(physics_); });
+        on_root(comm_, [&] {
+            directory_->begin(with_ancestry(physics_, ancestry_));
+            if (found)
+                std::printf("Beginning with %s: step %lld, t = %g s\n", found->file.c_str(), static_cast<long long>(found->step),
+                            clock_.time());
+        });
+        begins_branch_ = found.has_value();
     }
     first_step_ = clock_.done();
     if (plan_.audit) begin_audit(found ? found->audited_from : std::nullopt);
     last_step_ = plan_.steps;
-    if (options_.until > 0) last_step_ = std::min<std::int64_t>(last_step_, std::llround(options_.until / plan_.dt));
+    if (options_.until > 0) last_step_ = std::min<std::int64_t>(last_step_, clock_.step_at(options_.until));
     if (options_.steps > 0) last_step_ = std::min(last_step_, options_.steps);
-    if (first_step_ > 0 && plan_.rest_speed > 0 && first_step_ % plan_.cadence.series == 0) {
+    if (writes && first_step_ > 0 && plan_.rest_speed > 0 && first_step_ % plan_.cadence.series == 0) {
         look();
         look_for_rest();
     }
     progress_columns_ = columns_of(scene.output.progress, names());
-    idle_ = found && (first_step_ >= last_step_ || ended()) && is_told(found->digest);
-    if (!idle_) open_outputs(scene, found ? &*found : nullptr);
+    const CheckpointInfo* const resumed = resumes ? &*found : nullptr;
+    idle_ = writes && resumes && (first_step_ >= last_step_ || ended()) && is_told(found->digest);
+    if (writes && !idle_) open_outputs(scene, resumed);
     progress_ = std::make_unique<Progress>(comm_.root() && !options_.quiet, options_.progress, first_step_, last_step_, plan_.dt,
                                            static_cast<double>(plan_.elements), scene.output.progress);
 }
@@ -172,12 +189,14 @@ RunResult Simulation::run() {
 }
 
 RunResult Simulation::step_to_the_end() {
+    if (begins_branch_) checkpoint(); // from here on the parent is not needed
     if (first_step_ == 0) write_due();
-    else write_frames(); // of this step, where an error kept them from being written
+    else write_frames(); // of this step: a branch begins with them, and an error may have kept them from being written
     Verdict verdict = Verdict::go_on;
     next_tick_ = clock_.done() + tick_multiple;
     setup_s_ = wall_seconds() - started_;
     while (clock_.done() < last_step_ && verdict == Verdict::go_on && !ended()) {
+        keep_copy();
         advance(next_event());
         verdict = agree();
         write_due();
@@ -226,29 +245,19 @@ Simulation::Verdict Simulation::agree() {
     return verdict;
 }
 
-void Simulation::throw_failure() {
-    progress_->finish();
-    const double ratio = plan_.dt / plan_.limit;
-    throw NumericalError(fmt::format(
-        "{}\n  likely cause: dt is {:.3g} of the rest-state limit {:.4g} s{}\n  {}", comm_.first_text(failure_), ratio, plan_.limit,
-        ratio > 0.95 ? ", too close to it; lower dt" : "; strains have grown beyond what it allows, or a load is too strong",
-        last_checkpoint_ >= 0 ? fmt::format("the last good checkpoint is of step {}", last_checkpoint_)
-                              : "there is no checkpoint yet"));
-}
-
-void Simulation::open_outputs(const SceneSpec& scene, const CheckpointInfo* found) {
-    const std::int64_t step = found ? clock_.done() : -1;
+void Simulation::open_outputs(const SceneSpec& scene, const CheckpointInfo* resumed) {
+    const std::int64_t step = resumed ? clock_.done() : -1;
     const auto frames = [&](FrameKind kind, std::optional<std::int64_t> expected) {
         return std::make_unique<FrameWriter>(comm_, options_.out, kind, scene.output, groups_, *rods_, step, plan_.title,
                                              FrameWriter::default_buffer_bytes, tell_warning, expected);
     };
     const std::optional<std::int64_t> none;
-    if (plan_.cadence.trajectory > 0) trajectory_ = frames(FrameKind::trajectory, found ? found->last_trajectory : none);
-    if (plan_.cadence.tips > 0) tips_ = frames(FrameKind::tips, found ? found->last_tips : none);
+    if (plan_.cadence.trajectory > 0) trajectory_ = frames(FrameKind::trajectory, resumed ? resumed->last_trajectory : none);
+    if (plan_.cadence.tips > 0) tips_ = frames(FrameKind::tips, resumed ? resumed->last_tips : none);
     if (plan_.cadence.series > 0)
         on_root(comm_, [&] {
             series_ = std::make_unique<SeriesFile>(options_.out + "/observables.csv", names(), step,
-                                                   found && found->series ? &*found->series : nullptr, tell_warning);
+                                                   resumed && resumed->series ? &*resumed->series : nullptr, tell_warning);
         });
 }
 
@@ -373,6 +382,7 @@ void Simulation::keep_state() {
     saving_ = true; // an error from here on is that of a checkpoint
     checkpoint_digest_ = digest();
     CheckpointInfo info{clock_.done(), plan_.dt, checkpoint_digest_, physics_, {}, audited_from_};
+    info.shift = clock_.shift(), info.settings = settings_, info.ancestry = ancestry_;
     if (interactions_) info.kept = interactions_->kept();
     mark_outputs(info);
     write_checkpoint(comm_, options_.out, groups_, *rods_, info, plan_.keeping);
@@ -386,6 +396,8 @@ void Simulation::write_summary(const RunResult& result) {
                        .result = result,
                        .finished = result.step == plan_.steps || ended(),
                        .first_step = first_step_,
+                       .time_s = clock_.time(),
+                       .ancestry = ancestry_,
                        .protocol = steps_together(plan_) ? Protocol::synchronous : options_.protocol,
                        .wall_s = wall_seconds() - started_,
                        .names = names(),

@@ -25,12 +25,21 @@
 
 namespace skein {
 
+class StateCopy;
+
 /// How steps, threads and ranks meet; the bits are the same.
 enum class Protocol {
     asynchronous, ///< a tile takes many steps per visit, ranks meet at events: where no rod feels another
     synchronous   ///< one step per visit, all threads and ranks meet after it: what rods that feel each other would force
 };
 inline constexpr std::string_view protocol_names[] = {"asynchronous", "synchronous"};
+
+/// Whether a copy of the state is kept in memory, to find out where a failure began.
+enum class Rewind {
+    automatic, ///< where it takes less than 1 GiB of a rank
+    always,
+    never
+};
 
 struct RunOptions {
     std::string out;        ///< directory of results
@@ -43,6 +52,8 @@ struct RunOptions {
     bool checkpoint = true; ///< false: none is written, not even at the end; for timing
     bool quiet = false;     ///< no progress line
     ProgressStyle progress = ProgressStyle::automatic;
+    Rewind rewind = Rewind::automatic;
+    std::string from = {}; ///< with no `out`: begin with this checkpoint and write nothing
 };
 
 /// How a run ended.
@@ -74,6 +85,10 @@ public:
     /// Steps up to `until` without looking at outputs: what a run does between two events.
     void advance(std::int64_t until);
 
+    /// How the present state differs from that of a checkpoint of the same step, which is loaded; empty where it does not.
+    /// Collective.
+    std::string difference_to(const std::string& checkpoint);
+
 private:
     /// Steps of rods that do not, many in a visit.
     bool step_alone(std::span<const Step> steps, bool check);
@@ -81,8 +96,8 @@ private:
     bool step_together(std::span<const Step> steps, bool check);
     enum class Verdict { go_on, warn, stop_at_limit, fail };
 
-    /// `found`: the checkpoint that the run resumes from; null: none.
-    void open_outputs(const SceneSpec& scene, const CheckpointInfo* found);
+    /// `resumed`: the checkpoint of this directory that the run goes on from; null: none, and of a branch that begins.
+    void open_outputs(const SceneSpec& scene, const CheckpointInfo* resumed);
     RunResult step_to_the_end();
     bool due(std::int64_t every) const;
     void write_frames();
@@ -120,6 +135,29 @@ private:
     void look_for_rest();
     /// Where ranks meet after every step: false on all of them as soon as one has failed.
     bool meet();
+    /// At an event, if it is time for one.
+    void keep_copy();
+    void go_back(const StateCopy& copy);
+    /// Steps that were made before; with `look`, false on all ranks where a rod of some rank came out unfit of the last.
+    bool redo(std::int64_t until, bool look);
+    struct Unfit;
+    Unfit first_unfit() const;
+    double present_limit() const; ///< of the step, s, as rods are now
+    enum class Remedy { unknown, step, untried, none };
+    struct Failure {
+        std::string text;
+        std::string frame = {}; ///< where all rods at that step are to be seen
+        std::int64_t step = -1; ///< -1: not found
+        double dt = 0;          ///< s, the last that was tried; 0: none was
+        Remedy remedy = Remedy::unknown;
+    };
+    /// Where a failure of some rank began. Collective.
+    Failure find_failure();
+    /// Makes rods anew, with the state that they had at a copy, for another step.
+    void begin_again(const StateCopy& start, const Clock& was, const std::vector<LocalRod>& owned);
+    /// From a copy to a time beyond the failure with a step of `dt`, and ever shorter ones until one holds. The run is over after
+    /// it.
+    void try_shorter_steps(Failure& failure, const StateCopy& start, double until, double dt);
     [[noreturn]] void throw_failure();
     void write_summary(const RunResult& result);
 
@@ -131,18 +169,22 @@ private:
     ObservableSets sets_;
     std::optional<double> audited_from_; ///< J, energy that the audit began with
     std::string physics_;                ///< canonical scene, kept in checkpoints
+    std::string settings_;               ///< the rest of it
     std::string output_;                 ///< its [output], kept in the summary
+    std::string ancestry_;               ///< of a branch, JSON
+    bool begins_branch_ = false;
     Timers timers_;
     double started_, setup_s_ = 0;
     CheckpointClock checkpoints_;
     bool save_now_ = false, saving_ = false, idle_ = false;
-    std::unique_ptr<ResultsDirectory> directory_; ///< root only
+    std::unique_ptr<ResultsDirectory> directory_; ///< root only; null where nothing is written
     std::unique_ptr<Rods> rods_;
     std::unique_ptr<Interactions> interactions_; ///< null where rods heed nothing but their own loads
     Clock clock_;
     std::int64_t first_step_ = 0, last_step_ = 0; ///< of this run
     std::int64_t next_tick_ = 0;                  ///< step at which ranks agree next
     std::int64_t last_checkpoint_ = -1;
+    std::unique_ptr<StateCopy> copy_;
     std::string failure_, near_limit_; ///< of this rank's rods; agreed on at the next event
     std::unique_ptr<FrameWriter> trajectory_, tips_;
     std::unique_ptr<SeriesFile> series_; ///< root only

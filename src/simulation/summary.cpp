@@ -47,13 +47,13 @@ std::string summary_json(const RunFigures& f) {
         phases[std::string(phase_names[p])] = {
             {"min_s", f.phases[p].min}, {"mean_s", f.phases[p].mean}, {"max_s", f.phases[p].max}};
     for (std::size_t i = 0; i < f.names.size(); ++i) observables[f.names[i]] = f.observables[i];
-    const nlohmann::ordered_json json = {
+    nlohmann::ordered_json json = {
         {"title", f.plan.title},
         {"finished", f.finished},
         {"digest", digest_text(f.result.digest)},
         {"steps", f.result.step},
         {"first_step", f.first_step},
-        {"time_s", static_cast<double>(f.result.step) * f.plan.dt},
+        {"time_s", f.time_s},
         {"dt_s", f.plan.dt},
         {"dt_limit_s", f.plan.limit},
         {"rods", f.plan.rods},
@@ -74,6 +74,7 @@ std::string summary_json(const RunFigures& f) {
           {"resident_bytes", f.resident_bytes}}},
         {"output", nlohmann::ordered_json::parse(f.output)},
         {"observables", observables}};
+    if (!f.ancestry.empty()) json["ancestry"] = nlohmann::ordered_json::parse(f.ancestry);
     return json.dump(2) + "\n";
 }
 

@@ -20,6 +20,8 @@ struct RunFigures {
     RunResult result;
     bool finished;           ///< the scene, not only this run
     std::int64_t first_step; ///< of this run; > 0 after a restart
+    double time_s;
+    std::string ancestry; ///< of a branch, JSON; else empty
     Protocol protocol;
     double wall_s;
     std::vector<std::string> names;      ///< of observables

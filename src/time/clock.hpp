@@ -6,6 +6,7 @@
 #include "time/integrator.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -30,14 +31,18 @@ class Clock {
 public:
     static constexpr int largest_batch = 64; ///< stages of one tile visit; beyond 16 nothing is gained (performance.md)
 
-    Clock(double dt, std::int64_t steps_done, Integrator integrator = Integrator::verlet)
-        : dt_(dt), scheme_(scheme_of(integrator)), done_(steps_done) {
+    /// `shift`: time of step 0, s; other than 0 where the step was changed on the way and the time then was no multiple of it.
+    Clock(double dt, std::int64_t steps_done, Integrator integrator = Integrator::verlet, double shift = 0)
+        : dt_(dt), shift_(shift), scheme_(scheme_of(integrator)), done_(steps_done) {
         batch_.reserve(largest_batch);
     }
 
     double dt() const { return dt_; }
     std::int64_t done() const { return done_; }
-    double time() const { return static_cast<double>(done_) * dt_; }
+    double shift() const { return shift_; }
+    double time() const { return shift_ + static_cast<double>(done_) * dt_; }
+    /// The step nearest to a time.
+    std::int64_t step_at(double time) const { return std::llround((time - shift_) / dt_); }
     /// How far positions are behind time(), s.
     double lag() const { return done_ == 0 ? 0.0 : scheme_.lag * dt_; }
 
@@ -50,8 +55,9 @@ public:
             for (const Substep& stage : scheme_.stages) {
                 const bool first = &stage == &scheme_.stages.front();
                 const double drift = index == 1 && first ? stage.drift - scheme_.lag : stage.drift;
-                batch_.push_back({index, dt_, drift * dt_, stage.kick * dt_, (static_cast<double>(index - 1) + stage.time) * dt_,
-                                  stage.kick_length, static_cast<int>(batch_.size()), &stage == &scheme_.stages.back(), false});
+                batch_.push_back({index, dt_, drift * dt_, stage.kick * dt_,
+                                  shift_ + (static_cast<double>(index - 1) + stage.time) * dt_, stage.kick_length,
+                                  static_cast<int>(batch_.size()), &stage == &scheme_.stages.back(), false});
             }
         if (!batch_.empty()) batch_.back().last = true;
         return batch_;
@@ -61,7 +67,7 @@ public:
     }
 
 private:
-    double dt_;
+    double dt_, shift_;
     Scheme scheme_;
     std::int64_t done_;
     std::vector<Step> batch_;

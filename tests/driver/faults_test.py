@@ -21,9 +21,9 @@ LONG = ("--set", "time.duration=360", "--set", "output.checkpoint=0")
 OFTEN = ("--set", "output.checkpoint_wall=0.05")
 OWN_NAMES = ("checkpoint_000000000064.h5", "checkpoint_999999999999.h5", "checkpoint_000000000064.h5.tmp", "trajectory_000000000000.h5", "trajectory_999999999999.h5",
              "trajectory_000000000000.h5.tmp", "tips_000000000000.h5", "tips_000000000000.h5.tmp", "contacts_000000000064.csv", "observables.csv", "observables.lost.csv",
-             "observables.csv.tmp", "summary.json", "summary.json.tmp", "physics.json", "physics.json.tmp", "trajectory.xdmf", "trajectory.xdmf.tmp", "lost_tips_000000000000.h5")
+             "observables.csv.tmp", "summary.json", "summary.json.tmp", "physics.json", "physics.json.tmp", "trajectory.xdmf", "trajectory.xdmf.tmp", "lost_tips_000000000000.h5", "failure.h5", "failure.xdmf")
 OTHER_NAMES = ("mydata.h5", "thesis.tmp", "other.xdmf", "checkpoint_best.h5", "trajectory.h5", "trajectory_64.h5", "tips_.h5", "my_checkpoint_000000000064.h5", "observables.csv.bak",
-               "notes.txt", "summary.json~", "contacts_a.csv", "previous_1", "previous_2.tmp", ".hidden.h5", "x.h5.tmp", "a b.csv")
+               "notes.txt", "summary.json~", "contacts_a.csv", "previous_1", "previous_2.tmp", ".hidden.h5", "x.h5.tmp", "a b.csv", "scene.toml")
 
 
 class Faults(DriverTest):

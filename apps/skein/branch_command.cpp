@@ -1,0 +1,77 @@
+#include "commands.hpp"
+
+#include "scene/scene_file.hpp"
+#include "scene/scene_rebuild.hpp"
+#include "simulation/branch.hpp"
+#include "simulation/summary.hpp"
+
+#include "io/disk.hpp"
+#include "io/files.hpp"
+
+#include <cstdio>
+#include <filesystem>
+
+namespace skein {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+/// Names of files that a scene takes, as seen from another folder.
+void move_to(SceneSpec& scene, const fs::path& folder) {
+    const fs::path was = fs::path(scene.file).parent_path();
+    for (RodSpec& rods : scene.rods)
+        if (std::string& file = rods.placement.file; !file.empty() && fs::path(file).is_relative())
+            file = fs::proximate(was / file, folder).string();
+    scene.file = (folder / "scene.toml").string();
+}
+
+/// The newest that is sound, or the one named.
+CheckpointInfo parent_of(const Communicator& comm, const std::string& name) {
+    const auto files = checkpoints_of(comm, name, "");
+    for (const std::string& file : files) {
+        try {
+            return read_checkpoint_info(comm, file);
+        } catch (const IoError& error) {
+            if (&file == &files.back()) throw;
+            if (comm.root()) std::fprintf(stderr, "warning: %s\n", error.what());
+        }
+    }
+    return {};
+}
+
+} // namespace
+
+int branch_command(const BranchArguments& arguments, int& argc, char**& argv) {
+    MpiSession session(argc, argv);
+    const Communicator comm = Communicator::world();
+    return guarded(comm, [&] {
+        const fs::path to = arguments.to;
+        if (fs::exists(to) && !(fs::is_directory(to) && fs::is_empty(to)))
+            throw IoError("'" + arguments.to + "' exists already: a branch begins in a new directory");
+        const CheckpointInfo parent = parent_of(comm, arguments.from);
+        const std::string directory = checkpoint_name(arguments.from).directory;
+        const std::string from = fs::proximate(directory, to).string() + "@" + std::to_string(parent.step);
+        SceneSpec scene = branched_scene(parent.scene, parent.settings, parent.file, from, arguments.overrides);
+
+        // All that a run of it would refuse is refused here, before anything is written.
+        const std::vector<RodGroup> groups = make_groups(scene);
+        const Plan plan = make_plan(scene, groups, {});
+        const std::string physics = physics_json(scene, plan.dt);
+        refuse_other_rods(parent, physics);
+        auto changes = key_changes(parent.scene, physics);
+        std::erase_if(changes, [](const KeyChange& c) { return c.key.starts_with("start."); });
+        move_to(scene, to);
+        on_root(comm, [&] {
+            fs::create_directories(to);
+            write_file(scene.file, branch_file(scene, parent, changes));
+            std::printf("%s begins with step %lld of %s, t = %g s%s%s\nRun it: skein run %s\n", scene.file.c_str(),
+                        static_cast<long long>(parent.step), directory.c_str(),
+                        parent.shift + static_cast<double>(parent.step) * parent.dt,
+                        changes.empty() ? "" : "; changed:", text_of(changes).c_str(), arguments.to.c_str());
+        });
+        return static_cast<int>(Exit::done);
+    });
+}
+
+} // namespace skein

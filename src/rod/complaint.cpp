@@ -1,0 +1,64 @@
+#include "rod/complaint.hpp"
+
+#include "core/rotation.hpp"
+#include "rod/time_limits.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+
+namespace skein {
+
+double most_dilatation(const RodGroup& group) { return std::min(20.0, tension_limit(group)); }
+
+std::optional<Complaint> complaint(const RodGroup& group, std::span<const Slot<1>> state) {
+    const auto finite = [](const Vec3d& a) { return std::isfinite(a.x) && std::isfinite(a.y) && std::isfinite(a.z); };
+    char text[160];
+    for (int k = 0; k <= group.elements(); ++k) {
+        const Slot<1>& s = state[static_cast<std::size_t>(k)];
+        const char* quantity = !finite(lane(s.position, 0))                     ? "position"
+                               : !finite(lane(s.velocity, 0))                   ? "velocity"
+                               : !std::isfinite(dot(s.director, s.director)[0]) ? "director"
+                               : !finite(lane(s.spin, 0))                       ? "angular velocity"
+                                                                                : nullptr;
+        if (quantity) {
+            std::snprintf(text, sizeof text, "element %d: %s is not finite", k, quantity);
+            return Complaint{k, false, text};
+        }
+    }
+    if (group.law() == Law::rigid) return std::nullopt;
+    for (int k = 0; k < group.elements(); ++k) {
+        const Slot<1>&s = state[static_cast<std::size_t>(k)], &next = state[static_cast<std::size_t>(k) + 1];
+        const double e = group.element[static_cast<std::size_t>(k)].inv_rest_length *
+                         dot(lane(third_director(s.director), 0), lane(next.position, 0) - lane(s.position, 0));
+        if (!(e > least_dilatation && e < most_dilatation(group))) {
+            std::snprintf(text, sizeof text, "element %d: dilatation e = %.4g left [%g, %g]", k, e, least_dilatation,
+                          most_dilatation(group));
+            return Complaint{k, true, text};
+        }
+        if (k == cell_count(group)) break;
+        const int after = (k + 1) % group.elements();
+        if (!(std::abs(dot(s.director, state[static_cast<std::size_t>(after)].director)[0]) > least_half_cosine)) {
+            std::snprintf(text, sizeof text, "elements %d and %d: turned against each other by more than 3 rad", k, after);
+            return Complaint{k, true, text};
+        }
+    }
+    return std::nullopt;
+}
+
+std::string tension_hint(const RodGroup& group, std::span<const Slot<1>> state) {
+    const double limit = tension_limit(group);
+    double most = 0;
+    int element = 0;
+    for (int k = 0; k < group.elements(); ++k) {
+        const auto at = static_cast<std::size_t>(k);
+        const double e = group.element[at].inv_rest_length * norm(lane(state[at + 1].position, 0) - lane(state[at].position, 0));
+        if (e > most) most = e, element = k;
+    }
+    char text[160] = "";
+    if (most > limit)
+        std::snprintf(text, sizeof text, "; tension instability of element %d: e = %.4g, limit e_c = %.4g", element, most, limit);
+    return text;
+}
+
+} // namespace skein

@@ -1,0 +1,34 @@
+// What makes a rod unfit to go on: numbers that are not finite, an element turned over, or beyond the tension limit.
+#pragma once
+
+#include "rod/rod_group.hpp"
+#include "rod/slot.hpp"
+
+#include <optional>
+#include <span>
+#include <string>
+
+namespace skein {
+
+inline constexpr double least_half_cosine = 0.0707; ///< |cos(theta/2)| of 3 rad between neighbouring elements
+inline constexpr double least_dilatation = 0.05;
+
+/// Beyond the tension limit directors flip, so a run must not go on.
+double most_dilatation(const RodGroup& group);
+
+/// Beyond this cell none follows: the element at a free or held end has no neighbour, a ring's has its first.
+inline int cell_count(const RodGroup& group) { return static_cast<int>(group.voronoi.size()); }
+
+struct Complaint {
+    int element;
+    bool finite;      ///< the rod's numbers are, but its shape is out of bounds
+    std::string text; ///< "element 3: dilatation e = ..."
+};
+/// The first one along the rod.
+std::optional<Complaint> complaint(const RodGroup& group, std::span<const Slot<1>> state);
+
+/// "; tension instability of element ..." of the most stretched element, where it is beyond the group's tension limit: directors
+/// flip there, and all else follows from it.
+std::string tension_hint(const RodGroup& group, std::span<const Slot<1>> state);
+
+} // namespace skein

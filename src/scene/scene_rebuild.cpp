@@ -1,0 +1,309 @@
+#include "scene/scene_rebuild.hpp"
+
+#include "core/error.hpp"
+#include "scene/scene_file.hpp"
+#include "scene/scene_keys.hpp"
+#include "scene/scene_override.hpp"
+#include "scene/scene_reader.hpp"
+#include "scene/scene_tables.hpp"
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include <algorithm>
+#include <map>
+#include <set>
+#include <string_view>
+
+namespace skein {
+
+namespace {
+
+using Json = nlohmann::json;
+
+TomlValue tree_of(const Json& json, const Place& place) {
+    if (json.is_boolean()) return {json.get<bool>(), place};
+    if (json.is_number_integer()) return {json.get<std::int64_t>(), place};
+    if (json.is_number()) return {json.get<double>(), place};
+    if (json.is_string()) return {json.get<std::string>(), place};
+    if (json.is_array()) {
+        TomlArray items;
+        for (const Json& item : json) items.push_back(tree_of(item, place));
+        return {std::move(items), place};
+    }
+    TomlTable entries;
+    for (const auto& [key, value] : json.items())
+        if (!value.is_null()) entries.push_back({key, place, tree_of(value, place)}); // null: the key is absent
+    return {std::move(entries), place};
+}
+
+Json parsed(const std::string& text, const std::string& name) {
+    Json json = Json::parse(text, nullptr, false);
+    if (!json.is_object()) throw InputError(name + ": the scene that it keeps cannot be read");
+    return json;
+}
+
+/// "/rods/0/shape" as "rods.0.shape".
+std::string dotted(std::string pointer) {
+    pointer.erase(0, 1);
+    std::replace(pointer.begin(), pointer.end(), '/', '.');
+    return pointer;
+}
+
+std::vector<std::string_view> split(std::string_view key) {
+    std::vector<std::string_view> parts;
+    for (std::size_t begin = 0; begin <= key.size();) {
+        const std::size_t end = std::min(key.find('.', begin), key.size());
+        parts.push_back(key.substr(begin, end - begin));
+        begin = end + 1;
+    }
+    return parts;
+}
+
+bool is_one_of(std::string_view name, std::initializer_list<std::string_view> names) {
+    return std::find(names.begin(), names.end(), name) != names.end();
+}
+
+/// Whether a state still means what it did under another value of this key.
+bool may_change(const KeyChange& change) {
+    const auto parts = split(change.key);
+    const std::string_view table = parts[0], key = parts.size() > 2 ? parts[2] : "";
+    if (table == "rods") {
+        if (key == "material") return parts.size() == 4 && parts[3] != "law";
+        return key == "magnetisation" || (key == "placement" && parts.back() == "file"); // the file may have been moved
+    }
+    if (table != "wall") return true;
+    const bool other_wall =
+        is_one_of(key, {"", "name", "kind", "point", "normal", "axis", "radius", "side", "lower", "upper", "open", "rods"});
+    const bool other_drive = key == "servo" && parts.back() == "speed" && (change.was == "0.0" || change.now == "0.0");
+    return !other_wall && !other_drive;
+}
+
+/// A number as TOML has it: no zeros before an exponent's digits, and a point or an exponent in what is no integer.
+std::string toml_number(double x) {
+    std::string text = fmt::format("{}", x);
+    if (text.find_first_of(".e") == std::string::npos) text += ".0";
+    if (const std::size_t e = text.find('e'); e != std::string::npos) {
+        const std::size_t digits = e + (text[e + 1] == '-' || text[e + 1] == '+' ? 2 : 1);
+        text.erase(digits, std::min(text.find_first_not_of('0', digits), text.size() - 1) - digits);
+    }
+    return text;
+}
+
+std::string toml_value(const Json& value) {
+    if (value.is_number_float()) return toml_number(value.get<double>());
+    if (!value.is_array()) return value.dump();
+    std::string text;
+    for (const Json& item : value) text += (text.empty() ? "" : ", ") + toml_value(item);
+    return "[" + text + "]";
+}
+
+/// A scene with one table of each kind, all defaults.
+Json default_tables(int load) {
+    SceneSpec scene;
+    scene.start.from = "-"; // is only there where it says something
+    scene.rods.emplace_back();
+    scene.loads.push_back({.load = make_load(load)});
+    scene.damping.emplace_back();
+    scene.contact.emplace();
+    scene.contact_pairs.emplace_back();
+    scene.walls.emplace_back();
+    Json json = Json::parse(scene_json(scene, false));
+    json["start"]["from"] = "";
+    return json;
+}
+
+/// Paths of the keys that a scene must give, being what it is: a rigid body needs no modulus.
+class RequiredKeys : public FieldVisitor {
+public:
+    explicit RequiredKeys(SceneSpec scene) {
+        const auto in = [&](const std::string& path, auto visit) {
+            path_ = path;
+            visit();
+        };
+        const auto all = [&](const char* name, auto& specs, auto fields) {
+            for (std::size_t i = 0; i < specs.size(); ++i) in(fmt::format("{}.{}", name, i), [&] { fields(*this, specs[i]); });
+        };
+        const auto own = [](FieldVisitor& f, auto& spec) { spec.fields(f); };
+        in("time", [&] { scene.time.fields(*this); });
+        if (scene.contact) in("contact", [&] { scene.contact->fields(*this); });
+        all("rods", scene.rods, own);
+        all("load", scene.loads, load_fields);
+        all("damping", scene.damping, damping_fields);
+        all("contact_pair", scene.contact_pairs, own);
+        all("wall", scene.walls, own);
+    }
+    bool contains(const std::string& path) const { return paths_.contains(path); }
+
+    void visit(const Field& f, double&) override { add(f); }
+    void visit(const Field& f, long&) override { add(f); }
+    void visit(const Field& f, bool&) override { add(f); }
+    void visit(const Field& f, std::string&) override { add(f); }
+    void visit(const Field& f, Vec3d&) override { add(f); }
+    void visit(const Field& f, std::vector<double>&) override { add(f); }
+    void visit(const Field& f, std::vector<long>&) override { add(f); }
+    void visit(const Field& f, std::vector<Vec3d>&) override { add(f); }
+    void visit(const Field& f, std::vector<std::string>&) override { add(f); }
+    void visit_choice(const Field& f, int&, std::span<const std::string_view>) override { add(f); }
+    bool enter(const Field& f) override {
+        path_ += "." + std::string(f.name);
+        return true;
+    }
+    void leave() override { path_.erase(path_.rfind('.')); }
+
+private:
+    void add(const Field& f) {
+        if (f.required) paths_.insert(path_ + "." + std::string(f.name));
+    }
+    std::string path_;
+    std::set<std::string> paths_;
+};
+
+/// Leaves what a scene file has to say: keys without their defaults, which need not be values that a scene may give.
+class Pruner {
+public:
+    explicit Pruner(const SceneSpec& scene) : required_(scene) {}
+    void prune(Json& scene) {
+        for (const auto& [name, value] : scene.items()) {
+            if (value.is_object()) table(value, tables(0)[name], name);
+            if (!value.is_array()) continue;
+            for (std::size_t i = 0; i < value.size(); ++i) {
+                const int kind = name == "load" ? kind_of(value[i]["kind"]) : 0;
+                table(value[i], tables(kind)[name][0], fmt::format("{}.{}", name, i));
+            }
+        }
+    }
+
+private:
+    static int kind_of(const Json& name) {
+        const auto at = std::find(load_kinds.begin(), load_kinds.end(), name.get<std::string>());
+        return at == load_kinds.end() ? 0 : static_cast<int>(at - load_kinds.begin());
+    }
+    Json& tables(int load) {
+        if (const auto found = tables_.find(load); found != tables_.end()) return found->second;
+        return tables_[load] = default_tables(load);
+    }
+    /// Returns whether it differs from the default.
+    bool table(Json& json, const Json& standard, const std::string& path) {
+        std::vector<std::string> same;
+        bool differs = false;
+        for (const auto& [key, value] : json.items()) {
+            const std::string inner = path + "." + key;
+            const Json known = standard.contains(key) ? standard[key] : Json();
+            const bool changed = value.is_object() ? table(value, known, inner) : value != known;
+            differs = differs || changed;
+            if (!changed && !required_.contains(inner)) same.push_back(key);
+        }
+        for (const std::string& key : same) json.erase(key);
+        return differs;
+    }
+    RequiredKeys required_;
+    std::map<int, Json> tables_; ///< by kind of load
+};
+
+void write_table(std::string& text, const Json& json, const std::string& header, bool of_list) {
+    text += fmt::format("\n{0}{1}{2}\n", of_list ? "[[" : "[", header, of_list ? "]]" : "]");
+    for (const auto& [key, value] : json.items())
+        if (!value.is_object()) text += fmt::format("{} = {}\n", key, toml_value(value));
+    for (const auto& [key, value] : json.items())
+        if (value.is_object()) write_table(text, value, header + "." + key, false);
+}
+
+/// Physics and settings in one, with the step as a number; "file" is no key of a scene.
+Json whole(const std::string& physics, const std::string& settings, const std::string& name) {
+    Json scene = parsed(physics, name);
+    const Json dt = scene["time"]["dt"];
+    scene.update(parsed(settings.empty() ? "{}" : settings, name));
+    scene["time"]["dt"] = dt;
+    return scene;
+}
+
+SceneSpec scene_of(Json scene, const std::string& name, const std::vector<std::string>& overrides) {
+    const std::string file = scene.value("file", "");
+    scene.erase("file");
+    Problems defaults; // that no scene may give
+    const Place place{std::make_shared<SourceText>(SourceText{name, {}})};
+    Pruner(read_tables(tree_of(scene, place), defaults)).prune(scene);
+    TomlValue root = tree_of(scene, place);
+    for (const std::string& override : overrides) apply_override(root, override);
+    Problems problems;
+    SceneSpec spec = read_tables(root, problems);
+    problems.raise();
+    spec.file = file;
+    check_scene(spec);
+    return spec;
+}
+
+} // namespace
+
+std::string physics_json(SceneSpec scene, double dt) {
+    scene.time = {.dt = dt, .integrator = scene.time.integrator, .damping = scene.time.damping};
+    return scene_json(scene, true);
+}
+
+std::string settings_json(const SceneSpec& scene) {
+    SceneSpec rest;
+    rest.title = scene.title, rest.time = scene.time, rest.output = scene.output;
+    const Json all = Json::parse(scene_json(rest, false));
+    return Json{{"file", scene.file}, {"title", all["title"]}, {"time", all["time"]}, {"output", all["output"]}}.dump();
+}
+
+SceneSpec rebuilt_scene(const std::string& physics, const std::string& settings, const std::string& name) {
+    return scene_of(whole(physics, settings, name), name, {});
+}
+
+SceneSpec branched_scene(const std::string& physics, const std::string& settings, const std::string& name, const std::string& from,
+                         const std::vector<std::string>& overrides) {
+    Json scene = whole(physics, settings, name);
+    scene["start"] = {{"from", from}};
+    return scene_of(scene, name, overrides);
+}
+
+std::vector<KeyChange> key_changes(const std::string& old_json, const std::string& new_json) {
+    const Json was = Json::parse(old_json, nullptr, false).flatten(), now = Json::parse(new_json, nullptr, false).flatten();
+    Json all = was;
+    all.update(now);
+    std::vector<KeyChange> changes;
+    for (const auto& item : all.items()) {
+        const auto value_in = [&item](const Json& scene) {
+            return scene.contains(item.key()) ? scene[item.key()].dump() : std::string("absent");
+        };
+        KeyChange change{dotted(item.key()), value_in(was), value_in(now)};
+        if (change.was != change.now) changes.push_back(std::move(change));
+    }
+    return changes;
+}
+
+std::vector<KeyChange> forbidden_changes(const std::string& old_physics, const std::string& new_physics) {
+    std::vector<KeyChange> forbidden;
+    const Json was = Json::parse(old_physics, nullptr, false), now = Json::parse(new_physics, nullptr, false);
+    if (was.contains("contact") != now.contains("contact"))
+        forbidden.push_back(
+            {"contact", was.contains("contact") ? "present" : "absent", now.contains("contact") ? "present" : "absent"});
+    for (KeyChange& change : key_changes(old_physics, new_physics))
+        if (!may_change(change)) forbidden.push_back(std::move(change));
+    return forbidden;
+}
+
+std::string text_of(const std::vector<KeyChange>& changes) {
+    constexpr std::size_t most = 8;
+    std::string lines;
+    for (std::size_t i = 0; i < std::min(most, changes.size()); ++i)
+        lines += fmt::format("\n  {}: was {}, now {}", changes[i].key, changes[i].was, changes[i].now);
+    return changes.size() > most ? fmt::format("{}\n  and {} more", lines, changes.size() - most) : lines;
+}
+
+std::string scene_toml(const SceneSpec& scene) {
+    Json json = Json::parse(scene_json(scene, false));
+    Pruner(scene).prune(json);
+    std::string text = scene.title.empty() ? "" : fmt::format("title = {}\n", json["title"].dump());
+    for (const char* name : {"start", "time", "rods", "load", "damping", "contact", "contact_pair", "wall", "output"}) {
+        if (!json.contains(name)) continue;
+        if (json[name].is_object()) write_table(text, json[name], name, false);
+        else
+            for (const Json& item : json[name]) write_table(text, item, name, true);
+    }
+    return text;
+}
+
+} // namespace skein

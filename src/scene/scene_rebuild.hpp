@@ -1,0 +1,41 @@
+// A scene taken back from what a checkpoint keeps of it, changed, and written as TOML: for branches and for `skein verify`.
+#pragma once
+
+#include "scene/scene_spec.hpp"
+
+#include <string>
+#include <vector>
+
+namespace skein {
+
+/// What decides the bits of a run: the scene's physics and the step, not how long it runs or what it writes. Canonical JSON.
+std::string physics_json(SceneSpec scene, double dt);
+
+/// What it leaves out: title, times and outputs, and the name of the scene's file. JSON.
+std::string settings_json(const SceneSpec& scene);
+
+/// The scene of both, with its step as a number. `name`: of the file that they are from, for messages. Throws InputError where they
+/// make no scene of this program's.
+SceneSpec rebuilt_scene(const std::string& physics, const std::string& settings, const std::string& name);
+/// The same with `overrides`, as for read_scene, and to begin with the state `from` and not with what it began with itself.
+SceneSpec branched_scene(const std::string& physics, const std::string& settings, const std::string& name, const std::string& from,
+                         const std::vector<std::string>& overrides);
+
+/// A key whose value is another one; values in JSON, or "absent".
+struct KeyChange {
+    std::string key; ///< "rods.0.section.radius"
+    std::string was, now;
+};
+std::vector<KeyChange> key_changes(const std::string& old_json, const std::string& new_json);
+
+/// Of changes from one physics to another those under which a state means nothing: of geometry, sections, elements, ends and
+/// groups, and of which walls and contacts there are.
+std::vector<KeyChange> forbidden_changes(const std::string& old_physics, const std::string& new_physics);
+
+/// "\n  time.dt: was 0.01, now 0.005" for each of the first few.
+std::string text_of(const std::vector<KeyChange>& changes);
+
+/// A scene file of the keys that differ from their defaults. What it says reads back to the same bits.
+std::string scene_toml(const SceneSpec& scene);
+
+} // namespace skein

@@ -1,0 +1,139 @@
+#include "simulation/branch.hpp"
+
+#include "core/error.hpp"
+#include "scene/scene_file.hpp"
+#include "simulation/summary.hpp"
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+
+namespace skein {
+
+namespace {
+
+namespace fs = std::filesystem;
+using Json = nlohmann::json;
+
+Integrator integrator_of(const std::string& physics) {
+    const Json name = Json::parse(physics, nullptr, false)["time"]["integrator"];
+    for (std::size_t i = 0; i < std::size(integrator_names); ++i)
+        if (name == integrator_names[i]) return static_cast<Integrator>(i);
+    return Integrator::verlet;
+}
+
+/// Positions and directors of all rods moved by `h` at constant rates.
+void drift_all(std::span<const RodGroup> groups, Rods& rods, double h) {
+    std::vector<Slot<1>> state;
+    for (std::size_t i = 0; i < rods.local().size(); ++i) {
+        const RodGroup& group = groups[static_cast<std::size_t>(rods.local()[i].group)];
+        state.resize(static_cast<std::size_t>(group.slots()));
+        rods.export_rod(i, state);
+        synchronise(group, state, h);
+        rods.import_rod(i, state);
+    }
+}
+
+/// Keys of where a scene begins are no change of what it is.
+std::vector<KeyChange> changes_of(const std::string& was, const std::string& now) {
+    auto changes = key_changes(was, now);
+    std::erase_if(changes, [](const KeyChange& c) { return c.key.starts_with("start."); });
+    return changes;
+}
+
+bool stores_energy(const KeyChange& c) { return c.key.find(".material.") != std::string::npos; }
+
+} // namespace
+
+std::vector<std::string> checkpoints_of(const Communicator& comm, const std::string& name, const std::string& folder) {
+    const CheckpointName wanted = checkpoint_name(name);
+    const std::string directory = (fs::path(folder) / wanted.directory).lexically_normal().string();
+    std::vector<std::string> files = checkpoint_files(comm, directory);
+    std::reverse(files.begin(), files.end());
+    std::vector<std::string> found;
+    std::string steps;
+    for (const std::string& file : files) {
+        const std::int64_t step = std::stoll(file.substr(file.find('_') + 1));
+        steps += fmt::format("{}{}", steps.empty() ? "" : ", ", step);
+        if (!wanted.step || step == *wanted.step) found.push_back((fs::path(directory) / file).string());
+    }
+    if (!found.empty()) return found;
+    throw InputError(files.empty() ? fmt::format("{}: there is no checkpoint in '{}'", name, directory)
+                                   : fmt::format("{}: there is no checkpoint of that step in '{}'; those there are of {}", name,
+                                                 directory, steps));
+}
+
+Clock continued(const Clock& clock, double dt, Integrator integrator) {
+    if (dt == clock.dt()) return Clock(dt, clock.done(), integrator, clock.shift());
+    const auto step = static_cast<std::int64_t>(std::llround(clock.time() / dt));
+    const double shift = clock.time() - static_cast<double>(step) * dt;
+    return Clock(dt, step, integrator, std::abs(shift) < 1e-9 * dt ? 0 : shift); // below: round-off of a multiple
+}
+
+void refuse_other_rods(const CheckpointInfo& parent, const std::string& physics) {
+    const auto forbidden = forbidden_changes(parent.scene, physics);
+    if (!forbidden.empty())
+        throw InputError(
+            fmt::format("{}: its state is one of other rods or walls; a branch may change times, loads, damping, contact "
+                        "laws, material, and how walls move, but not:{}",
+                        parent.file, text_of(forbidden)));
+}
+
+CheckpointInfo begin_branch(const Communicator& comm, const BranchOf& branch, std::span<const RodGroup> groups, Rods& rods,
+                            std::span<const std::string> kept, const std::function<void(const std::string&)>& warn) {
+    const StartSpec& start = branch.scene.start;
+    const auto files = checkpoints_of(comm, start.from, fs::path(branch.scene.file).parent_path().string());
+    const auto accept = [&](const CheckpointInfo& parent) { refuse_other_rods(parent, branch.physics); };
+    CheckpointInfo info;
+    for (const std::string& file : files) {
+        try {
+            info = load_checkpoint(comm, file, groups, rods, accept, kept);
+            break;
+        } catch (const IoError& error) {
+            if (&file == &files.back()) throw;
+            if (comm.root()) warn(error.what());
+        }
+    }
+
+    const Clock before(info.dt, info.step, integrator_of(info.scene), info.shift);
+    const Integrator integrator = branch.scene.time.integrator;
+    const Clock after = start.time == StartTime::zero ? Clock(branch.dt, 0, integrator) : continued(before, branch.dt, integrator);
+    if (after.time() >= branch.scene.time.duration)
+        throw InputError(fmt::format("{}: time.duration of {:g} s is over at the {:g} s with which it begins", branch.scene.file,
+                                     branch.scene.time.duration, after.time()));
+    if (const double ahead = before.lag() - after.lag(); ahead != 0) drift_all(groups, rods, ahead);
+
+    const auto changes = changes_of(info.scene, branch.physics);
+    Json list = Json::array();
+    for (const KeyChange& c : changes) list.push_back({{"key", c.key}, {"was", c.was}, {"now", c.now}});
+    Json ancestry = {{"parent", fs::path(info.file).parent_path().string()},
+                     {"step", info.step},
+                     {"time_s", before.time()},
+                     {"digest", digest_text(info.digest)},
+                     {"changes", list}};
+    if (!info.ancestry.empty()) ancestry["ancestry"] = Json::parse(info.ancestry, nullptr, false);
+    info.ancestry = ancestry.dump();
+    info.step = after.done(), info.dt = branch.dt, info.shift = after.shift();
+    if (std::any_of(changes.begin(), changes.end(), stores_energy)) info.audited_from.reset(); // the books begin anew
+    return info;
+}
+
+std::string with_ancestry(const std::string& physics, const std::string& ancestry) {
+    if (ancestry.empty()) return physics;
+    Json json = Json::parse(physics);
+    json["ancestry"] = Json::parse(ancestry);
+    return json.dump(2) + "\n";
+}
+
+std::string branch_file(const SceneSpec& scene, const CheckpointInfo& parent, const std::vector<KeyChange>& changes) {
+    std::string text = fmt::format("# Goes on from step {} of {}, t = {:g} s, digest {}.\n", parent.step,
+                                   fs::path(parent.file).parent_path().string(),
+                                   parent.shift + static_cast<double>(parent.step) * parent.dt, digest_text(parent.digest));
+    for (const KeyChange& c : changes) text += fmt::format("# {}: was {}, now {}\n", c.key, c.was, c.now);
+    return text + scene_toml(scene);
+}
+
+} // namespace skein

@@ -1,0 +1,318 @@
+// What a run does about a failure: it goes back to the last copy of the state, makes the steps again looking at each, and says
+// where it began.
+#include "core/error.hpp"
+#include "io/disk.hpp"
+#include "kernels/kernels.hpp"
+#include "rod/complaint.hpp"
+#include "rod/step_watch.hpp"
+#include "simulation/branch.hpp"
+#include "simulation/simulation.hpp"
+#include "simulation/state_copy.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace skein {
+
+namespace {
+
+constexpr std::int64_t look_every = 64;   ///< steps of a first coarse search
+constexpr std::int64_t copy_every = 1024; ///< steps between two copies at least: one costs as much as ten steps at most
+constexpr double held = 0.9;              ///< share of a limit that is proposed
+constexpr double resolved = 0.1;          ///< of an element's length, or rad: what a load may do within a step
+constexpr std::int64_t looked_back = 16;  ///< steps before a failure that may have led to it
+constexpr int most_attempts = 4;          ///< at a shorter step, each a quarter of the one before
+constexpr double trial_seconds = 60;      ///< wall time that they may take in all
+constexpr std::int64_t nobody = std::numeric_limits<std::int64_t>::max();
+
+/// Where present strains leave the shortest step.
+struct Tightest {
+    double dt = HUGE_VAL; ///< s
+    int element = 0;
+    const char* mode = "";
+};
+Tightest tightest(const RodGroup& group, std::span<Slot<1>> state, double stability) {
+    Tightest found;
+    present_eigenvalues(tile_of(group, state), [&](int k, const PresentEigenvalues<Pack<1>>& l) {
+        const double all[] = {l.axial[0], l.about_d1[0], l.about_d2[0], l.twist[0]};
+        for (std::size_t mode = 0; mode < std::size(all); ++mode)
+            if (const double dt = 2 * stability / std::sqrt(all[mode]); dt < found.dt) found = {dt, k, present_modes[mode]};
+    });
+    return found;
+}
+
+/// Two digits, rounded down: a number to be typed in.
+double rounded_down(double x) {
+    const double unit = std::pow(10, std::floor(std::log10(x)) - 1);
+    return std::stod(fmt::format("{:.1e}", std::floor(x / unit * (1 + 1e-12)) * unit));
+}
+
+/// The worst of the passes, and what it did.
+const PassEffect* worst_of(const std::vector<PassEffect>& effects) {
+    const PassEffect* worst = nullptr;
+    for (const PassEffect& e : effects) {
+        if (!e.finite) return &e;
+        if (e.share > 0 && (!worst || e.share > worst->share)) worst = &e;
+    }
+    return worst;
+}
+
+/// What it did to the rod; of numbers that are not finite more than of any other.
+double share_of(const std::vector<PassEffect>& effects) {
+    const PassEffect* worst = worst_of(effects);
+    return !worst ? 0 : worst->finite ? worst->share : std::numeric_limits<double>::max();
+}
+
+std::string story_of(const std::vector<PassEffect>& effects) {
+    const PassEffect* worst = worst_of(effects);
+    if (!worst) return "no load acts";
+    if (!worst->finite)
+        return fmt::format("after the pass '{}' numbers at {} {} are not finite", worst->pass, worst->turns ? "element" : "node",
+                           worst->at);
+    std::string text = worst->turns
+                           ? fmt::format("pass '{}': a couple of {:.3g} N m on element {}, {:.3g} rad within a step", worst->pass,
+                                         worst->load, worst->at, worst->share)
+                           : fmt::format("pass '{}': a force of {:.3g} N on node {}, {:.3g} of an element's length within a step",
+                                         worst->pass, worst->load, worst->at, worst->share);
+    const PassEffect* next = nullptr;
+    for (const PassEffect& e : effects)
+        if (&e != worst && e.share > 0 && (!next || e.share > next->share)) next = &e;
+    return next ? fmt::format("{} (next: '{}', {:.3g})", text, next->pass, next->share) : text;
+}
+
+} // namespace
+
+/// A rod that came out unfit.
+struct Simulation::Unfit {
+    std::int64_t gid = nobody;
+    std::size_t rod = 0; ///< place in local()
+    bool finite = true;
+    bool limit = false; ///< by its step alone
+    std::string text;
+};
+
+void Simulation::keep_copy() {
+    if (copy_ && clock_.done() - copy_->step() < copy_every) return;
+    if (!copy_) {
+        if (options_.rewind == Rewind::never || (options_.rewind == Rewind::automatic && plan_.copy_bytes == 0)) return;
+        copy_ = std::make_unique<StateCopy>(threads_, groups_, *rods_, interactions_.get());
+    }
+    const auto timing = timers_.time(Phase::checkpoint);
+    copy_->take(clock_.done());
+}
+
+void Simulation::go_back(const StateCopy& copy) {
+    copy.put_back();
+    clock_ = Clock(plan_.dt, copy.step(), plan_.integrator, clock_.shift());
+}
+
+bool Simulation::redo(std::int64_t until, bool look) {
+    bool fit = true;
+    while (clock_.done() < until) {
+        const auto steps = clock_.next(until);
+        const bool check = look && steps.back().index == until;
+        fit = (interactions_ && steps_together(plan_) ? step_together(steps, check) : step_alone(steps, check)) || !check;
+        clock_.advance(steps);
+    }
+    return comm_.max(static_cast<std::int64_t>(!fit)) == 0;
+}
+
+Simulation::Unfit Simulation::first_unfit() const {
+    Unfit first;
+    std::vector<Slot<1>> state;
+    const double stability = scheme_of(plan_.integrator).stability;
+    for (std::size_t i = 0; i < rods_->local().size(); ++i) {
+        const LocalRod& rod = rods_->local()[i];
+        if (rod.gid >= first.gid) continue;
+        const RodGroup& group = groups_[static_cast<std::size_t>(rod.group)];
+        state.resize(static_cast<std::size_t>(group.slots()));
+        rods_->export_rod(i, state);
+        const std::string name = fmt::format("rod {} of '{}', ", rod.index, group.name());
+        if (const auto what = complaint(group, state)) {
+            first = {rod.gid, i, what->finite, false, name + what->text + tension_hint(group, state)};
+        } else if (const Tightest t = tightest(group, state, stability); t.dt < plan_.dt && !plan_.force_dt) {
+            first = {
+                rod.gid, i, true, true,
+                fmt::format("{}element {}: dt = {:.4g} s is {:.3g} of the limit {:.4g} s that its present strains leave ({} mode)",
+                            name, t.element, plan_.dt, plan_.dt / t.dt, t.dt, t.mode)};
+        }
+    }
+    return first;
+}
+
+double Simulation::present_limit() const {
+    double least = HUGE_VAL;
+    std::vector<Slot<1>> state;
+    for (std::size_t i = 0; i < rods_->local().size(); ++i) {
+        const RodGroup& group = groups_[static_cast<std::size_t>(rods_->local()[i].group)];
+        state.resize(static_cast<std::size_t>(group.slots()));
+        rods_->export_rod(i, state);
+        if (!complaint(group, state)) least = std::min(least, tightest(group, state, scheme_of(plan_.integrator).stability).dt);
+    }
+    if (interactions_) least = std::min(least, interactions_->step_limit());
+    return comm_.min(least);
+}
+
+/// From the copy 64 steps at a time until a rod comes out unfit, and those steps again one at a time.
+Simulation::Failure Simulation::find_failure() {
+    const std::int64_t failed_by = comm_.max(failure_.empty() ? std::int64_t{0} : clock_.done());
+    const auto copy_here = [&] {
+        auto copy = std::make_unique<StateCopy>(threads_, groups_, *rods_, interactions_.get());
+        copy->take(clock_.done());
+        return copy;
+    };
+    go_back(*copy_);
+    std::unique_ptr<StateCopy> older, old = std::move(copy_);
+    while (redo(std::min(failed_by, (clock_.done() / look_every + 1) * look_every), true)) {
+        if (clock_.done() >= failed_by)
+            return {.text = comm_.first_text(failure_) +
+                            fmt::format(
+                                "\n  the same steps, made again from step {}, went well: suspect this machine, and not the scene",
+                                (older ? older : old)->step())};
+        older = std::move(old);
+        old = copy_here();
+    }
+    const std::int64_t looked_at = old->step();                              // up to here all went well
+    const std::unique_ptr<StateCopy> start = std::move(older ? older : old); // what went before may have led to it
+    go_back(*start);
+    redo(looked_at, false);
+    while (redo(clock_.done() + 1, true)) {
+    }
+
+    Failure found{.step = clock_.done()};
+    const Unfit mine = first_unfit();
+    const std::int64_t gid = comm_.min(mine.gid);
+    const bool here = gid != nobody && mine.gid == gid;
+    if (gid == nobody) { // contacts alone
+        std::string text;
+        try {
+            if (interactions_) interactions_->inspect(found.step);
+        } catch (const NumericalError& e) {
+            text = e.what();
+        }
+        found.text = comm_.first_text(text);
+    } else {
+        found.text = comm_.first_text(
+            here ? fmt::format("{} at step {} (t = {:.6g} s, dt = {:.6g} s)", mine.text, found.step, clock_.time(), plan_.dt)
+                 : std::string());
+    }
+    try {
+        write_single_frame(comm_, options_.out, "failure", groups_, *rods_, plan_.title, found.step, clock_.time(), clock_.lag());
+        found.frame = fmt::format("all rods at step {}: {}/failure.h5, for ParaView failure.xdmf", found.step, options_.out);
+    } catch (const IoError& error) { // the failure is what the run ends with
+        found.frame = fmt::format("failure.h5 was not written: {}", error.what());
+    }
+
+    double limit = HUGE_VAL;
+    if (gid == nobody || comm_.max(static_cast<std::int64_t>(here && mine.limit)) != 0) limit = present_limit();
+    if (gid != nobody) {
+        // A shape that is out of bounds has come from the loads of the steps before.
+        const bool shape = comm_.max(static_cast<std::int64_t>(here && mine.finite)) != 0;
+        const std::int64_t last = std::max(start->step() + 1, found.step - shape),
+                           first = std::max(start->step(), last - looked_back);
+        std::vector<PassEffect> worst;
+        std::int64_t began = last;
+        Touch touch;
+        std::int64_t touched = last;
+        go_back(*start);
+        redo(first, false);
+        for (std::int64_t step = first + 1; step <= last; ++step) {
+            const auto before = copy_here();
+            if (step == last) limit = std::min(limit, present_limit());
+            redo(step, false); // so that contacts are those of this step
+            if (interactions_)
+                if (const Touch now = interactions_->strongest_touch(gid); now.force > touch.force) touch = now, touched = step;
+            go_back(*before);
+            if (here) {
+                auto effects = rods_->dissect(mine.rod, clock_.next(step, 1));
+                if (worst.empty() || share_of(effects) > share_of(worst)) worst = std::move(effects), began = step;
+            }
+            go_back(*before);
+            redo(step, false);
+        }
+        found.text +=
+            comm_.first_text(here ? fmt::format("\n  where it began: step {}, {}", began, story_of(worst)) : std::string());
+        if (!touch.text.empty()) found.text += fmt::format("\n  touched: at step {} {}", touched, touch.text);
+        const double share = comm_.max(here ? share_of(worst) : 0);
+        if (share > resolved) limit = std::min(limit, plan_.dt * std::sqrt(resolved / share) / held);
+    }
+    const double beyond = clock_.shift() + static_cast<double>(found.step + look_every) * plan_.dt;
+    try_shorter_steps(found, *start, beyond, rounded_down(std::min(held * limit, 0.5 * plan_.dt)));
+    return found;
+}
+
+void Simulation::begin_again(const StateCopy& start, const Clock& was, const std::vector<LocalRod>& owned) {
+    clock_ = continued(was, plan_.dt, plan_.integrator);
+    interactions_.reset();
+    rods_.reset();
+    Surroundings around = make_surroundings(plan_, groups_);
+    rods_ = make_rods(plan_, groups_, owned, threads_, around);
+    if (around.others || around.walls)
+        interactions_ = std::make_unique<Interactions>(comm_, threads_, plan_, groups_, *rods_, around);
+    for (std::size_t i = 0; i < owned.size(); ++i) {
+        std::vector<Slot<1>> state(start.state(i).begin(), start.state(i).end());
+        synchronise(groups_[static_cast<std::size_t>(owned[i].group)], state, was.lag() - clock_.lag()); // theory.md (63)
+        rods_->import_rod(i, state);
+        if (!start.memory(i).empty()) rods_->set_memory(i, start.memory(i));
+    }
+    if (interactions_) interactions_->restore(start.kept());
+}
+
+void Simulation::try_shorter_steps(Failure& failure, const StateCopy& start, double until, double dt) {
+    const double began = wall_seconds();
+    const Clock was(plan_.dt, start.step(), plan_.integrator, clock_.shift());
+    const std::vector<LocalRod> owned(rods_->local().begin(), rods_->local().end());
+    for (int attempt = 0; attempt < most_attempts; ++attempt, dt = rounded_down(dt / 4)) {
+        failure.dt = plan_.dt = dt;
+        begin_again(start, was, owned);
+        bool well = true;
+        for (const std::int64_t end = clock_.step_at(until); well && clock_.done() < end;) {
+            well = redo(std::min(end, clock_.done() + look_every), true);
+            if (comm_.max(wall_seconds() - began) > trial_seconds) {
+                failure.remedy = Remedy::untried;
+                return;
+            }
+        }
+        if (well) {
+            failure.remedy = Remedy::step;
+            return;
+        }
+    }
+    failure.remedy = Remedy::none;
+}
+
+void Simulation::throw_failure() {
+    progress_->finish();
+    const double dt = plan_.dt, ratio = dt / plan_.limit;
+    Failure found{.text = comm_.first_text(failure_)};
+    if (copy_) {
+        const auto timing = timers_.time(Phase::rods);
+        found = find_failure();
+    }
+    std::string text = fmt::format(
+        "{}\n  likely cause: dt is {:.3g} of the rest-state limit {:.4g} s{}", found.text, ratio, plan_.limit,
+        ratio > 0.95 ? ", too close to it; lower dt" : "; strains have grown beyond what it allows, or a load is too strong");
+    if (!found.frame.empty()) text += "\n  " + found.frame;
+    if (found.remedy == Remedy::none)
+        text += fmt::format(
+            "\n  a shorter step does not help: the same stretch fails with time.dt = {:g} too; weaken what acts, or give "
+            "the scene more elements or stiffer rods",
+            found.dt);
+    if (found.remedy == Remedy::step) text += fmt::format("\n  the same stretch holds with time.dt = {:g}: it was tried", found.dt);
+    if (found.remedy == Remedy::untried)
+        text += fmt::format("\n  time.dt = {:g} may hold; to try it would take longer than {:g} s", found.dt, trial_seconds);
+    const std::string change = found.remedy == Remedy::none
+                                   ? std::string("KEY=VALUE")
+                                   : fmt::format("time.dt={:g}", found.dt > 0 ? found.dt : rounded_down(0.5 * dt));
+    if (last_checkpoint_ >= 0)
+        text += fmt::format("\n  the last good checkpoint is of step {}; to go on from it:\n"
+                            "    skein branch {}@{} {}_2 --set {}",
+                            last_checkpoint_, options_.out, last_checkpoint_, options_.out, change);
+    else text += fmt::format("\n  there is no checkpoint yet: begin again in another directory, with --set {}", change);
+    throw NumericalError(text);
+}
+
+} // namespace skein

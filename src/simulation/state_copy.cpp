@@ -1,0 +1,49 @@
+#include "simulation/state_copy.hpp"
+
+#include <algorithm>
+
+namespace skein {
+
+namespace {
+
+constexpr std::size_t batch = 64; ///< rods of one task
+
+} // namespace
+
+StateCopy::StateCopy(const Threads& threads, std::span<const RodGroup> groups, Rods& rods, Interactions* interactions)
+    : threads_(threads), rods_(rods), interactions_(interactions), first_{0} {
+    bool remembers = false;
+    for (std::size_t i = 0; i < rods_.local().size(); ++i) {
+        const LocalRod& rod = rods_.local()[i];
+        first_.push_back(first_.back() + static_cast<std::size_t>(groups[static_cast<std::size_t>(rod.group)].slots()));
+        const bool opens = i == 0 || rods_.local()[i - 1].group != rod.group;
+        remembers = remembers || (opens && !rods_.memory(i).empty());
+    }
+    slots_.resize(first_.back());
+    works_.resize(rods_.local().size());
+    if (remembers) memory_.resize(rods_.local().size());
+}
+
+void StateCopy::take(std::int64_t step) {
+    const std::size_t rods = works_.size();
+    threads_.for_each((rods + batch - 1) / batch, [&](std::size_t task, int) {
+        for (std::size_t i = task * batch; i < std::min(rods, (task + 1) * batch); ++i) {
+            rods_.export_rod(i, {slots_.data() + first_[i], first_[i + 1] - first_[i]});
+            works_[i] = rods_.works(i);
+            if (!memory_.empty()) memory_[i] = rods_.memory(i);
+        }
+    });
+    if (interactions_) kept_ = interactions_->kept();
+    step_ = step;
+}
+
+void StateCopy::put_back() const {
+    for (std::size_t i = 0; i < works_.size(); ++i) { // one by one: rods of a tile share what is put back
+        rods_.import_rod(i, state(i));
+        rods_.set_works(i, works_[i]);
+        if (!memory_.empty()) rods_.set_memory(i, memory_[i]);
+    }
+    if (interactions_) interactions_->restore(kept_);
+}
+
+} // namespace skein

@@ -1,0 +1,81 @@
+// Looks for what differs between a state that was computed again and the checkpoint that was written of it.
+#include "core/error.hpp"
+#include "simulation/simulation.hpp"
+#include "simulation/state_copy.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <cmath>
+#include <limits>
+
+namespace skein {
+
+namespace {
+
+bool same_bits(std::span<const double> a, std::span<const double> b) {
+    return std::equal(a.begin(), a.end(), b.begin(), b.end(),
+                      [](double x, double y) { return std::bit_cast<std::uint64_t>(x) == std::bit_cast<std::uint64_t>(y); });
+}
+
+bool same_numbers(const KeptNumbers& computed, std::span<const double> written) {
+    const std::span<const double> own = computed.numbers;
+    if (own.size() != written.size()) return false;
+    for (std::size_t i = 0; i < computed.sums; ++i)
+        if (!(std::abs(own[i] - written[i]) <= 1e-9 * std::abs(own[i]))) return false;
+    return same_bits(own.subspan(computed.sums), written.subspan(computed.sums));
+}
+
+std::span<const double> numbers(std::span<const Slot<1>> state) {
+    return {reinterpret_cast<const double*>(state.data()), state.size() * slot_doubles};
+}
+
+} // namespace
+
+std::string Simulation::difference_to(const std::string& checkpoint) {
+    if (const std::string failure = comm_.first_text(failure_); !failure.empty()) return failure;
+    StateCopy computed(threads_, groups_, *rods_, interactions_.get()), written(computed);
+    computed.take(clock_.done());
+    const double audited_from = audited_from_.value_or(0);
+    const auto same_run = [&](const CheckpointInfo& info) {
+        if (info.scene != physics_ || info.ancestry != ancestry_ || info.shift != clock_.shift())
+            throw InputError(checkpoint + ": is not of the run that the checkpoint before it is of");
+    };
+    const auto kept = interactions_ ? interactions_->kept_names() : std::vector<std::string>();
+    const CheckpointInfo info = load_checkpoint(comm_, checkpoint, groups_, *rods_, same_run, kept);
+    if (interactions_) interactions_->restore(info.kept);
+    written.take(info.step);
+
+    constexpr std::int64_t nobody = std::numeric_limits<std::int64_t>::max();
+    std::int64_t first = nobody, differing = 0;
+    std::string mine;
+    for (std::size_t i = 0; i < rods_->local().size(); ++i) {
+        const LocalRod& rod = rods_->local()[i];
+        const bool state = same_bits(numbers(computed.state(i)), numbers(written.state(i)));
+        const RodWorks a = computed.works(i), b = written.works(i);
+        const bool works = same_bits(std::array{a.loads, a.walls, a.dissipated}, std::array{b.loads, b.walls, b.dissipated});
+        if (state && works && same_bits(computed.memory(i), written.memory(i))) continue;
+        ++differing;
+        if (rod.gid >= first) continue;
+        first = rod.gid;
+        mine = fmt::format("rod {} of '{}' in its {}", rod.index, groups_[static_cast<std::size_t>(rod.group)].name(),
+                           !state  ? "state"
+                           : works ? "springs at walls"
+                                   : "works");
+    }
+    const std::int64_t all = comm_.sum(differing), lowest = comm_.min(first);
+    std::string text;
+    if (all > 0)
+        text = fmt::format("{} of {} rods differ; the first is {}", all, plan_.rods,
+                           comm_.first_text(first == lowest ? mine : std::string()));
+    for (std::size_t i = 0; i < info.kept.size(); ++i)
+        if (!same_numbers(computed.kept()[i], info.kept[i].numbers))
+            text += fmt::format("{}'{}' differ", text.empty() ? "" : "; ", info.kept[i].name);
+    if (info.audited_from.value_or(0) != audited_from)
+        text += fmt::format("{}the energy that the audit began with differs", text.empty() ? "" : "; ");
+    return text;
+}
+
+} // namespace skein

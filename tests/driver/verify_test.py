@@ -1,0 +1,90 @@
+"""`skein verify`: a stretch between two checkpoints computed again, on any ranks; a changed number is found."""
+
+import re
+import subprocess
+import unittest
+
+import h5py
+import numpy
+
+from branch_test import BranchTest
+from contact_test import SCENE as CONTACT_SCENE
+from driver import MPIRUN, SKEIN
+
+
+def mixed(h):
+    h = (h ^ (h >> 30)) * 0xBF58476D1CE4E5B9 % 2**64
+    h = (h ^ (h >> 27)) * 0x94D049BB133111EB % 2**64
+    return h ^ (h >> 31)
+
+
+def digest_of(gid, numbers):
+    """hash_numbers of src/rod/rods.cpp."""
+    prime = 0x9E3779B97F4A7C15
+    h = mixed((gid + prime) % 2**64)
+    for word in numpy.ascontiguousarray(numbers, dtype=numpy.float64).view(numpy.uint64).ravel():
+        h = (h ^ int(word)) * prime % 2**64
+        h = ((h << 27) | (h >> 37)) % 2**64
+    return mixed(h)
+
+
+class Verify(BranchTest):
+    def verify(self, out, *arguments, ranks=1, expect=0):
+        done = subprocess.run([MPIRUN, "-n", str(ranks), SKEIN, "verify", str(self.directory / out), "--threads", "1", *arguments],
+                              capture_output=True, text=True, timeout=200)
+        self.assertEqual(done.returncode, expect, done.stdout + done.stderr)
+        return done
+
+    def alter(self, out, first_gid):
+        """One number of the newest checkpoint, with digests that fit."""
+        with h5py.File(self.newest(out), "r+") as file:
+            state = file["groups/cilia/state"]
+            numbers = state[7]
+            before = digest_of(first_gid + 7, numbers)
+            numbers[3, 1] = numpy.nextafter(numbers[3, 1], 1)
+            state[7] = numbers
+            change = digest_of(first_gid + 7, numbers) - before
+            for attributes in (state.attrs, file.attrs):
+                attributes.modify("digest", numpy.uint64((int(attributes["digest"]) + change) % 2**64))
+
+    def test_rods(self):
+        self.run_skein("run", "--set", "output.audit=true")
+        before = self.results("run")
+        ends = []  # of stretches
+        for path in sorted((self.directory / "run").glob("checkpoint_*.h5"))[1:]:
+            with h5py.File(path) as file:
+                ends.append(f"{int(file.attrs['digest']):016x}")
+        self.assertEqual(ends[-1], self.digest("run"))
+        for ranks in (1, 2):
+            for segment, digests in (((), ends[-1:]), (("--segment", "0"), ends[:1]), (("--segment", "random"), ends)):
+                self.assertIn(re.search("digest (.*)", self.verify("run", *segment, ranks=ranks).stdout)[1], digests)
+        self.assertEqual(self.results("run"), before, "verify wrote into the directory")
+        self.alter("run", 0)
+        done = self.verify("run", ranks=2, expect=7)
+        self.assertIn("1 of 28 rods differ; the first is rod 7 of 'cilia'", done.stderr)
+        self.assertRegex(done.stderr, r"steps \d+ to \d+")
+        self.assertIn("expected random", self.verify("run", "--segment", str(len(ends)), expect=2).stderr)
+
+    def test_contact_and_branches(self):
+        self.scene.write_text(CONTACT_SCENE)
+        self.run_skein("run", "--until", "0.15", ranks=2)
+        for ranks in (1, 2):
+            self.verify("run", ranks=ranks)
+        self.branch("run", "branch", "--set", "time.dt=4.1e-5")
+        self.go_on("branch", "--until", "0.2")
+        self.verify("branch")
+        with h5py.File(self.newest("run"), "r+") as file:
+            memory = file["kept/contact_memory"]
+            numbers = memory[:]
+            numbers[2 + 11 * 3 + 5] += 1e-12
+            memory[:] = numbers
+            memory.attrs.modify("digest", numpy.uint64(digest_of(0, numbers[: int(memory.attrs["count"])])))
+        self.assertIn("'contact_memory' differ", self.verify("run", expect=7).stderr)
+
+    def test_one_checkpoint_is_not_enough(self):
+        self.run_skein("run", "--until", "3.6")
+        self.assertIn("holds 1 checkpoint", self.verify("run", expect=2).stderr)
+
+
+if __name__ == "__main__":
+    unittest.main()
