@@ -1,10 +1,10 @@
 # Kernels: the passes of rods, contact and search, compiled once per level of instructions (src/core/level.hpp) and chosen at start.
-# All else is compiled for the baseline, x86-64.
+# All else is compiled for the baseline, x86-64. No pack may cross from one to the other: how wide ones are passed depends on the level.
 #
 # What is compiled for a level must not be called where another is meant, and a linker that finds an inline function twice, of the
 # standard library say, keeps either. So the objects of a level are linked into one, in which all names but that of its table of
 # entry points (src/kernels/kernels.hpp) are made local, and its code goes into a section with the name of the level:
-# tests/architecture/levels_test.py looks for its instructions in all others.
+# tests/architecture/levels_test.py looks for its instructions in all others, and for packs in the names that a level wants of others.
 
 set(SKEIN_LANES 1 2 4 8 CACHE STRING "Widths to build kernels for; those that are missing are served by others")
 set(SKEIN_LEVEL_MARCH_x86_64 x86-64)
@@ -43,7 +43,7 @@ function(skein_kernel_flags target level)
 endfunction()
 
 set(SKEIN_CONTACT_KERNELS ${CMAKE_SOURCE_DIR}/src/contact/broad_phase.cpp ${CMAKE_SOURCE_DIR}/src/contact/contact_push.cpp
-                          ${CMAKE_SOURCE_DIR}/src/contact/contacts.cpp)
+                          ${CMAKE_SOURCE_DIR}/src/contact/contacts.cpp ${CMAKE_SOURCE_DIR}/src/core/rotation.cpp)
 set(SKEIN_ROD_KERNELS ${CMAKE_SOURCE_DIR}/src/kernels/kernels_at.cpp ${CMAKE_SOURCE_DIR}/src/rod/rod_tiles.cpp)
 
 # skein_level(<level>): libraries skein_contact_<level> and skein_rods_<level>_w<width>, and in SKEIN_LEVEL_OBJECT_<level> the object

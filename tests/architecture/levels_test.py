@@ -1,9 +1,9 @@
 #!/usr/bin/env python3
 """Looks through the program that no instruction of a level stands outside that level's kernels (cmake/SkeinKernels.cmake).
 
-    levels_test.py OBJDUMP SKEIN
+    levels_test.py OBJDUMP SKEIN KERNELS...
 
-Every level must be found where it belongs, so that a test which finds nothing elsewhere has looked.
+KERNELS are the joined objects of the levels; functions that they call elsewhere take no packs. Every level must be found where it belongs, so that a test which finds nothing elsewhere has looked.
 """
 import re
 import subprocess
@@ -24,7 +24,7 @@ def level_of(mnemonic, operands):
 assert level_of("vpermilpd", "$0xb2,(%rdi),%zmm0") == 2 and level_of("vaddpd", "%ymm1,%ymm2,%ymm3") == 1
 assert level_of("addpd", "%xmm1,%xmm2") == 0 and level_of("vmovsd", "%xmm0,8(%rax)") == 1
 
-objdump, program = sys.argv[1:3]
+objdump, program, *kernels = sys.argv[1:]
 found, wrong, section, function = {}, [], "", ""
 with subprocess.Popen([objdump, "-d", "--no-show-raw-insn", program], stdout=subprocess.PIPE, text=True) as listing:
     for line in listing.stdout:
@@ -40,6 +40,11 @@ with subprocess.Popen([objdump, "-d", "--no-show-raw-insn", program], stdout=sub
 assert not listing.returncode, objdump
 for line in wrong[:10]:
     print(line)
+for path in kernels:
+    symbols = subprocess.run([objdump, "-t", path], capture_output=True, text=True, check=True).stdout
+    wanted = {line.split()[-1] for line in symbols.splitlines() if "*UND*" in line}
+    assert any("RodGroup" in name for name in wanted), path
+    wrong += [f"{path} calls {name}, which is compiled for another level" for name in wanted if "4PackI" in name]
 missing = [name for name, level in LEVELS.items() if found.get(name) != level]
 if missing:
     print("sections without the instructions of their level:", ", ".join(missing))
