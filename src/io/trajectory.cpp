@@ -550,9 +550,8 @@ struct FrameWriter::Impl {
 };
 
 FrameWriter::FrameWriter(const Communicator& comm, std::string directory, FrameKind kind, const OutputSpec& spec,
-                         std::span<const RodGroup> groups, const Rods& rods, std::int64_t resume_step,
-                         std::string title, std::uint64_t buffer_bytes, Warn warn, std::optional<std::int64_t> expected,
-                         std::uint64_t flush_bytes)
+                         std::span<const RodGroup> groups, const Rods& rods, std::int64_t resume_step, std::string title,
+                         std::uint64_t buffer_bytes, Warn warn, std::optional<std::int64_t> expected, std::uint64_t flush_bytes)
     : impl_(new Impl{comm, std::move(directory), kind, spec, std::move(title), std::move(warn)}) {
     for (const RodGroup& group : groups) {
         impl_->groups.emplace_back(comm, group, rods, kind, spec);

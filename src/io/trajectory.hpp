@@ -31,9 +31,9 @@ public:
     /// as *.damaged. `warn` (called on root) is told of these and of frames that are missing; `expected` is the last frame that
     /// there should be, where that is known. Collective.
     FrameWriter(const Communicator& comm, std::string directory, FrameKind kind, const OutputSpec& spec,
-                std::span<const RodGroup> groups, const Rods& rods, std::int64_t resume_step,
-                std::string title, std::uint64_t buffer_bytes = default_buffer_bytes, Warn warn = {},
-                std::optional<std::int64_t> expected = {}, std::uint64_t flush_bytes = default_flush_bytes);
+                std::span<const RodGroup> groups, const Rods& rods, std::int64_t resume_step, std::string title,
+                std::uint64_t buffer_bytes = default_buffer_bytes, Warn warn = {}, std::optional<std::int64_t> expected = {},
+                std::uint64_t flush_bytes = default_flush_bytes);
     /// Of frames that wait in memory, per rank. Buffers of records that stay and of those that go to other ranks are up to twice
     /// that, and the latter are there twice more while a field is written.
     static constexpr std::uint64_t default_buffer_bytes = 32 << 20;
