@@ -321,11 +321,17 @@ void H5File::write(const std::string& path, H5Type type, const H5Box& box, const
     agree(selection.valid, path + " has no such part");
     const bool well = H5Dwrite(dataset, type_id(type), selection.memory, selection.file, collective_transfer(), data) >= 0;
     agree(well, path + " cannot be written");
-    start_flush();
+    std::uint64_t bytes = H5Tget_size(type_id(type));
+    for (const std::uint64_t extent : box.count) bytes *= extent;
+    start_flush(bytes);
 }
 
-void H5File::start_flush() {
+void H5File::start_flush(std::uint64_t bytes) {
 #if defined(SYNC_FILE_RANGE_WRITE)
+    constexpr std::uint64_t worth_it = 4 << 20; // less only keeps a busy disk from other work
+    unflushed_ += bytes;
+    if (unflushed_ < worth_it) return;
+    unflushed_ = 0;
     if (descriptor_ < 0) descriptor_ = ::open(path_.c_str(), O_WRONLY | O_CLOEXEC);
     if (descriptor_ >= 0) ::sync_file_range(descriptor_, 0, 0, SYNC_FILE_RANGE_WRITE);
 #endif

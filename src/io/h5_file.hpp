@@ -66,8 +66,9 @@ public:
     void get(const std::string& object, const std::string& name, std::string& value) const;
 
 private:
-    /// Has the disk begin with what was written, so that less is left to wait for in close(). A hint: nothing fails.
-    void start_flush();
+    /// Has the disk begin with what was written, these `bytes` last, so that less is left to wait for in close(). A hint: nothing
+    /// fails.
+    void start_flush(std::uint64_t bytes);
     void agree(bool well, const std::string& deed) const;
     void set(const std::string& object, const std::string& name, H5Type type, const void* value);
     void get(const std::string& object, const std::string& name, H5Type type, void* value) const;
@@ -77,7 +78,8 @@ private:
     Mode mode_;
     std::int64_t id_ = -1;
     std::uint64_t reserved_ = 0;
-    int descriptor_ = -1; ///< of the file, for start_flush; absent where it could not be opened
+    int descriptor_ = -1;         ///< of the file, for start_flush; absent where it could not be opened
+    std::uint64_t unflushed_ = 0; ///< bytes since its last
 };
 
 /// Shows each frame k of datasets <group>/<name>, `frames` of them, as a dataset <group>/frames/<k>/<name> of its own, without a

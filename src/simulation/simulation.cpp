@@ -287,8 +287,8 @@ void Simulation::show_progress(bool last) {
     std::vector<double> values;
     if (!progress_columns_.empty() && (show_now_ || last || clock_.done() >= last_step_ || ended())) {
         const auto timing = timers_.time(Phase::observe);
-        const std::vector<double> all = observables();
-        for (const std::size_t column : progress_columns_) values.push_back(all[column]);
+        look();
+        for (const std::size_t column : progress_columns_) values.push_back(last_sample_[column]);
     }
     show_now_ = false;
     progress_->show(clock_.done(), values);
