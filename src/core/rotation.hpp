@@ -32,7 +32,8 @@ inline constexpr double small_versine = 0.0315; // theta = 0.503
 template <class P> struct HalfAngle { P cosine, sine_over; };
 
 namespace detail {
-/// The lanes beyond the polynomials' reach. By reference, as how wide packs are passed by value depends on the level of instructions.
+/// The lanes beyond the polynomials' reach. By reference, as how wide packs are passed by value depends on the level of
+/// instructions.
 template <int W> [[gnu::noinline, gnu::cold]] void large_half_angle(const Pack<W>& squared, HalfAngle<Pack<W>>& f);
 } // namespace detail
 

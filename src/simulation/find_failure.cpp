@@ -33,6 +33,7 @@ struct Tightest {
     double dt = HUGE_VAL; ///< s
     int element = 0;
     const char* mode = "";
+    double dilatation = 1;
 };
 Tightest tightest(const RodGroup& group, std::span<Slot<1>> state, double stability) {
     Tightest found;
@@ -41,6 +42,9 @@ Tightest tightest(const RodGroup& group, std::span<Slot<1>> state, double stabil
         for (std::size_t mode = 0; mode < std::size(all); ++mode)
             if (const double dt = 2 * stability / std::sqrt(all[mode]); dt < found.dt) found = {dt, k, present_modes[mode]};
     });
+    const auto at = static_cast<std::size_t>(found.element);
+    const Vec3d edge = lane(state[at + 1].position, 0) - lane(state[at].position, 0);
+    found.dilatation = group.element[at].inv_rest_length * dot(lane(third_director(state[at].director), 0), edge);
     return found;
 }
 
@@ -134,10 +138,10 @@ Simulation::Unfit Simulation::first_unfit() const {
         if (const auto what = complaint(group, state)) {
             first = {rod.gid, i, what->finite, false, name + what->text + tension_hint(group, state)};
         } else if (const Tightest t = tightest(group, state, stability); t.dt < plan_.dt && !plan_.force_dt) {
-            first = {
-                rod.gid, i, true, true,
-                fmt::format("{}element {}: dt = {:.4g} s is {:.3g} of the limit {:.4g} s that its present strains leave ({} mode)",
-                            name, t.element, plan_.dt, plan_.dt / t.dt, t.dt, t.mode)};
+            first = {rod.gid, i, true, true,
+                     fmt::format("{}element {}: dt = {:.4g} s is {:.3g} of the limit {:.4g} s that its present strains leave ({} "
+                                 "mode, dilatation e = {:.4g})",
+                                 name, t.element, plan_.dt, plan_.dt / t.dt, t.dt, t.mode, t.dilatation)};
         }
     }
     return first;
