@@ -1,5 +1,6 @@
 #include "commands.hpp"
 
+#include "core/timer.hpp"
 #include "scene/scene_file.hpp"
 
 #include <unistd.h>
@@ -32,6 +33,21 @@ int guarded(const Communicator& comm, const std::function<int()>& work) {
     message = comm.first_text(message);
     if (comm.root() && !message.empty()) std::fprintf(stderr, "error: %s\n", message.c_str());
     return static_cast<int>(comm.max(static_cast<std::int64_t>(code)));
+}
+
+/// Read by root alone: a thousand ranks that open one file bring a shared disk to its knees.
+std::string text_for_all(const Communicator& comm, const std::string& file) {
+    std::string text, error;
+    if (comm.root()) {
+        try {
+            text = read_scene_text(file);
+        } catch (const std::exception& e) {
+            error = e.what();
+        }
+    }
+    error = comm.broadcast(error);
+    if (!error.empty()) throw InputError(error);
+    return comm.broadcast(std::move(text));
 }
 
 int alone(const std::function<void()>& work) {
@@ -101,12 +117,15 @@ int run_command(const RunArguments& arguments, int& argc, char**& argv) {
     const Communicator comm = Communicator::world();
     stop_on_signals();
     return guarded(comm, [&] {
-        const SceneSpec scene = read_scene(arguments.scene.file, arguments.scene.overrides);
+        const double began = wall_seconds();
+        const SceneSpec scene =
+            parse_scene(arguments.scene.file, text_for_all(comm, arguments.scene.file), arguments.scene.overrides);
         std::vector<RodGroup> groups = make_groups(scene);
         const Machine machine = machine_of(comm, arguments);
         const Threads threads(machine.threads, arguments.shuffle);
         Plan plan = make_plan(scene, groups, machine);
         RunOptions options = arguments.options;
+        options.began = began;
         if (options.out.empty()) options.out = default_out(arguments.scene.file);
         if (comm.root() && !options.quiet) {
             std::printf("%s", to_text(plan).c_str());

@@ -1,5 +1,4 @@
-// TOML text as a tree that remembers where each key and value stands. It keeps the parser's header, which costs 14 s of compile
-// time, inside scene_toml.cpp.
+// TOML text as a tree that remembers where each key and value stands.
 #pragma once
 
 #include "scene/problems.hpp"
@@ -34,6 +33,8 @@ struct TomlEntry {
     std::string key;
     Place place; ///< of the key
     TomlValue value;
+    /// How the text opened it: decides what later lines may add to it.
+    enum class Made : char { value, implied, header, dotted, list } made = Made::value;
 };
 
 /// "the string "abc"", "an array of 2 values", ...: what a message says was found.

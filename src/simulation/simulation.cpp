@@ -69,7 +69,9 @@ Simulation::Simulation(const Communicator& comm, const Threads& threads, const S
     : comm_(comm), threads_(threads), groups_(std::move(groups)), plan_(std::move(plan)),
       options_(std::move(options)), sets_{scene.output.observes("angular_momentum"), scene.output.observes("curvature"),
                                           scene.output.observes("knots")},
-      physics_(physics_json(scene, plan_.dt)), started_(wall_seconds()), clock_(plan_.dt, 0, plan_.integrator) {
+      physics_(physics_json(scene, plan_.dt)), started_(options_.began > 0 ? options_.began : wall_seconds()),
+      clock_(plan_.dt, 0, plan_.integrator) {
+    timers_.add(Phase::setup, wall_seconds() - started_);
     const auto setup = timers_.time(Phase::setup);
     on_root(comm_, [&] {
         std::filesystem::create_directories(options_.out);

@@ -39,6 +39,7 @@ struct RunOptions {
     Protocol protocol = Protocol::asynchronous;
     bool checkpoint = true; ///< false: none is written, not even at the end; for timing
     bool quiet = false;     ///< no progress line
+    double began = 0;       ///< wall_seconds() when the scene began to be read, which counts as set-up; 0: now
 };
 
 /// How a run ended.
