@@ -49,9 +49,9 @@ struct RodFigures {
     std::array<double, extremes> extreme{};
 };
 
-RodFigures figures(const RodGroup& group, std::span<const Slot<1>> state, double time) {
+RodFigures figures(const RodGroup& group, std::span<const Slot<1>> state, double time, std::int64_t index) {
     RodFigures f;
-    const RodEnergy u = rod_energy(group, state, time);
+    const RodEnergy u = rod_energy(group, state, time, index);
     f.sum[translation] = u.translation;
     f.sum[rotation_] = u.rotation;
     f.sum[stretch] = u.stretch;
@@ -88,7 +88,7 @@ RodFigures figures(const RodGroup& group, std::span<const Slot<1>> state, double
 
 } // namespace
 
-RodEnergy rod_energy(const RodGroup& group, std::span<const Slot<1>> state, double time) {
+RodEnergy rod_energy(const RodGroup& group, std::span<const Slot<1>> state, double time, std::int64_t index) {
     if (is_rigid(group)) {
         const RigidEnergy u = rigid_energy(group, state);
         return {.translation = u.translation, .rotation = u.rotation};
@@ -123,10 +123,10 @@ RodEnergy rod_energy(const RodGroup& group, std::span<const Slot<1>> state, doub
                  factor(v.share_before * e[k] + v.share_after * e[next]), v.stiffness, v.rest_curvature);
     }
     if (group.spec().start == EndKind::clamped)
-        add_cell(u, relative_rotation(lane(state[0].director, 0), start_wall_frame(group, time)),
+        add_cell(u, relative_rotation(lane(state[0].director, 0), start_wall_frame(group, index, time)),
                  0.5 * group.element[0].rest_length, factor(e[0]), group.element[0].bending, group.start_wall_rest_curvature);
     if (group.spec().end == EndKind::clamped)
-        add_cell(u, relative_rotation(end_wall_frame(group, time), lane(state[n - 1].director, 0)),
+        add_cell(u, relative_rotation(end_wall_frame(group, index, time), lane(state[n - 1].director, 0)),
                  0.5 * group.element[n - 1].rest_length, factor(e[n - 1]), group.element[n - 1].bending,
                  group.end_wall_rest_curvature);
     return u;
@@ -170,7 +170,7 @@ std::vector<double> observe(const Communicator& comm, const Threads& threads, st
         copy.resize(static_cast<std::size_t>(group.slots()));
         rods.export_rod(i, copy);
         synchronise(group, copy, lag);
-        all[i] = figures(group, copy, time);
+        all[i] = figures(group, copy, time, local[i].index);
         if (sets.any()) extra[i] = extra_figures(group, copy, sets);
     });
 

@@ -240,6 +240,16 @@ private:
         file.write(path(name), h5_type<T>(), {{begin, 0}, {size, width}}, rows.data());
     }
 
+    /// What the owner of a rod alone may know.
+    template <class F> void write_vectors(H5File& file, const std::string& name, F&& vector_of) const {
+        std::vector<Vec3d> own;
+        for (const std::size_t i : local_) own.push_back(vector_of(rods_.local()[i].index));
+        const auto block = blocks_.to_blocks(std::as_bytes(std::span(own)), sizeof(Vec3d));
+        write_rows<double>(file, name, 3, [&](std::int64_t i, double* out) {
+            std::memcpy(out, &block[static_cast<std::size_t>(i - blocks_.begin()) * sizeof(Vec3d)], sizeof(Vec3d));
+        });
+    }
+
     /// Radius at node k of the undeformed rod: mean of the elements that meet there.
     double node_radius(std::int64_t k) const {
         const std::int64_t last = group_.elements() - 1;
@@ -248,11 +258,8 @@ private:
     }
 
     void write_constants(H5File& file, const Communicator& comm) const {
-        const auto put_vector = [](const Vec3d& v, double* out) { out[0] = v.x, out[1] = v.y, out[2] = v.z; };
-        write_rows<double>(file, "origin", 3, [&](std::int64_t i, double* out) { put_vector(group_.origin(i), out); });
-        if (magnetised())
-            write_rows<double>(file, "magnetisation", 3,
-                               [&](std::int64_t i, double* out) { put_vector(group_.magnetisation(i), out); });
+        write_vectors(file, "origin", [&](std::int64_t i) { return group_.origin(i); });
+        if (magnetised()) write_vectors(file, "magnetisation", [&](std::int64_t i) { return group_.magnetisation(i); });
         if (kind_ == FrameKind::tips) return;
 
         const std::int64_t nodes = group_.slots();

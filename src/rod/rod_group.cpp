@@ -10,8 +10,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <filesystem>
-#include <fstream>
 #include <numbers>
 
 namespace skein {
@@ -19,16 +17,6 @@ namespace skein {
 namespace {
 
 constexpr double pi = std::numbers::pi;
-
-/// Frame with rows d1 (from the normal, made orthogonal), d2, d3 (from the tangent).
-Quaterniond frame_of(const Placement& p) {
-    const Vec3d d3 = (1 / norm(p.tangent)) * p.tangent;
-    const bool along_x = std::abs(d3.x) > 0.99;
-    const Vec3d normal = p.normal.value_or(along_x ? Vec3d{0, 1, 0} : Vec3d{1, 0, 0});
-    const Vec3d across = normal - dot(normal, d3) * d3;
-    const Vec3d d1 = (1 / norm(across)) * across;
-    return quaternion({d1, cross(d3, d1), d3});
-}
 
 /// Where an element lies: its rest length and the arc length of its middle, both over the rod's length.
 struct Share {
@@ -141,73 +129,14 @@ RodSpec completed(RodSpec spec) {
     return spec;
 }
 
-/// The "1" pixels of a P1 bitmap as lattice points; x along a row, y = 0 in the last row.
-std::vector<Vec3d> read_mask(const std::string& path, const std::string& source, double dx, double dy) {
-    std::ifstream file(path);
-    if (!file) throw InputError(source + ": mask file '" + path + "' cannot be opened");
-    std::string magic;
-    file >> magic;
-    if (magic != "P1") throw InputError(path + ":1: expected a plain PBM bitmap (magic 'P1'), found '" + magic + "'");
-    const auto number = [&] {
-        while (file >> std::ws && file.peek() == '#') file.ignore(1 << 20, '\n');
-        long value = 0;
-        if (!(file >> value) || value < 1) throw InputError(path + ": expected width and height after 'P1'");
-        return value;
-    };
-    const long width = number(), height = number();
-    std::vector<Vec3d> points;
-    for (long row = 0; row < height; ++row)
-        for (long column = 0; column < width; ++column) {
-            char pixel = 0;
-            if (!(file >> pixel) || (pixel != '0' && pixel != '1'))
-                throw InputError(path + ": row " + std::to_string(row + 1) + ", column " + std::to_string(column + 1) +
-                                 ": expected 0 or 1 (the bitmap is " + std::to_string(width) + " x " + std::to_string(height) +
-                                 ")");
-            if (pixel == '1') points.push_back({static_cast<double>(column) * dx, static_cast<double>(height - 1 - row) * dy, 0});
-        }
-    if (points.empty()) throw InputError(path + ": the bitmap has no 1, so the group has no rod");
-    return points;
-}
-
-std::vector<Vec3d> placement_origins(const RodSpec& spec, const std::string& directory) {
-    const Placement& p = spec.placement;
-    std::vector<Vec3d> origins;
-    const auto lattice = [&](const std::vector<long>& counts) {
-        const auto along = [&](std::size_t axis) { return axis < counts.size() ? counts[axis] : 1; };
-        const auto step = [&](std::size_t axis) { return axis < p.spacing.size() ? p.spacing[axis] : 0.0; };
-        for (long z = 0; z < along(2); ++z)
-            for (long y = 0; y < along(1); ++y)
-                for (long x = 0; x < along(0); ++x)
-                    origins.push_back(Vec3d{static_cast<double>(x) * step(0), static_cast<double>(y) * step(1),
-                                            static_cast<double>(z) * step(2)});
-    };
-    switch (p.kind) {
-    case PlacementKind::single:
-        origins = {{0, 0, 0}};
-        break;
-    case PlacementKind::line:
-    case PlacementKind::lattice:
-        lattice(p.counts);
-        break;
-    case PlacementKind::mask:
-        origins = read_mask((std::filesystem::path(directory) / p.file).string(), spec.source, p.spacing.at(0), p.spacing.at(1));
-        break;
-    case PlacementKind::list:
-        origins = p.origins;
-        break;
-    case PlacementKind::packing:
-        return {}; // once the rod is known
-    }
-    for (Vec3d& o : origins) o += p.origin;
-    return origins;
-}
-
 } // namespace
 
 RodGroup::RodGroup(const RodSpec& spec, int id, std::int64_t first_gid, const std::string& directory,
-                   std::vector<Capsule>* occupied)
-    : spec_(completed(spec)), id_(id), first_gid_(first_gid), frame_(frame_of(spec.placement)),
-      origins_(placement_origins(spec, directory)) {
+                   std::vector<Capsule>* occupied, std::shared_ptr<const RodSource> source)
+    : spec_(completed(spec)), id_(id), first_gid_(first_gid),
+      places_(source ? Places(std::move(source), spec.placement.origin) : Places(spec_, directory)) {
+    spec_.placement.origins = spec_.placement.tangents = spec_.placement.normals = {}; // places_ has them
+    frame_ = turned() ? no_turn : frame_of(spec.placement.tangent, spec.placement.normal);
     const Shape& shape = spec_.shape;
     const long n = shape.elements, cells = closed() ? n : n - 1;
     const auto share = shares(shape);
@@ -271,8 +200,7 @@ RodGroup::RodGroup(const RodSpec& spec, int id, std::int64_t first_gid, const st
     }
 
     if (spec_.placement.kind == PlacementKind::packing) pack_rods(occupied);
-    corner_ = origins_.front();
-    for (const Vec3d& o : origins_) corner_ = {std::min(corner_.x, o.x), std::min(corner_.y, o.y), std::min(corner_.z, o.z)};
+    if (!places_.from_file()) corner_ = places_.corner();
 }
 
 void RodGroup::pack_rods(std::vector<Capsule>* occupied) {
@@ -282,16 +210,21 @@ void RodGroup::pack_rods(std::vector<Capsule>* occupied) {
     for (std::size_t k = 0; k < share.size(); ++k) radius = std::max(radius, outer_radius(spec_, k, share[k]));
     PackedRods packed = pack(spec_.placement.packing, norm(start_offsets_.back()), radius, occupied ? *occupied : none,
                              fmt::format("{}: group '{}'", spec_.source, spec_.name));
-    origins_ = std::move(packed.origins);
-    turns_ = std::move(packed.frames);
+    places_ = Places(std::move(packed.origins), std::move(packed.frames));
     packed_fill_ = packed.fill;
     packed_top_ = packed.top;
+}
+
+void RodGroup::read_all() {
+    if (!places_.waits()) return;
+    places_.read(0, count());
+    set_read(places_.corner(), places_.digest());
 }
 
 void RodGroup::append_capsules(std::int64_t i, std::vector<Capsule>& capsules) const {
     const auto share = shares(spec_.shape);
     for (std::size_t k = 0; k < share.size(); ++k)
-        capsules.push_back({origin(i) + turned(i, start_offsets_[k]), origin(i) + turned(i, start_offsets_[k + 1]),
+        capsules.push_back({origin(i) + as_turned(i, start_offsets_[k]), origin(i) + as_turned(i, start_offsets_[k + 1]),
                             outer_radius(spec_, k, share[k])});
 }
 
@@ -299,7 +232,7 @@ void RodGroup::start_state(std::int64_t i, std::span<Slot<1>> out) const {
     const int n = elements();
     for (int k = 0; k <= n; ++k) {
         Slot<1>& s = out[static_cast<std::size_t>(k)];
-        set_lane(s.position, 0, origin(i) + turned(i, start_offsets_[static_cast<std::size_t>(k)]));
+        set_lane(s.position, 0, origin(i) + as_turned(i, start_offsets_[static_cast<std::size_t>(k)]));
         set_lane(s.velocity, 0, holds_node(k) ? Vec3d{0, 0, 0} : spec_.shape.velocity);
         if (k < n) {
             set_lane(s.director, 0, start_director(i, static_cast<std::size_t>(k)));

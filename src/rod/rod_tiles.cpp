@@ -209,7 +209,7 @@ template <int W> void RodTiles<W>::take_start_states() {
                 for (int i = 0; i < W; ++i) {
                     set_lane(tile.slot[row], i, still);
                     const int slot = tile.strands->slot(i, row);
-                    if (slot == tile.group_of(i).elements()) set_lane(tile.slot[row].director, i, tile.group_of(i).end_frame());
+                    if (slot == tile.group_of(i).elements()) set_lane(tile.slot[row].director, i, tile.group_of(i).end_frame(tile.index_of(i)));
                 }
     std::vector<Slot<1>> state;
     for (std::size_t i = 0; i < local_.size(); ++i) {

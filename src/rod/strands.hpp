@@ -153,7 +153,7 @@ template <int W> Strands<W>::Strands(std::span<const Seat> seats, int rows) : se
         const RodGroup& group = *seat(i).group;
         length.set(i, group.spec().shape.length);
         density.set(i, group.spec().material.density);
-        set_lane(start_frame, i, group.frame());
+        set_lane(start_frame, i, group.frame(seat(i).index));
         set_lane(start_rest_curvature, i, group.start_wall_rest_curvature);
     }
 

@@ -83,6 +83,7 @@ struct Plan {
     double frame_bytes = 0;          ///< all ranks, frames on their way to disk
     double output_bytes = 0;         ///< all frames of the run
     double predicted_s = 0;          ///< wall time of the steps
+    std::vector<std::string> notes;  ///< what looks like a slip, or comes otherwise than asked for
     std::vector<std::string> absent; ///< physics and services that this scene does not need
 };
 

@@ -28,6 +28,9 @@ void check_scene(const SceneSpec& scene);
 /// `physics_only` leaves title and outputs out, which may change on resume.
 std::string scene_json(const SceneSpec& scene, bool physics_only);
 
+/// The scene as TOML with every key, its unit and meaning: keys at their defaults stand as comments. Reads back as the same scene.
+std::string scene_text(const SceneSpec& scene);
+
 /// The reference page of all keys (docs/scene.md), in Markdown.
 std::string scene_reference();
 

@@ -1,5 +1,6 @@
 #include "scene/scene_keys.hpp"
 
+#include "scene/scene_file.hpp"
 #include "scene/scene_tables.hpp"
 
 #include <cmath>
@@ -14,7 +15,15 @@ constexpr std::string_view absent = "-";
 
 std::string text_of(double x) { return fmt::format("{}", x); }
 std::string text_of(long i) { return fmt::format("{}", i); }
-std::string text_of(const std::string& s) { return s.empty() ? std::string(absent) : fmt::format("\"{}\"", s); }
+std::string text_of(const std::string& s) {
+    if (s.empty()) return std::string(absent);
+    std::string text = "\"";
+    for (const char c : s) {
+        if (c == '"' || c == '\\') text += '\\';
+        text += c == '\n' ? "\\n" : c == '\t' ? "\\t" : std::string(1, c);
+    }
+    return text + "\"";
+}
 std::string text_of(const Vec3d& v) { return std::isnan(v.x) ? std::string(absent) : fmt::format("[{}, {}, {}]", v.x, v.y, v.z); }
 template <class T> std::string text_of(const std::vector<T>& list) {
     std::string text;
@@ -87,7 +96,52 @@ void add_changed(std::set<std::string>& paths, const Spec& spec, const Spec& def
         if (now[i].value != before[i].value) paths.insert(now[i].path());
 }
 
+/// A key as a line of a scene; one that stands at its default as a comment, since a default may have no use beside other keys.
+std::string line_of(const KeyEntry& key, bool given) {
+    const std::string unit = key.field.unit.empty() || key.field.unit == "-" ? "" : fmt::format("[{}] ", key.field.unit);
+    const std::string value = key.value == absent ? "" : key.value;
+    return fmt::format("{}{} = {}  # {}{}\n", given ? "" : "# ", key.field.name, value, unit, key.field.text);
+}
+
+/// A table of a scene with the tables in it. Its own keys come first: TOML knows no way back from an inner table.
+std::string table_text(const std::string& heading, const std::string& table, const Keys& now, const Keys& defaults) {
+    std::vector<std::string> tables = {table};
+    for (const KeyEntry& key : now)
+        if (key.type == "table") tables.push_back(key.path());
+    std::string text;
+    for (const std::string& inner : tables) {
+        std::string lines;
+        bool any = false;
+        for (std::size_t i = 0; i < now.size(); ++i) {
+            if (now[i].table != inner || now[i].type == "table") continue;
+            const bool given = now[i].value != absent && (now[i].field.required || now[i].value != defaults[i].value);
+            lines += line_of(now[i], given);
+            any |= given;
+        }
+        const std::string head = inner == table ? heading : fmt::format("[{}]", inner);
+        if (!lines.empty()) text += fmt::format("\n{}{}\n{}", any || inner == table ? "" : "# ", head, lines);
+    }
+    return text;
+}
+template <class Spec>
+std::string table_text(const std::string& heading, const std::string& table, const Spec& spec, const Spec& defaults) {
+    return table_text(heading, table, keys_of(spec, table), keys_of(defaults, table));
+}
+
 } // namespace
+
+std::string scene_text(const SceneSpec& scene) {
+    std::string text = line_of(title_key(scene.title).front(), !scene.title.empty());
+    text += table_text("[time]", "time", scene.time, TimeSpec{});
+    for (const RodSpec& rods : scene.rods) text += table_text("[[rods]]", "rods", rods, RodSpec{});
+    for (const LoadSpec& load : scene.loads)
+        text += table_text("[[load]]", "load", load, LoadSpec{.load = make_load(static_cast<int>(load.load.index()))});
+    for (const DampingSpec& damping : scene.damping) text += table_text("[[damping]]", "damping", damping, DampingSpec{});
+    if (scene.contact) text += table_text("[contact]", "contact", *scene.contact, ContactSpec{});
+    for (const ContactPair& pair : scene.contact_pairs) text += table_text("[[contact_pair]]", "contact_pair", pair, ContactPair{});
+    for (const Wall& wall : scene.walls) text += table_text("[[wall]]", "wall", wall, Wall{});
+    return text + table_text("[output]", "output", scene.output, OutputSpec{});
+}
 
 std::vector<KeyEntry> all_keys() {
     Keys all = title_key("");

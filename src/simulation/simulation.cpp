@@ -1,5 +1,7 @@
 #include "simulation/simulation.hpp"
 
+#include "core/error.hpp"
+#include "core/memory.hpp"
 #include "diagnostics/energy_audit.hpp"
 #include "diagnostics/observables.hpp"
 #include "io/disk.hpp"
@@ -9,6 +11,7 @@
 #include "simulation/summary.hpp"
 
 #include <fmt/format.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <cmath>
@@ -29,8 +32,12 @@ volatile std::sig_atomic_t stop_requested = 0;
 std::int64_t multiple_after(std::int64_t step, std::int64_t every) { return (step / every + 1) * every; }
 
 /// What decides the bits of a run: the scene's physics and the step, not how long it runs or what it writes.
-std::string physics_json(SceneSpec scene, double dt) {
+/// A file of rods is known by what is in it, wherever it lies.
+std::string physics_json(SceneSpec scene, std::span<const RodGroup> groups, double dt) {
     scene.time = {.dt = dt, .integrator = scene.time.integrator, .damping = scene.time.damping};
+    for (std::size_t g = 0; g < groups.size(); ++g)
+        if (groups[g].places().from_file())
+            scene.rods[g].placement.file = fmt::format("{} rods, digest {:016x}", groups[g].count(), groups[g].file_digest());
     return scene_json(scene, true);
 }
 
@@ -60,6 +67,24 @@ void remove_results(const std::string& directory) {
         if (is_result(entry.path()) && entry.is_regular_file()) std::filesystem::remove(entry.path());
 }
 
+/// Refuses rods that do not fit, before any is made: the system may end a process that takes too much without a word. Of all ranks
+/// alike; those of one machine take from the same memory.
+void require_memory(const Communicator& comm, const Plan& plan) {
+    char host[256] = "";
+    ::gethostname(host, sizeof host - 1);
+    const auto hosts = comm.all_gather(std::string(host));
+    const auto sharing = static_cast<double>(std::count(hosts.begin(), hosts.end(), std::string(host)));
+    const double needed = (plan.state_bytes + plan.frame_bytes) / comm.size(), there = free_memory() / sharing;
+    std::string message;
+    if (needed > there)
+        message =
+            fmt::format("{} rods with {} elements need {:.3g} GB on {}, of which {:.3g} GB are free; fewer rods or more machines "
+                        "would do",
+                        plan.rods, plan.elements, 1e-9 * needed * sharing, host, 1e-9 * there * sharing);
+    message = comm.first_text(message);
+    if (!message.empty()) throw InputError(message);
+}
+
 } // namespace
 
 void request_stop() { stop_requested = 1; }
@@ -69,17 +94,21 @@ Simulation::Simulation(const Communicator& comm, const Threads& threads, const S
     : comm_(comm), threads_(threads), groups_(std::move(groups)), plan_(std::move(plan)),
       options_(std::move(options)), sets_{scene.output.observes("angular_momentum"), scene.output.observes("curvature"),
                                           scene.output.observes("knots")},
-      physics_(physics_json(scene, plan_.dt)), started_(options_.began > 0 ? options_.began : wall_seconds()),
-      clock_(plan_.dt, 0, plan_.integrator) {
+      started_(options_.began > 0 ? options_.began : wall_seconds()), clock_(plan_.dt, 0, plan_.integrator) {
     timers_.add(Phase::setup, wall_seconds() - started_);
     const auto setup = timers_.time(Phase::setup);
+    require_memory(comm_, plan_);
+    read_rods(comm_, groups_);
+    physics_ = physics_json(scene, groups_, plan_.dt);
     on_root(comm_, [&] {
         std::filesystem::create_directories(options_.out);
         lock_ = std::make_unique<DirectoryLock>(options_.out);
         if (options_.overwrite) remove_results(options_.out);
     });
     Surroundings around = make_surroundings(plan_, groups_);
-    rods_ = make_rods(plan_, groups_, partition(comm_, groups_), threads_, around);
+    std::vector<LocalRod> own = partition(comm_, groups_);
+    keep_own_rods(comm_, groups_, own);
+    rods_ = make_rods(plan_, groups_, std::move(own), threads_, around);
     if (around.others || around.walls)
         interactions_ = std::make_unique<Interactions>(comm_, threads_, plan_, groups_, *rods_, around);
 
