@@ -170,8 +170,10 @@ std::vector<double> observe(const Communicator& comm, const Threads& threads, st
         copy.resize(static_cast<std::size_t>(group.slots()));
         rods.export_rod(i, copy);
         synchronise(group, copy, lag);
-        all[i] = figures(group, copy, time, local[i].index);
-        if (sets.any()) extra[i] = extra_figures(group, copy, sets);
+        with_rod(group, local[i].index, [&](const RodGroup& own) {
+            all[i] = figures(own, copy, time, local[i].index);
+            if (sets.any()) extra[i] = extra_figures(own, copy, sets);
+        });
     });
 
     std::vector<std::vector<double>> columns(sums, std::vector<double>(all.size()));

@@ -129,7 +129,8 @@ public:
 
     /// Of what holds for all frames, or more.
     std::uint64_t constant_bytes() const {
-        const std::uint64_t per_node = kind_ == FrameKind::trajectory ? 16 * static_cast<std::uint64_t>(group_.slots()) : 0;
+        const std::uint64_t per_node =
+            kind_ == FrameKind::trajectory ? (group_.sized() ? 24 : 16) * static_cast<std::uint64_t>(group_.slots()) : 0;
         return count() * (per_node + 56) + 8 * static_cast<std::uint64_t>(group_.slots()) + fields_.size() * H5File::frames_slack;
     }
 
@@ -251,10 +252,24 @@ private:
     }
 
     /// Radius at node k of the undeformed rod: mean of the elements that meet there.
-    double node_radius(std::int64_t k) const {
-        const std::int64_t last = group_.elements() - 1;
-        return 0.5 * (group_.element[static_cast<std::size_t>(std::max<std::int64_t>(k - 1, 0))].radius +
-                      group_.element[static_cast<std::size_t>(std::min(k, last))].radius);
+    static double node_radius(const RodGroup& group, std::int64_t k) {
+        const std::int64_t last = group.elements() - 1;
+        return 0.5 * (group.element[static_cast<std::size_t>(std::max<std::int64_t>(k - 1, 0))].radius +
+                      group.element[static_cast<std::size_t>(std::min(k, last))].radius);
+    }
+
+    /// Of rods with sizes of their own, those of this rank's index block, node by node.
+    std::vector<double> block_radii() const {
+        std::vector<double> own;
+        for (const std::size_t i : local_)
+            with_rod(group_, rods_.local()[i].index, [&](const RodGroup& rod) {
+                for (std::int64_t k = 0; k < rod.slots(); ++k) own.push_back(node_radius(rod, k));
+            });
+        const auto bytes =
+            blocks_.to_blocks(std::as_bytes(std::span(own)), static_cast<std::size_t>(group_.slots()) * sizeof(double));
+        std::vector<double> radii(bytes.size() / sizeof(double));
+        if (!radii.empty()) std::memcpy(radii.data(), bytes.data(), bytes.size());
+        return radii;
     }
 
     void write_constants(H5File& file, const Communicator& comm) const {
@@ -265,13 +280,21 @@ private:
         const std::int64_t nodes = group_.slots();
         const auto width = static_cast<std::uint64_t>(nodes);
         std::vector<double> radius;
-        for (std::int64_t k = 0; k < nodes; ++k) radius.push_back(node_radius(k));
-        file.make_dataset(path("radius"), H5Type::float64, {width});
-        file.write(path("radius"), H5Type::float64, {{0}, {comm.root() ? width : 0}}, radius.data());
+        const auto put_radii = [&](std::int64_t i, double* out) {
+            const std::size_t first = group_.sized() ? static_cast<std::size_t>((i - blocks_.begin()) * nodes) : 0;
+            std::copy_n(radius.begin() + static_cast<std::ptrdiff_t>(first), nodes, out);
+        };
+        if (group_.sized()) {
+            radius = block_radii();
+            write_rows<double>(file, "radius", width, put_radii);
+        } else {
+            for (std::int64_t k = 0; k < nodes; ++k) radius.push_back(node_radius(group_, k));
+            file.make_dataset(path("radius"), H5Type::float64, {width});
+            file.write(path("radius"), H5Type::float64, {{0}, {comm.root() ? width : 0}}, radius.data());
+        }
         // What only the side-car needs: XDMF knows no repetition.
         write_rows<std::int64_t>(file, "rod", 1, [](std::int64_t i, std::int64_t* out) { *out = i; });
-        write_rows<double>(file, "point_radius", width,
-                           [&](std::int64_t, double* out) { std::copy(radius.begin(), radius.end(), out); });
+        write_rows<double>(file, "point_radius", width, put_radii);
         write_rows<std::int64_t>(file, "connectivity", width, [nodes](std::int64_t i, std::int64_t* out) {
             for (std::int64_t k = 0; k < nodes; ++k) out[k] = i * nodes + k;
         });

@@ -2,6 +2,7 @@
 
 #include "core/error.hpp"
 #include "core/hilbert.hpp"
+#include "rod/time_limits.hpp"
 
 #include <algorithm>
 #include <bit>
@@ -164,7 +165,12 @@ void read_rods(const Communicator& comm, std::span<RodGroup> groups) {
         const Vec3d corner = group->places().corner();
         double lowest[3] = {-corner.x, -corner.y, -corner.z};
         comm.max(lowest);
-        group->set_read({-lowest[0], -lowest[1], -lowest[2]}, comm.sum_wrapping(group->places().digest()));
+        LeastLimits limits{};
+        if (group->sized()) {
+            limits = least_limits_of_rods(*group);
+            for (double& dt : limits) dt = comm.min(dt);
+        }
+        group->set_read({-lowest[0], -lowest[1], -lowest[2]}, comm.sum_wrapping(group->places().digest()), limits);
     }
 }
 
@@ -177,7 +183,7 @@ void keep_own_rods(const Communicator& comm, std::span<RodGroup> groups, std::sp
             places.keep(indices[g]);
             continue;
         }
-        const auto records = IndexBlocks(comm, indices[g], places.count()).to_owners(places.records(), Places::record_bytes);
+        const auto records = IndexBlocks(comm, indices[g], places.count()).to_owners(places.records(), places.record_bytes());
         places.keep(indices[g], records);
     }
 }

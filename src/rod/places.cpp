@@ -1,6 +1,7 @@
 #include "rod/places.hpp"
 
 #include "core/error.hpp"
+#include "core/rotation.hpp"
 #include "rod/rods.hpp"
 
 #include <algorithm>
@@ -56,12 +57,51 @@ template <class T> void keep_rows(std::vector<T>& all, std::span<const std::size
     all = std::move(kept);
 }
 
+/// A rod through nodes as its elements have it.
+struct Traced {
+    Quaterniond frame; ///< at s = 0
+    std::vector<double> lengths;
+    std::vector<Vec3d> curvatures; ///< of the cells between elements
+};
+
+/// Frames follow the edges; d1 is given of every element, or turned along as little as may be, from that of the first. The frame
+/// at s = 0 is where the half cell of a clamped end begins.
+Traced traced(std::span<const Vec3d> nodes, std::span<const Vec3d> element_normals, const std::optional<Vec3d>& normal) {
+    Traced rod;
+    std::vector<Quaterniond> frames;
+    for (std::size_t k = 0; k + 1 < nodes.size(); ++k) {
+        const Vec3d edge = nodes[k + 1] - nodes[k];
+        rod.lengths.push_back(norm(edge));
+        const Vec3d d3 = (1 / norm(edge)) * edge;
+        if (!element_normals.empty()) {
+            frames.push_back(frame_of(d3, element_normals[k]));
+        } else if (k == 0) {
+            frames.push_back(frame_of(d3, normal));
+        } else {
+            const Vec3d before = third_director(frames.back()), d1 = transpose_times(frames.back(), Vec3d{1, 0, 0});
+            const Vec3d axis = cross(before, d3);
+            frames.push_back(frame_of(d3, d1 + cross(axis, d1) + (1 / (1 + dot(before, d3))) * cross(axis, cross(axis, d1))));
+        }
+    }
+    for (std::size_t k = 0; k + 1 < frames.size(); ++k)
+        rod.curvatures.push_back((2 / (rod.lengths[k] + rod.lengths[k + 1])) * relative_rotation(frames[k + 1], frames[k]));
+    rod.frame = rotation(-0.5 * rod.lengths[0] * rod.curvatures[0]) * frames[0];
+    return rod;
+}
+
 /// The order that makes them rise.
 std::vector<std::size_t> rising(std::span<const std::int64_t> indices) {
     std::vector<std::size_t> order(indices.size());
     std::iota(order.begin(), order.end(), std::size_t{0});
     std::sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) { return indices[a] < indices[b]; });
     return order;
+}
+
+/// Consecutive rods, as those of a lone rank, need no list, and no search in it.
+void forget_consecutive(std::int64_t& begin, std::vector<std::int64_t>& held) {
+    if (held.empty() || held.back() - held.front() + 1 != static_cast<std::int64_t>(held.size())) return;
+    begin = held.front();
+    held = {};
 }
 
 } // namespace
@@ -112,8 +152,57 @@ Places::Places(std::vector<Vec3d> origins, std::vector<Quaterniond> turns)
     : count_(static_cast<std::int64_t>(origins.size())), listed_(true), turned_(!turns.empty()), origins_(std::move(origins)),
       turns_(std::move(turns)) {}
 
-Places::Places(std::shared_ptr<const RodSource> source, const Vec3d& origin)
-    : count_(source->count()), first_(origin), listed_(true), turned_(source->has_tangents()), source_(std::move(source)) {}
+Places::Places(std::shared_ptr<const RodSource> source, const Vec3d& origin, std::int64_t elements)
+    : count_(source->count()), first_(origin), listed_(true), turned_(source->columns().turned()), source_(std::move(source)),
+      columns_(source_->columns()), elements_(static_cast<std::size_t>(elements)) {
+    width_ = columns_.length + columns_.radius + (columns_.nodes ? elements_ + 3 * (elements_ - 1) : 0) +
+             (columns_.radii ? elements_ : 0);
+}
+
+double Places::length(const RodSpec& spec, std::int64_t i) const {
+    const double* row_i = sizes_.data() + row(i) * width_;
+    if (columns_.length) return row_i[0];
+    return columns_.nodes ? std::accumulate(row_i + columns_.radius, row_i + columns_.radius + elements_, 0.0) : spec.shape.length;
+}
+
+double Places::radius(const RodSpec& spec, std::int64_t i) const {
+    return columns_.radius ? sizes_[row(i) * width_ + columns_.length] : spec.section.radius;
+}
+
+RodSpec Places::sized(RodSpec spec, std::int64_t i) const {
+    const double* at = sizes_.data() + row(i) * width_ + columns_.length + columns_.radius;
+    spec.shape.length = length(spec, i);
+    const double r = radius(spec, i);
+    spec.section.radius_2 *= r / spec.section.radius;
+    spec.section.radius = r;
+    if (columns_.nodes) {
+        spec.shape.length_profile.assign(at, at + elements_);
+        at += elements_;
+        std::vector<Vec3d> curvatures;
+        for (std::size_t k = 0; k + 1 < elements_; ++k, at += 3) curvatures.push_back({at[0], at[1], at[2]});
+        if (spec.placement.trace == Trace::start) spec.shape.start_curvature_profile = std::move(curvatures);
+        else spec.shape.rest_curvature_profile = std::move(curvatures);
+    }
+    if (columns_.radii) {
+        spec.section.profile.assign(at, at + elements_);
+        for (double& factor : spec.section.profile) factor /= r;
+    }
+    return spec;
+}
+
+std::vector<std::int64_t> Places::held() const {
+    if (!held_.empty()) return held_;
+    std::vector<std::int64_t> all(origins_.size());
+    std::iota(all.begin(), all.end(), begin_);
+    return all;
+}
+
+Places Places::only(std::int64_t i) const {
+    Places one({origin(i)}, turned_ ? std::vector<Quaterniond>{turn(i)} : std::vector<Quaterniond>{});
+    one.count_ = count_;
+    one.begin_ = i;
+    return one;
+}
 
 std::size_t Places::row(std::int64_t i) const {
     if (held_.empty()) return static_cast<std::size_t>(i - begin_);
@@ -145,14 +234,32 @@ void Places::read(std::int64_t begin, std::int64_t end) {
     origins_.clear(), turns_.clear(), held_.clear();
     origins_.reserve(static_cast<std::size_t>(end - begin));
     if (turned_) turns_.reserve(static_cast<std::size_t>(end - begin));
+    sizes_.clear();
+    sizes_.reserve(static_cast<std::size_t>(end - begin) * width_);
     begin_ = begin;
     read_ = true;
     for (std::int64_t at = begin; at < end; at += block) {
         const RodRows rows = source_->read(at, std::min(end, at + block));
         for (std::size_t i = 0; i < rows.origins.size(); ++i) {
             origins_.push_back(rows.origins[i] + first_);
-            if (turned_)
+            std::optional<Traced> shape;
+            if (columns_.nodes)
+                shape = traced(std::span(rows.nodes).subspan(i * (elements_ + 1), elements_ + 1),
+                               columns_.directors ? std::span(rows.element_normals).subspan(i * elements_, elements_)
+                                                  : std::span<const Vec3d>(),
+                               rows.normals.empty() ? std::nullopt : std::optional(rows.normals[i]));
+            if (columns_.length) sizes_.push_back(rows.lengths[i]);
+            if (columns_.radius) sizes_.push_back(rows.radii[i]);
+            if (shape) {
+                turns_.push_back(shape->frame);
+                sizes_.insert(sizes_.end(), shape->lengths.begin(), shape->lengths.end());
+                for (const Vec3d& c : shape->curvatures) sizes_.insert(sizes_.end(), {c.x, c.y, c.z});
+            } else if (turned_)
                 turns_.push_back(frame_of(rows.tangents[i], rows.normals.empty() ? std::nullopt : std::optional(rows.normals[i])));
+            if (columns_.radii) {
+                const auto first = rows.element_radii.begin() + static_cast<std::ptrdiff_t>(i * elements_);
+                sizes_.insert(sizes_.end(), first, first + static_cast<std::ptrdiff_t>(elements_));
+            }
         }
     }
 }
@@ -161,7 +268,8 @@ std::uint64_t Places::digest() const {
     std::uint64_t sum = 0;
     for (std::size_t row = 0; row < origins_.size(); ++row) {
         const Quaterniond q = turned_ ? turns_[row] : no_turn;
-        const double numbers[] = {origins_[row].x, origins_[row].y, origins_[row].z, q.w, q.v.x, q.v.y, q.v.z};
+        std::vector<double> numbers = {origins_[row].x, origins_[row].y, origins_[row].z, q.w, q.v.x, q.v.y, q.v.z};
+        for (std::size_t w = 0; w < width_; ++w) numbers.push_back(sizes_[row * width_ + w]);
         sum += hash_numbers(held_.empty() ? begin_ + static_cast<std::int64_t>(row) : held_[row], numbers);
     }
     return sum;
@@ -169,20 +277,30 @@ std::uint64_t Places::digest() const {
 
 void Places::keep(std::span<const std::int64_t> indices) {
     if (!listed_) return;
+    if (static_cast<std::int64_t>(indices.size()) == count_ && held_.empty()) return; // all of them
     const auto order = rising(indices);
     std::vector<std::size_t> rows;
     std::vector<std::int64_t> held;
     for (const std::size_t i : order) rows.push_back(row(indices[i])), held.push_back(indices[i]);
     keep_rows(origins_, rows);
     keep_rows(turns_, rows);
+    if (width_ > 0) {
+        std::vector<double> sizes;
+        sizes.reserve(rows.size() * width_);
+        for (const std::size_t row : rows) sizes.insert(sizes.end(), &sizes_[row * width_], &sizes_[row * width_] + width_);
+        sizes_ = std::move(sizes);
+    }
     held_ = std::move(held);
+    forget_consecutive(begin_, held_);
 }
 
 std::vector<std::byte> Places::records() const {
-    std::vector<std::byte> bytes(origins_.size() * record_bytes);
+    std::vector<std::byte> bytes(origins_.size() * record_bytes());
     for (std::size_t row = 0; row < origins_.size(); ++row) {
-        std::memcpy(&bytes[row * record_bytes], &origins_[row], sizeof(Vec3d));
-        if (turned_) std::memcpy(&bytes[row * record_bytes + sizeof(Vec3d)], &turns_[row], sizeof(Quaterniond));
+        std::byte* record = &bytes[row * record_bytes()];
+        std::memcpy(record, &origins_[row], sizeof(Vec3d));
+        if (turned_) std::memcpy(record + sizeof(Vec3d), &turns_[row], sizeof(Quaterniond));
+        if (width_ > 0) std::memcpy(record + sizeof(Vec3d) + sizeof(Quaterniond), &sizes_[row * width_], width_ * sizeof(double));
     }
     return bytes;
 }
@@ -192,18 +310,21 @@ void Places::keep(std::span<const std::int64_t> indices, std::span<const std::by
     origins_.resize(order.size());
     turns_.resize(turned_ ? order.size() : 0);
     held_.resize(order.size());
+    sizes_.resize(order.size() * width_);
     for (std::size_t row = 0; row < order.size(); ++row) {
-        const std::byte* record = &records[order[row] * record_bytes];
+        const std::byte* record = &records[order[row] * record_bytes()];
         std::memcpy(&origins_[row], record, sizeof(Vec3d));
         if (turned_) std::memcpy(&turns_[row], record + sizeof(Vec3d), sizeof(Quaterniond));
+        if (width_ > 0) std::memcpy(&sizes_[row * width_], record + sizeof(Vec3d) + sizeof(Quaterniond), width_ * sizeof(double));
         held_[row] = indices[order[row]];
     }
-    origins_.shrink_to_fit(), turns_.shrink_to_fit();
+    forget_consecutive(begin_, held_);
+    origins_.shrink_to_fit(), turns_.shrink_to_fit(), sizes_.shrink_to_fit();
 }
 
 std::size_t Places::bytes() const {
     return pixels_.size() * sizeof(std::uint32_t) + origins_.size() * sizeof(Vec3d) + turns_.size() * sizeof(Quaterniond) +
-           held_.size() * sizeof(std::int64_t);
+           held_.size() * sizeof(std::int64_t) + sizes_.size() * sizeof(double);
 }
 
 } // namespace skein

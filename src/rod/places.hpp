@@ -18,10 +18,23 @@ namespace skein {
 /// tangents along x.
 Quaterniond frame_of(const Vec3d& tangent, const std::optional<Vec3d>& normal);
 
-/// Consecutive rods as a file describes them: one entry per rod, or none at all where the file is silent.
+/// What a file says of its rods.
+struct RodColumns {
+    bool tangent = false, normal = false, length = false, radius = false;
+    bool nodes = false, directors = false, radii = false; ///< along the rod
+    bool turned() const { return tangent || nodes; }
+    bool sized() const { return length || radius || nodes || radii; }
+};
+
+/// Consecutive rods as a file describes them: an entry per rod (or element, node), none at all where the file is silent. Of traced
+/// rods the origins are the first nodes.
 struct RodRows {
     std::vector<Vec3d> origins;
     std::vector<Vec3d> tangents, normals;
+    std::vector<double> lengths, radii; ///< m
+    std::vector<Vec3d> nodes;           ///< [rods, elements + 1], m
+    std::vector<Vec3d> element_normals; ///< [rods, elements]: d1
+    std::vector<double> element_radii;  ///< [rods, elements], m
 };
 
 /// A file of rods: io/rod_file.hpp reads it, and groups know this face of it.
@@ -29,7 +42,8 @@ class RodSource {
 public:
     virtual ~RodSource() = default;
     virtual std::int64_t count() const = 0;
-    virtual bool has_tangents() const = 0;
+    virtual RodColumns columns() const = 0;
+    virtual std::int64_t elements() const { return 0; } ///< of a rod, where the file speaks of them; else 0
     /// Rods [begin, end). Throws InputError naming file, column and row where a number is none, or a direction is missing.
     virtual RodRows read(std::int64_t begin, std::int64_t end) const = 0;
 };
@@ -43,13 +57,25 @@ public:
     /// `turns` may be empty.
     Places(std::vector<Vec3d> origins, std::vector<Quaterniond> turns);
     /// Of a file; nothing is known of its rods but their number until a block is read.
-    Places(std::shared_ptr<const RodSource> source, const Vec3d& origin);
+    Places(std::shared_ptr<const RodSource> source, const Vec3d& origin, std::int64_t elements);
 
     std::int64_t count() const { return count_; }
     /// Lab position at s = 0 of rod i, one of those that are held.
     Vec3d origin(std::int64_t i) const;
     /// Whether rods have directions of their own: turn(i) from the lab's axes to those of the start shape.
     bool turned() const { return turned_; }
+    /// Whether rods have lengths, radii or shapes of their own.
+    bool sized() const { return columns_.sized(); }
+    const RodColumns& columns() const { return columns_; }
+    /// What a scene would say of rod i: `spec` with its length, radius and shape.
+    RodSpec sized(RodSpec spec, std::int64_t i) const;
+    /// Rest length and radius of rod i, m; what the scene says where the file is silent.
+    double length(const RodSpec& spec, std::int64_t i) const;
+    double radius(const RodSpec& spec, std::int64_t i) const;
+    /// Numbers of the rods that are held, in order.
+    std::vector<std::int64_t> held() const;
+    /// Rod i alone, which has no size of its own then.
+    Places only(std::int64_t i) const;
     const Quaterniond& turn(std::int64_t i) const { return turns_[row(i)]; }
     /// Smallest x, y, z of the origins of all rods that are held.
     Vec3d corner() const;
@@ -68,7 +94,7 @@ public:
     void keep(std::span<const std::int64_t> indices, std::span<const std::byte> records);
     /// What another rank needs to know of the rods that are held, in order.
     std::vector<std::byte> records() const;
-    static constexpr std::size_t record_bytes = sizeof(Vec3d) + sizeof(Quaterniond);
+    std::size_t record_bytes() const { return sizeof(Vec3d) + sizeof(Quaterniond) + width_ * sizeof(double); }
     std::size_t bytes() const;
 
 private:
@@ -85,6 +111,11 @@ private:
     std::int64_t begin_ = 0;         ///< the first rod that is held, where they are consecutive
     std::vector<std::int64_t> held_; ///< the rods that are held, rising; empty: consecutive ones
     std::shared_ptr<const RodSource> source_;
+    RodColumns columns_;
+    std::size_t elements_ = 0, width_ = 0; ///< numbers in a row of sizes_
+    /// Of the rods that are held: length, radius, then of traced rods the elements' lengths and the curvatures between them, then
+    /// the elements' radii; what the file is silent of is left out.
+    std::vector<double> sizes_;
 };
 
 } // namespace skein

@@ -134,9 +134,21 @@ RodSpec completed(RodSpec spec) {
 RodGroup::RodGroup(const RodSpec& spec, int id, std::int64_t first_gid, const std::string& directory,
                    std::vector<Capsule>* occupied, std::shared_ptr<const RodSource> source)
     : spec_(completed(spec)), id_(id), first_gid_(first_gid),
-      places_(source ? Places(std::move(source), spec.placement.origin) : Places(spec_, directory)) {
+      places_(source ? Places(std::move(source), spec.placement.origin, spec.shape.elements) : Places(spec_, directory)) {
     spec_.placement.origins = spec_.placement.tangents = spec_.placement.normals = {}; // places_ has them
     frame_ = turned() ? no_turn : frame_of(spec.placement.tangent, spec.placement.normal);
+    work_out_constants();
+    if (spec_.placement.kind == PlacementKind::packing) pack_rods(occupied);
+    if (!places_.from_file()) corner_ = places_.corner();
+}
+
+RodGroup::RodGroup(const RodGroup& group, std::int64_t i)
+    : spec_(group.places_.sized(group.spec_, i)), id_(group.id_), first_gid_(group.first_gid_), frame_(group.frame_),
+      places_(group.places_.only(i)), corner_(group.corner_) {
+    work_out_constants();
+}
+
+void RodGroup::work_out_constants() {
     const Shape& shape = spec_.shape;
     const long n = shape.elements, cells = closed() ? n : n - 1;
     const auto share = shares(shape);
@@ -166,7 +178,7 @@ RodGroup::RodGroup(const RodSpec& spec, int id, std::int64_t first_gid, const st
         }
         return of_node;
     };
-    node_mass = halve([&](const ElementConstants& c) { return spec.material.density * c.volume; });
+    node_mass = halve([&](const ElementConstants& c) { return spec_.material.density * c.volume; });
     node_length = halve([](const ElementConstants& c) { return c.rest_length; });
 
     // The start shape: the frame at s = 0 turned by the curvature of every cell, half cells at both ends.
@@ -195,12 +207,9 @@ RodGroup::RodGroup(const RodSpec& spec, int id, std::int64_t first_gid, const st
             throw InputError(fmt::format("{}: the ring '{}' does not close: its ends are {:.3g} of its length apart and turned by "
                                          "{:.3g} rad; a circle has the "
                                          "curvature 2 pi/length = {:.9g} 1/m",
-                                         spec.source, spec.name, gap, misfit, 2 * pi / shape.length));
+                                         spec_.source, spec_.name, gap, misfit, 2 * pi / shape.length));
         start_offsets_.back() = start_offsets_.front();
     }
-
-    if (spec_.placement.kind == PlacementKind::packing) pack_rods(occupied);
-    if (!places_.from_file()) corner_ = places_.corner();
 }
 
 void RodGroup::pack_rods(std::vector<Capsule>* occupied) {
@@ -218,10 +227,11 @@ void RodGroup::pack_rods(std::vector<Capsule>* occupied) {
 void RodGroup::read_all() {
     if (!places_.waits()) return;
     places_.read(0, count());
-    set_read(places_.corner(), places_.digest());
+    set_read(places_.corner(), places_.digest(), sized() ? least_limits_of_rods(*this) : LeastLimits{});
 }
 
 void RodGroup::append_capsules(std::int64_t i, std::vector<Capsule>& capsules) const {
+    if (sized()) return single(i).append_capsules(i, capsules);
     const auto share = shares(spec_.shape);
     for (std::size_t k = 0; k < share.size(); ++k)
         capsules.push_back({origin(i) + as_turned(i, start_offsets_[k]), origin(i) + as_turned(i, start_offsets_[k + 1]),
@@ -229,13 +239,18 @@ void RodGroup::append_capsules(std::int64_t i, std::vector<Capsule>& capsules) c
 }
 
 void RodGroup::start_state(std::int64_t i, std::span<Slot<1>> out) const {
+    if (sized()) return single(i).start_state(i, out);
     const int n = elements();
+    const Vec3d start = origin(i);
+    const Quaterniond turn = turned() ? places_.turn(i) : no_turn;
     for (int k = 0; k <= n; ++k) {
         Slot<1>& s = out[static_cast<std::size_t>(k)];
-        set_lane(s.position, 0, origin(i) + as_turned(i, start_offsets_[static_cast<std::size_t>(k)]));
+        const Vec3d& offset = start_offsets_[static_cast<std::size_t>(k)];
+        set_lane(s.position, 0, start + (turned() ? transpose_times(turn, offset) : offset));
         set_lane(s.velocity, 0, holds_node(k) ? Vec3d{0, 0, 0} : spec_.shape.velocity);
         if (k < n) {
-            set_lane(s.director, 0, start_director(i, static_cast<std::size_t>(k)));
+            const Quaterniond& q = start_directors_[static_cast<std::size_t>(k)];
+            set_lane(s.director, 0, turned() ? q * turn : q);
             set_lane(s.spin, 0, holds_element(k) ? Vec3d{0, 0, 0} : spec_.shape.angular_velocity);
         } else {
             set_lane(s.director, 0, no_turn);

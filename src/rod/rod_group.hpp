@@ -7,6 +7,7 @@
 #include "rod/rod_spec.hpp"
 #include "rod/slot.hpp"
 
+#include <array>
 #include <cstdint>
 #include <span>
 #include <string>
@@ -41,6 +42,9 @@ template <class P> struct VoronoiConstantsOf {
 };
 using VoronoiConstants = VoronoiConstantsOf<double>;
 
+/// Of rods with sizes of their own: the smallest time-step limit of each mode over all rods, s, in the order of time_limits.cpp.
+using LeastLimits = std::array<double, 4>;
+
 class RodGroup {
 public:
     /// Works out constants and placements. Throws InputError (with the source line of the table) where numbers contradict
@@ -49,6 +53,11 @@ public:
     /// have been read (read_rods) can be asked for.
     RodGroup(const RodSpec& spec, int id, std::int64_t first_gid, const std::string& directory,
              std::vector<Capsule>* occupied = nullptr, std::shared_ptr<const RodSource> source = nullptr);
+
+    /// Whether rods have lengths, radii or shapes of their own. Constants of the group are then those that the scene gives and of
+    /// no rod; single(i) has those of rod i, and its number. Such rods lie along.
+    bool sized() const { return places_.sized(); }
+    RodGroup single(std::int64_t i) const { return RodGroup(*this, i); }
 
     const RodSpec& spec() const { return spec_; }
     const std::string& name() const { return spec_.name; }
@@ -85,9 +94,12 @@ public:
     Places& places() { return places_; }
     /// What depends on all rods of a file, and so is known when all ranks have read their parts: the smallest x, y, z of the
     /// origins, which a magnetisation is measured from, and the sum of the parts' digests.
-    void set_read(const Vec3d& corner, std::uint64_t digest) { corner_ = corner, file_digest_ = digest; }
+    void set_read(const Vec3d& corner, std::uint64_t digest, const LeastLimits& limits) {
+        corner_ = corner, file_digest_ = digest, least_limits_ = limits;
+    }
     /// Reads all rods of a file that has not been read, where no other rank takes a part.
     void read_all();
+    const LeastLimits& least_limits() const { return least_limits_; }
     std::uint64_t file_digest() const { return file_digest_; }
 
     /// State of rod i at t = 0.
@@ -101,7 +113,10 @@ public:
     /// Unit vector of rod i's magnetisation, lab components at t = 0.
     Vec3d magnetisation(std::int64_t i) const;
     /// Centre of rod i at t = 0, the point that partitioning uses.
-    Vec3d centre(std::int64_t i) const { return origin(i) + as_turned(i, centre_offset_); }
+    Vec3d centre(std::int64_t i) const {
+        const double scale = sized() ? places_.length(spec_, i) / spec_.shape.length : 1;
+        return origin(i) + as_turned(i, scale * centre_offset_);
+    }
     /// Elements of rod i at t = 0 as capsules that hold all of their sections.
     void append_capsules(std::int64_t i, std::vector<Capsule>& capsules) const;
     /// Of packed rods: share of the region's volume, and its upper end, m.
@@ -121,6 +136,8 @@ private:
     Vec3d as_turned(std::int64_t i, const Vec3d& offset) const {
         return turned() ? transpose_times(places_.turn(i), offset) : offset;
     }
+    RodGroup(const RodGroup& group, std::int64_t i);
+    void work_out_constants();
     void pack_rods(std::vector<Capsule>* occupied);
 
     RodSpec spec_;
@@ -134,6 +151,14 @@ private:
     Vec3d centre_offset_;
     Vec3d corner_{0, 0, 0};
     std::uint64_t file_digest_ = 0;
+    LeastLimits least_limits_{};
 };
+
+/// Calls f with the group whose constants rod i has.
+template <class F> decltype(auto) with_rod(const RodGroup& group, std::int64_t i, F&& f) {
+    if (!group.sized()) return f(group);
+    const RodGroup own = group.single(i);
+    return f(own);
+}
 
 } // namespace skein

@@ -116,6 +116,8 @@ void Placement::fields(FieldVisitor& f) {
     f.visit({.name = "tangents", .unit = "-", .text = "list: direction of each rod at its start; replaces `tangent`"}, tangents);
     f.visit({.name = "normals", .unit = "-", .text = "list: direction of d1 of each rod, beside `tangents`; replaces `normal`"},
             normals);
+    f.choice({.name = "trace", .unit = "", .text = "file with `nodes`: whether they are the shape at rest, or at the start alone"},
+             trace, trace_names);
     packing.fields(f);
 }
 

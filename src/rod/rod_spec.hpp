@@ -69,6 +69,10 @@ inline constexpr std::string_view end_names[] = {"free", "pinned", "clamped", "c
 enum class PlacementKind { single, line, lattice, mask, list, packing, file };
 inline constexpr std::string_view placement_names[] = {"single", "line", "lattice", "mask", "list", "packing", "file"};
 
+/// What the nodes of a file are of a rod: its shape at rest, or at the start alone.
+enum class Trace { rest, start };
+inline constexpr std::string_view trace_names[] = {"rest", "start"};
+
 /// Where the rods start and which way they point. All rods share tangent and normal (d1), unless they are packed or each has its
 /// own; `origins` come from the kind.
 struct Placement {
@@ -82,6 +86,7 @@ struct Placement {
     std::vector<Vec3d> origins;  ///< list
     std::vector<Vec3d> tangents; ///< list: empty, or d3 at s = 0 of every rod
     std::vector<Vec3d> normals;  ///< list: empty, or d1 at s = 0 of every rod
+    Trace trace = Trace::rest;   ///< file with nodes
     Packing packing;             ///< packing
 
     void fields(FieldVisitor& f);

@@ -117,12 +117,12 @@ template <int W> RodTiles<W>::RodTiles(std::span<const RodGroup> groups, std::ve
                                        std::vector<std::shared_ptr<AuditBook<W>>> audits, StepWatch watch)
     : groups_(groups), local_(std::move(rods)), programs_(std::move(programs)), audits_(std::move(audits)), threads_(threads),
       watch_(watch) {
-    lay_out(tiling);
+    std::vector<Boarding> boardings = lay_out(tiling);
     for (const TileProgram<W>& program : programs_) {
         const auto meet = std::find_if(program.begin(), program.end(), [](const auto& pass) { return pass->rods_meet(); });
         meeting_.push_back(meet == program.end() ? 0 : static_cast<std::size_t>(meet - program.begin()) + 1);
     }
-    take_start_states();
+    take_start_states(std::move(boardings));
 
     int most_slots = 0;
     for (const RodTile<W>& tile : tiles_) most_slots = std::max(most_slots, tile.n + 1);
@@ -152,7 +152,7 @@ template <int W> bool RodTiles<W>::healthy(const RodTile<W>& tile) {
     return !(watch_.stops && any(share_squared > Pack<W>(1.0)));
 }
 
-template <int W> void RodTiles<W>::lay_out(const Tiling& tiling) {
+template <int W> std::vector<typename RodTiles<W>::Boarding> RodTiles<W>::lay_out(const Tiling& tiling) {
     std::vector<std::size_t> tiles_of_program(programs_.size(), 0), first_slot;
     std::size_t slots = 0;
     const auto open = [&](RodTile<W> tile, std::size_t program) -> RodTile<W>& {
@@ -181,45 +181,59 @@ template <int W> void RodTiles<W>::lay_out(const Tiling& tiling) {
         ++tile.lanes;
     }
     std::vector<std::size_t> next(groups_.size(), 0);
+    std::vector<Boarding> boardings;
     for (const AlongTile& along : tiling.along) {
-        std::vector<Seat> seats;
+        auto& [seats, rods] = boardings.emplace_back();
         int lane_ = 0;
         for (const auto& [g, stretches] : along.parts) {
             const auto group = static_cast<std::size_t>(g);
             const std::size_t i = pool[group][next[group]++];
             seats.push_back({&groups_[group], local_[i].index, lane_, stretches});
+            rods.push_back(i);
             place_[i] = {tiles_.size(), lane_};
             lane_ += stretches;
         }
-        strands_.emplace_back(seats, along.rows);
-        open({.n = along.rows, .lanes = static_cast<int>(seats.size()), .strands = &strands_.back()},
-             groups_.size() + static_cast<std::size_t>(along.family));
+        open({.n = along.rows, .lanes = static_cast<int>(seats.size())}, groups_.size() + static_cast<std::size_t>(along.family));
     }
     for (std::size_t p = 0; p < programs_.size(); ++p) // of groups that all lie along, or that have no rod here
         if (tiles_of_program[p] == 0) programs_[p].clear();
     slots_.resize(slots);
     for (std::size_t t = 0; t < tiles_.size(); ++t) tiles_[t].slot = slots_.data() + first_slot[t];
+    return boardings;
 }
 
-template <int W> void RodTiles<W>::take_start_states() {
+template <int W> void RodTiles<W>::take_start_state(std::size_t i, const RodGroup& group, std::vector<Slot<1>>& state) {
+    state.resize(static_cast<std::size_t>(group.slots()));
+    group.start_state(local_[i].index, state);
+    import_rod(i, state);
+}
+
+template <int W> void RodTiles<W>::take_start_states(std::vector<Boarding> boardings) {
     const Slot<1> still{{0, 0, 0}, {0, 0, 0}, broadcast<1>(no_turn), {0, 0, 0}};
-    for (const RodTile<W>& tile : tiles_)
-        if (tile.strands)
+    std::vector<Slot<1>> state;
+    for (std::size_t i = 0; i < local_.size(); ++i)
+        if (tiles_[place_[i].tile].group) take_start_state(i, groups_[static_cast<std::size_t>(local_[i].group)], state);
+    auto boarding = boardings.begin();
+    for (RodTile<W>& tile : tiles_) {
+        std::vector<RodGroup> own; // of rods with sizes of their own, while they board
+        if (!tile.group) {
+            auto& [seats, rods] = *boarding++;
+            own.reserve(rods.size());
+            for (std::size_t s = 0; s < rods.size(); ++s)
+                if (seats[s].group->sized()) seats[s].group = &own.emplace_back(seats[s].group->single(seats[s].index));
+            tile.strands = &strands_.emplace_back(seats, tile.n);
             for (int row = 0; row <= tile.n; ++row)
                 for (int i = 0; i < W; ++i) {
                     set_lane(tile.slot[row], i, still);
                     const int slot = tile.strands->slot(i, row);
-                    if (slot == tile.group_of(i).elements()) set_lane(tile.slot[row].director, i, tile.group_of(i).end_frame(tile.index_of(i)));
+                    if (slot == tile.group_of(i).elements())
+                        set_lane(tile.slot[row].director, i, tile.group_of(i).end_frame(tile.index_of(i)));
                 }
-    std::vector<Slot<1>> state;
-    for (std::size_t i = 0; i < local_.size(); ++i) {
-        const RodGroup& group = groups_[static_cast<std::size_t>(local_[i].group)];
-        state.resize(static_cast<std::size_t>(group.slots()));
-        group.start_state(local_[i].index, state);
-        import_rod(i, state);
-    }
-    for (const RodTile<W>& tile : tiles_)
+            for (std::size_t s = 0; s < rods.size(); ++s) take_start_state(rods[s], *seats[s].group, state);
+        }
         for (auto& pass : programs_[tile.program]) pass->bind(tile);
+        if (!own.empty()) strands_.back().settle(groups_[static_cast<std::size_t>(own.front().id())]);
+    }
 }
 
 template <int W> template <class F> void RodTiles<W>::for_slots(std::size_t i, F&& f) const {
@@ -372,9 +386,10 @@ template <int W> void RodTiles<W>::inspect(std::int64_t step, double dt) const {
         const RodGroup& group = groups_[static_cast<std::size_t>(local_[rod].group)];
         state.resize(static_cast<std::size_t>(group.slots()));
         export_rod(rod, state);
-        const std::string what = complaint(group, state);
-        if (what.empty()) continue;
-        throw NumericalError(name_of(rod) + what + where + tension_hint(group, state));
+        with_rod(group, local_[rod].index, [&](const RodGroup& own) {
+            const std::string what = complaint(own, state);
+            if (!what.empty()) throw NumericalError(name_of(rod) + what + where + tension_hint(own, state));
+        });
     }
     const Tightest worst = tightest();
     if (watch_.stops && worst.share > 1) throw NumericalError(text_of(worst) + where);
@@ -395,19 +410,21 @@ template <int W> typename RodTiles<W>::Tightest RodTiles<W>::tightest() const {
     std::vector<Slot<1>> state;
     for (std::size_t rod = 0; rod < local_.size(); ++rod) {
         if (!(share[place_[rod].tile] > worst.share * worst.share)) continue;
-        const RodGroup& group = groups_[static_cast<std::size_t>(local_[rod].group)];
-        state.resize(static_cast<std::size_t>(group.slots()));
-        export_rod(rod, state);
-        present_eigenvalues(tile_of(group, state), [&](int k, const PresentEigenvalues<Pack<1>>& l) {
-            const double all[] = {l.axial[0], l.about_d1[0], l.about_d2[0], l.twist[0]};
-            for (std::size_t mode = 0; mode < std::size(all); ++mode) {
-                const double here = std::sqrt(watch_.share_squared() * all[mode]);
-                if (!(here > worst.share)) continue;
-                const auto at = static_cast<std::size_t>(k);
-                const Slot<1>&s = state[at], &next = state[at + 1];
-                const double e = group.element[at].inv_rest_length * dot(frame(s).d3, lane(next.position, 0) - lane(s.position, 0));
-                worst = {here, rod, k, present_modes[mode], e};
-            }
+        with_rod(groups_[static_cast<std::size_t>(local_[rod].group)], local_[rod].index, [&](const RodGroup& group) {
+            state.resize(static_cast<std::size_t>(group.slots()));
+            export_rod(rod, state);
+            present_eigenvalues(tile_of(group, state), [&](int k, const PresentEigenvalues<Pack<1>>& l) {
+                const double all[] = {l.axial[0], l.about_d1[0], l.about_d2[0], l.twist[0]};
+                for (std::size_t mode = 0; mode < std::size(all); ++mode) {
+                    const double here = std::sqrt(watch_.share_squared() * all[mode]);
+                    if (!(here > worst.share)) continue;
+                    const auto at = static_cast<std::size_t>(k);
+                    const Slot<1>&s = state[at], &next = state[at + 1];
+                    const double e =
+                        group.element[at].inv_rest_length * dot(frame(s).d3, lane(next.position, 0) - lane(s.position, 0));
+                    worst = {here, rod, k, present_modes[mode], e};
+                }
+            });
         });
     }
     return worst;

@@ -61,8 +61,14 @@ private:
         std::size_t tile;
         int lane;
     };
-    void lay_out(const Tiling& tiling);
-    void take_start_states();
+    /// The rods of a tile along, before their constants are laid out.
+    struct Boarding {
+        std::vector<Seat> seats;
+        std::vector<std::size_t> rods; ///< places in local()
+    };
+    std::vector<Boarding> lay_out(const Tiling& tiling);
+    void take_start_states(std::vector<Boarding> boardings);
+    void take_start_state(std::size_t i, const RodGroup& group, std::vector<Slot<1>>& state);
     /// Calls f(slot of rod i, slot of its tile, lane) for each of the rod's slots.
     template <class F> void for_slots(std::size_t i, F&& f) const;
     bool healthy(const RodTile<W>& tile);

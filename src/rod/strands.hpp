@@ -85,6 +85,12 @@ public:
     const RodGroup& group(int lane_) const { return *seat(lane_).group; }
     std::int64_t index(int lane_) const { return seat(lane_).index; }
 
+    /// Rods with sizes of their own are seated by groups of their own, whose constants are taken while a tile is laid out; from
+    /// then on they belong to `group`.
+    void settle(const RodGroup& group) {
+        for (Seat& seat : seats_) seat.group = &group;
+    }
+
     /// Where a slot of the rod in this lane lies.
     struct Place {
         int row, lane;

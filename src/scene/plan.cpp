@@ -194,15 +194,35 @@ bool can_lie_along(const GroupPlan& p, const RodGroup& group, const SceneSpec& s
     return std::none_of(p.damping.begin(), p.damping.end(), [](const Damping& d) { return d.kind == DampingKind::laplacian; });
 }
 
+/// What has constants of a group where rods have their own.
+void refuse_in_sized(const GroupPlan& p, const RodGroup& group, bool can_lie_along) {
+    const auto refuse = [&](const std::string& what) {
+        throw InputError(fmt::format("{}: the rods of '{}' have lengths, radii or shapes of their own, by file '{}': {}",
+                                     group.spec().source, group.name(), group.spec().placement.file, what));
+    };
+    for (const Load& load : p.loads)
+        if (std::visit([]<class L>(const L&) { return keeps_tables_of_group<L> || needs_whole_rods<L>; }, load))
+            refuse(fmt::format("a load of kind {} cannot act on them yet", kind_of(load)));
+    if (!can_lie_along)
+        refuse("contact, walls, rings, rigid bodies, the law \"elastica\", moved ends, 'hold', the laplacian damping and audits "
+               "need rods "
+               "that are alike");
+    if (group.spec().material.rotary_inertia_for_dt > 0) refuse("'rotary_inertia_for_dt' needs rods that are alike");
+}
+
 /// Groups with the same passes under the same loads; those whose loads keep tables of their group stand alone.
 void find_families(Plan& plan, std::span<const RodGroup> groups, const SceneSpec& scene) {
     std::vector<std::string> keys;
     for (std::size_t g = 0; g < groups.size(); ++g) {
         GroupPlan& p = plan.groups[g];
-        if (!can_lie_along(p, groups[g], scene)) continue;
+        const bool can = can_lie_along(p, groups[g], scene);
+        p.sized = groups[g].sized();
+        if (p.sized) refuse_in_sized(p, groups[g], can);
+        if (!can) continue;
         std::string key = fmt::format("{} of {}", fmt::join(p.passes, "|"), fmt::join(p.load_numbers, ","));
         for (const Load& load : p.loads)
             if (std::visit([]<class L>(const L&) { return keeps_tables_of_group<L>; }, load)) key += fmt::format(" in {}", g);
+        if (p.sized) key += fmt::format(" in {}", g);
         const auto found = std::find(keys.begin(), keys.end(), key);
         p.family = static_cast<int>(found - keys.begin());
         if (found == keys.end()) keys.push_back(key);
@@ -412,6 +432,9 @@ std::vector<RodGroup> make_groups(const SceneSpec& scene) {
         const bool in_file = spec.placement.kind == PlacementKind::file;
         auto source =
             in_file ? open_rod_file((std::filesystem::path(directory) / spec.placement.file).string(), spec.source) : nullptr;
+        if (source && source->elements() > 0 && source->elements() != spec.shape.elements)
+            throw InputError(fmt::format("{}: file '{}' is of rods of {} elements, but shape.elements of '{}' is {}", spec.source,
+                                         spec.placement.file, source->elements(), spec.name, spec.shape.elements));
         groups.emplace_back(spec, static_cast<int>(g), first, directory, &occupied, std::move(source));
         first += groups.back().count();
         if (packed(scene.rods[g]) || std::none_of(scene.rods.begin() + static_cast<long>(g), scene.rods.end(), packed)) continue;
@@ -428,7 +451,7 @@ bool steps_together(const Plan& plan) {
 Tiling tiling_of(const Plan& plan, std::span<const std::int64_t> counts) {
     std::vector<TilingGroup> groups;
     for (std::size_t g = 0; g < plan.groups.size(); ++g)
-        groups.push_back({counts[g], plan.groups[g].elements, plan.groups[g].family});
+        groups.push_back({counts[g], plan.groups[g].elements, plan.groups[g].family, plan.groups[g].sized});
     return choose_tiling(groups, plan.machine.lanes, plan.machine.threads, plan.machine.mapping);
 }
 

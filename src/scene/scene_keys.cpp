@@ -110,16 +110,16 @@ std::string table_text(const std::string& heading, const std::string& table, con
         if (key.type == "table") tables.push_back(key.path());
     std::string text;
     for (const std::string& inner : tables) {
+        const auto in_it = [&](std::size_t i) { return now[i].table == inner && now[i].type != "table"; };
+        bool any = inner == table;
+        for (std::size_t i = 0; i < now.size(); ++i) any |= in_it(i) && now[i].value != defaults[i].value;
         std::string lines;
-        bool any = false;
-        for (std::size_t i = 0; i < now.size(); ++i) {
-            if (now[i].table != inner || now[i].type == "table") continue;
-            const bool given = now[i].value != absent && (now[i].field.required || now[i].value != defaults[i].value);
-            lines += line_of(now[i], given);
-            any |= given;
-        }
+        for (std::size_t i = 0; i < now.size(); ++i)
+            if (in_it(i))
+                lines +=
+                    line_of(now[i], any && now[i].value != absent && (now[i].field.required || now[i].value != defaults[i].value));
         const std::string head = inner == table ? heading : fmt::format("[{}]", inner);
-        if (!lines.empty()) text += fmt::format("\n{}{}\n{}", any || inner == table ? "" : "# ", head, lines);
+        if (!lines.empty()) text += fmt::format("\n{}{}\n{}", any ? "" : "# ", head, lines);
     }
     return text;
 }

@@ -76,20 +76,23 @@ class RodFiles(DriverTest):
         self.write(f'kind = "list"\norigin = [0.25, 0.0, 0.0]\norigins = {rows(self.origin)}\ntangents = {rows(self.tangent)}\n'
                    f"normals = {rows(self.normal)}", **options)
 
-    def write_file(self, name="rods.h5", **datasets):
+    def write_file(self, name="rods.h5", options={}, **datasets):
         data = {"origin": self.origin, "tangent": self.tangent, "normal": self.normal, **datasets}
+        self.write_data(name, data)
+        self.write(f'kind = "file"\norigin = [0.25, 0.0, 0.0]\nfile = "{name}"', **options)
+
+    def write_data(self, name, data):
         if name.endswith(".h5"):
             with h5py.File(self.directory / name, "w") as file:
                 for key, value in data.items():
                     if value is not None:
                         file[key] = value
         else:
-            columns = {"origin": "x,y,z", "tangent": "tx,ty,tz", "normal": "nx,ny,nz"}
+            columns = {"origin": "x,y,z", "tangent": "tx,ty,tz", "normal": "nx,ny,nz", "length": "length", "radius": "radius"}
             data = {key: value for key, value in data.items() if value is not None}
             lines = [",".join(columns[key] for key in data)]
-            lines += [",".join(repr(float(x)) for value in data.values() for x in value[i]) for i in range(len(self.origin))]
+            lines += [",".join(repr(float(x)) for value in data.values() for x in numpy.atleast_1d(value[i])) for i in range(len(self.origin))]
             (self.directory / name).write_text("\n".join(lines) + "\n")
-        self.write(f'kind = "file"\norigin = [0.25, 0.0, 0.0]\nfile = "{name}"')
 
     def test_a_file_is_a_list(self):
         for end in ("free", "clamped"):
@@ -124,8 +127,111 @@ class RodFiles(DriverTest):
         energy = [numpy.genfromtxt(self.directory / out / "observables.csv", delimiter=",", skip_header=1)[-1] for out in ("list", "groups")]
         self.assertTrue(numpy.allclose(*energy, rtol=1e-9, atol=1e-12), energy)
 
+    def final(self, out, group):
+        return self.frames(out, "trajectory")[f"groups/{group}/position"][-1]
+
+    def energies(self, out):
+        return numpy.genfromtxt(self.directory / out / "observables.csv", delimiter=",", skip_header=1)
+
+    def test_sizes_that_are_alike_change_no_bit(self):
+        self.end = "clamped"
+        self.write_list()
+        self.run_skein("list")
+        self.write_file(length=numpy.full(RODS, 0.5), radius=numpy.full(RODS, 0.01))
+        for arguments in ((), ("--lanes", "1"), ("--mapping", "across")):
+            out = "file" + "".join(arguments)
+            self.run_skein(out, *arguments)
+            self.assertEqual(self.digest(out), self.digest("list"), arguments)
+            self.assertTrue(numpy.array_equal(self.energies(out), self.energies("list")))
+
+    def test_rods_of_their_own_sizes_move_as_groups_of_their_own(self):
+        random = numpy.random.default_rng(7)
+        length, radius = random.uniform(0.2, 1.5, RODS), random.uniform(0.005, 0.03, RODS)
+        for end in ("free", "clamped"):
+            self.end = end
+            self.write_file(length=length, radius=radius)
+            self.run_skein(f"file_{end}")
+            for name, layout, arguments in (("rods.h5", {"ranks": 3}, ()), ("rods.csv", {"threads": 2}, ("--lanes", "1")),
+                                            ("rods.h5", {"ranks": 2}, ("--lanes", "4"))):
+                self.write_file(name, length=length, radius=radius)
+                out = f"file_{end}_{layout}{arguments}{name}".replace(" ", "")
+                self.run_skein(out, *arguments, **layout)
+                self.assertEqual(self.digest(out), self.digest(f"file_{end}"), (layout, arguments))
+                self.assertTrue(numpy.array_equal(self.energies(out), self.energies(f"file_{end}")))
+                mine, theirs = self.frames(out, "trajectory"), self.frames(f"file_{end}", "trajectory")
+                for dataset in theirs:
+                    self.assertTrue(numpy.array_equal(mine[dataset], theirs[dataset]), dataset)
+            # The magnetisation of groups alone is measured from their own corners.
+            self.write_file(options={"field": False}, length=length, radius=radius)
+            self.run_skein(f"alone_{end}")
+            groups = ""
+            for i in range(RODS):
+                group = GROUP.format(name=f"r{i}", end=end, placement=f"origin = {list(self.origin[i] + [0.25, 0, 0])}\n"
+                                     f"tangent = {list(self.tangent[i])}\nnormal = {list(self.normal[i])}")
+                groups += group.replace("length = 0.5\n", f"length = {length[i]}\n").replace("radius = 0.01\n", f"radius = {radius[i]}\n")
+            self.scene.write_text(HEAD + groups)
+            self.run_skein(f"groups_{end}")
+            twin = self.frames(f"groups_{end}", "trajectory")
+            mine = self.frames(f"alone_{end}", "trajectory")
+            self.assertTrue(numpy.array_equal(mine["time"], twin["time"]))  # of one step, the least of all limits
+            for i in range(RODS):
+                self.assertLess(numpy.abs(twin[f"groups/r{i}/position"][-1][0] - mine["groups/traced/position"][-1][i]).max(), 1e-12, i)
+                self.assertTrue(numpy.array_equal(twin[f"groups/r{i}/radius"], mine["groups/traced/radius"][i]))
+            self.assertTrue(numpy.allclose(self.energies(f"alone_{end}"), self.energies(f"groups_{end}"), rtol=1e-9, atol=1e-12))
+            summaries = [self.summary(f"{run}_{end}") for run in ("alone", "groups")]
+            self.assertEqual(*(summary["steps"] for summary in summaries))
+
+    def traced(self):
+        """Helices of their own pitch and length, unevenly cut into six elements."""
+        random = numpy.random.default_rng(11)
+        nodes = []
+        for i in range(RODS):
+            s = numpy.sort(random.uniform(0.05, 0.95, 5) * 0.2 + 0.8 * numpy.linspace(0.1, 0.9, 5))
+            s = numpy.concatenate([[0], s, [1]]) * random.uniform(0.5, 2)
+            nodes.append(self.origin[i] + numpy.stack([0.4 * numpy.cos(s) - 0.4, 0.4 * numpy.sin(s), random.uniform(-0.3, 0.3) * s], axis=1))
+        return numpy.array(nodes)
+
+    def test_traced_rods(self):
+        nodes, random = self.traced(), numpy.random.default_rng(3)
+        radii = random.uniform(0.01, 0.02, nodes.shape[:2])
+        quiet = {"field": False}
+        for end in ("free", "clamped"):
+            self.end = end
+            file = {"origin": None, "tangent": None, "normal": None, "nodes": nodes, "radii": radii}
+            self.write_file(options=quiet, **file)
+            text = self.scene.read_text().replace('kind = "gravity"', 'kind = "gravity"\nacceleration = [0.0, 0.0, 0.0]')
+            self.scene.write_text(text)
+            self.run_skein(f"rest_{end}")
+            trajectory = self.frames(f"rest_{end}", "trajectory")
+            for frame in trajectory["groups/traced/position"]:  # at rest where they were traced
+                self.assertLess(numpy.abs(frame - [0.25, 0, 0] - nodes).max(), 1e-12)
+            inner = 0.25 * (radii[:, :-2] + 2 * radii[:, 1:-1] + radii[:, 2:])
+            self.assertLess(numpy.abs(trajectory["groups/traced/radius"][:, 1:-1] - inner).max(), 1e-15)
+            self.run_skein(f"rest3_{end}", "--lanes", "2", ranks=3)
+            self.assertEqual(self.digest(f"rest3_{end}"), self.digest(f"rest_{end}"))
+            self.scene.write_text(text.replace('file = "rods.h5"', 'file = "rods.h5"\ntrace = "start"'))
+            self.run_skein(f"start_{end}")
+            frames = self.frames(f"start_{end}", "trajectory")["groups/traced/position"]
+            self.assertLess(numpy.abs(frames[0] - [0.25, 0, 0] - nodes).max(), 1e-12)
+            self.assertGreater(numpy.abs(frames[-1] - frames[0]).max(), 1e-4)  # towards the curvature of the scene
+        # What a run has written is traced again, with its directors.
+        self.write_file(options=quiet, **file)
+        self.scene.write_text(self.scene.read_text().replace("[output]", "[output]\ndirectors = true"))
+        self.run_skein("sagging")
+        sagging = self.frames("sagging", "trajectory")
+        file = {**file, "nodes": sagging["groups/traced/position"][-1] - [0.25, 0, 0], "directors": sagging["groups/traced/directors"][-1]}
+        self.write_file(options=quiet, **file)
+        self.scene.write_text(self.scene.read_text().replace("[output]", "[output]\ndirectors = true").replace(
+            'kind = "gravity"', 'kind = "gravity"\nacceleration = [0.0, 0.0, 0.0]'))
+        self.run_skein("again")
+        again = self.frames("again", "trajectory")
+        self.assertLess(numpy.abs(again["groups/traced/position"][-1] - sagging["groups/traced/position"][-1]).max(), 1e-12)
+        across = numpy.einsum("rki,rki->rk", again["groups/traced/directors"][-1][:, :, 0], sagging["groups/traced/directors"][-1][:, :, 0])
+        self.assertGreater(across.min(), 0.9999)  # but for shear, as directors of a file follow its edges
+
     def test_a_run_goes_on_with_its_own_file_alone(self):
-        self.write_file()
+        length = numpy.linspace(0.3, 0.9, RODS)
+        self.write_file(length=length)
         self.run_skein("whole")
         self.run_skein("halves", "--until", "0.01", ranks=2)
         (self.directory / "elsewhere").mkdir()
@@ -133,12 +239,13 @@ class RodFiles(DriverTest):
         self.scene.write_text(self.scene.read_text().replace("rods.h5", "elsewhere/same.h5"))
         self.run_skein("halves", ranks=3)
         self.assertEqual(self.digest("halves"), self.digest("whole"))
+        self.write_file(length=length)
         self.run_skein("changed", "--until", "0.01")
         moved = self.origin.copy()
         moved[3, 1] += 1e-12
-        self.write_file(origin=moved)
-        said = self.run_skein("changed", expect=2).stderr
-        self.assertIn("placement.file", said)
+        for change in ({"origin": moved, "length": length}, {"length": numpy.nextafter(length, 1)}):
+            self.write_file(**change)
+            self.assertIn("placement/file", self.run_skein("changed", expect=2).stderr)
 
     def refused(self, said, name="rods.h5", **datasets):
         self.write_file(name, **datasets)
@@ -166,10 +273,32 @@ class RodFiles(DriverTest):
                          normal=with_row(self.normal, 20, -2 * self.tangent[20]))
             self.refused("'normal' without 'tangent'", name, tangent=None)
             self.refused("'origin' is missing", name, origin=None)
+            self.refused(name + ": " + at("length", 3) + "must be above 0", name, length=with_row(numpy.ones(RODS), 3, -1))
+            self.refused(name + ": " + at("radius", 36) + "not a finite number", name, radius=with_row(numpy.ones(RODS), 36, numpy.inf))
         self.refused("dataset 'tangent' has 36 rows, but 'origin' has 37", tangent=self.tangent[1:])
         self.refused("dataset 'origin' has the shape [37, 2]; it must be [rods, 3]", origin=self.origin[:, :2])
         self.refused("unknown dataset 'tangents'; a file of rods takes origin, tangent, normal", tangents=self.tangent)
         self.refused("dataset 'origin' does not hold numbers", origin=[b"a", b"b"])
+        nodes, none = self.traced(), {"origin": None, "tangent": None, "normal": None}
+        twice = nodes.copy()
+        twice[4, 3] = twice[4, 2]
+        back = nodes.copy()
+        back[9, 3] = back[9, 1]
+        directors = numpy.zeros((RODS, 6, 3, 3))
+        self.refused("dataset 'nodes', row 4: nodes 2 and 3 are one point", **none, nodes=twice)
+        self.refused("dataset 'nodes', row 9: turns back at node 2", **none, nodes=back)
+        self.refused("dataset 'directors', row 0: d1 of element 0 is not across the rod", **none, nodes=nodes, directors=directors)
+        self.refused("is of rods of 5 elements, others of 6", **none, nodes=nodes, directors=directors[:, 1:])
+        self.refused("is of rods of 5 elements, but shape.elements of 'traced' is 6", **none, nodes=nodes[:, 1:])
+        self.refused("'tangent' beside 'nodes'", origin=None, normal=None, nodes=nodes)
+        self.refused("'directors' without 'nodes'", normal=None, directors=directors)
+        self.refused("dataset 'nodes' has the shape [37, 7, 2]; it must be [rods, elements + 1, 3]", **none, nodes=nodes[:, :, :2])
+        self.refused("'radius' beside 'radii'", radius=numpy.ones(RODS), radii=numpy.ones((RODS, 7)))
+        wall = '[[wall]]\nname = "floor"\nkind = "plane"\nstiffness = 1000.0\n'
+        self.write_file(options={"more": wall}, length=numpy.ones(RODS))
+        said = subprocess.run([SKEIN, "check", str(self.scene)], capture_output=True, text=True, timeout=60)
+        self.assertEqual(said.returncode, 2, said.stdout)
+        self.assertIn("need rods that are alike", said.stderr)
         self.write('kind = "file"\nfile = "nowhere.h5"')
         said = subprocess.run([SKEIN, "check", str(self.scene)], capture_output=True, text=True, timeout=60).stderr
         self.assertIn("there is no file of rods", said)

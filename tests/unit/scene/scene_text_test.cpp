@@ -29,7 +29,7 @@ TEST(SceneText, ReadsBackAsTheSameScene) {
 TEST(SceneText, KeepsTextsAndNumbersToTheLastBit) {
     SceneSpec scene = read_scene(good_scene);
     scene.title = "a \"quoted\" title \\ with\ttwo\nlines";
-    scene.time.duration = 0.1 + 0.2;
+    scene.time.duration = 1000 * (0.1 + 0.2);
     scene.rods[0].placement.origin = {1e-300, -1.0 / 3, 5e-324};
     EXPECT_EQ(scene_json(parse_scene("again", scene_text(scene)), false), scene_json(scene, false));
 }
