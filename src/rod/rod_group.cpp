@@ -26,6 +26,7 @@ struct Share {
 std::vector<Share> shares(const Shape& shape) {
     const auto n = static_cast<std::size_t>(shape.elements);
     std::vector<Share> all;
+    all.reserve(n);
     if (shape.length_profile.empty()) {
         for (std::size_t k = 0; k < n; ++k)
             all.push_back({1 / static_cast<double>(n), (static_cast<double>(k) + 0.5) / static_cast<double>(n)});
@@ -152,6 +153,10 @@ void RodGroup::work_out_constants() {
     const Shape& shape = spec_.shape;
     const long n = shape.elements, cells = closed() ? n : n - 1;
     const auto share = shares(shape);
+    start_offsets_.reserve(static_cast<std::size_t>(n) + 1);
+    element.reserve(static_cast<std::size_t>(n));
+    voronoi.reserve(static_cast<std::size_t>(n));
+    start_directors_.reserve(static_cast<std::size_t>(n));
     for (std::size_t k = 0; k < share.size(); ++k)
         element.push_back(is_rigid(*this) ? rigid_constants(spec_) : element_constants(spec_, k, share[k]));
     const auto kappa0 = [&](long k) {
