@@ -16,6 +16,17 @@
 
 namespace skein {
 
+/// The largest overlap of contacts or with a wall so far.
+struct LargestOverlap {
+    std::string of;                   ///< "rods" or a wall's name
+    double overlap = 0, allowed = 0;  ///< over the diameter
+    std::int64_t passed = -1;         ///< step that was the first beyond what the time step allows for; -1: none
+    double stiffness = 0, of_law = 0; ///< that would hold it there under the same force, and the one there is; 0: more than one
+
+    /// What to tell of it, where it has been passed.
+    std::string complaint() const;
+};
+
 class Interactions {
 public:
     /// Collective. `groups`, `threads`, `plan` and `rods` must outlive it.
@@ -33,6 +44,16 @@ public:
     /// so.
     bool fit() const { return complaint().empty(); }
     void inspect(std::int64_t step) const;
+
+    /// Where walls are pressed now: to be told now and then, as contacts tell of themselves in every step.
+    void look_at_walls(const Step& step);
+    /// Of this rank: something has overlapped by more than the step allows for, and has not been told of.
+    bool passed() const;
+    /// What is to be told of that, a line for rods and for each wall, each once. Collective.
+    std::string tell_of_overlaps();
+    /// Of contacts, then of each wall: the largest overlap of this run, over the diameter, but of times with soft_until to come.
+    /// Collective.
+    std::vector<LargestOverlap> largest_overlaps() const;
 
     /// What the time series tells of contacts and walls, and of weight where there is any.
     std::vector<std::string> names() const;
@@ -67,6 +88,14 @@ private:
         int wall, watched;
         Servo servo;
     };
+    struct Deepest {
+        double overlap = 0, allowed = 0;
+        std::int64_t passed = -1;
+        bool told = false;
+        void take(double now, std::int64_t step);
+    };
+    Deepest deepest_;                       ///< of contacts
+    std::vector<Deepest> deepest_at_;       ///< of each wall
     std::vector<DrivenWall> driven_;
     std::vector<double> work_;   ///< of every wall on the rods since the start, J
     std::vector<double> of_rod_; ///< scratch: by gid

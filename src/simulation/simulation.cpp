@@ -133,6 +133,7 @@ void Simulation::advance(std::int64_t until) {
         if (check && !told_limit_ && near_limit_.empty()) {
             near_limit_ = rods_->near_limit();
             if (!near_limit_.empty()) near_limit_ += fmt::format(" at step {}", clock_.done());
+        if (check && interactions_) interactions_->look_at_walls(steps.back());
         }
         if (!fit) try {
                 rods_->inspect(clock_.done(), plan_.dt);
@@ -213,12 +214,16 @@ Simulation::Verdict Simulation::agree() {
     const auto timing = timers_.time(Phase::agree);
     const double wall = wall_seconds() - started_;
     const bool late = options_.walltime > 0 && wall > 0.98 * options_.walltime;
-    const Verdict mine = !failure_.empty()                      ? Verdict::fail
-                         : stop_requested || late               ? Verdict::stop_at_limit
-                         : !near_limit_.empty() && !told_limit_ ? Verdict::warn
-                                                                : Verdict::go_on;
+    const bool tells = (!near_limit_.empty() && !told_limit_) || (interactions_ && interactions_->passed());
+    const Verdict mine = !failure_.empty()        ? Verdict::fail
+                         : stop_requested || late ? Verdict::stop_at_limit
+                         : tells                  ? Verdict::warn
+                                                  : Verdict::go_on;
     auto verdict = static_cast<Verdict>(comm_.max(static_cast<std::int64_t>(mine)));
-    if (verdict == Verdict::warn || verdict == Verdict::fail) warn_of_limit();
+    if (verdict == Verdict::warn || verdict == Verdict::fail) {
+        warn_of_limit();
+        warn_of_overlap();
+    }
     if (verdict == Verdict::fail) throw_failure();
     if (verdict == Verdict::warn) verdict = Verdict::go_on;
     if (clock_.done() >= next_tick_) {
@@ -331,6 +336,13 @@ void Simulation::checkpoint() {
         for (FrameWriter* frames : {trajectory_.get(), tips_.get()})
             if (frames) frames->close_segment();
         if (plan_.cadence.series > 0) on_root(comm_, [&] { series_->flush(); });
+void Simulation::warn_of_overlap() {
+    if (!interactions_) return;
+    bool told = false;
+    const std::string text = interactions_->tell_of_overlaps();
+    warn(told, !text.empty(), text);
+}
+
     }
     if (!options_.checkpoint) return;
     const auto timing = timers_.time(Phase::checkpoint);
@@ -364,3 +376,4 @@ void Simulation::write_summary(const RunResult& result) {
 }
 
 } // namespace skein
+    if (interactions_) figures.overlaps = interactions_->largest_overlaps();
