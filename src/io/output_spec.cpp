@@ -9,6 +9,12 @@ void OutputSpec::fields(FieldVisitor& f) {
             trajectory);
     f.visit({.name = "directors", .unit = "", .text = "trajectory frames hold directors"}, directors);
     f.choice({.name = "precision", .unit = "", .text = "of trajectory and tip frames"}, precision, precision_names);
+    f.choice({.name = "paraview",
+              .unit = "",
+              .text =
+                  "for ParaView: vtp: each frame of the trajectory as poly data too (rods.pvd, walls.pvd); xdmf: a side-car of the "
+                  "HDF5 files alone; none: neither; auto: vtp up to 100000 nodes, xdmf beyond"},
+             paraview, paraview_names);
     f.visit({.name = "tips", .unit = "s", .text = "interval of frames of every rod's last node; 0: none", .at_least = 0}, tips);
     f.visit({.name = "series", .unit = "s", .text = "interval of the time series of observables; 0: none", .at_least = 0}, series);
     f.visit(
@@ -28,6 +34,11 @@ void OutputSpec::fields(FieldVisitor& f) {
         audit);
     f.visit({.name = "checkpoint", .unit = "s", .text = "interval of checkpoints; 0: only one at the end", .at_least = 0},
             checkpoint);
+}
+
+bool OutputSpec::writes_vtp(std::int64_t nodes) const {
+    if (trajectory == 0) return false;
+    return paraview == ParaView::vtp || (paraview == ParaView::automatic && nodes <= most_nodes_of_vtp);
 }
 
 bool OutputSpec::observes(std::string_view set) const {

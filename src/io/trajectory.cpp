@@ -336,7 +336,7 @@ struct FrameWriter::Impl {
                 if (found.number > step) remove_file(path_of(found.name));
                 else names += found.name + "\n";
             }
-            if (names.empty() && kind == FrameKind::trajectory) remove_file(path_of("trajectory.xdmf"));
+            if (kind == FrameKind::trajectory && (names.empty() || spec.paraview == ParaView::none)) remove_file(path_of("trajectory.xdmf"));
         });
         names = comm.broadcast(names);
         std::vector<std::string> list;
@@ -443,7 +443,7 @@ struct FrameWriter::Impl {
     }
 
     void write_side_car() const {
-        if (kind != FrameKind::trajectory) return;
+        if (kind != FrameKind::trajectory || spec.paraview == ParaView::none) return;
         on_root(comm, [&] {
             std::vector<XdmfGroup> xdmf_groups;
             std::vector<XdmfSegment> xdmf_segments;

@@ -83,6 +83,7 @@ struct Plan {
     std::vector<std::string> observables;    ///< sets that the scene adds to the series
     int families = 0;
     double state_bytes = 0;          ///< all ranks, state and scratch
+    bool vtp = false;                ///< frames as poly data too
     double frame_bytes = 0;          ///< all ranks, frames on their way to disk
     double output_bytes = 0;         ///< all frames of the run
     double predicted_s = 0;          ///< wall time of the steps

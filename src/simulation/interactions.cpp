@@ -337,6 +337,13 @@ std::string Interactions::contact_table() const {
     return text;
 }
 
+void Interactions::contact_forces(std::int64_t gid, std::span<Vec3d> out) const {
+    const ContactView& view = *around_.others;
+    const auto rod = static_cast<std::size_t>(gid);
+    const bool touched = rod < view.touched.size() && view.touched[rod];
+    for (std::size_t i = 0; i < out.size(); ++i) out[i] = touched ? view.load[view.first_slot(gid) + i].force : Vec3d{0, 0, 0};
+}
+
 std::vector<std::string> Interactions::kept_names() const {
     std::vector<std::string> names;
     if (contacts_) names.emplace_back(contacts_name);

@@ -62,6 +62,12 @@ public:
     /// Every contact of the scene, a line each, in order of pairs.
     std::string contact_table() const;
 
+    /// Forces of the last step's contacts on the nodes of a rod of this rank, lab, N; zeros before the first step.
+    void contact_forces(std::int64_t gid, std::span<Vec3d> out) const;
+    bool rods_touch() const { return contacts_.has_value(); }
+    /// Null where there are none.
+    const Walls* walls() const { return around_.walls.get(); }
+
     /// Springs of friction, accounts and places of walls, the same on any number of ranks: for checkpoints.
     std::vector<std::string> kept_names() const;
     std::vector<KeptNumbers> kept() const;
@@ -82,12 +88,6 @@ private:
     const Rods& rods_;
     Surroundings around_;
     std::optional<Contacts> contacts_;
-    std::vector<ContactMobility> mobility_; ///< by group
-
-    struct DrivenWall {
-        int wall, watched;
-        Servo servo;
-    };
     struct Deepest {
         double overlap = 0, allowed = 0;
         std::int64_t passed = -1;
@@ -96,6 +96,12 @@ private:
     };
     Deepest deepest_;                       ///< of contacts
     std::vector<Deepest> deepest_at_;       ///< of each wall
+    std::vector<ContactMobility> mobility_; ///< by group
+
+    struct DrivenWall {
+        int wall, watched;
+        Servo servo;
+    };
     std::vector<DrivenWall> driven_;
     std::vector<double> work_;   ///< of every wall on the rods since the start, J
     std::vector<double> of_rod_; ///< scratch: by gid

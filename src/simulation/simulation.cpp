@@ -36,9 +36,9 @@ std::string physics_json(SceneSpec scene, double dt) {
 
 bool is_result(const std::filesystem::path& path) {
     const std::string name = path.filename().string();
-    return name == "summary.json" || name == "physics.json" || name == "observables.csv" ||
-           (name.starts_with("contacts_") && name.ends_with(".csv")) || name.ends_with(".xdmf") || name.ends_with(".h5") ||
-           name.ends_with(".tmp");
+    return name == "summary.json" || name == "physics.json" || name == "observables.csv" || name == "rods.pvd" ||
+           name == "walls.pvd" || (name.starts_with("contacts_") && name.ends_with(".csv")) || name.ends_with(".xdmf") ||
+           name.ends_with(".h5") || name.ends_with(".tmp");
 }
 
 /// Results without a checkpoint may be written over only by the run that left them unfinished: same physics, no summary.
@@ -74,7 +74,10 @@ Simulation::Simulation(const Communicator& comm, const Threads& threads, const S
     on_root(comm_, [&] {
         std::filesystem::create_directories(options_.out);
         lock_ = std::make_unique<DirectoryLock>(options_.out);
-        if (options_.overwrite) remove_results(options_.out);
+        if (options_.overwrite) {
+            remove_results(options_.out);
+            keep_vtk_frames(options_.out, -1, plan_.dt);
+        }
     });
     Surroundings around = make_surroundings(plan_, groups_);
     rods_ = make_rods(plan_, groups_, partition(comm_, groups_), threads_, around);
@@ -130,10 +133,10 @@ void Simulation::advance(std::int64_t until) {
         const bool check = last == until || last >= next_check;
         const bool fit = coupled ? step_together(steps, check) : step_alone(steps, check);
         clock_.advance(steps);
+        if (check && interactions_) interactions_->look_at_walls(steps.back());
         if (check && !told_limit_ && near_limit_.empty()) {
             near_limit_ = rods_->near_limit();
             if (!near_limit_.empty()) near_limit_ += fmt::format(" at step {}", clock_.done());
-        if (check && interactions_) interactions_->look_at_walls(steps.back());
         }
         if (!fit) try {
                 rods_->inspect(clock_.done(), plan_.dt);
@@ -252,8 +255,26 @@ void Simulation::open_outputs(const SceneSpec& scene) {
     };
     if (plan_.cadence.trajectory > 0) trajectory_ = frames(FrameKind::trajectory);
     if (plan_.cadence.tips > 0) tips_ = frames(FrameKind::tips);
+    open_polydata(scene);
     if (plan_.cadence.series > 0)
         on_root(comm_, [&] { series_ = std::make_unique<SeriesFile>(options_.out + "/observables.csv", names(), clock_.done()); });
+}
+
+void Simulation::open_polydata(const SceneSpec& scene) {
+    on_root(comm_, [&] { keep_vtk_frames(options_.out, clock_.done(), plan_.dt); });
+    if (!plan_.vtp) return;
+    VtkSeries::NodeForces forces;
+    if (interactions_ && interactions_->rods_touch())
+        forces = [this](std::int64_t gid, std::span<Vec3d> out) { interactions_->contact_forces(gid, out); };
+    polydata_ = std::make_unique<VtkSeries>(comm_, options_.out, scene.output, groups_, *rods_, threads_, clock_.done(), plan_.dt,
+                                            std::move(forces));
+    if (interactions_ && interactions_->walls()) wall_meshes_ = std::make_unique<WallMeshes>(*interactions_->walls(), groups_);
+}
+
+void Simulation::write_polydata() {
+    polydata_->write(clock_.done(), clock_.time(), clock_.lag());
+    if (wall_meshes_ && (wall_meshes_->move() || clock_.done() == 0))
+        polydata_->write_walls(clock_.done(), clock_.time(), wall_meshes_->at(clock_.time()));
 }
 
 void Simulation::write_due() {
@@ -262,6 +283,7 @@ void Simulation::write_due() {
     {
         const auto timing = timers_.time(Phase::output);
         if (due(plan_.cadence.trajectory)) trajectory_->write(clock_.done(), clock_.time(), clock_.lag());
+        if (polydata_ && due(plan_.cadence.trajectory)) write_polydata();
         if (due(plan_.cadence.tips)) tips_->write(clock_.done(), clock_.time(), clock_.lag());
         if (clock_.done() > 0 && due(plan_.cadence.contacts)) {
             const std::string table = interactions_->contact_table();
@@ -314,6 +336,13 @@ void Simulation::warn_of_limit() {
     warn(told_limit_, !text.empty(), text + (plan_.force_dt ? "" : "; beyond it the run is stopped: lower dt or time.e_min"));
 }
 
+void Simulation::warn_of_overlap() {
+    if (!interactions_) return;
+    bool told = false;
+    const std::string text = interactions_->tell_of_overlaps();
+    warn(told, !text.empty(), text);
+}
+
 void Simulation::warn_of_strain() {
     const double turn = last_sample_[observed_turn_per_cell], strain = last_sample_[observed_axial_strain];
     double room = HUGE_VAL; // to the lowest tension limit
@@ -336,13 +365,6 @@ void Simulation::checkpoint() {
         for (FrameWriter* frames : {trajectory_.get(), tips_.get()})
             if (frames) frames->close_segment();
         if (plan_.cadence.series > 0) on_root(comm_, [&] { series_->flush(); });
-void Simulation::warn_of_overlap() {
-    if (!interactions_) return;
-    bool told = false;
-    const std::string text = interactions_->tell_of_overlaps();
-    warn(told, !text.empty(), text);
-}
-
     }
     if (!options_.checkpoint) return;
     const auto timing = timers_.time(Phase::checkpoint);
@@ -369,6 +391,7 @@ void Simulation::write_summary(const RunResult& result) {
     }
     figures.rod_bytes = comm_.sum(static_cast<std::int64_t>(rods_->bytes()));
     figures.resident_bytes = comm_.sum(resident_bytes());
+    if (interactions_) figures.overlaps = interactions_->largest_overlaps();
     on_root(comm_, [&] {
         write_file(options_.out + "/summary.json", summary_json(figures));
         if (!options_.quiet) std::printf("%s", timing_table(figures).c_str());
@@ -376,4 +399,3 @@ void Simulation::write_summary(const RunResult& result) {
 }
 
 } // namespace skein
-    if (interactions_) figures.overlaps = interactions_->largest_overlaps();

@@ -7,12 +7,14 @@
 #include "io/checkpoint.hpp"
 #include "io/files.hpp"
 #include "io/trajectory.hpp"
+#include "io/vtk_series.hpp"
 #include "parallel/communicator.hpp"
 #include "parallel/threads.hpp"
 #include "rod/rods.hpp"
 #include "scene/plan.hpp"
 #include "simulation/interactions.hpp"
 #include "simulation/progress.hpp"
+#include "simulation/wall_meshes.hpp"
 #include "time/clock.hpp"
 
 #include <memory>
@@ -78,6 +80,9 @@ private:
     void open_outputs(const SceneSpec& scene);
     /// Goes on with the audit of a checkpoint, or begins one here. Collective.
     void begin_audit(std::optional<double> audited_from);
+    /// The same frames for ParaView, with walls where they move or at the beginning.
+    void open_polydata(const SceneSpec& scene);
+    void write_polydata();
     void write_due();
     void checkpoint();
     void sample();
@@ -85,13 +90,13 @@ private:
     void warn_of_strain();
     /// The same of a step near the limit that strains leave; collective.
     void warn_of_limit();
+    /// The same of overlaps beyond what the step allows for; collective.
+    void warn_of_overlap();
     void warn(bool& told, bool bad, const std::string& text);
     /// Names and values of the series, collective.
     std::vector<std::string> names() const;
     std::vector<double> observables() const;
     std::int64_t next_event() const;
-    /// The same of overlaps beyond what the step allows for; collective.
-    void warn_of_overlap();
     /// All ranks learn of failures, signals, limits and what to be warned of; sets the next tick. Throws NumericalError where a
     /// rank failed.
     Verdict agree();
@@ -122,7 +127,9 @@ private:
     std::int64_t last_checkpoint_ = -1;
     std::string failure_, near_limit_; ///< of this rank's rods; agreed on at the next event
     std::unique_ptr<FrameWriter> trajectory_, tips_;
-    std::unique_ptr<SeriesFile> series_; ///< root only
+    std::unique_ptr<VtkSeries> polydata_;
+    std::unique_ptr<WallMeshes> wall_meshes_; ///< null where there are no walls to show
+    std::unique_ptr<SeriesFile> series_;      ///< root only
     std::vector<double> last_sample_;
     bool at_rest_ = false;
     bool told_turn_ = false, told_strain_ = false, told_tension_ = false, told_limit_ = false;
