@@ -336,7 +336,8 @@ struct FrameWriter::Impl {
                 if (found.number > step) remove_file(path_of(found.name));
                 else names += found.name + "\n";
             }
-            if (kind == FrameKind::trajectory && (names.empty() || spec.paraview == ParaView::none)) remove_file(path_of("trajectory.xdmf"));
+            if (kind == FrameKind::trajectory && (names.empty() || spec.paraview == ParaView::none))
+                remove_file(path_of("trajectory.xdmf"));
         });
         names = comm.broadcast(names);
         std::vector<std::string> list;
