@@ -49,6 +49,9 @@ Interactions::Interactions(const Communicator& comm, const Threads& threads, con
             for (const LocalRod& rod : rods_.local()) owned[static_cast<std::size_t>(rod.gid)] = 1;
         }
         deepest_.allowed = plan_.contact->overlap;
+        const std::size_t materials = plan_.contact_laws->materials();
+        for (std::size_t i = 0; i < materials * materials; ++i)
+            soft_until_ = std::max(soft_until_, plan_.contact_laws->between(i / materials, i % materials).soft_until);
         contacts_.emplace(around_.others->capsules, *plan_.contact_laws, threads, std::move(owned));
     }
     if (!around_.walls) return;
@@ -95,7 +98,7 @@ void Interactions::meet(const Step& step, Timers& timers) {
     contacts_->evaluate(view.capsules, step.time, step.kick, view.load);
     timers.move(Phase::contacts, Phase::search, contacts_->figures().search_s - searched);
     view.touched = contacts_->touched_rods();
-    if (step.time >= plan_.contact->law.soft_until) deepest_.take(contacts_->figures().deepest, step.index);
+    if (step.time >= soft_until_) deepest_.take(contacts_->figures().deepest, step.index);
 }
 
 void Interactions::look_at_walls(const Step& step) {
@@ -133,19 +136,22 @@ std::string Interactions::tell_of_overlaps() {
 
 std::vector<LargestOverlap> Interactions::largest_overlaps() const {
     std::vector<LargestOverlap> all;
-    const auto tell = [&](const std::string& of, const Deepest& mine, const ContactLaw* law) {
+    const auto tell = [&](const std::string& of, const Deepest& mine, ContactNormal normal, double stiffness) {
         constexpr auto never = std::numeric_limits<std::int64_t>::max();
         const std::int64_t first = comm_.min(mine.passed < 0 ? never : mine.passed);
         LargestOverlap& one =
             all.emplace_back(LargestOverlap{of, comm_.max(mine.overlap), mine.allowed, first == never ? -1 : first});
-        if (!law || law->restitution > 0) return;
         const double ratio = one.overlap / one.allowed;
-        one.of_law = law->stiffness;
-        one.stiffness = law->stiffness * (law->normal == ContactNormal::linear ? ratio : ratio * std::sqrt(ratio));
+        one.times = normal == ContactNormal::linear ? ratio : ratio * std::sqrt(ratio);
+        one.stiffness = stiffness;
     };
-    if (contacts_) tell("rods", deepest_, plan_.contact_laws->materials() == 1 ? &plan_.contact_laws->between(0, 0) : nullptr);
-    for (std::size_t w = 0; w < deepest_at_.size(); ++w)
-        tell(around_.walls->wall[w].name, deepest_at_[w], &around_.walls->wall[w].law);
+    if (contacts_)
+        tell("rods", deepest_, plan_.contact_laws->normal(),
+             plan_.contact_laws->materials() == 1 ? plan_.contact_laws->between(0, 0).stiffness : 0);
+    for (std::size_t w = 0; w < deepest_at_.size(); ++w) {
+        const Wall& wall = around_.walls->wall[w];
+        tell(wall.name, deepest_at_[w], wall.law.normal, wall.law.restitution > 0 ? 0 : wall.law.stiffness);
+    }
     return all;
 }
 
@@ -154,7 +160,9 @@ std::string LargestOverlap::complaint() const {
     std::string text = fmt::format("{} overlap by {:.3g} of the diameter, since step {} by more than the {:g} that the time step "
                                    "allows for",
                                    of == "rods" ? "rods" : fmt::format("rods and wall '{}'", of), overlap, passed, allowed);
-    if (stiffness > 0) text += fmt::format("; stiffness = {:.2g} in place of {:.4g} would hold them there", stiffness, of_law);
+    if (stiffness > 0)
+        text += fmt::format("; stiffness = {:.2g} in place of {:.4g} would hold them there", times * stiffness, stiffness);
+    else text += fmt::format("; {:.2g} times the stiffness would hold them there", times);
     return text;
 }
 

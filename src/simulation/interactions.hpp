@@ -18,10 +18,11 @@ namespace skein {
 
 /// The largest overlap of contacts or with a wall so far.
 struct LargestOverlap {
-    std::string of;                   ///< "rods" or a wall's name
-    double overlap = 0, allowed = 0;  ///< over the diameter
-    std::int64_t passed = -1;         ///< step that was the first beyond what the time step allows for; -1: none
-    double stiffness = 0, of_law = 0; ///< that would hold it there under the same force, and the one there is; 0: more than one
+    std::string of;                  ///< "rods" or a wall's name
+    double overlap = 0, allowed = 0; ///< over the diameter
+    std::int64_t passed = -1;        ///< step that was the first beyond what the time step allows for; -1: none
+    double times = 0;                ///< the stiffness, at which the same force would push no deeper than allowed
+    double stiffness = 0;            ///< of the law; 0: there are several, or it is said otherwise
 
     /// What to tell of it, where it has been passed.
     std::string complaint() const;
@@ -94,6 +95,7 @@ private:
         bool told = false;
         void take(double now, std::int64_t step);
     };
+    double soft_until_ = 0;                 ///< s; the last of the contacts' laws
     Deepest deepest_;                       ///< of contacts
     std::vector<Deepest> deepest_at_;       ///< of each wall
     std::vector<ContactMobility> mobility_; ///< by group

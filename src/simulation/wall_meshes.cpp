@@ -39,6 +39,13 @@ std::vector<Vec3d> cut(const std::vector<Vec3d>& polygon, const Vec3d& point, co
     return kept;
 }
 
+/// Planes at rest do, and those that go along with a wall, as the sides of a box.
+bool bounds(const Wall& plane, const Wall& wall) {
+    if (plane.servo.drives()) return false;
+    const Vec3d apart = plane.velocity - wall.velocity;
+    return !plane.moves_steadily() || (!wall.servo.drives() && dot(apart, apart) == 0 && plane.from == wall.from);
+}
+
 } // namespace
 
 WallMeshes::WallMeshes(const Walls& walls, std::span<const RodGroup> groups) : walls_(walls) {
@@ -116,9 +123,8 @@ PolygonMesh WallMeshes::at(double time) const {
             for (Vec3d& p : polygon) p = p + offset;
             for (std::size_t other = 0; other < walls_.count(); ++other) {
                 const Wall& plane = walls_.wall[other];
-                const bool still = !plane.servo.drives() && !plane.moves_steadily();
-                if (other != w && plane.kind == WallKind::plane && still && !polygon.empty())
-                    polygon = cut(polygon, plane.point, plane.normal, 1e-9 * reach_);
+                if (other != w && plane.kind == WallKind::plane && bounds(plane, walls_.wall[w]) && !polygon.empty())
+                    polygon = cut(polygon, plane.point + walls_.at(other, time).offset, plane.normal, 1e-9 * reach_);
             }
             if (polygon.size() < 3) continue;
             std::vector<std::int32_t>& corners = mesh.polygon.emplace_back();

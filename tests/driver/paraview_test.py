@@ -214,6 +214,46 @@ class ParaView(DriverTest):
             self.assertTrue(numpy.allclose(corners[5][:, 2], row["lid_heightm"], atol=1e-12), f"{corners[5]} {row['lid_heightm']}")
         self.assertGreater(pressed, 0.1)
 
+    def test_the_sides_of_a_moving_box_stay_together(self):
+        law = 'law = "hertz"\nstiffness = "auto"\n'
+        self.scene.write_text(CURVES.split("[[rods]]\nname = \"helix\"")[0].replace("duration = 1e-3", "duration = 0.02") + f"""
+[[load]]
+kind = "gravity"
+[[wall]]
+name = "box"
+kind = "box"
+lower = [-0.3, -0.3, -0.2]
+upper = [1.3, 0.3, 1.2]
+velocity = [0.5, 0.0, 0.0]
+{law}
+[[wall]]
+name = "tube"
+kind = "tube"
+point = [0.5, 0.0, 0.0]
+radius = 2.0
+{law}
+[output]
+trajectory = 0.01
+""")
+        self.run_skein("out")
+        walls = listed(self.directory / "out/walls.pvd")
+        self.assertEqual(len(walls), 3)
+        for time, name in walls:
+            wall = read_vtp(self.directory / "out" / name)
+            ends = wall["Polys", "offsets"]
+            begins = numpy.r_[0, ends[:-1]]
+            for side in range(6):
+                at = list(wall["CellData", "wall"]).index(side)
+                corners = wall["Points", "Points"][wall["Polys", "connectivity"][begins[at] : ends[at]]] - [0.5 * time, 0, 0]
+                self.assertEqual(len(corners), 4)
+                for axis, (low, high) in enumerate([(-0.3, 1.3), (-0.3, 0.3), (-0.2, 1.2)]):
+                    expected = {low, high} if axis != side // 2 else {(low, high)[side % 2]}
+                    self.assertEqual({round(x, 6) for x in corners[:, axis]}, expected)
+            tube = wall["CellData", "wall"] == 6
+            self.assertEqual(tube.sum(), 64)
+            points = wall["Points", "Points"][wall["Polys", "connectivity"][begins[tube][0] :]]
+            self.assertTrue(numpy.allclose(numpy.hypot(points[:, 0] - 0.5, points[:, 1]), 2.0))
+
     def test_the_same_bytes_on_any_ranks_and_across_restarts(self):
         for scene in SCENE, BED:
             for folder in self.directory.iterdir():
