@@ -103,8 +103,11 @@ TYPED_TEST(PackOf, MasksAsBitsAndWhatTheyChoose) {
         for (int l = 0; l < W; ++l) EXPECT_EQ(mask[l], (bits >> l & 1) != 0);
         double chosen[W] = {};
         compress_store(chosen, bits, number);
-        for (int l = 0, n = 0; l < W; ++l)
-            if (bits >> l & 1) EXPECT_EQ(chosen[n++], 10 + l);
+        for (int l = 0, n = 0; l < W; ++l) {
+            if (bits >> l & 1) {
+                EXPECT_EQ(chosen[n++], 10 + l);
+            }
+        }
     }
 }
 
