@@ -58,8 +58,8 @@ void add_mapping(CLI::App& command, skein::Mapping& mapping) {
 void add_lanes(CLI::App& command, int& lanes) {
     command
         .add_option("--lanes", lanes,
-                    "rods side by side in SIMD registers, which chooses the kernels' instructions: x86-64 for 1 and 2, x86-64-v3 "
-                    "for 4, x86-64-v4 for 8; default: the most that this processor has; the same bits")
+                    "rods side by side in SIMD registers, which chooses the kernels' instructions: x86-64 for 2, x86-64-v3 for "
+                    "1 and 4, x86-64-v4 for 8; default: the most that this processor has; the same bits")
         ->check(CLI::IsMember({1, 2, 4, 8}));
 }
 

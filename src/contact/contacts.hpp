@@ -1,8 +1,7 @@
 // Contacts between rods: who may touch, who does, and what that does to them.                                theory.md section 18
 //   list of candidates, renewed when elements have moved half its skin
 //   push:    of a block of rods the pairs that touch, packed; their forces eight at a time; loads of both elements in order of
-//   pairs, but
-//            those of second elements in other blocks, which go into the mail
+//            pairs, but those of second elements in other blocks, which go into the mail
 //   receive: what others have sent; a thread that goes on along the rods does it as it pushes, while all is at hand
 // No atomic, no order among threads: the bits of a rod's loads depend on the rods alone. A contact's friction spring is kept by
 // pair. Where a contact passes over a joint both elements touch, one at its end: that one follows the other's spring, and has it
