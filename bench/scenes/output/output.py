@@ -18,47 +18,23 @@ import subprocess
 import tempfile
 import time
 
-SCENE = """
-title = "Cilia that are written"
-[time]
-duration = 1e3
-[[rods]]
-name = "cilia"
-start = "clamped"
-[rods.material]
-density = 2390.0
-youngs_modulus = 1.85e5
-shear_modulus = 6.16e4
-[rods.section]
-radius = 0.15
-[rods.shape]
-length = 1.5
-elements = {elements}
-[rods.placement]
-kind = "lattice"
-counts = [{nx}, {ny}]
-spacing = [1.5, 1.5]
-[rods.magnetisation]
-pattern = "wave_x"
-strength = 18999.0
-wavelength_x = 6.0
-[[load]]
-kind = "magnetic_field"
-rotating = 0.08
-period = 72.0
-constant = [0.0, 8e-4, 0.0]
-[[damping]]
-kind = "legacy"
-rate = 0.5
-"""
+CARPET = pathlib.Path(__file__).parents[3] / "apps/cilia_carpet/carpet_8x8.toml"
 
 
-def run(arguments, scene, steps, *options):
-    """Phases of a run, s, and bytes of its files by beginning of their names."""
-    out = scene.parent / "out"
+def changed(count, elements, **others):
+    """Options of a run of the carpet with these numbers of cilia and elements; nothing is written but what `others` ask for."""
+    keys = {"rods.cilia.placement.counts": list(count), "rods.cilia.shape.elements": elements, "time.duration": 1e3, "time.divide": 0}
+    keys |= {f"output.{key}": others.get(key, 0) for key in ("trajectory", "tips", "series", "checkpoint", "checkpoint_wall")}
+    return [word for key, value in keys.items() for word in ("--set", f"{key}={value!r}")]
+
+
+def run(arguments, directory, steps, *options, **outputs):
+    """Phases of a run, s, and bytes of its files by beginning of their names; intervals of outputs, s."""
+    out = directory / "out"
     launch = ["mpirun", "--oversubscribe", "-n", str(arguments.ranks)] if arguments.ranks > 1 else []
-    subprocess.run([*launch, arguments.skein, "run", str(scene), "--out", str(out), "--threads", str(arguments.threads),
-                    "--steps", str(steps), "--quiet", *options], check=True, stdout=subprocess.DEVNULL)
+    subprocess.run([*launch, arguments.skein, "run", str(CARPET), "--out", str(out), "--threads", str(arguments.threads),
+                    "--steps", str(steps), "--quiet", *options, *changed(arguments.count, arguments.elements, **outputs)],
+                   check=True, stdout=subprocess.DEVNULL)
     summary = json.loads((out / "summary.json").read_text())
     phases = {name: times["max_s"] for name, times in summary["phases"].items()}
     size = {kind: sum(f.stat().st_size for f in out.glob(kind + "_*.h5")) for kind in ("checkpoint", "trajectory")}
@@ -81,23 +57,21 @@ def plain_write(directory, size):
 
 
 def turn(arguments, directory):
-    scene = directory / "scene.toml"
-    scene.write_text(SCENE.format(elements=arguments.elements, nx=arguments.count[0], ny=arguments.count[1]))
     row = {}
 
     steps, every = 128, 64  # a visit takes as many steps as without samples
-    _, _, summary = run(arguments, scene, 1, "--no-checkpoint")
-    taken, _, sampled = run(arguments, scene, steps, "--no-checkpoint", "--set", f"output.series={summary['dt_s'] * every!r}")
+    _, _, summary = run(arguments, directory, 1, "--no-checkpoint")
+    taken, _, sampled = run(arguments, directory, steps, "--no-checkpoint", series=summary["dt_s"] * every)
     row["step_ns"] = 1e9 * taken["rods"] / sampled["element_steps"]
     row["sample_ns"] = 1e9 * taken["observe"] / (steps // every + 1) / summary["elements"]
     row["sample_over_step"] = row["sample_ns"] / row["step_ns"]
 
-    written, size, _ = run(arguments, scene, 1)
+    written, size, _ = run(arguments, directory, 1)
     plain = plain_write(directory, size["checkpoint"])
     row["checkpoint_mb_s"] = 1e-6 * size["checkpoint"] / written["checkpoint"]
     row["checkpoint_over_plain"] = plain / written["checkpoint"]
 
-    written, size, _ = run(arguments, scene, 4, "--no-checkpoint", "--set", f"output.trajectory={summary['dt_s']!r}")
+    written, size, _ = run(arguments, directory, 4, "--no-checkpoint", trajectory=summary["dt_s"])
     plain = plain_write(directory, size["trajectory"])
     row["frames_mb_s"] = 1e-6 * size["trajectory"] / written["output"]
     row["frames_over_plain"] = plain / written["output"]
