@@ -138,9 +138,8 @@ template <int W> std::unique_ptr<Rods> make_rods_at(const Plan& plan, std::span<
     if constexpr (W > 1)
         if (!tiling.along.empty())
             for (int family = 0; family < plan.families; ++family) programs.push_back(make_program_along<W>(plan, groups, family));
-    return std::make_unique<RodTiles<W>>(
-        groups, std::move(owned), tiling, std::move(programs), threads, std::move(audits),
-        StepWatch{.dt = plan.dt, .stability = scheme_of(plan.integrator).stability, .stops = !plan.force_dt});
+    return std::make_unique<RodTiles<W>>(groups, std::move(owned), tiling, std::move(programs), threads, std::move(audits),
+                                         step_watch(plan));
 }
 
 } // namespace skein

@@ -14,17 +14,6 @@
 
 namespace skein {
 
-/// How long the step is, for those who watch its limit.
-struct StepWatch {
-    static constexpr double near = 0.93; ///< share of the limit beyond which it may be passed in truth
-    double dt = 0;                       ///< s; 0: nobody watches
-    double stability = 1;                ///< of the scheme, over Verlet's
-    bool stops = true;                   ///< a rod is unfit where the step is beyond its limit
-
-    /// (dt over the limit)^2 of a mode with this eigenvalue, 1/s^2.
-    double share_squared() const { return 0.25 * dt * dt / (stability * stability); }
-};
-
 /// Eigenvalues of one element, 1/s^2; the order is that of `present_modes`.
 template <class P> struct PresentEigenvalues { P axial, about_d1, about_d2, twist; };
 inline constexpr const char* present_modes[] = {"axial", "shear-rotation about d1", "shear-rotation about d2", "twist"};

@@ -5,6 +5,7 @@
 #include "rod/complaint.hpp"
 #include "rod/drift.hpp"
 #include "rod/figures.hpp"
+#include "rod/present_eigenvalues.hpp"
 #include "rod/synchronise.hpp"
 #include "rod/time_limits.hpp"
 
@@ -464,56 +465,41 @@ template <int W> void RodTiles<W>::inspect(std::int64_t step, double dt) const {
         if (!what) continue;
         throw NumericalError(name_of(rod) + what->text + where + tension_hint(group, state));
     }
-    const Tightest worst = tightest();
-    if (watch_.stops && worst.share > 1) throw NumericalError(text_of(worst) + where);
+    const NearLimit found = nearest_limit();
+    if (watch_.stops && watch_.share(found.at.eigenvalue) > 1) throw NumericalError(text_of(found) + where);
 }
 
 template <int W> std::string RodTiles<W>::name_of(std::size_t i) const {
     return "rod " + std::to_string(local_[i].index) + " of '" + groups_[static_cast<std::size_t>(local_[i].group)].name() + "', ";
 }
 
-template <int W> typename RodTiles<W>::Tightest RodTiles<W>::tightest() const {
-    Tightest worst;
-    if (watch_.dt == 0) return worst;
-    std::vector<double> share(tiles_.size()); // squared, largest of each tile
+template <int W> typename RodTiles<W>::NearLimit RodTiles<W>::nearest_limit() const {
+    NearLimit found;
+    if (watch_.dt == 0) return found;
+    std::vector<double> largest(tiles_.size());
     for (std::size_t t = 0; t < tiles_.size(); ++t) {
-        const Pack<W> largest = Pack<W>(watch_.share_squared()) * largest_eigenvalue(tiles_[t]);
-        for (int i = 0; i < W; ++i) share[t] = std::max(share[t], largest[i]);
+        const Pack<W> of_tile = largest_eigenvalue(tiles_[t]);
+        for (int i = 0; i < W; ++i) largest[t] = std::max(largest[t], of_tile[i]);
     }
     std::vector<Slot<1>> state;
     for (std::size_t rod = 0; rod < local_.size(); ++rod) {
-        if (!(share[place_[rod].tile] > worst.share * worst.share)) continue;
+        if (!(largest[place_[rod].tile] > found.at.eigenvalue)) continue;
         const RodGroup& group = groups_[static_cast<std::size_t>(local_[rod].group)];
         state.resize(static_cast<std::size_t>(group.slots()));
         export_rod(rod, state);
-        present_eigenvalues(tile_of(group, state), [&](int k, const PresentEigenvalues<Pack<1>>& l) {
-            const double all[] = {l.axial[0], l.about_d1[0], l.about_d2[0], l.twist[0]};
-            for (std::size_t mode = 0; mode < std::size(all); ++mode) {
-                const double here = std::sqrt(watch_.share_squared() * all[mode]);
-                if (!(here > worst.share)) continue;
-                const auto at = static_cast<std::size_t>(k);
-                const Slot<1>&s = state[at], &next = state[at + 1];
-                const double e = group.element[at].inv_rest_length * dot(frame(s).d3, lane(next.position, 0) - lane(s.position, 0));
-                worst = {here, rod, k, present_modes[mode], e};
-            }
-        });
+        if (const Tightest at = tightest(group, state); at.eigenvalue > found.at.eigenvalue) found = {rod, at};
     }
-    return worst;
+    return found;
 }
 
-template <int W> std::string RodTiles<W>::text_of(const Tightest& t) const {
-    char text[240];
-    std::snprintf(
-        text, sizeof text,
-        "element %d: dt = %.4g s is %.3g of the limit %.4g s that its present strains leave (%s mode, dilatation e = %.4g)",
-        t.element, watch_.dt, t.share, watch_.dt / t.share, t.mode, t.e);
-    return name_of(t.rod) + text;
+template <int W> std::string RodTiles<W>::text_of(const NearLimit& found) const {
+    return name_of(found.rod) + skein::text_of(found.at, watch_);
 }
 
 template <int W> std::string RodTiles<W>::near_limit() const {
     if (!near_) return {};
-    const Tightest worst = tightest();
-    return worst.share > StepWatch::near ? text_of(worst) : std::string();
+    const NearLimit found = nearest_limit();
+    return watch_.share(found.at.eigenvalue) > StepWatch::near ? text_of(found) : std::string();
 }
 
 template <int W> std::vector<PassEffect> RodTiles<W>::dissect(std::size_t i, std::span<const Step> stages) {

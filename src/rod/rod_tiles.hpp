@@ -88,16 +88,13 @@ private:
     void take_along(std::size_t i, Copy copy, double lag, Reading& reading) const;
     bool healthy(const RodTile<W>& tile);
 
-    /// Where the step is the largest share of its limit.
-    struct Tightest {
-        double share = 0;
+    /// The rod whose strains leave the step least room.
+    struct NearLimit {
         std::size_t rod = 0; ///< place in local()
-        int element = 0;
-        const char* mode = "";
-        double e = 1; ///< dilatation of the element
+        Tightest at;
     };
-    Tightest tightest() const;
-    std::string text_of(const Tightest& t) const;
+    NearLimit nearest_limit() const;
+    std::string text_of(const NearLimit& found) const;
     std::string name_of(std::size_t i) const;
 
     std::span<const RodGroup> groups_;

@@ -381,6 +381,10 @@ bool steps_together(const Plan& plan) {
     return plan.contact || std::any_of(plan.walls.begin(), plan.walls.end(), [](const Wall& wall) { return wall.servo.drives(); });
 }
 
+StepWatch step_watch(const Plan& plan) {
+    return {.dt = plan.dt, .stability = scheme_of(plan.integrator).stability, .stops = !plan.force_dt};
+}
+
 Tiling tiling_of(const Plan& plan, std::span<const std::int64_t> counts, int lanes) {
     std::vector<TilingGroup> groups;
     for (std::size_t g = 0; g < plan.groups.size(); ++g)

@@ -6,6 +6,7 @@
 #include "contact/wall.hpp"
 #include "io/keeping.hpp"
 #include "rod/kick.hpp"
+#include "rod/step_watch.hpp"
 #include "rod/tiling.hpp"
 #include "rod/time_limits.hpp"
 #include "scene/scene_spec.hpp"
@@ -95,6 +96,8 @@ struct Plan {
 
 /// Throws InputError where the step is beyond the limit (naming group, element and mode) unless the scene forces it.
 Plan make_plan(const SceneSpec& scene, std::span<const RodGroup> groups, const Machine& machine);
+
+StepWatch step_watch(const Plan& plan);
 
 /// Which of a rank's rods, counted by group, lie across and which along.
 Tiling tiling_of(const Plan& plan, std::span<const std::int64_t> counts, int lanes);

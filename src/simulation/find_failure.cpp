@@ -4,7 +4,6 @@
 #include "io/disk.hpp"
 #include "kernels/kernels.hpp"
 #include "rod/complaint.hpp"
-#include "rod/step_watch.hpp"
 #include "simulation/branch.hpp"
 #include "simulation/simulation.hpp"
 #include "simulation/state_copy.hpp"
@@ -27,26 +26,6 @@ constexpr std::int64_t looked_back = 16;  ///< steps before a failure that may h
 constexpr int most_attempts = 4;          ///< at a shorter step, each a quarter of the one before
 constexpr double trial_seconds = 60;      ///< wall time that they may take in all
 constexpr std::int64_t nobody = std::numeric_limits<std::int64_t>::max();
-
-/// Where present strains leave the shortest step.
-struct Tightest {
-    double dt = HUGE_VAL; ///< s
-    int element = 0;
-    const char* mode = "";
-    double dilatation = 1;
-};
-Tightest tightest(const RodGroup& group, std::span<Slot<1>> state, double stability) {
-    Tightest found;
-    present_eigenvalues(tile_of(group, state), [&](int k, const PresentEigenvalues<Pack<1>>& l) {
-        const double all[] = {l.axial[0], l.about_d1[0], l.about_d2[0], l.twist[0]};
-        for (std::size_t mode = 0; mode < std::size(all); ++mode)
-            if (const double dt = 2 * stability / std::sqrt(all[mode]); dt < found.dt) found = {dt, k, present_modes[mode]};
-    });
-    const auto at = static_cast<std::size_t>(found.element);
-    const Vec3d edge = lane(state[at + 1].position, 0) - lane(state[at].position, 0);
-    found.dilatation = group.element[at].inv_rest_length * dot(lane(third_director(state[at].director), 0), edge);
-    return found;
-}
 
 /// Two digits, rounded down: a number to be typed in.
 double rounded_down(double x) {
@@ -102,7 +81,7 @@ void Simulation::keep_copy() {
     if (copy_ && clock_.done() - copy_->step() < copy_every) return;
     if (!copy_) {
         if (options_.rewind == Rewind::never || (options_.rewind == Rewind::automatic && plan_.copy_bytes == 0)) return;
-        copy_ = std::make_unique<StateCopy>(threads_, groups_, *rods_, interactions_.get());
+        copy_ = std::make_unique<StateCopy>(groups_, *rods_, interactions_.get());
     }
     const auto timing = timers_.time(Phase::checkpoint);
     copy_->take(clock_.done());
@@ -127,7 +106,7 @@ bool Simulation::redo(std::int64_t until, bool look) {
 Simulation::Unfit Simulation::first_unfit() const {
     Unfit first;
     std::vector<Slot<1>> state;
-    const double stability = scheme_of(plan_.integrator).stability;
+    const StepWatch watch = step_watch(plan_);
     for (std::size_t i = 0; i < rods_->local().size(); ++i) {
         const LocalRod& rod = rods_->local()[i];
         if (rod.gid >= first.gid) continue;
@@ -137,11 +116,8 @@ Simulation::Unfit Simulation::first_unfit() const {
         const std::string name = fmt::format("rod {} of '{}', ", rod.index, group.name());
         if (const auto what = complaint(group, state)) {
             first = {rod.gid, i, what->finite, false, name + what->text + tension_hint(group, state)};
-        } else if (const Tightest t = tightest(group, state, stability); t.dt < plan_.dt && !plan_.force_dt) {
-            first = {rod.gid, i, true, true,
-                     fmt::format("{}element {}: dt = {:.4g} s is {:.3g} of the limit {:.4g} s that its present strains leave ({} "
-                                 "mode, dilatation e = {:.4g})",
-                                 name, t.element, plan_.dt, plan_.dt / t.dt, t.dt, t.mode, t.dilatation)};
+        } else if (const Tightest at = tightest(group, state); watch.stops && watch.share(at.eigenvalue) > 1) {
+            first = {rod.gid, i, true, true, name + text_of(at, watch)};
         }
     }
     return first;
@@ -154,7 +130,7 @@ double Simulation::present_limit() const {
         const RodGroup& group = groups_[static_cast<std::size_t>(rods_->local()[i].group)];
         state.resize(static_cast<std::size_t>(group.slots()));
         rods_->export_rod(i, state);
-        if (!complaint(group, state)) least = std::min(least, tightest(group, state, scheme_of(plan_.integrator).stability).dt);
+        if (!complaint(group, state)) least = std::min(least, step_watch(plan_).limit(tightest(group, state).eigenvalue));
     }
     if (interactions_) least = std::min(least, interactions_->step_limit());
     return comm_.min(least);
@@ -164,7 +140,7 @@ double Simulation::present_limit() const {
 Simulation::Failure Simulation::find_failure() {
     const std::int64_t failed_by = comm_.max(failure_.empty() ? std::int64_t{0} : clock_.done());
     const auto copy_here = [&] {
-        auto copy = std::make_unique<StateCopy>(threads_, groups_, *rods_, interactions_.get());
+        auto copy = std::make_unique<StateCopy>(groups_, *rods_, interactions_.get());
         copy->take(clock_.done());
         return copy;
     };

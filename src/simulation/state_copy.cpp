@@ -1,17 +1,13 @@
 #include "simulation/state_copy.hpp"
 
 #include <algorithm>
+#include <numeric>
 
 namespace skein {
 
-namespace {
-
-constexpr std::size_t batch = 64; ///< rods of one task
-
-} // namespace
-
-StateCopy::StateCopy(const Threads& threads, std::span<const RodGroup> groups, Rods& rods, Interactions* interactions)
-    : threads_(threads), rods_(rods), interactions_(interactions), first_{0} {
+StateCopy::StateCopy(std::span<const RodGroup> groups, Rods& rods, Interactions* interactions)
+    : rods_(rods), interactions_(interactions), all_(rods.local().size()), first_{0} {
+    std::iota(all_.begin(), all_.end(), std::size_t{0});
     bool remembers = false;
     for (std::size_t i = 0; i < rods_.local().size(); ++i) {
         const LocalRod& rod = rods_.local()[i];
@@ -25,13 +21,10 @@ StateCopy::StateCopy(const Threads& threads, std::span<const RodGroup> groups, R
 }
 
 void StateCopy::take(std::int64_t step) {
-    const std::size_t rods = works_.size();
-    threads_.for_each((rods + batch - 1) / batch, [&](std::size_t task, int) {
-        for (std::size_t i = task * batch; i < std::min(rods, (task + 1) * batch); ++i) {
-            rods_.export_rod(i, {slots_.data() + first_[i], first_[i + 1] - first_[i]});
-            works_[i] = rods_.works(i);
-            if (!memory_.empty()) memory_[i] = rods_.memory(i);
-        }
+    rods_.read(all_, Copy::canonical, 0, [&](int, std::size_t i, const RodCopy& rod) {
+        std::copy(rod.state.begin(), rod.state.end(), slots_.begin() + static_cast<std::ptrdiff_t>(first_[i]));
+        works_[i] = rods_.works(i);
+        if (!memory_.empty()) memory_[i] = rods_.memory(i);
     });
     if (interactions_) kept_ = interactions_->kept();
     step_ = step;

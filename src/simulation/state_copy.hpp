@@ -2,7 +2,6 @@
 // again.
 #pragma once
 
-#include "parallel/threads.hpp"
 #include "simulation/interactions.hpp"
 
 #include <cstdint>
@@ -14,7 +13,7 @@ namespace skein {
 class StateCopy {
 public:
     /// `interactions` may be null. All must outlive it.
-    StateCopy(const Threads& threads, std::span<const RodGroup> groups, Rods& rods, Interactions* interactions);
+    StateCopy(std::span<const RodGroup> groups, Rods& rods, Interactions* interactions);
 
     /// Collective where rods interact.
     void take(std::int64_t step);
@@ -27,10 +26,10 @@ public:
     const std::vector<KeptNumbers>& kept() const { return kept_; }
 
 private:
-    const Threads& threads_;
     Rods& rods_;
     Interactions* interactions_;
     std::int64_t step_ = -1;
+    std::vector<std::size_t> all_;   ///< places in local()
     std::vector<std::size_t> first_; ///< slot of each rod, and behind the last
     std::vector<Slot<1>> slots_;
     std::vector<RodWorks> works_;

@@ -2,7 +2,7 @@
 #include "diagnostics/observables.hpp"
 #include "rod/elastic.hpp"
 #include "rod/kick.hpp"
-#include "rod/step_watch.hpp"
+#include "rod/present_eigenvalues.hpp"
 #include "rod/time_limits.hpp"
 #include "rod/top.hpp"
 #include "support/rods_for_tests.hpp"

@@ -1,6 +1,6 @@
 // Rods along tiles, in stretches or beside rods of other lengths, have the bits of rods across.
 #include "core/error.hpp"
-#include "rod/step_watch.hpp"
+#include "rod/present_eigenvalues.hpp"
 #include "support/scenes_for_tests.hpp"
 
 #include <gtest/gtest.h>

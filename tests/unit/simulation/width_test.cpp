@@ -1,6 +1,6 @@
 // The state has the same bits for every SIMD width, thread count and batch length.
 #include "core/error.hpp"
-#include "rod/step_watch.hpp"
+#include "rod/present_eigenvalues.hpp"
 #include "support/scenes_for_tests.hpp"
 
 #include <gtest/gtest.h>
