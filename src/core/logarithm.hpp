@@ -1,4 +1,5 @@
-// x - ln(1 + x) over packs: the axial energy of a rod whose section shrinks as it stretches. theory.md (11)
+// Logarithms over packs: ln(x), of slender bodies, theory.md (38); x - ln(1 + x), the axial energy of a rod whose section shrinks
+// as it stretches, theory.md (11)
 #pragma once
 
 #include "core/pack.hpp"
@@ -26,6 +27,16 @@ template <int W> SKEIN_INLINE Pack<W> less_log(const Pack<W>& x) {
     if (any(!(squared <= P(detail::small_log_argument)))) [[unlikely]]
         detail::less_log_rarely(x, squared, r);
     return r;
+}
+
+/// Relative error below 5e-16; x positive, finite and normal.
+template <int W> SKEIN_INLINE Pack<W> log(const Pack<W>& x) {
+    using P = Pack<W>;
+    const auto [m, k] = split(x);
+    const P s = (m - P(1.0)) / (m + P(1.0)), squared = s * s; // up to 0.0295
+    const P of_m = fma(squared + squared, s * polynomial(squared, detail::inverse_odd), s + s);
+    constexpr double high = 0x1.62e42fefa38p-1, low = 0x1.ef35793c7673p-45; // of ln(2); whole multiples of `high` are exact
+    return fma(k, P(high), fma(k, P(low), of_m));
 }
 
 } // namespace skein

@@ -33,10 +33,12 @@ namespace detail {
 template <int W> struct Lanes {
     typedef double Doubles __attribute__((vector_size(8 * W)));
     typedef std::int64_t Integers __attribute__((vector_size(8 * W)));
+    typedef std::uint64_t Naturals __attribute__((vector_size(8 * W)));
 };
 template <> struct Lanes<1> { // plain numbers: GCC's one-lane vectors are three times slower
     using Doubles = double;
     using Integers = std::int64_t;
+    using Naturals = std::uint64_t;
 };
 } // namespace detail
 
@@ -250,6 +252,23 @@ template <int W> SKEIN_INLINE Pack<W> power_of_two(const Pack<W>& k) {
         if constexpr (W == 1) exponent = static_cast<std::int64_t>(k.v) + 1023;
         else exponent = __builtin_convertvector(k.v, Integers) + 1023;
         return Pack<W>(std::bit_cast<typename Pack<W>::Doubles>(exponent << 52));
+    }
+}
+
+/// x = m 2^k with m in [sqrt(1/2), sqrt(2)), k a whole number; x positive, finite and normal.
+template <int W> struct Split { Pack<W> m, k; };
+template <int W> SKEIN_INLINE Split<W> split(const Pack<W>& x) {
+    if constexpr (Wide<W>) {
+        const Split<W / 2> low = split(x.low), high = split(x.high);
+        return {{low.m, high.m}, {low.k, high.k}};
+    } else {
+        using Bits = typename detail::Lanes<W>::Naturals;
+        using Doubles = typename Pack<W>::Doubles;
+        constexpr std::uint64_t one = std::uint64_t{1023} << 52, root = std::bit_cast<std::uint64_t>(0.70710678118654752);
+        constexpr double to_double = 4503599627370496.0; // 2^52: its last bits count up to it
+        const Bits bits = std::bit_cast<Bits>(x.v), exponent = (bits + (one - root)) >> 52;
+        return {Pack<W>(std::bit_cast<Doubles>(bits - (exponent << 52) + one)),
+                Pack<W>(std::bit_cast<Doubles>(exponent + std::bit_cast<std::uint64_t>(to_double))) - Pack<W>(to_double + 1023)};
     }
 }
 

@@ -116,7 +116,9 @@ template <int W> TileProgram<W> make_program_along(const Plan& plan, std::span<c
     with_top(*any, [&]<class Top>(Top) { program.push_back(std::make_unique<DriftPass<Top, W, Map>>()); });
     program.push_back(std::make_unique<OrthonormalisePass<W, Map>>());
     with_energy_law(any->law(), [&]<class L>(L) { program.push_back(std::make_unique<ElasticPass<L, W, Map>>(ends)); });
-    for (const Load& load : one.loads) program.push_back(make_pass<W, Map>(load, *any));
+    for (const bool last : {false, true}) // planes that rub answer all others
+        for (const Load& load : one.loads)
+            if (feels_all(load) == last) program.push_back(make_pass<W, Map>(load, *any));
     with_kick(one.kick, [&]<KickKind Kind> { program.push_back(std::make_unique<KickAlongPass<Kind, W>>(std::move(kicks))); });
     return program;
 }

@@ -62,8 +62,11 @@ struct MuscleTorques {
     void prepare(std::span<const Step> steps) { wave.prepare(steps, period, ramp); }
     VertexWave wave;
 
-    template <int W, class Map = Across<W>> void add(const RodTile<W>& rod, SlotLoad<W>* load, const Step& step) const {
-        wave.add<W, Map>(rod, load, step, direction);
+    template <int W> using TileData = LaneRows<VertexWave::Parts<Pack<W>>>;
+    template <int W> TileData<W> bind(const RodTile<W>& rod) const { return wave.bind(rod); }
+    template <int W, class Map = Across<W>>
+    void add(const RodTile<W>& rod, const TileData<W>& data, SlotLoad<W>* load, const Step& step) const {
+        wave.add<W, Map>(rod, data, load, step, direction);
     }
 };
 

@@ -3,13 +3,17 @@
 // `tolerance`
 //   F = sum of nodal loads so far, half from each node (whole from end nodes)
 //   push   P = max(0, -F.N);  plane force (P - k min(0, g) - c v.N) N;  friction goes by P alone
-//   slip   v_a = v.a,  v_b = v.b + Q^T(w x Q arm).b;  phi(s) = 1 for |s| <= v_s, |2 - |s|/v_s| up to 2 v_s, 0 above
-//   slides along  -(1 - phi_a) mu_k(sign v_a) P (u.a) a;  across -(1 - phi_b) mu_k,side P (u.b) b, couple arm x that;  u = unit(v_a
-//   a + v_b b) holds  along  -clamp(F.a, -phi_a mu_s,back P, phi_a mu_s,forward P) a, F with sliding friction in it
-//          across clamp(-(r F.b - 2 C.a)/(3 r), +- phi_b mu_s,side P) b, C the couple so far in the lab, couple arm x that
+//   slip   v_a = v.a,  v_b = v.b - r w.(Q a), as N x b = a;  phi(s) = 1 for |s| <= v_s, |2 - |s|/v_s| up to 2 v_s, 0 above
+//   slides, u = unit(v_a a + v_b b):
+//          along -(1 - phi_a) mu_k(sign v_a) P (u.a) a;  across -(1 - phi_b) mu_k,side P (u.b) b
+//   holds, F with sliding friction in it, c the couple so far:
+//          along -clamp(F.a, -phi_a mu_s,back P, phi_a mu_s,forward P) a
+//          across clamp((2 c.(Q a)/r - F.b)/3, +- phi_b mu_s,side P) b
+//   couple of a force f b on its arm: -r f Q a
 // Reads the loads already there, internal and external, so it comes after contacts and walls. The velocity is that of before the
 // kick. theory.md (60)-(62)
-// Source: Gazzola et al. 2018 (R. Soc. Open Sci. 5, 171628), as PyElastica has it. Cost: 330 flop per element.
+// Source: Gazzola et al. 2018 (R. Soc. Open Sci. 5, 171628), as PyElastica has it. Cost: 230 flop per element, with four square
+// roots and two divisions.
 #pragma once
 
 #include "core/error.hpp"
@@ -24,7 +28,6 @@ namespace skein {
 
 struct PlaneFriction {
     static constexpr std::string_view kind = "anisotropic_plane";
-    static constexpr bool needs_whole_rods = true; ///< loads that other elements have not yet touched are read ahead
     static constexpr bool feels_all = true;
 
     Vec3d point{0, 0, 0};                                                   ///< m
@@ -61,122 +64,146 @@ struct PlaneFriction {
                 slip_speed);
     }
 
-    std::vector<double> share; ///< m_k/(m_k + m_{k+1}), [n]
+    /// Constants of an element.
+    template <class N> struct Row {
+        N share;                  ///< m_k/(m_k + m_{k+1})
+        N radius, inverse_radius; ///< at rest, of a circle of the same area, m
+        N first, last;            ///< shares of its nodes' loads: half, of an end's all
+    };
+    std::vector<Row<double>> rows; ///< [n]
 
     void bind_group(const RodGroup& group) {
         if (group.closed()) throw InputError("rods '" + group.name() + "': the load anisotropic_plane does not take rings");
         const double size = norm(normal);
         if (!(size > 0)) throw InputError("load anisotropic_plane: the normal has no direction");
         normal = (1 / size) * normal;
-        for (std::size_t k = 0; k + 1 < group.node_mass.size(); ++k)
-            share.push_back(mass(group, k) / (mass(group, k) + mass(group, k + 1)));
+        const auto n = static_cast<std::size_t>(group.elements());
+        for (std::size_t k = 0; k < n; ++k) {
+            const double r = std::sqrt(group.element[k].volume / (std::numbers::pi * group.element[k].rest_length));
+            rows.push_back(
+                {mass(group, k) / (mass(group, k) + mass(group, k + 1)), r, 1 / r, k == 0 ? 1.0 : 0.5, k == n - 1 ? 1.0 : 0.5});
+        }
     }
 
-    template <int W, class Map = Across<W>> void add(const RodTile<W>& rod, SlotLoad<W>* load, const Step&) const {
+    template <int W> using TileData = LaneRows<Row<Pack<W>>>;
+    template <int W> TileData<W> bind(const RodTile<W>& rod) const { return in_lanes<Row>(rod, rows); }
+
+    template <int W, class Map = Across<W>>
+    void add(const RodTile<W>& rod, const TileData<W>& lane_rows, SlotLoad<W>* load, const Step&) const {
         using P = Pack<W>;
+        const auto row = [&](int k) -> const auto& { return Map::row(rows, lane_rows, k); };
         const bool holds = static_forward > 0 || static_backward > 0 || static_sideways > 0;
-        // Every element sees nodes as the stage before has left them for all: its halves are handed on one element late.
-        Vec3<P> plane_half{}, static_half{};
-        Grip<P> before{};
-        for (int k = 0; k < rod.n; ++k) {
-            const Grip<P> grip = grip_of(rod, load, k);
-            const Vec3<P> sliding = slide(rod, load, k, grip), half = P(0.5) * (grip.force + sliding);
+        const int n = rod.n;
+        // Every element sees nodes as the stage before has left them for all: its halves are handed on one element late, and those
+        // of the last to the lane after before that begins.
+        load[n].force = behind<Map>(rod, load[0].force, load[n].force);
+        const Vec3<P> last_velocity = behind<Map>(rod, rod.slot[0].velocity, rod.slot[n].velocity);
+        const auto push = [&](int k, Grip<P>& grip) __attribute__((always_inline)) {
+            const Vec3<P>& next = k + 1 < n ? rod.slot[k + 1].velocity : last_velocity;
+            return where_present<Map>(rod, k, P(0.5) * slide<Map>(rod, load, k, row(k), next, grip));
+        };
+        const auto hold_half = [&](int k, const Grip<P>& grip) __attribute__((always_inline)) {
+            return where_present<Map>(rod, k, P(0.5) * hold<Map>(rod, load, k, row(k), grip));
+        };
+        Grip<P> last, grips[2];
+        const Vec3<P> last_half = push(n - 1, last);
+        Vec3<P> plane_half = given_on<Map>(rod, last_half), static_half = nothing<W>(), first_held = nothing<W>();
+        // Of element k, when its second node lacks nothing but what holds.
+        const auto hold_on = [&](int k) __attribute__((always_inline)) {
+            const Vec3<P> held = hold_half(k, grips[k % 2]);
+            if (k > 0) load[k].force += static_half + held;
+            else first_held = held;
+            static_half = held;
+        };
+        for (int k = 0; k < n - 1; ++k) {
+            const Vec3<P> half = push(k, grips[k % 2]);
             load[k].force += plane_half + half;
             plane_half = half;
-            if (k == rod.n - 1) load[rod.n].force += half;
-            if (!holds) continue;
-            if (k > 0) {
-                // Node k lacks nothing but what this element's neighbour behind holds.
-                const Vec3<P> held = P(0.5) * hold(rod, load, k - 1, before);
-                load[k - 1].force += static_half + held;
-                static_half = held;
-            }
-            before = grip;
+            if (holds && k > 0) hold_on(k - 1);
         }
+        load[n - 1].force += plane_half + last_half;
+        load[n].force = behind<Map>(rod, load[0].force, load[n].force + last_half);
         if (!holds) return;
-        const Vec3<P> held = P(0.5) * hold(rod, load, rod.n - 1, before);
-        load[rod.n - 1].force += static_half + held;
-        load[rod.n].force += held;
+        if (n > 1) hold_on(n - 2);
+        const Vec3<P> held = hold_half(n - 1, last);
+        if (n > 1) load[n - 1].force += static_half + held;
+        else first_held = held;
+        load[n].force += held;
+        load[0].force += given_on<Map>(rod, held) + first_held;
     }
 
 private:
     /// How an element lies on the plane.
     template <class P> struct Grip {
-        Vec3<P> along, across, force; ///< a, b, the plane's force
-        P radius, push;
-        P slip_along, slip_across; ///< v_a, v_b
+        Vec3<P> along, across; ///< a, b
+        Vec3<P> axis;          ///< Q a: the arm of a force along b, times N x b = a
+        P radius, inverse_radius, push;
         P rest_along, rest_across; ///< phi
     };
 
     static double mass(const RodGroup& group, std::size_t i) { return std::max(group.node_mass[i], 1e-300); }
 
-    template <class P> SKEIN_INLINE static Vec3<P> unit(const Vec3<P>& a) { return (P(1.0) / max(norm(a), P(1e-300))) * a; }
     template <class P> SKEIN_INLINE P resting(P speed) const {
         const P over = abs(speed) * P(1 / slip_speed);
         return max(P(0.0), min(P(1.0), P(2.0) - over));
     }
-    /// Half of both nodes' loads, all of an end's.
-    template <int W> SKEIN_INLINE static Vec3<Pack<W>> element_load(const RodTile<W>& rod, const SlotLoad<W>* load, int k) {
-        const Pack<W> first(k == 0 ? 1.0 : 0.5), last(k == rod.n - 1 ? 1.0 : 0.5);
-        return fma(first, load[k].force, last * load[k + 1].force);
+    template <int W> SKEIN_INLINE static Vec3<Pack<W>> element_load(const SlotLoad<W>* load, int k, const auto& c) {
+        return fma(Pack<W>(c.first), load[k].force, Pack<W>(c.last) * load[k + 1].force);
     }
 
-    template <int W> SKEIN_INLINE Grip<Pack<W>> grip_of(const RodTile<W>& rod, const SlotLoad<W>* load, int k) const {
+    /// Force of the plane and of sliding friction; the couple of the latter goes into the load. `next`: velocity of node k + 1.
+    template <class Map, int W> SKEIN_INLINE Vec3<Pack<W>> slide(const RodTile<W>& rod, SlotLoad<W>* load, int k, const auto& c,
+                                                                 const Vec3<Pack<W>>& next, Grip<Pack<W>>& g) const {
         using P = Pack<W>;
-        const P zero(0.0), half(0.5);
-        const Slot<W>&s = rod.slot[k], &next = rod.slot[k + 1];
-        const Vec3<P> up = broadcast<W>(normal), edge = next.position - s.position;
-        Grip<P> g;
-        g.along = unit(edge - dot(edge, up) * up);
+        const P zero(0.0), half(0.5), one(1.0);
+        const Slot<W>& s = rod.slot[k];
+        const Vec3<P>& end = rod.slot[k + 1].position;
+        const Vec3<P> up = broadcast<W>(normal), edge = end - s.position, flat = edge - dot(edge, up) * up;
+        // Of a length and of the square root of a dilatation, for one division.
+        const P size = max(norm(flat), P(1e-300)), root = sqrt(norm(edge) * P(Map::element(rod, k).inv_rest_length)),
+                inverse = one / (size * root);
+        g.along = (root * inverse) * flat;
         g.across = cross(g.along, up);
-        g.radius = sqrt(P(rod.element[k].volume / std::numbers::pi) / norm(edge));
+        g.axis = s.director * g.along;
+        g.radius = P(c.radius) * (size * inverse);
+        g.inverse_radius = P(c.inverse_radius) * root;
 
-        const double before = share[static_cast<std::size_t>(k)];
-        const Vec3<P> v = fma(P(before), s.velocity, P(1 - before) * next.velocity);
-        const P gap = dot(up, half * (s.position + next.position) - broadcast<W>(point)) - g.radius;
+        const Vec3<P> v = fma(P(c.share), s.velocity, P(1 - c.share) * next);
+        const P gap = dot(up, half * (s.position + end) - broadcast<W>(point)) - g.radius;
         const auto touches = gap <= P(tolerance);
-        g.push = select(touches, max(zero, -dot(element_load(rod, load, k), up)), zero);
+        g.push = select(touches, max(zero, -dot(element_load(load, k, c), up)), zero);
         const P plane = g.push - P(stiffness) * min(zero, gap) - P(damping) * dot(v, up);
-        g.force = select(touches, plane, zero) * up;
 
-        const Vec3<P> turning = transpose_times(s.director, cross(s.spin, s.director * (-g.radius * up)));
-        g.slip_along = dot(v, g.along);
-        g.slip_across = dot(v, g.across) + dot(turning, g.across);
-        g.rest_along = resting(g.slip_along);
-        g.rest_across = resting(g.slip_across);
-        return g;
-    }
-
-    /// Sliding friction on the element; its couple goes into the load.
-    template <int W>
-    SKEIN_INLINE Vec3<Pack<W>> slide(const RodTile<W>& rod, SlotLoad<W>* load, int k, const Grip<Pack<W>>& g) const {
-        using P = Pack<W>;
-        const P per_slip = g.push / max(sqrt(fma(g.slip_along, g.slip_along, g.slip_across * g.slip_across)), P(1e-300));
-        const P coefficient = select(g.slip_along > P(0.0), P(kinetic_forward), P(kinetic_backward));
-        const Vec3<P> across = (-((P(1.0) - g.rest_across) * P(kinetic_sideways) * per_slip * g.slip_across)) * g.across;
-        turn(rod, load, k, g, across);
-        return fma(-((P(1.0) - g.rest_along) * coefficient * per_slip * g.slip_along), g.along, across);
+        const P slip_along = dot(v, g.along), slip_across = fnma(g.radius, dot(s.spin, g.axis), dot(v, g.across));
+        g.rest_along = resting(slip_along);
+        g.rest_across = resting(slip_across);
+        const P per_slip = g.push / max(sqrt(fma(slip_along, slip_along, slip_across * slip_across)), P(1e-300));
+        const P coefficient = select(slip_along > zero, P(kinetic_forward), P(kinetic_backward));
+        const P along = -((one - g.rest_along) * coefficient * per_slip * slip_along),
+                across = -((one - g.rest_across) * P(kinetic_sideways) * per_slip * slip_across);
+        turn<Map>(rod, load, k, g, across);
+        return fma(select(touches, plane, zero), up, fma(along, g.along, across * g.across));
     }
 
     /// Friction that holds the element; its couple goes into the load.
-    template <int W>
-    SKEIN_INLINE Vec3<Pack<W>> hold(const RodTile<W>& rod, SlotLoad<W>* load, int k, const Grip<Pack<W>>& g) const {
+    template <class Map, int W>
+    SKEIN_INLINE Vec3<Pack<W>> hold(const RodTile<W>& rod, SlotLoad<W>* load, int k, const auto& c, const Grip<Pack<W>>& g) const {
         using P = Pack<W>;
-        const Vec3<P> all = element_load(rod, load, k), couple = transpose_times(rod.slot[k].director, load[k].couple);
+        const Vec3<P> all = element_load(load, k, c);
         const auto clamped = [](P x, P low, P high) { return min(max(x, -low), high); };
         const P along =
             clamped(dot(all, g.along), g.rest_along * P(static_backward) * g.push, g.rest_along * P(static_forward) * g.push);
-        const P no_slip = (P(2.0) * dot(couple, g.along) - g.radius * dot(all, g.across)) / (P(3.0) * g.radius);
+        const P no_slip = P(1.0 / 3) * fma(g.inverse_radius + g.inverse_radius, dot(load[k].couple, g.axis), -dot(all, g.across));
         const P most = g.rest_across * P(static_sideways) * g.push;
-        const Vec3<P> across = clamped(no_slip, most, most) * g.across;
-        turn(rod, load, k, g, across);
-        return across - along * g.along;
+        const P across = clamped(no_slip, most, most);
+        turn<Map>(rod, load, k, g, across);
+        return fma(-along, g.along, across * g.across);
     }
 
-    template <int W> SKEIN_INLINE static void turn(const RodTile<W>& rod, SlotLoad<W>* load, int k, const Grip<Pack<W>>& g,
-                                                   const Vec3<Pack<W>>& across) {
-        // arm x F with arm = -r N, and N x b = a: -r F_b a
-        load[k].couple += rod.slot[k].director * (-(g.radius * dot(across, g.across)) * g.along);
+    /// The couple of a force along b on the arm -r N.
+    template <class Map, int W>
+    SKEIN_INLINE static void turn(const RodTile<W>& rod, SlotLoad<W>* load, int k, const Grip<Pack<W>>& g, Pack<W> across) {
+        load[k].couple += where_present<Map>(rod, k, (-(g.radius * across)) * g.axis);
     }
 };
 

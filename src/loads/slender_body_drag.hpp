@@ -4,10 +4,11 @@
 // Source: Cox 1970 (J. Fluid Mech. 44, 791), Gazzola et al. 2018. The velocity is that of before the kick, so this is an explicit
 // load: first order in the step, and stable only while (step) x (drag rate) < 2: the plan counts it among the limits. Damping of
 // kind "physical" has neither fault. In a ring node n is node 0.
-// Cost: 60 flop per element, one square root and one division; a logarithm per lane.
+// Cost: 100 flop per element, of them 45 for the logarithm, with a square root and two divisions.
 #pragma once
 
 #include "core/fields.hpp"
+#include "core/logarithm.hpp"
 #include "rod/mapping.hpp"
 
 #include <algorithm>
@@ -19,8 +20,7 @@ namespace skein {
 
 struct SlenderBodyDrag {
     static constexpr std::string_view kind = "slender_body_drag";
-    static constexpr bool needs_whole_rods = true; ///< L' is a sum along the rod
-    double viscosity = 0;                          ///< mu, Pa s
+    double viscosity = 0; ///< mu, Pa s
 
     void fields(FieldVisitor& f) {
         f.visit({.name = "viscosity",
@@ -31,10 +31,17 @@ struct SlenderBodyDrag {
                 viscosity);
     }
 
-    std::vector<double> share; ///< m_k/(m_k + m_{k+1}), [n]
+    /// Constants of an element.
+    template <class N> struct Row {
+        N share;  ///< m_k/(m_k + m_{k+1})
+        N thread; ///< pi/V, 1/m^3
+    };
+    std::vector<Row<double>> rows; ///< [n]
 
     void bind_group(const RodGroup& group) {
-        for (int k = 0; k < group.elements(); ++k) share.push_back(mass(group, k) / (mass(group, k) + mass(group, k + 1)));
+        for (int k = 0; k < group.elements(); ++k)
+            rows.push_back({mass(group, k) / (mass(group, k) + mass(group, k + 1)),
+                            std::numbers::pi / group.element[static_cast<std::size_t>(k)].volume});
     }
 
     struct Rate {
@@ -60,26 +67,62 @@ struct SlenderBodyDrag {
         return largest;
     }
 
-    template <int W, class Map = Across<W>> void add(const RodTile<W>& rod, SlotLoad<W>* load, const Step&) const {
+    /// Of a tile along: constants by lane, and lengths of the moment, which are added up along each rod in its own order.
+    template <int W> struct TileData {
+        LaneRows<Row<Pack<W>>> rows;
+        mutable AlignedVector<Pack<W>> length;
+    };
+    template <int W> TileData<W> bind(const RodTile<W>& rod) const {
+        return {in_lanes<Row>(rod, rows), AlignedVector<Pack<W>>(rod.strands ? static_cast<std::size_t>(rod.n) : 0)};
+    }
+
+    template <int W, class Map = Across<W>>
+    void add(const RodTile<W>& rod, const TileData<W>& data, SlotLoad<W>* load, const Step&) const {
         using P = Pack<W>;
-        P total(0.0);
-        for (int k = 0; k < rod.n; ++k) total = total + norm(rod.slot[k + 1].position - rod.slot[k].position);
-        for (int k = 0; k < rod.n; ++k) {
-            const Vec3<P> edge = rod.slot[k + 1].position - rod.slot[k].position;
+        const P total = total_length<Map>(rod, data);
+        const Vec3<P> behind_last = behind<Map>(rod, rod.slot[0].velocity, rod.slot[rod.n].velocity);
+        const auto half_drag = [&](int k) __attribute__((always_inline)) {
+            const auto& c = Map::row(rows, data.rows, k);
+            const Vec3<P> edge = edge_of(rod, k);
             const P squared = dot(edge, edge), length = sqrt(squared);
-            const double before = share[static_cast<std::size_t>(k)];
-            const Vec3<P> v = fma(P(before), rod.slot[k].velocity, P(1 - before) * rod.slot[k + 1].velocity);
-            // ln(L'/r) = ln(L'^2/r^2)/2
-            P slenderness = total * total * length * P(std::numbers::pi / rod.element[k].volume);
-            for (int i = 0; i < W; ++i) slenderness.set(i, 0.5 * std::log(slenderness[i]));
-            const Vec3<P> across = v - (P(0.5) * dot(edge, v) / squared) * edge;
-            const Vec3<P> half = (P(-2 * std::numbers::pi * viscosity) * length / slenderness) * across;
-            load[k].force += half;
-            load[k + 1].force += half;
+            const Vec3<P>& next = k + 1 < rod.n ? rod.slot[k + 1].velocity : behind_last;
+            const Vec3<P> v = fma(P(c.share), rod.slot[k].velocity, P(1 - c.share) * next);
+            const P slender = P(0.5) * log(total * total * length * P(c.thread)); // ln(L'/r) = ln(L'^2/r^2)/2
+            const P inverse = P(1.0) / (squared * slender);                       // of both, for one division
+            const Vec3<P> across = v - (P(0.5) * dot(edge, v) * slender * inverse) * edge;
+            return where_present<Map>(rod, k, (P(-2 * std::numbers::pi * viscosity) * length * squared * inverse) * across);
+        };
+        const Vec3<P> last = half_drag(rod.n - 1);
+        Vec3<P> before = given_on<Map>(rod, last);
+        for (int k = 0; k + 1 < rod.n; ++k) {
+            const Vec3<P> half = half_drag(k);
+            load[k].force = load[k].force + before + half;
+            before = half;
         }
+        load[rod.n - 1].force = load[rod.n - 1].force + before + last;
+        load[rod.n].force += last;
     }
 
 private:
+    template <int W> SKEIN_INLINE static Vec3<Pack<W>> edge_of(const RodTile<W>& rod, int k) {
+        return rod.slot[k + 1].position - rod.slot[k].position;
+    }
+    /// L' of every lane's rod.
+    template <class Map, int W> static Pack<W> total_length(const RodTile<W>& rod, const TileData<W>& data) {
+        Pack<W> total(0.0);
+        if constexpr (Map::along) {
+            for (int k = 0; k < rod.n; ++k) data.length[static_cast<std::size_t>(k)] = norm(edge_of(rod, k));
+            for (const Seat& seat : rod.strands->seats()) {
+                double sum = 0;
+                for (int lane_ = seat.lane, left = seat.group->elements(); left > 0; ++lane_, left -= rod.n)
+                    for (std::size_t k = 0; k < static_cast<std::size_t>(std::min(left, rod.n)); ++k) sum += data.length[k][lane_];
+                for (int lane_ = seat.lane; lane_ < seat.lane + seat.lanes; ++lane_) total.set(lane_, sum);
+            }
+        } else {
+            for (int k = 0; k < rod.n; ++k) total = total + norm(edge_of(rod, k));
+        }
+        return total;
+    }
     static double mass(const RodGroup& group, int i) {
         return group.node_mass[static_cast<std::size_t>(group.closed() ? i % group.elements() : i)];
     }

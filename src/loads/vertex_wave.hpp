@@ -18,18 +18,13 @@ namespace skein {
 class VertexWave {
 public:
     /// Silent at all vertices until they are set.
-    void resize(int elements) {
-        in_phase_.assign(static_cast<std::size_t>(elements), 0);
-        quadrature_.assign(static_cast<std::size_t>(elements), 0);
-    }
+    void resize(int elements) { parts_.assign(static_cast<std::size_t>(elements), {0, 0}); }
     /// Amplitude A_j, N m, and phase a_j, rad, at vertex j, once for each; an open rod has no vertex 0.
     void set(int j, double amplitude, double phase) {
-        const auto after = static_cast<std::size_t>(j), before = (j > 0 ? after : in_phase_.size()) - 1;
-        for (const auto& [parts, part] :
-             {std::pair{&in_phase_, amplitude * std::cos(phase)}, std::pair{&quadrature_, amplitude * std::sin(phase)}}) {
-            (*parts)[after] += part;
-            (*parts)[before] -= part;
-        }
+        const auto after = static_cast<std::size_t>(j), before = (j > 0 ? after : parts_.size()) - 1;
+        const double in_phase = amplitude * std::cos(phase), quadrature = amplitude * std::sin(phase);
+        parts_[after].in_phase += in_phase, parts_[after].quadrature += quadrature;
+        parts_[before].in_phase -= in_phase, parts_[before].quadrature -= quadrature;
     }
     void prepare(std::span<const Step> steps, double period, double ramp) {
         for (const Step& step : steps) {
@@ -38,17 +33,23 @@ public:
             cosine_[step.slot] = r * std::cos(angle);
         }
     }
-    template <int W, class Map> void add(const RodTile<W>& rod, SlotLoad<W>* load, const Step& step, const Vec3d& direction) const {
+    template <int W> auto bind(const RodTile<W>& rod) const { return in_lanes<Parts>(rod, parts_); }
+
+    template <int W, class Map>
+    void add(const RodTile<W>& rod, const auto& in_lanes, SlotLoad<W>* load, const Step& step, const Vec3d& direction) const {
         const auto d = broadcast<W>(direction);
         for (int k = 0; k < rod.n; ++k) {
-            const auto m =
-                Map::of_element(rod, in_phase_, k) * sine_[step.slot] - Map::of_element(rod, quadrature_, k) * cosine_[step.slot];
+            const auto& parts = Map::row(parts_, in_lanes, k);
+            const auto m = parts.in_phase * sine_[step.slot] - parts.quadrature * cosine_[step.slot];
             load[k].couple = fma(Pack<W>(m), rod.slot[k].director * d, load[k].couple);
         }
     }
 
+    /// Of m_k - m_{k+1}, N m.
+    template <class N> struct Parts { N in_phase, quadrature; };
+
 private:
-    std::vector<double> in_phase_, quadrature_; ///< of m_k - m_{k+1}, [elements]
+    std::vector<Parts<double>> parts_; ///< [elements]
     double sine_[Clock::largest_batch], cosine_[Clock::largest_batch];
 };
 

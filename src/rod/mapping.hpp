@@ -18,9 +18,10 @@ template <int W> struct Across {
     }
     static double length(const RodTile<W>& rod) { return rod.group->spec().shape.length; }
     static double density(const RodTile<W>& rod) { return rod.group->spec().material.density; }
-    /// Of a table of the group by element.
-    SKEIN_INLINE static double of_element(const RodTile<W>&, const std::vector<double>& table, int k) {
-        return table[static_cast<std::size_t>(k)];
+    /// Of a table by element: numbers of the group.
+    template <class Row, class LaneRow>
+    SKEIN_INLINE static const Row& row(const std::vector<Row>& of_group, const LaneRows<LaneRow>&, int k) {
+        return of_group[static_cast<std::size_t>(k)];
     }
 
     /// Adds forces to the first and last nodes of the tile's rods.
@@ -38,12 +39,10 @@ template <int W> struct Along {
     SKEIN_INLINE static Pack<W> node_length(const RodTile<W>& rod, int i) { return rod.strands->node[i].length; }
     static Pack<W> length(const RodTile<W>& rod) { return rod.strands->length; }
     static Pack<W> density(const RodTile<W>& rod) { return rod.strands->density; }
-    static Pack<W> of_element(const RodTile<W>& rod, const std::vector<double>& table, int k) {
-        Pack<W> all(0.0);
-        for (int i = 0; i < W; ++i)
-            if (const int slot = rod.strands->slot(i, k); slot >= 0 && static_cast<std::size_t>(slot) < table.size())
-                all.set(i, table[static_cast<std::size_t>(slot)]);
-        return all;
+    /// Of a table by element: packs of the tile, see in_lanes.
+    template <class Row, class LaneRow>
+    SKEIN_INLINE static const LaneRow& row(const std::vector<Row>&, const LaneRows<LaneRow>& of_tile, int k) {
+        return of_tile[k];
     }
 
     static void add_to_ends(const RodTile<W>& rod, SlotLoad<W>* load, const Vec3d& start, const Vec3d& end) {
@@ -71,6 +70,45 @@ template <class Map, int W> SKEIN_INLINE decltype(auto) neighbour_frame(const Ro
     const Quaternion<Pack<W>>& q = rod.slot[next].director;
     if constexpr (Map::along) return select(Map::cell(rod, k).present, q, rod.slot[k].director);
     else return (q);
+}
+
+/// A load's table of the group by element as the lanes of a tile along have it, 0 where there is no element; of a tile across none.
+template <template <class> class Row, int W>
+LaneRows<Row<Pack<W>>> in_lanes(const RodTile<W>& rod, const std::vector<Row<double>>& of_group) {
+    LaneRows<Row<Pack<W>>> rows;
+    if (!rod.strands) return rows;
+    for (int k = 0; k < rod.n; ++k) {
+        Row<Pack<W>> row{};
+        for (int i = 0; i < W; ++i) {
+            const int slot = rod.strands->slot(i, k);
+            set_lane<Row>(
+                row, i, slot >= 0 && slot < rod.group_of(i).elements() ? of_group[static_cast<std::size_t>(slot)] : Row<double>{});
+        }
+        rows.push_back(row);
+    }
+    rows.close();
+    return rows;
+}
+
+/// What adds nothing to a sum: zeros of which not even the sign is felt.
+template <int W> SKEIN_INLINE Vec3<Pack<W>> nothing() { return broadcast<W>(Vec3d{-0.0, -0.0, -0.0}); }
+
+/// a where there is an element k, nothing elsewhere.
+template <class Map, int W> SKEIN_INLINE Vec3<Pack<W>> where_present(const RodTile<W>& rod, int k, const Vec3<Pack<W>>& a) {
+    if constexpr (Map::along) return select(Map::element(rod, k).absent < Pack<W>(0.5), a, nothing<W>());
+    else return a;
+}
+
+/// What a rod has at its node n: of strands that of the next lane's node 0 where the rod goes on there.
+template <class Map, int W>
+SKEIN_INLINE Vec3<Pack<W>> behind(const RodTile<W>& rod, const Vec3<Pack<W>>& first, const Vec3<Pack<W>>& last) {
+    if constexpr (Map::along) return select(rod.strands->goes_on, from_lane_after(first), last);
+    else return last;
+}
+/// What element n - 1 gives to the first node of the lane after; nothing where a rod begins.
+template <class Map, int W> SKEIN_INLINE Vec3<Pack<W>> given_on(const RodTile<W>& rod, const Vec3<Pack<W>>& a) {
+    if constexpr (Map::along) return select(rod.strands->first, nothing<W>(), from_lane_before(a));
+    else return nothing<W>();
 }
 
 /// Of strands: row n of a lane whose rod goes on takes the next lane's first slot.

@@ -149,7 +149,29 @@ template <int W> void check_less_log() {
     EXPECT_TRUE(std::isnan(less_log(Pack<W>(-1.5))[W - 1]));
 }
 
+// Near 1 the exponent must not spoil small results; at the ends of the mantissa's range both neighbours are right.
+template <int W> void check_log() {
+    std::vector<double> some = {1, 2, 0.5, 1e-300, 1e300, 2.2250738585072014e-308, 1.7976931348623157e308};
+    for (const double at : {0.5, 0.70710678118654752, 1.0, 1.4142135623730951, 2.0, 1e8})
+        for (const double less : {1e-16, 1e-12, 1e-6, 1e-3}) some.insert(some.end(), {at * (1 - less), at, at * (1 + less)});
+    for (int i = 1; i < 400; ++i) some.push_back(0.013 * i), some.push_back(std::exp(1.7 * (i - 200)));
+    for (std::size_t at = 0; at < some.size(); ++at) {
+        Pack<W> x;
+        for (int i = 0; i < W; ++i) x.set(i, some[(at + 7 * static_cast<std::size_t>(i)) % some.size()]);
+        const Pack<W> found = log(x);
+        for (int i = 0; i < W; ++i) {
+            const auto exact = static_cast<double>(std::log(static_cast<long double>(x[i])));
+            EXPECT_NEAR(found[i], exact, 5e-16 * std::abs(exact)) << x[i];
+            EXPECT_EQ(std::bit_cast<std::uint64_t>(found[i]), std::bit_cast<std::uint64_t>(log(Pack<1>(x[i]))[0])) << x[i];
+        }
+    }
+}
+
 TEST(Logarithm, OfAllWidths) {
+    check_log<1>();
+    check_log<2>();
+    check_log<4>();
+    check_log<8>();
     check_less_log<1>();
     check_less_log<2>();
     check_less_log<4>();

@@ -24,6 +24,13 @@ SceneSpec mixed(Law law, Integrator integrator = Integrator::verlet) {
         if (elements == 40) rod.placement = {.kind = PlacementKind::line, .counts = {2}, .spacing = {1}};
         scene.rods.push_back(rod);
     }
+    // Reads the loads of all others, whichever comes first.
+    PlaneFriction ground{.point = {0, 0, -0.02}, .stiffness = 10, .damping = 0.1, .tolerance = 1};
+    ground.kinetic_forward = 0.3, ground.kinetic_backward = 0.4, ground.kinetic_sideways = 0.5;
+    ground.static_forward = 0.5, ground.static_backward = 0.6, ground.static_sideways = 0.7;
+    ground.slip_speed = 0.05;
+    scene.loads.push_back({.load = ground, .rods = {"rod 6", "rod 9", "rod 17", "rod 40"}});
+    scene.loads.push_back({.load = SlenderBodyDrag{.viscosity = 0.02}, .rods = {"rod 5", "rod 17", "rod 40"}});
     scene.loads.push_back({.load = Gravity{}});
     scene.loads.push_back({.load = UniformForce{.force = {0.01, 0, 0}}});
     scene.loads.push_back({.load = UniformCouple{.couple = {0, 1e-4, 0}}, .rods = {"rod 5", "rod 17"}});
