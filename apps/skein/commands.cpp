@@ -39,6 +39,21 @@ int guarded(const Communicator& comm, const std::function<int()>& work) {
 
 namespace {
 
+/// Read by root alone: a thousand ranks that open one file bring a shared disk to its knees.
+std::string text_for_all(const Communicator& comm, const std::string& file) {
+    std::string text, error;
+    if (comm.root()) {
+        try {
+            text = read_scene_text(file);
+        } catch (const std::exception& e) {
+            error = e.what();
+        }
+    }
+    error = comm.broadcast(error);
+    if (!error.empty()) throw InputError(error);
+    return comm.broadcast(std::move(text));
+}
+
 int alone(const std::function<void()>& work) {
     try {
         work();
@@ -115,10 +130,11 @@ struct Prepared {
 /// Reads the scene and packs its rods, which may take long. A signal that reaches some ranks alone stops all of them.
 Prepared prepare(const Communicator& comm, const SceneArguments& arguments) {
     Prepared prepared;
+    const std::string text = text_for_all(comm, arguments.file);
     std::exception_ptr failure;
     bool stopped = false;
     try {
-        prepared.scene = read_scene(arguments.file, arguments.overrides);
+        prepared.scene = parse_scene(arguments.file, text, arguments.overrides);
         stop_where_asked("the scene was read");
         prepared.groups = make_groups(prepared.scene);
     } catch (const Stopped&) {

@@ -30,6 +30,7 @@ public:
         double start_;
     };
     Guard time(Phase phase) { return Guard(seconds_[static_cast<std::size_t>(phase)]); }
+    void add(Phase phase, double seconds) { seconds_[static_cast<std::size_t>(phase)] += seconds; }
     /// Time that was counted as one phase and belongs to another.
     void move(Phase from, Phase to, double seconds) {
         seconds_[static_cast<std::size_t>(from)] -= seconds;

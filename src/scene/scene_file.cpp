@@ -5,10 +5,12 @@
 #include "scene/scene_override.hpp"
 #include "scene/scene_reader.hpp"
 
+#include <charconv>
 #include <filesystem>
 #include <fstream>
 #include <iterator>
-#include <map>
+#include <set>
+#include <system_error>
 
 #include <fmt/format.h>
 
@@ -16,56 +18,69 @@ namespace skein {
 
 namespace {
 
-std::string read_text(const std::string& file) {
-    if (!std::filesystem::exists(file)) throw InputError(fmt::format("{}: there is no such file", file));
-    if (!std::filesystem::is_regular_file(file)) throw InputError(fmt::format("{}: not a file", file));
-    std::ifstream in(file, std::ios::binary);
-    if (!in) throw InputError(fmt::format("{}: cannot be opened for reading", file));
-    return {std::istreambuf_iterator<char>(in), {}};
-}
-
-using Places = std::map<std::string, Place>;
-
-/// The place of every key, table and list item of a scene, by its path.
-void collect_places(const TomlValue& value, const std::string& path, Places& places) {
+/// Paths of every key, table and item of a list of tables. Other lists are long, and no check asks for their items.
+void collect_given(const TomlValue& value, const std::string& path, std::set<std::string>& given) {
     const auto child = [&](const std::string& name) { return path.empty() ? name : path + "." + name; };
     if (const auto* table = value.as<TomlTable>()) {
         for (const TomlEntry& entry : *table) {
-            places[child(entry.key)] = entry.place;
-            collect_places(entry.value, child(entry.key), places);
+            given.insert(child(entry.key));
+            collect_given(entry.value, child(entry.key), given);
         }
     }
-    if (const auto* list = value.as<TomlArray>()) {
+    if (const auto* list = value.as<TomlArray>(); list && !list->empty() && list->front().as<TomlTable>()) {
         for (std::size_t i = 0; i < list->size(); ++i) {
-            places[child(std::to_string(i))] = (*list)[i].place;
-            collect_places((*list)[i], child(std::to_string(i)), places);
+            given.insert(child(std::to_string(i)));
+            collect_given((*list)[i], child(std::to_string(i)), given);
         }
     }
 }
 
 /// The place of a path, or of the innermost table around it that the scene has.
-Place nearest_place(const Places& places, std::string path, const Place& otherwise) {
-    while (!path.empty()) {
-        if (const auto at = places.find(path); at != places.end()) return at->second;
-        const std::size_t dot = path.rfind('.');
-        path.erase(dot == std::string::npos ? 0 : dot);
+Place nearest_place(const TomlValue& root, std::string_view path) {
+    const TomlValue* at = &root;
+    Place nearest{root.place.text, 1, 1, 1};
+    while (at && !path.empty()) {
+        const std::string_view name = path.substr(0, path.find('.'));
+        path.remove_prefix(std::min(path.size(), name.size() + 1));
+        if (const auto* list = at->as<TomlArray>()) {
+            std::size_t i = list->size();
+            std::from_chars(name.data(), name.data() + name.size(), i);
+            at = i < list->size() ? &(*list)[i] : nullptr;
+            if (at) nearest = at->place;
+        } else {
+            const TomlEntry* entry = at->find(name);
+            at = entry ? &entry->value : nullptr;
+            if (entry) nearest = entry->place;
+        }
     }
-    return otherwise;
+    return nearest;
 }
 
 void add_contradictions(const SceneSpec& scene, const TomlValue& root, Problems& problems) {
-    Places places;
-    collect_places(root, "", places);
     std::set<std::string> given;
-    for (const auto& [path, place] : places) given.insert(path);
-    for (const auto& [path, message] : contradictions(scene, given))
-        problems.add(nearest_place(places, path, {root.place.text, 1, 1, 1}), message);
+    collect_given(root, "", given);
+    for (const auto& [path, message] : contradictions(scene, given)) problems.add(nearest_place(root, path), message);
 }
 
 } // namespace
 
+std::string read_scene_text(const std::string& file) {
+    std::error_code error;
+    const auto status = std::filesystem::status(file, error);
+    if (!std::filesystem::exists(status) && (!error || error == std::errc::no_such_file_or_directory))
+        throw InputError(fmt::format("{}: there is no such file", file));
+    if (error) throw InputError(fmt::format("{}: {}", file, error.message()));
+    if (!std::filesystem::is_regular_file(status)) throw InputError(fmt::format("{}: not a file", file));
+    std::ifstream in(file, std::ios::binary);
+    if (!in) throw InputError(fmt::format("{}: cannot be opened for reading", file));
+    return {std::istreambuf_iterator<char>(in), {}};
+}
+
 SceneSpec read_scene(const std::string& file, const std::vector<std::string>& overrides) {
-    const std::string text = read_text(file);
+    return parse_scene(file, read_scene_text(file), overrides);
+}
+
+SceneSpec parse_scene(const std::string& file, const std::string& text, const std::vector<std::string>& overrides) {
     TomlValue root = parse_toml(text, source_text(file, text));
     for (const std::string& override : overrides) apply_override(root, override);
     Problems problems;

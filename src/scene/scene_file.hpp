@@ -16,6 +16,10 @@ namespace skein {
 /// the line with carets below it, or as "--set path=value: message". Contradictions are looked for once every key could be read.
 SceneSpec read_scene(const std::string& file, const std::vector<std::string>& overrides = {});
 
+/// The same in two halves, so that one rank reads the file and all have its text. `file` is for messages and relative paths.
+std::string read_scene_text(const std::string& file);
+SceneSpec parse_scene(const std::string& file, const std::string& text, const std::vector<std::string>& overrides = {});
+
 /// Checks that need more than one key: names unique, groups that loads name exist, profile lengths, keys without use, ... For
 /// scenes made in C++; read_scene does the same and knows the lines. Throws InputError with all that is wrong, one per line.
 void check_scene(const SceneSpec& scene);

@@ -5,12 +5,14 @@
 #include <algorithm>
 #include <cctype>
 #include <cmath>
-#include <limits>
 #include <sstream>
+#include <string_view>
 #include <tuple>
+#include <unordered_map>
+#include <utility>
 
 #include <fmt/format.h>
-#include <toml.hpp>
+#include <toml++/toml.h>
 
 namespace skein {
 
@@ -19,67 +21,63 @@ namespace {
 using Source = std::shared_ptr<const SourceText>;
 
 constexpr auto npos = std::string::npos;
+constexpr int longest_key = 16; ///< names in a dotted key; no key of a scene has more than five
 
-/// Where `word` stands as a whole word in [from, to) of a line; the last one before `to`.
-std::size_t find_word(const std::string& line, const std::string& word, std::size_t from, std::size_t to) {
-    const auto in_key = [&](std::size_t i) {
-        return i < line.size() && (std::isalnum(static_cast<unsigned char>(line[i])) || line[i] == '_' || line[i] == '-');
-    };
-    if (to < word.size()) return npos;
-    for (std::size_t at = line.rfind(word, to - word.size()); at != npos && at >= from; at = line.rfind(word, at - 1)) {
-        if ((at == 0 || !in_key(at - 1)) && !in_key(at + word.size())) return at;
-        if (at == 0) break;
+bool is_blank(char c) { return c == ' ' || c == '\t'; }
+bool is_bare(char c) { return std::isalnum(static_cast<unsigned char>(c)) || c == '_' || c == '-'; }
+
+/// From the parser's places, which count characters, to those of messages, which count bytes.
+class Places {
+public:
+    explicit Places(Source source) : source_(std::move(source)) {}
+
+    Place operator()(const toml::source_position& at, int length = 1) {
+        if (source_->lines.empty()) return {source_};
+        return {source_, static_cast<int>(at.line), byte_column(at), length};
     }
-    return npos;
-}
+    Place operator()(const toml::source_region& at) {
+        if (at.begin.line == at.end.line) return (*this)(at.begin, std::max(1, byte_column(at.end) - byte_column(at.begin)));
+        const std::size_t line = at.begin.line - 1;
+        const std::size_t size = line < source_->lines.size() ? source_->lines[line].size() : 0;
+        return (*this)(at.begin, std::max(1, static_cast<int>(size) + 1 - byte_column(at.begin)));
+    }
 
-Place place_of(const toml::value& value, const Source& source) {
-    const auto at = value.location();
-    if (source->lines.empty()) return {source};
-    return {source, static_cast<int>(at.line()), static_cast<int>(at.column()), static_cast<int>(at.region())};
-}
+private:
+    /// Where each character of a line begins, found once per line: a list of numbers may well be one line.
+    int byte_column(const toml::source_position& at) {
+        if (at.line < 1 || at.line > source_->lines.size()) return static_cast<int>(at.column);
+        const auto [entry, is_new] = starts_.try_emplace(at.line);
+        std::vector<int>& starts = entry->second;
+        const std::string& line = source_->lines[at.line - 1];
+        if (is_new && std::any_of(line.begin(), line.end(), [](char c) { return static_cast<unsigned char>(c) >= 0x80; }))
+            for (std::size_t i = 0; i < line.size(); ++i)
+                if ((static_cast<unsigned char>(line[i]) & 0xC0) != 0x80) starts.push_back(static_cast<int>(i));
+        if (starts.empty()) return static_cast<int>(at.column); // plain ASCII
+        const std::size_t i = at.column - 1;
+        return 1 + (i < starts.size() ? starts[i] : static_cast<int>(line.size()));
+    }
 
-/// The parser keeps no position of keys. A key stands before its value, or, in a table header, inside what the parser calls
-/// the table's place.
-Place place_of_key(const std::string& key, const Place& value) {
-    if (value.line < 1 || value.line > static_cast<int>(value.text->lines.size())) return value;
-    const std::string& line = value.text->lines[static_cast<std::size_t>(value.line - 1)];
-    const auto start = static_cast<std::size_t>(value.column - 1);
-    const std::size_t end = std::min(line.size(), start + static_cast<std::size_t>(value.length));
-    std::size_t at = find_word(line, key, 0, start);
-    if (at == npos) at = find_word(line, key, start, end);
-    return at == npos ? value : Place{value.text, value.line, static_cast<int>(at) + 1, static_cast<int>(key.size())};
-}
+    Source source_;
+    std::unordered_map<toml::source_index, std::vector<int>> starts_;
+};
 
-/// The parser turns numbers that fit no machine number into the largest one; here they become infinite, which no key accepts.
-double real_or_infinite(double x) {
-    constexpr double largest = std::numeric_limits<double>::max();
-    return std::abs(x) == largest ? std::copysign(std::numeric_limits<double>::infinity(), x) : x;
-}
-std::variant<std::int64_t, double> integer_or_infinite(std::int64_t i) {
-    using Limits = std::numeric_limits<std::int64_t>;
-    if (i == Limits::max()) return std::numeric_limits<double>::infinity();
-    if (i == Limits::min()) return -std::numeric_limits<double>::infinity();
-    return i;
-}
-
-TomlValue convert(const toml::value& in, const Source& source) {
-    TomlValue out{TomlDate{}, place_of(in, source)};
-    if (in.is_boolean()) out.value = in.as_boolean();
-    if (in.is_integer()) std::visit([&](auto x) { out.value = x; }, integer_or_infinite(in.as_integer()));
-    if (in.is_floating()) out.value = real_or_infinite(in.as_floating());
-    if (in.is_string()) out.value = in.as_string().str;
-    if (in.is_array()) {
+TomlValue convert(const toml::node& in, Places& places) {
+    TomlValue out{TomlDate{}, places(in.source())};
+    if (const auto* b = in.as_boolean()) out.value = b->get();
+    if (const auto* i = in.as_integer()) out.value = i->get();
+    if (const auto* x = in.as_floating_point()) out.value = x->get();
+    if (const auto* s = in.as_string()) out.value = s->get();
+    if (const auto* list = in.as_array()) {
         TomlArray items;
-        for (const toml::value& item : in.as_array()) items.push_back(convert(item, source));
+        items.reserve(list->size());
+        for (const toml::node& item : *list) items.push_back(convert(item, places));
         out.value = std::move(items);
     }
-    if (in.is_table()) {
+    if (const auto* table = in.as_table()) {
         TomlTable entries;
-        for (const auto& [key, value] : in.as_table()) {
-            TomlValue converted = convert(value, source);
-            entries.push_back({key, place_of_key(key, converted.place), std::move(converted)});
-        }
+        entries.reserve(table->size());
+        for (const auto& [key, value] : *table)
+            entries.push_back({std::string(key.str()), places(key.source()), convert(value, places)});
         std::sort(entries.begin(), entries.end(), [](const TomlEntry& a, const TomlEntry& b) {
             return std::tuple(a.place.line, a.place.column, a.key) < std::tuple(b.place.line, b.place.column, b.key);
         });
@@ -88,70 +86,154 @@ TomlValue convert(const toml::value& in, const Source& source) {
     return out;
 }
 
-/// One " 12 | line" and " | ^--- note" pair of the parser's own message.
-struct Mark {
-    int line, column;
-    std::string note;
-};
-
-/// The marks of the parser's message: more reliable than the exception's location, which is often the start of the line.
-std::vector<Mark> marks(const std::string& text) {
-    std::vector<Mark> found;
-    std::istringstream in(text);
-    std::string line;
-    int number = 0;
-    std::size_t bar = npos;
-    while (std::getline(in, line)) {
-        const std::size_t first = line.find_first_not_of(' ');
-        if (first == npos) continue;
-        if (std::isdigit(static_cast<unsigned char>(line[first]))) {
-            number = std::stoi(line.substr(first));
-            bar = line.find(" | ");
-        } else if (number > 0 && line[first] == '|' && bar != npos) {
-            const std::size_t mark = line.find_first_of("^~", bar + 3);
-            if (mark == npos) continue;
-            const std::size_t note = line.find_first_not_of("^~- ", mark);
-            found.push_back({number, static_cast<int>(mark - bar) - 2, note == npos ? "" : line.substr(note)});
-            number = 0;
+/// Refuses dotted keys of very many names: the parser makes a table in a table of each, and its recursion over them has no limit.
+void refuse_long_keys(std::string_view text, const Source& source) {
+    int line = 1, dots = 0;
+    std::size_t line_start = 0;
+    bool named = false, apart = false; ///< a name has begun since the last dot; blanks have followed it
+    for (std::size_t i = 0; i < text.size(); ++i) {
+        const char c = text[i];
+        if (is_blank(c)) {
+            apart = named;
+            continue;
+        }
+        if (c == '.' && named) {
+            named = apart = false;
+            if (++dots < longest_key) continue;
+            const Place place =
+                source->lines.empty() ? Place{source} : Place{source, line, static_cast<int>(i - line_start) + 1, 1};
+            throw InputError(message_at(place, fmt::format("a key of more than {} names", longest_key)));
+        }
+        std::size_t end = npos; // of a name in quotes
+        if (c == '"' || c == '\'') {
+            end = i + 1;
+            while (end < text.size() && text[end] != c && text[end] != '\n') end += c == '"' && text[end] == '\\' ? 2 : 1;
+            if (end >= text.size() || text[end] != c) end = npos;
+        }
+        if (!is_bare(c) && end == npos) {
+            dots = 0, named = apart = false;
+            if (c == '\n') ++line, line_start = i + 1;
+        } else {
+            if (apart) dots = 0; // another word, so no key
+            named = true, apart = false;
+            if (end != npos) i = end;
         }
     }
-    return found;
 }
 
-/// What the parser says is there twice: value ("shape.length") already exists.
-std::string repeated_name(const std::string& what) {
-    const std::size_t quote = what.find("(\""), unquote = what.find("\")"), line_end = what.find('\n');
-    return quote < unquote && unquote < line_end ? what.substr(quote + 2, unquote - quote - 2) : "";
-}
-
-/// The parser's complaint without its function names, in words for somebody who writes a scene.
-std::string reworded(const std::string& what, const std::vector<Mark>& at) {
-    std::string said = what.substr(0, what.find('\n'));
-    if (said.starts_with("[error] ")) said.erase(0, 8);
-    if (said.starts_with("toml::")) said.erase(0, said.find(": ") + 2);
-    if (const std::string name = repeated_name(what); !name.empty())
-        return fmt::format("'{}' is given twice; the first is on line {}", name, at.front().line);
-    if (said.find("an invalid key appeared") != npos) return "neither 'key = value' nor a closed [table] header";
-    if (said.find("unknown value appeared") != npos) return "not a TOML value; text stands in double quotes";
-    if (said.find("next token is not a valid string") != npos) return "a string that does not end on its line";
-    const std::string note = at.empty() ? "" : at.back().note;
-    if (!note.empty() && note != "here" && !note.starts_with("should be")) said += ": " + note;
-    return said.ends_with('.') ? said.substr(0, said.size() - 1) : said;
-}
-
-[[noreturn]] void raise_syntax_error(const toml::syntax_error& e, const Source& source) {
-    const std::vector<Mark> at = marks(e.what());
-    Place place = at.empty() ? Place{source, static_cast<int>(e.location().line()), 1, 1}
-                             : Place{source, at.back().line, at.back().column, 1};
-    if (const std::string name = repeated_name(e.what()); !name.empty()) {
-        place.length = static_cast<int>(name.size()) + 2; // in case it is a header: name and brackets
-        place = place_of_key(name.substr(name.rfind('.') + 1), place);
+/// The last name of the key that a line with a place in it assigns to or opens, and the column where it begins, from 0.
+std::pair<std::string, std::size_t> key_at(const std::string& line, std::size_t at) {
+    at = std::min(at, line.size());
+    std::size_t end = at;
+    if (const std::size_t bracket = line.find_first_not_of("[ \t", at); at < line.size() && line[at] == '[') {
+        end = std::min(line.find(']', at), line.size()); // a header: the name before its end
+        at = bracket;
+    } else if (const std::size_t equals = at == 0 ? npos : line.find_last_not_of(" \t", at - 1);
+               equals != npos && line[equals] == '=') {
+        end = equals; // a value: the name before it
+    } else {
+        while (end < line.size() && is_bare(line[end])) ++end;
     }
-    throw InputError(message_at(place, reworded(e.what(), at)));
+    while (end > 0 && is_blank(line[end - 1])) --end;
+    const char quote = end > 0 ? line[end - 1] : ' ';
+    if (quote == '"' || quote == '\'') {
+        const std::size_t begin = end > 1 ? line.rfind(quote, end - 2) : npos;
+        if (begin != npos) return {line.substr(begin + 1, end - begin - 2), begin + 1};
+    }
+    std::size_t begin = end;
+    while (begin > 0 && is_bare(line[begin - 1])) --begin;
+    return {line.substr(begin, end - begin), begin};
+}
+
+/// Whether a table stands in the text under a [header], not in a line.
+bool has_header(const TomlValue& table) {
+    const auto& lines = table.place.text->lines;
+    const auto line = static_cast<std::size_t>(table.place.line), column = static_cast<std::size_t>(table.place.column);
+    return table.as<TomlTable>() && line >= 1 && line <= lines.size() && column >= 1 && column <= lines[line - 1].size() &&
+           lines[line - 1][column - 1] == '[';
+}
+
+/// The table itself, or the last one of a list of tables, which is what later headers add to.
+const TomlValue* opened(const TomlValue& value) {
+    const auto* list = value.as<TomlArray>();
+    return !list ? &value : list->empty() ? nullptr : &list->back();
+}
+
+/// The table to which lines at the end of a text belong: that of its last header.
+const TomlValue* last_table(const TomlValue& root) {
+    const TomlValue* last = &root;
+    const auto look = [&](const TomlValue& in, const auto& self) -> void {
+        for (const TomlEntry& entry : *in.as<TomlTable>())
+            if (const TomlValue* table = opened(entry.value); table && table->as<TomlTable>()) {
+                if (has_header(*table) && table->place.line >= last->place.line) last = table;
+                self(*table, self);
+            }
+    };
+    look(root, look);
+    return last;
+}
+
+/// The line of the entry that the key or header of line `at` names again, counted from 1; 0 where that is not to be told from the
+/// lines above.
+int line_of_first(std::string_view text, int at, const Source& source) {
+    std::size_t begin = 0;
+    for (int line = 1; line < at; ++line) begin = text.find('\n', begin) + 1;
+    try {
+        Places places(source);
+        const TomlValue above = convert(toml::parse(text.substr(0, begin)), places);
+        const TomlValue again = convert(toml::parse(text.substr(begin, text.find('\n', begin) - begin)), places);
+        const bool header = text.substr(begin, text.find_first_not_of(" \t", begin) + 1 - begin).ends_with('[');
+        const TomlValue* in = header ? &above : last_table(above);
+        int line = 0;
+        for (const TomlValue* key = &again; in && key && key->as<TomlTable>() && key->as<TomlTable>()->size() == 1;) {
+            const TomlEntry& name = key->as<TomlTable>()->front();
+            const TomlEntry* first = in->find(name.key);
+            if (!first) break;
+            line = first->place.line;
+            in = opened(first->value), key = opened(name.value);
+        }
+        return line;
+    } catch (const toml::parse_error&) { // a key in an array or a table over several lines
+        return 0;
+    }
+}
+
+/// The parser's words for what it found, in those of other messages. `at_end`: of a line.
+std::string reworded(std::string said, bool at_end) {
+    if (said.starts_with("Error while parsing ")) said.erase(0, std::min(said.find(": "), said.size() - 2) + 2);
+    if (said.find("maximum nested value depth") != npos) return "arrays or tables within each other, more than 256 deep";
+    if (said.find("could not determine value type") != npos) return "not a TOML value; text stands in double quotes";
+    if (at_end && said.find("unescaped control characters") != npos) return "a string that does not end on its line";
+    if (said.find("encountered end-of-file") != npos) return "the text ends here, within what has begun";
+    for (const auto& [was, is] : {std::pair<std::string_view, std::string_view>{", saw '\\n'", ", found the end of the line"},
+                                  {", saw '\\r'", ", found the end of the line"},
+                                  {", saw ", ", found "},
+                                  {"could not be interpreted as a value", "is a number too large or too small"},
+                                  {"is not representable in 64 bits", "is a number too large"}})
+        if (const std::size_t at = said.find(was); at != npos) {
+            said.replace(at, was.size(), is);
+            break;
+        }
+    return said;
+}
+
+[[noreturn]] void raise_syntax_error(const toml::parse_error& e, std::string_view text, const Source& source) {
+    const std::string said(e.description());
+    Place place = Places(source)(e.source().begin);
+    const bool known = place.line >= 1 && place.line <= static_cast<int>(source->lines.size());
+    if (!known || (said.find("cannot redefine") == npos && said.find("cannot insert") == npos))
+        throw InputError(message_at(
+            place, reworded(said, known && place.column >
+                                               static_cast<int>(source->lines[static_cast<std::size_t>(place.line) - 1].size()))));
+    const auto [name, begin] =
+        key_at(source->lines[static_cast<std::size_t>(place.line) - 1], static_cast<std::size_t>(place.column) - 1);
+    place.column = static_cast<int>(begin) + 1, place.length = std::max(1, static_cast<int>(name.size()));
+    const int first = line_of_first(text, place.line, source);
+    throw InputError(message_at(place, first > 0 ? fmt::format("'{}' is given twice; the first is on line {}", name, first)
+                                                 : fmt::format("'{}' is given twice", name)));
 }
 
 } // namespace
-
 const TomlEntry* TomlValue::find(std::string_view key) const {
     const auto* table = as<TomlTable>();
     if (!table) return nullptr;
@@ -179,13 +261,12 @@ std::string found(const TomlValue& value) {
 }
 
 TomlValue parse_toml(const std::string& text, Source source) {
-    std::istringstream in(text);
+    refuse_long_keys(text, source);
     try {
-        return convert(toml::parse(in, source->name), source);
-    } catch (const toml::syntax_error& e) {
-        raise_syntax_error(e, source);
-    } catch (const std::exception& e) { // what the parser cannot place, e.g. an unreadable byte
-        throw InputError(fmt::format("{}: {}", source->name, e.what()));
+        Places places(source);
+        return convert(toml::parse(text), places);
+    } catch (const toml::parse_error& e) {
+        raise_syntax_error(e, text, source);
     }
 }
 

@@ -1,5 +1,4 @@
-// TOML text as a tree that remembers where each key and value stands. It keeps the parser's header, which costs 14 s of compile
-// time, inside scene_toml.cpp.
+// TOML text as a tree that remembers where each key and value stands. The parser's own header stays in scene_toml.cpp.
 #pragma once
 
 #include "scene/problems.hpp"

@@ -37,9 +37,10 @@ Simulation::Simulation(const Communicator& comm, const Threads& threads, const S
       options_(std::move(options)), sets_{scene.output.observes("angular_momentum"), scene.output.observes("curvature"),
                                           scene.output.observes("knots")},
       physics_(physics_json(scene, plan_.dt)), settings_(settings_json(scene)), output_(output_json(scene)),
-      started_(wall_seconds()), checkpoints_(plan_.cadence.checkpoint_wall, options_.began > 0 ? options_.began : started_,
-                                             plan_.state_bytes / plan_.machine.ranks),
+      started_(options_.began > 0 ? options_.began : wall_seconds()),
+      checkpoints_(plan_.cadence.checkpoint_wall, started_, plan_.state_bytes / plan_.machine.ranks),
       clock_(plan_.dt, 0, plan_.integrator) {
+    timers_.add(Phase::setup, wall_seconds() - started_); // reading of the scene and of its rods
     const auto setup = timers_.time(Phase::setup);
     const bool writes = !options_.out.empty();
     on_root(comm_, [&] {

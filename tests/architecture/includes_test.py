@@ -98,8 +98,8 @@ def try_the_rules():
         "src/high/e.cpp": '  #  include "unknown/x.hpp"\n',
         "src/high/f.cpp": '#include "f.hpp"\n',
         "src/other/g.cpp": "",
-        "src/scene/h.cpp": "#include <toml.hpp>\n",
-        "src/scene/i.hpp": "#include <toml.hpp>\n",
+        "src/scene/h.cpp": "#include <toml++/toml.h>\n",
+        "src/scene/i.hpp": "#include <toml++/toml.h>\n",
         "apps/main.cpp": '#include <CLI/CLI.hpp>\n#include "high/b.hpp"\n#include "own.hpp"\n',
     }
     expected = ["may not include 'high'", "may not include 'parallel'", "may not include <mpi.h>", "may not include <CLI/CLI.hpp>",
