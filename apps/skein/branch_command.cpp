@@ -1,5 +1,6 @@
 #include "commands.hpp"
 
+#include "partition/partition.hpp"
 #include "scene/scene_file.hpp"
 #include "scene/scene_rebuild.hpp"
 #include "simulation/branch.hpp"
@@ -55,9 +56,10 @@ int branch_command(const BranchArguments& arguments, int& argc, char**& argv) {
         SceneSpec scene = branched_scene(parent.scene, parent.settings, parent.file, from, arguments.overrides);
 
         // All that a run of it would refuse is refused here, before anything is written.
-        const std::vector<RodGroup> groups = make_groups(scene);
+        std::vector<RodGroup> groups = make_groups(scene);
+        read_rods(comm, groups);
         const Plan plan = make_plan(scene, groups, {});
-        const std::string physics = physics_json(scene, plan.dt);
+        const std::string physics = physics_json(scene, groups, plan.dt);
         refuse_other_rods(parent, physics);
         auto changes = key_changes(parent.scene, physics);
         std::erase_if(changes, [](const KeyChange& c) { return c.key.starts_with("start."); });

@@ -3,6 +3,7 @@
 #include "core/level.hpp"
 #include "core/stop.hpp"
 #include "core/timer.hpp"
+#include "partition/partition.hpp"
 #include "scene/scene_file.hpp"
 #include "simulation/self_check.hpp"
 #include "simulation/signals.hpp"
@@ -146,6 +147,7 @@ Prepared prepare(const Communicator& comm, const SceneArguments& arguments) {
     const bool any = comm.max(static_cast<std::int64_t>(stopped)) > 0;
     if (failure) std::rethrow_exception(failure);
     if (any) throw Stopped("stopped by a signal; nothing was written");
+    read_rods(comm, prepared.groups);
     return prepared;
 }
 
@@ -188,7 +190,8 @@ int plan_command(PlanArguments arguments) {
         const int ranks = arguments.ranks > 0 ? arguments.ranks : environment_int("OMPI_COMM_WORLD_SIZE", 1);
         const int cores = Threads::available_cores();
         const int threads = arguments.threads > 0 ? arguments.threads : std::max(1, cores / ranks);
-        const std::vector<RodGroup> groups = make_groups(scene);
+        std::vector<RodGroup> groups = make_groups(scene);
+        for (RodGroup& group : groups) group.read_all();
         const Plan plan = make_plan(
             scene, groups, {ranks, threads, std::max(threads, cores / ranks), lanes_for(arguments.lanes), {}, arguments.mapping});
         std::printf("%s", (arguments.json ? to_json(plan) : to_text(plan)).c_str());
@@ -200,7 +203,8 @@ int check_command(SceneArguments arguments) {
     look_into_directory(arguments, out);
     return alone([&] {
         const SceneSpec scene = read_scene(arguments.file, arguments.overrides);
-        const std::vector<RodGroup> groups = make_groups(scene);
+        std::vector<RodGroup> groups = make_groups(scene);
+        for (RodGroup& group : groups) group.read_all();
         const Plan plan = make_plan(scene, groups, {});
         std::printf("%s: good; %lld rods, %lld elements, %lld steps of %.6g s\n", arguments.file.c_str(),
                     static_cast<long long>(plan.rods), static_cast<long long>(plan.elements), static_cast<long long>(plan.steps),
@@ -234,7 +238,7 @@ int describe_command(const DescribeArguments& arguments) {
         if (arguments.what.empty()) {
             std::printf("%s", scene_reference().c_str());
         } else if (arguments.what.ends_with(".toml")) {
-            std::printf("%s\n", scene_json(read_scene(arguments.what), false).c_str());
+            std::printf("%s", scene_toml(read_scene(arguments.what), Keys::all).c_str());
         } else {
             const std::string text = describe_key(arguments.what);
             if (text.empty()) throw InputError("there is no key or table '" + arguments.what + "'; skein describe lists all");
@@ -251,7 +255,8 @@ int info_command(const std::string& scene) {
         std::printf("this process may use %d of %u cores\n", Threads::available_cores(), std::thread::hardware_concurrency());
         if (scene.empty()) return;
         const SceneSpec spec = read_scene(scene);
-        const std::vector<RodGroup> groups = make_groups(spec);
+        std::vector<RodGroup> groups = make_groups(spec);
+        for (RodGroup& group : groups) group.read_all();
         const Plan plan = make_plan(spec, groups, {});
         const std::string out = default_out(scene);
         std::int64_t newest = -1;

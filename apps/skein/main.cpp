@@ -68,6 +68,7 @@ void add_lanes(CLI::App& command, int& lanes) {
 int main(int argc, char** argv) {
     CLI::App app("Skein: large assemblies of soft slender rods.");
     app.footer(examples);
+    app.set_version_flag("--version", std::string("skein ") + SKEIN_VERSION);
     app.require_subcommand(1);
 
     skein::RunArguments run;
@@ -153,7 +154,7 @@ int main(int argc, char** argv) {
 
     skein::DescribeArguments describe;
     CLI::App* describe_command =
-        app.add_subcommand("describe", "a scene with all defaults spelled out, or the keys that scenes know");
+        app.add_subcommand("describe", "a scene as TOML with all keys and what they mean, or the keys that scenes know");
     describe_command->add_option("SCENE_OR_KEY", describe.what, "scene file, or a key such as rods.material; default: all keys");
 
     std::string info_scene;
@@ -163,7 +164,7 @@ int main(int argc, char** argv) {
     try {
         app.parse(argc, argv);
     } catch (const CLI::ParseError& e) {
-        const bool asked = e.get_exit_code() == 0; // --help
+        const bool asked = e.get_exit_code() == 0; // --help, --version
         if (first_process()) app.exit(e);
         return asked ? 0 : static_cast<int>(skein::Exit::input);
     }

@@ -1,5 +1,6 @@
 #include "commands.hpp"
 
+#include "partition/partition.hpp"
 #include "scene/scene_rebuild.hpp"
 #include "simulation/summary.hpp"
 
@@ -41,12 +42,13 @@ int verify_command(const VerifyArguments& arguments, int& argc, char**& argv) {
 
         SceneSpec scene = rebuilt_scene(from.scene, from.settings, from.file);
         std::vector<RodGroup> groups = make_groups(scene);
+        read_rods(comm, groups);
         const Machine machine = machine_of(comm, arguments.layout);
         const Threads threads(machine.threads, arguments.layout.shuffle);
         Plan plan = make_plan(scene, groups, machine);
-        if (physics_json(scene, plan.dt) != from.scene)
+        if (physics_json(scene, groups, plan.dt) != from.scene)
             throw InputError(from.file + ": the scene that it keeps is not quite one of this program's:" +
-                             text_of(key_changes(from.scene, physics_json(scene, plan.dt))));
+                             text_of(key_changes(from.scene, physics_json(scene, groups, plan.dt))));
         if (comm.root())
             std::printf("%s: steps %lld to %lld, stretch %lld of 0 to %lld\n", arguments.directory.c_str(),
                         static_cast<long long>(from.step), static_cast<long long>(to.step), static_cast<long long>(segment),

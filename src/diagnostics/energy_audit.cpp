@@ -9,7 +9,7 @@ EnergyAudit audit_rod(std::span<const RodGroup> groups, const Rods& rods, std::s
     std::vector<Slot<1>> copy(static_cast<std::size_t>(group.slots()));
     rods.export_rod(i, copy);
     synchronise(group, copy, lag);
-    const RodEnergy u = rod_energy(group, copy, time);
+    const RodEnergy u = rod_energy(group, copy, time, rods.local()[i].index);
     const RodWorks w = rods.works(i);
     return {u.translation + u.rotation + u.elastic(), w.loads, w.walls, w.dissipated};
 }

@@ -18,15 +18,16 @@ void add_extra(std::vector<ExtraFigures>& extra, std::span<const RodGroup> group
     std::vector<std::size_t> all(local.size());
     std::iota(all.begin(), all.end(), std::size_t{0});
     rods.read(all, Copy::synchronised, lag, [&](int, std::size_t i, const RodCopy& copy) {
-        extra[i] = extra_figures(groups[static_cast<std::size_t>(local[i].group)], copy.state, sets);
+        with_rod(groups[static_cast<std::size_t>(local[i].group)], local[i].index,
+                 [&](const RodGroup& own) { extra[i] = extra_figures(own, copy.state, sets); });
     });
 }
 
 } // namespace
 
-RodEnergy rod_energy(const RodGroup& group, std::span<const Slot<1>> state, double time) {
+RodEnergy rod_energy(const RodGroup& group, std::span<const Slot<1>> state, double time, std::int64_t index) {
     using F = RodFigures;
-    const F f = figures_of(group, state, time);
+    const F f = figures_of(group, state, time, index);
     return {f.sum[F::translation], f.sum[F::rotation], f.sum[F::stretch], f.sum[F::shear], f.sum[F::bend], f.sum[F::twist]};
 }
 

@@ -21,7 +21,7 @@ struct RodEnergy {
     double elastic() const { return stretch + shear + bend + twist; }
 };
 /// `time`: where walls that turn stand, s.
-RodEnergy rod_energy(const RodGroup& group, std::span<const Slot<1>> state, double time = 0);
+RodEnergy rod_energy(const RodGroup& group, std::span<const Slot<1>> state, double time = 0, std::int64_t index = 0);
 
 /// Names with units, in the order that `observe` returns values.
 std::vector<std::string> observable_names(const ObservableSets& sets = {});

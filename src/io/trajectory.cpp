@@ -126,7 +126,8 @@ public:
 
     /// Of what holds for all frames, or more.
     std::uint64_t constant_bytes() const {
-        const std::uint64_t per_node = kind_ == FrameKind::trajectory ? 16 * static_cast<std::uint64_t>(group_.slots()) : 0;
+        const std::uint64_t per_node =
+            kind_ == FrameKind::trajectory ? (group_.sized() ? 24 : 16) * static_cast<std::uint64_t>(group_.slots()) : 0;
         return count() * (per_node + 56) + 8 * static_cast<std::uint64_t>(group_.slots()) + fields_.size() * H5File::frames_slack;
     }
 
@@ -238,31 +239,64 @@ private:
         file.write(path(name), h5_type<T>(), {{begin, 0}, {size, width}}, rows.data());
     }
 
+    /// Rows of this rank's block, of what the owner of a rod alone may know: row(index, out).
+    template <class Row> std::vector<double> rows_of_owners(std::size_t width, Row row) const {
+        RecordBuffers buffers;
+        buffers.begin(blocks_, width * sizeof(double));
+        std::vector<double> own(width);
+        for (std::size_t i = 0; i < local_.size(); ++i) {
+            row(rods_.local()[local_[i]].index, own.data());
+            std::memcpy(buffers.record(i), own.data(), width * sizeof(double));
+        }
+        const auto bytes = buffers.exchange();
+        std::vector<double> rows(bytes.size() / sizeof(double));
+        if (!rows.empty()) std::memcpy(rows.data(), bytes.data(), bytes.size());
+        return rows;
+    }
+    template <class F> void write_vectors(H5File& file, const std::string& name, F vector_of) const {
+        const std::vector<double> rows = rows_of_owners(3, [&](std::int64_t i, double* out) {
+            const Vec3d v = vector_of(i);
+            out[0] = v.x, out[1] = v.y, out[2] = v.z;
+        });
+        write_rows<double>(file, name, 3, [&](std::int64_t i, double* out) {
+            std::copy_n(&rows[static_cast<std::size_t>(i - blocks_.begin()) * 3], 3, out);
+        });
+    }
+
     /// Radius at node k of the undeformed rod: mean of the elements that meet there.
-    double node_radius(std::int64_t k) const {
-        const std::int64_t last = group_.elements() - 1;
-        return 0.5 * (group_.element[static_cast<std::size_t>(std::max<std::int64_t>(k - 1, 0))].radius +
-                      group_.element[static_cast<std::size_t>(std::min(k, last))].radius);
+    static double node_radius(const RodGroup& group, std::int64_t k) {
+        const std::int64_t last = group.elements() - 1;
+        return 0.5 * (group.element[static_cast<std::size_t>(std::max<std::int64_t>(k - 1, 0))].radius +
+                      group.element[static_cast<std::size_t>(std::min(k, last))].radius);
     }
 
     void write_constants(H5File& file, const Communicator& comm) const {
-        const auto put_vector = [](const Vec3d& v, double* out) { out[0] = v.x, out[1] = v.y, out[2] = v.z; };
-        write_rows<double>(file, "origin", 3, [&](std::int64_t i, double* out) { put_vector(group_.origin(i), out); });
-        if (magnetised())
-            write_rows<double>(file, "magnetisation", 3,
-                               [&](std::int64_t i, double* out) { put_vector(group_.magnetisation(i), out); });
+        write_vectors(file, "origin", [&](std::int64_t i) { return group_.origin(i); });
+        if (magnetised()) write_vectors(file, "magnetisation", [&](std::int64_t i) { return group_.magnetisation(i); });
         if (kind_ == FrameKind::tips) return;
 
         const std::int64_t nodes = group_.slots();
         const auto width = static_cast<std::uint64_t>(nodes);
         std::vector<double> radius;
-        for (std::int64_t k = 0; k < nodes; ++k) radius.push_back(node_radius(k));
-        file.make_dataset(path("radius"), H5Type::float64, {width});
-        file.write(path("radius"), H5Type::float64, {{0}, {comm.root() ? width : 0}}, radius.data());
+        const auto put_radii = [&](std::int64_t i, double* out) {
+            const std::size_t first = group_.sized() ? static_cast<std::size_t>((i - blocks_.begin()) * nodes) : 0;
+            std::copy_n(radius.begin() + static_cast<std::ptrdiff_t>(first), nodes, out);
+        };
+        if (group_.sized()) {
+            radius = rows_of_owners(static_cast<std::size_t>(nodes), [&](std::int64_t i, double* out) {
+                with_rod(group_, i, [&](const RodGroup& rod) {
+                    for (std::int64_t k = 0; k < nodes; ++k) out[k] = node_radius(rod, k);
+                });
+            });
+            write_rows<double>(file, "radius", width, put_radii);
+        } else {
+            for (std::int64_t k = 0; k < nodes; ++k) radius.push_back(node_radius(group_, k));
+            file.make_dataset(path("radius"), H5Type::float64, {width});
+            file.write(path("radius"), H5Type::float64, {{0}, {comm.root() ? width : 0}}, radius.data());
+        }
         // What only the side-car needs: XDMF knows no repetition.
         write_rows<std::int64_t>(file, "rod", 1, [](std::int64_t i, std::int64_t* out) { *out = i; });
-        write_rows<double>(file, "point_radius", width,
-                           [&](std::int64_t, double* out) { std::copy(radius.begin(), radius.end(), out); });
+        write_rows<double>(file, "point_radius", width, put_radii);
         write_rows<std::int64_t>(file, "connectivity", width, [nodes](std::int64_t i, std::int64_t* out) {
             for (std::int64_t k = 0; k < nodes; ++k) out[k] = i * nodes + k;
         });

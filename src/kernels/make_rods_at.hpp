@@ -119,7 +119,11 @@ template <int W> TileProgram<W> make_program_along(const Plan& plan, std::span<c
     for (const bool last : {false, true}) // planes that rub answer all others
         for (const Load& load : one.loads)
             if (feels_all(load) == last) program.push_back(make_pass<W, Map>(load, *any));
-    with_kick(one.kick, [&]<KickKind Kind> { program.push_back(std::make_unique<KickAlongPass<Kind, W>>(std::move(kicks))); });
+    std::function<KicksOfGroup(const RodGroup&)> of_rod;
+    if (any->sized())
+        of_rod = [damped = one, scheme, dt = plan.dt](const RodGroup& rod) { return kicks_of(damped, rod, scheme, dt); };
+    with_kick(one.kick,
+              [&]<KickKind Kind> { program.push_back(std::make_unique<KickAlongPass<Kind, W>>(std::move(kicks), of_rod)); });
     return program;
 }
 
@@ -137,9 +141,8 @@ template <int W> std::unique_ptr<Rods> make_rods_at(const Plan& plan, std::span<
     std::vector<std::int64_t> counts(groups.size(), 0);
     for (const LocalRod& rod : owned) ++counts[static_cast<std::size_t>(rod.group)];
     const Tiling tiling = tiling_of(plan, counts, W);
-    if constexpr (W > 1)
-        if (!tiling.along.empty())
-            for (int family = 0; family < plan.families; ++family) programs.push_back(make_program_along<W>(plan, groups, family));
+    if (!tiling.along.empty())
+        for (int family = 0; family < plan.families; ++family) programs.push_back(make_program_along<W>(plan, groups, family));
     return std::make_unique<RodTiles<W>>(groups, std::move(owned), tiling, std::move(programs), threads, std::move(audits),
                                          step_watch(plan));
 }

@@ -18,8 +18,14 @@ public:
     void prepare(std::span<const Step> steps) override {
         if constexpr (requires { load_.prepare(steps); }) load_.prepare(steps);
     }
+    void expect(std::size_t tiles) override {
+        if constexpr (has_tile_data) tile_data_.resize(tiles);
+    }
     void bind(const RodTile<W>& rod) override {
-        if constexpr (has_tile_data) tile_data_.push_back(load_.template bind<W>(rod));
+        if constexpr (has_tile_data) {
+            if (rod.number >= tile_data_.size()) tile_data_.resize(rod.number + 1); // of a pass that stands alone
+            tile_data_[rod.number] = load_.template bind<W>(rod);
+        }
     }
     void run(const RodTile<W>& rod, SlotLoad<W>* load, const Step& step) const override {
         const auto add = [&](const auto&... data) {

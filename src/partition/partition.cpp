@@ -1,6 +1,8 @@
 #include "partition/partition.hpp"
 
+#include "core/error.hpp"
 #include "core/hilbert.hpp"
+#include "rod/time_limits.hpp"
 
 #include <algorithm>
 #include <bit>
@@ -27,10 +29,6 @@ public:
         const auto after = std::upper_bound(groups_.begin(), groups_.end(), gid,
                                             [](std::int64_t g, const RodGroup& group) { return g < group.first_gid(); });
         return *(after - 1);
-    }
-    Vec3d centre(std::int64_t gid) const {
-        const RodGroup& group = group_of(gid);
-        return group.centre(gid - group.first_gid());
     }
     std::int64_t weight(std::int64_t gid) const { return group_of(gid).elements(); }
 
@@ -61,16 +59,19 @@ std::uint64_t key_in(const Cube& cube, const Vec3d& centre) {
     return hilbert_key({offset.x / cube.side, offset.y / cube.side, offset.z / cube.side});
 }
 
-/// This rank's block of gids, sorted along the curve.
-std::vector<Keyed> key_block(const Communicator& comm, const Roster& roster) {
-    const std::int64_t begin = block_begin(roster.count(), comm.rank(), comm.size());
-    const std::int64_t end = block_begin(roster.count(), comm.rank() + 1, comm.size());
+/// This rank's index block of every group, sorted along the curve. Whose block a rod is in changes nothing.
+std::vector<Keyed> key_block(const Communicator& comm, std::span<const RodGroup> groups) {
     std::vector<Vec3d> centres;
-    for (std::int64_t gid = begin; gid < end; ++gid) centres.push_back(roster.centre(gid));
-    const Cube cube = bounding_cube(comm, centres);
     std::vector<Keyed> rods;
-    for (std::int64_t gid = begin; gid < end; ++gid)
-        rods.push_back({key_in(cube, centres[static_cast<std::size_t>(gid - begin)]), gid});
+    for (const RodGroup& group : groups) {
+        const std::int64_t end = block_begin(group.count(), comm.rank() + 1, comm.size());
+        for (std::int64_t i = block_begin(group.count(), comm.rank(), comm.size()); i < end; ++i) {
+            centres.push_back(group.centre(i));
+            rods.push_back({0, group.first_gid() + i});
+        }
+    }
+    const Cube cube = bounding_cube(comm, centres);
+    for (std::size_t i = 0; i < rods.size(); ++i) rods[i].key = key_in(cube, centres[i]);
     std::sort(rods.begin(), rods.end());
     return rods;
 }
@@ -146,9 +147,50 @@ std::vector<Keyed> send_to_owners(const Communicator& comm, std::span<const Keye
 
 std::int64_t block_begin(std::int64_t count, int part, int parts) { return count / parts * part + count % parts * part / parts; }
 
+void read_rods(const Communicator& comm, std::span<RodGroup> groups) {
+    std::string error;
+    std::vector<RodGroup*> read;
+    for (RodGroup& group : groups)
+        if (group.places().waits()) read.push_back(&group);
+    for (RodGroup* group : read) try {
+            group->places().read(block_begin(group->count(), comm.rank(), comm.size()),
+                                 block_begin(group->count(), comm.rank() + 1, comm.size()));
+        } catch (const std::exception& e) {
+            error = e.what();
+            break;
+        }
+    error = comm.first_text(error);
+    if (!error.empty()) throw InputError(error);
+    for (RodGroup* group : read) {
+        const Vec3d corner = group->places().corner();
+        double lowest[3] = {-corner.x, -corner.y, -corner.z};
+        comm.max(lowest);
+        LeastLimits limits{};
+        if (group->sized()) {
+            limits = least_limits_of_rods(*group);
+            for (double& dt : limits) dt = comm.min(dt);
+        }
+        group->set_read({-lowest[0], -lowest[1], -lowest[2]}, comm.sum_wrapping(group->places().digest()), limits);
+    }
+}
+
+void keep_own_rods(const Communicator& comm, std::span<RodGroup> groups, std::span<const LocalRod> own) {
+    std::vector<std::vector<std::int64_t>> indices(groups.size());
+    for (const LocalRod& rod : own) indices[static_cast<std::size_t>(rod.group)].push_back(rod.index);
+    for (std::size_t g = 0; g < groups.size(); ++g) {
+        Places& places = groups[g].places();
+        if (comm.min(static_cast<std::int64_t>(places.holds_all()))) {
+            places.keep(indices[g]);
+            continue;
+        }
+        const auto records = IndexBlocks(comm, indices[g], places.count()).to_owners(places.records(), places.record_bytes());
+        places.keep(indices[g], records);
+    }
+}
+
 std::vector<LocalRod> partition(const Communicator& comm, std::span<const RodGroup> groups) {
     const Roster roster(groups);
-    const auto rods = key_block(comm, roster);
+    const auto rods = key_block(comm, groups);
     const auto owned = send_to_owners(comm, rods, find_cuts(comm, roster, rods));
 
     std::vector<LocalRod> local;

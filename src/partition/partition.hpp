@@ -16,9 +16,16 @@
 namespace skein {
 
 /// Owned rods of this rank, ordered by group and, within a group, along the curve. Weight of a rod: its elements.
-/// O(N/P) memory and time per rank: each rank keys a block of rods, the cuts are found by bisection on (key, gid) with
-/// collective weight sums, and owners receive their rods in one all_to_all. Collective.
+/// O(N/P) memory and time per rank: each rank keys its index block of every group, the cuts are found by bisection on (key, gid)
+/// with collective weight sums, and owners receive their rods in one all_to_all. Collective.
 std::vector<LocalRod> partition(const Communicator& comm, std::span<const RodGroup> groups);
+
+/// Reads what files say of the rods: each rank its index block of a group (see IndexBlocks), and all agree on what depends on every
+/// rod. Groups that have been read, or have no file, are left alone. Throws InputError on all ranks alike. Collective.
+void read_rods(const Communicator& comm, std::span<RodGroup> groups);
+
+/// From blocks to owners: what is known of single rods goes to the ranks that own them, and is forgotten elsewhere. Collective.
+void keep_own_rods(const Communicator& comm, std::span<RodGroup> groups, std::span<const LocalRod> own);
 
 /// First of the items that part `part` of `parts` holds when `count` items are dealt out in order: floor(part count / parts).
 std::int64_t block_begin(std::int64_t count, int part, int parts);

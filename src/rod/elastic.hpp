@@ -13,6 +13,7 @@
 // Cost: 211 flop per element. Reads x, Q; writes force and couple.
 #pragma once
 
+#include "core/aligned.hpp"
 #include "core/rotation.hpp"
 #include "rod/law.hpp"
 #include "rod/mapping.hpp"
@@ -64,6 +65,18 @@ public:
     /// `moving`: where the walls are, if they move.
     explicit ElasticPass(Ends ends, std::shared_ptr<const MovingEnds> moving = nullptr) : ends_(ends), moving_(std::move(moving)) {}
     std::string_view name() const override { return Law::name; }
+
+    /// Rods with directions of their own have walls of their own.
+    void bind(const RodTile<W>& rod) override {
+        if constexpr (!Map::along)
+            if (rod.group->turned() && (ends_.start_wall || ends_.end_wall)) {
+                Walls& walls = walls_.emplace_back();
+                for (int i = 0; i < W; ++i) {
+                    set_lane(walls.start, i, rod.group->frame(rod.index[i]));
+                    set_lane(walls.end, i, rod.group->end_frame(rod.index[i]));
+                }
+            }
+    }
 
     void run(const RodTile<W>& rod, SlotLoad<W>* load, const Step& step) const override {
         if constexpr (Map::along) join(rod);
@@ -159,18 +172,23 @@ private:
                 wall(s.element[0], first, select(s.start_wall, s.start_frame, first), e, s.start_rest_curvature);
             return {held.before, select(s.start_wall, held.after, Vec3<P>{}), select(s.start_wall, held.tension, P(0.0))};
         } else {
-            const Quaterniond& frame = moving_ ? moving_->start(step).frame : rod.group->frame();
-            return wall(rod.element[0], rod.slot[0].director, broadcast<W>(frame), e, rod.group->start_wall_rest_curvature);
+            const Quaternion<P> frame = !walls_.empty() ? walls_[rod.number].start
+                                                        : broadcast<W>(moving_ ? moving_->start(step).frame : rod.group->frame());
+            return wall(rod.element[0], rod.slot[0].director, frame, e, rod.group->start_wall_rest_curvature);
         }
     }
     CellLoads<P> end_wall(const RodTile<W>& rod, const Step& step, P e) const {
-        const Quaterniond& frame = moving_ ? moving_->end(step).frame : rod.group->end_frame();
-        return wall(rod.element[rod.n - 1], broadcast<W>(frame), rod.slot[rod.n - 1].director, e,
-                    rod.group->end_wall_rest_curvature);
+        const Quaternion<P> frame =
+            !walls_.empty() ? walls_[rod.number].end : broadcast<W>(moving_ ? moving_->end(step).frame : rod.group->end_frame());
+        return wall(rod.element[rod.n - 1], frame, rod.slot[rod.n - 1].director, e, rod.group->end_wall_rest_curvature);
     }
 
+    struct Walls {
+        Quaternion<P> start, end; ///< frames
+    };
     Ends ends_;
     std::shared_ptr<const MovingEnds> moving_;
+    AlignedVector<Walls> walls_; ///< by tile, where they are not the group's
 };
 
 } // namespace skein

@@ -58,6 +58,14 @@ template <class Law, int W> SKEIN_INLINE void add_cell(TileFigures<W>& f, const 
     f.sum[RodFigures::twist] = fma(weight, moment.z * strain.z, f.sum[RodFigures::twist]);
 }
 
+/// Frames of the walls that hold an end; `of_rod` finds that of one rod.
+template <int W, class F> Quaternion<Pack<W>> wall_frames(const RodTile<W>& rod, double time, F&& of_rod) {
+    Quaternion<Pack<W>> frames = broadcast<W>(of_rod(*rod.group, rod.index[0], time));
+    if (rod.group->turned())
+        for (int i = 1; i < W; ++i) set_lane(frames, i, of_rod(*rod.group, rod.index[i], time));
+    return frames;
+}
+
 template <class Law, bool Published, int W> void add_elements(TileFigures<W>& f, const RodTile<W>& rod, double time) {
     using P = Pack<W>;
     using F = RodFigures;
@@ -96,9 +104,9 @@ template <class Law, bool Published, int W> void add_elements(TileFigures<W>& f,
         add_cell<Law>(f, relative_rotation(after, before), 2 * c.inv_rest_length, e, c.bending, rest_curvature);
     };
     if (group.spec().start == EndKind::clamped)
-        wall(slot[0].director, broadcast<W>(start_wall_frame(group, time)), 0, first_e, group.start_wall_rest_curvature);
+        wall(slot[0].director, wall_frames(rod, time, start_wall_frame), 0, first_e, group.start_wall_rest_curvature);
     if (group.spec().end == EndKind::clamped)
-        wall(broadcast<W>(end_wall_frame(group, time)), slot[n - 1].director, n - 1, e_before, group.end_wall_rest_curvature);
+        wall(wall_frames(rod, time, end_wall_frame), slot[n - 1].director, n - 1, e_before, group.end_wall_rest_curvature);
 }
 
 template <int W> void add_body(TileFigures<W>& f, const RodTile<W>& rod) {

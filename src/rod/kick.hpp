@@ -12,6 +12,8 @@
 #include "rod/strands.hpp"
 #include "rod/tile.hpp"
 
+#include <algorithm>
+#include <functional>
 #include <map>
 #include <vector>
 
@@ -141,14 +143,25 @@ private:
 /// The same along the rod.
 template <KickKind Kind, int W> class KickAlongPass final : public TilePass<W> {
 public:
-    /// Constants of every group of the family, by RodGroup::id.
-    explicit KickAlongPass(std::map<int, KicksOfGroup> constants) : constants_(std::move(constants)) {
+    /// Constants of every group of the family, by RodGroup::id; `of_rod` works out those of a rod with a size of its own.
+    explicit KickAlongPass(std::map<int, KicksOfGroup> constants, std::function<KicksOfGroup(const RodGroup&)> of_rod = {})
+        : constants_(std::move(constants)), of_rod_(std::move(of_rod)) {
         for (const auto& [group, kicks] : constants_) alike_ = alike_ && rates_alike(kicks);
     }
     std::string_view name() const override { return kick_names[static_cast<std::size_t>(Kind)]; }
 
+    void expect(std::size_t tiles) override { tiles_.resize(tiles); }
     void bind(const RodTile<W>& rod) override {
-        auto& kicks = tiles_.emplace_back();
+        auto& kicks = tiles_[rod.number];
+        std::vector<KicksOfGroup> own;
+        const KicksOfGroup* of_lane[W];
+        std::fill_n(of_lane, W, nullptr);
+        own.reserve(rod.strands->seats().size());
+        for (const Seat& seat : rod.strands->seats()) {
+            if (of_rod_) own.push_back(of_rod_(*seat.group));
+            std::fill_n(of_lane + seat.lane, seat.lanes, of_rod_ ? &own.back() : &constants_.at(seat.group->id()));
+        }
+        kicks.reserve(constants_.begin()->second.size());
         for (std::size_t length = 0; length < constants_.begin()->second.size(); ++length) {
             Rows& rows = kicks.emplace_back();
             for (int row = 0; row <= rod.n; ++row) {
@@ -157,7 +170,7 @@ public:
                 for (int i = 0; i < W; ++i) {
                     const int slot = rod.strands->slot(i, row);
                     if (slot < 0) continue;
-                    const KickConstants& c = constants_.at(rod.group_of(i).id())[length];
+                    const KickConstants& c = (*of_lane[i])[length];
                     set_lane<KickNodeOf>(node, i, c.node[static_cast<std::size_t>(slot)]);
                     if (static_cast<std::size_t>(slot) < c.element.size())
                         set_lane<KickElementOf>(element, i, c.element[static_cast<std::size_t>(slot)]);
@@ -182,6 +195,7 @@ private:
         LaneRows<KickElementOf<P>> element;
     };
     std::map<int, KicksOfGroup> constants_;
+    std::function<KicksOfGroup(const RodGroup&)> of_rod_;
     bool alike_ = true;
     std::vector<std::vector<Rows>> tiles_; ///< by tile number and kick length
 };

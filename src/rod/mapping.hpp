@@ -122,8 +122,7 @@ template <int W> void join(const RodTile<W>& rod) {
 
 /// Calls f.template operator()<Map>() with the tile's mapping.
 template <int W, class F> decltype(auto) with_mapping(const RodTile<W>& rod, F&& f) {
-    if constexpr (W > 1)
-        if (rod.strands) return f.template operator()<Along<W>>();
+    if (rod.strands) return f.template operator()<Along<W>>();
     return f.template operator()<Across<W>>();
 }
 

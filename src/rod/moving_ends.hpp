@@ -19,12 +19,12 @@ inline Vec3d spin_of(const Vec3d& r, const Vec3d& rate) {
     return rate + b * cross(r, rate) + c * cross(r, cross(r, rate));
 }
 
-/// Frames of the walls at any time.
-inline Quaterniond start_wall_frame(const RodGroup& group, double time) {
-    return group.frame() * rotation(group.spec().start_motion.turn(time).value);
+/// Frames of a rod's walls at any time.
+inline Quaterniond start_wall_frame(const RodGroup& group, std::int64_t index, double time) {
+    return group.frame(index) * rotation(group.spec().start_motion.turn(time).value);
 }
-inline Quaterniond end_wall_frame(const RodGroup& group, double time) {
-    return group.end_frame() * rotation(group.spec().end_motion.turn(time).value);
+inline Quaterniond end_wall_frame(const RodGroup& group, std::int64_t index, double time) {
+    return group.end_frame(index) * rotation(group.spec().end_motion.turn(time).value);
 }
 
 /// Where the two ends of a group's rods are at the force evaluations of a batch; shared by the passes of a program.

@@ -10,8 +10,7 @@
 
 #include <algorithm>
 #include <cmath>
-#include <filesystem>
-#include <fstream>
+#include <cstring>
 #include <numbers>
 
 namespace skein {
@@ -20,37 +19,36 @@ namespace {
 
 constexpr double pi = std::numbers::pi;
 
-/// Frame with rows d1 (from the normal, made orthogonal), d2, d3 (from the tangent).
-Quaterniond frame_of(const Placement& p) {
-    const Vec3d d3 = (1 / norm(p.tangent)) * p.tangent;
-    const bool along_x = std::abs(d3.x) > 0.99;
-    const Vec3d normal = p.normal.value_or(along_x ? Vec3d{0, 1, 0} : Vec3d{1, 0, 0});
-    const Vec3d across = normal - dot(normal, d3) * d3;
-    const Vec3d d1 = (1 / norm(across)) * across;
-    return quaternion({d1, cross(d3, d1), d3});
-}
+bool is_zero(const Vec3d& v) { return v.x == 0 && v.y == 0 && v.z == 0; }
+bool same(const Quaterniond& a, const Quaterniond& b) { return std::memcmp(&a, &b, sizeof a) == 0; }
+bool is_no_turn(const Quaterniond& q) { return same(q, no_turn); }
 
 /// Where an element lies: its rest length and the arc length of its middle, both over the rod's length.
 struct Share {
     double length, middle;
 };
 
-std::vector<Share> shares(const Shape& shape) {
-    const auto n = static_cast<std::size_t>(shape.elements);
-    std::vector<Share> all;
-    if (shape.length_profile.empty()) {
-        for (std::size_t k = 0; k < n; ++k)
-            all.push_back({1 / static_cast<double>(n), (static_cast<double>(k) + 0.5) / static_cast<double>(n)});
-        return all;
+/// Of all elements, in their order; asked for in that order they take no memory.
+class Shares {
+public:
+    explicit Shares(const Shape& shape) : shape_(shape) {
+        for (const double part : shape.length_profile) sum_ += part;
     }
-    double sum = 0, before = 0;
-    for (const double part : shape.length_profile) sum += part;
-    for (const double part : shape.length_profile) {
-        all.push_back({part / sum, (before + 0.5 * part) / sum});
-        before += part;
+    std::size_t size() const { return static_cast<std::size_t>(shape_.elements); }
+    Share operator[](std::size_t k) const {
+        const auto n = static_cast<double>(shape_.elements);
+        if (shape_.length_profile.empty()) return {1 / n, (static_cast<double>(k) + 0.5) / n};
+        if (k < next_) next_ = 0, before_ = 0;
+        for (; next_ < k; ++next_) before_ += shape_.length_profile[next_];
+        return {shape_.length_profile[k] / sum_, (before_ + 0.5 * shape_.length_profile[k]) / sum_};
     }
-    return all;
-}
+
+private:
+    const Shape& shape_;
+    double sum_ = 0;
+    mutable double before_ = 0; ///< of elements before `next_`
+    mutable std::size_t next_ = 0;
+};
 
 double radius_factor(const Section& section, std::size_t k, const Share& share) {
     return section.profile.empty() ? 1 + (section.taper - 1) * share.middle : section.profile[k];
@@ -153,76 +151,42 @@ RodSpec completed(RodSpec spec) {
     return spec;
 }
 
-/// The "1" pixels of a P1 bitmap as lattice points; x along a row, y = 0 in the last row.
-std::vector<Vec3d> read_mask(const std::string& path, const std::string& source, double dx, double dy) {
-    std::ifstream file(path);
-    if (!file) throw InputError(source + ": mask file '" + path + "' cannot be opened");
-    std::string magic;
-    file >> magic;
-    if (magic != "P1") throw InputError(path + ":1: expected a plain PBM bitmap (magic 'P1'), found '" + magic + "'");
-    const auto number = [&] {
-        while (file >> std::ws && file.peek() == '#') file.ignore(1 << 20, '\n');
-        long value = 0;
-        if (!(file >> value) || value < 1) throw InputError(path + ": expected width and height after 'P1'");
-        return value;
-    };
-    const long width = number(), height = number();
-    std::vector<Vec3d> points;
-    for (long row = 0; row < height; ++row)
-        for (long column = 0; column < width; ++column) {
-            char pixel = 0;
-            if (!(file >> pixel) || (pixel != '0' && pixel != '1'))
-                throw InputError(path + ": row " + std::to_string(row + 1) + ", column " + std::to_string(column + 1) +
-                                 ": expected 0 or 1 (the bitmap is " + std::to_string(width) + " x " + std::to_string(height) +
-                                 ")");
-            if (pixel == '1') points.push_back({static_cast<double>(column) * dx, static_cast<double>(height - 1 - row) * dy, 0});
-        }
-    if (points.empty()) throw InputError(path + ": the bitmap has no 1, so the group has no rod");
-    return points;
-}
-
-std::vector<Vec3d> placement_origins(const RodSpec& spec, const std::string& directory) {
-    const Placement& p = spec.placement;
-    std::vector<Vec3d> origins;
-    const auto lattice = [&](const std::vector<long>& counts) {
-        const auto along = [&](std::size_t axis) { return axis < counts.size() ? counts[axis] : 1; };
-        const auto step = [&](std::size_t axis) { return axis < p.spacing.size() ? p.spacing[axis] : 0.0; };
-        for (long z = 0; z < along(2); ++z)
-            for (long y = 0; y < along(1); ++y)
-                for (long x = 0; x < along(0); ++x)
-                    origins.push_back(Vec3d{static_cast<double>(x) * step(0), static_cast<double>(y) * step(1),
-                                            static_cast<double>(z) * step(2)});
-    };
-    switch (p.kind) {
-    case PlacementKind::single:
-        origins = {{0, 0, 0}};
-        break;
-    case PlacementKind::line:
-    case PlacementKind::lattice:
-        lattice(p.counts);
-        break;
-    case PlacementKind::mask:
-        origins = read_mask((std::filesystem::path(directory) / p.file).string(), spec.source, p.spacing.at(0), p.spacing.at(1));
-        break;
-    case PlacementKind::list:
-        origins = p.origins;
-        break;
-    case PlacementKind::packing:
-        return {}; // once the rod is known
-    }
-    for (Vec3d& o : origins) o += p.origin;
-    return origins;
-}
-
 } // namespace
 
 RodGroup::RodGroup(const RodSpec& spec, int id, std::int64_t first_gid, const std::string& directory,
-                   std::vector<Capsule>* occupied)
-    : spec_(completed(spec)), id_(id), first_gid_(first_gid), frame_(frame_of(spec.placement)),
-      origins_(placement_origins(spec, directory)) {
+                   std::vector<Capsule>* occupied, std::shared_ptr<const RodSource> source)
+    : spec_(completed(spec)), id_(id), first_gid_(first_gid),
+      places_(source ? Places(std::move(source), spec.placement.origin, spec.shape.elements) : Places(spec_, directory)) {
+    spec_.placement.origins = spec_.placement.tangents = spec_.placement.normals = {}; // places_ has them
+    frame_ = turned() ? no_turn : frame_of(spec.placement.tangent, spec.placement.normal);
+    work_out_constants();
+    if (spec_.placement.kind == PlacementKind::packing) pack_rods(occupied);
+    if (!places_.from_file()) corner_ = places_.corner();
+}
+
+RodGroup::RodGroup(const RodGroup& group, std::int64_t i)
+    : spec_(group.spec_), id_(group.id_), first_gid_(group.first_gid_), frame_(group.frame_), corner_(group.corner_) {
+    become(group, i);
+}
+
+void RodGroup::become(const RodGroup& group, std::int64_t i) {
+    group.places_.put_sizes(group.spec_, i, spec_);
+    places_.become(group.places_, i);
+    work_out_constants();
+}
+
+void RodGroup::work_out_constants() {
     const Shape& shape = spec_.shape;
     const long n = shape.elements, cells = closed() ? n : n - 1;
-    const auto share = shares(shape);
+    const auto begin = [](auto& list, long size) {
+        list.clear();
+        list.reserve(static_cast<std::size_t>(size));
+    };
+    begin(start_offsets_, n + 1);
+    begin(element, n);
+    begin(voronoi, n);
+    begin(start_directors_, n);
+    const Shares share(shape);
     for (std::size_t k = 0; k < share.size(); ++k)
         element.push_back(is_rigid(*this) ? rigid_constants(spec_) : element_constants(spec_, k, share[k]));
     const auto kappa0 = [&](long k) {
@@ -236,8 +200,8 @@ RodGroup::RodGroup(const RodSpec& spec, int id, std::int64_t first_gid, const st
     for (std::size_t k = 0; k < rotary_inertia_scale.size(); ++k) scale_rotary_inertia(element[k], rotary_inertia_scale[k]);
     start_wall_rest_curvature = kappa0(0);
     end_wall_rest_curvature = kappa0(n - 2);
-    const auto halve = [&](auto of_element) {
-        std::vector<double> of_node(static_cast<std::size_t>(n) + 1, 0.0);
+    const auto halve = [&](std::vector<double>& of_node, auto of_element) {
+        of_node.assign(static_cast<std::size_t>(n) + 1, 0.0);
         for (std::size_t k = 0; k < static_cast<std::size_t>(n); ++k) {
             const double half = 0.5 * of_element(element[k]);
             of_node[k] += half;
@@ -247,17 +211,19 @@ RodGroup::RodGroup(const RodSpec& spec, int id, std::int64_t first_gid, const st
             of_node.front() += of_node.back();
             of_node.back() = 0;
         }
-        return of_node;
     };
-    node_mass = halve([&](const ElementConstants& c) { return spec.material.density * c.volume; });
-    node_length = halve([](const ElementConstants& c) { return c.rest_length; });
+    halve(node_mass, [&](const ElementConstants& c) { return spec_.material.density * c.volume; });
+    halve(node_length, [](const ElementConstants& c) { return c.rest_length; });
 
     // The start shape: the frame at s = 0 turned by the curvature of every cell, half cells at both ends.
     const auto start_curvature = [&](long k) {
         if (!shape.start_curvature_profile.empty()) return shape.start_curvature_profile[static_cast<std::size_t>(k)];
         return shape.start_curvature ? *shape.start_curvature : kappa0(k);
     };
-    const auto bent = [&](const Quaterniond& q, const Vec3d& curvature, double length) { return rotation(length * curvature) * q; };
+    // Straight rods that are turned one by one stay as they are: of a million, most of the work.
+    const auto bent = [&](const Quaterniond& q, const Vec3d& curvature, double length) {
+        return is_no_turn(q) && is_zero(curvature) ? q : rotation(length * curvature) * q;
+    };
     Quaterniond q = bent(frame_, start_curvature(0), 0.5 * element[0].rest_length);
     Vec3d x{0, 0, 0}, sum{0, 0, 0};
     for (std::size_t k = 0; k < static_cast<std::size_t>(n); ++k) {
@@ -266,7 +232,7 @@ RodGroup::RodGroup(const RodSpec& spec, int id, std::int64_t first_gid, const st
         start_offsets_.push_back(x);
         sum += x;
         const Vec3d stretch = shape.rest_strain + Vec3d{0, 0, 1};
-        x += element[k].rest_length * transpose_times(q, stretch);
+        x += element[k].rest_length * (is_no_turn(q) ? stretch : transpose_times(q, stretch));
     }
     start_offsets_.push_back(x);
     centre_offset_ = (1 / static_cast<double>(n + 1)) * (sum + x);
@@ -278,32 +244,34 @@ RodGroup::RodGroup(const RodSpec& spec, int id, std::int64_t first_gid, const st
             throw InputError(fmt::format("{}: the ring '{}' does not close: its ends are {:.3g} of its length apart and turned by "
                                          "{:.3g} rad; a circle has the "
                                          "curvature 2 pi/length = {:.9g} 1/m",
-                                         spec.source, spec.name, gap, misfit, 2 * pi / shape.length));
+                                         spec_.source, spec_.name, gap, misfit, 2 * pi / shape.length));
         start_offsets_.back() = start_offsets_.front();
     }
-
-    if (spec_.placement.kind == PlacementKind::packing) pack_rods(occupied);
-    corner_ = origins_.front();
-    for (const Vec3d& o : origins_) corner_ = {std::min(corner_.x, o.x), std::min(corner_.y, o.y), std::min(corner_.z, o.z)};
 }
 
 void RodGroup::pack_rods(std::vector<Capsule>* occupied) {
     std::vector<Capsule> none;
-    const auto share = shares(spec_.shape);
+    const Shares share(spec_.shape);
     double radius = 0;
     for (std::size_t k = 0; k < share.size(); ++k) radius = std::max(radius, outer_radius(spec_, k, share[k]));
     PackedRods packed = pack(spec_.placement.packing, norm(start_offsets_.back()), radius, occupied ? *occupied : none,
                              fmt::format("{}: group '{}'", spec_.source, spec_.name));
-    origins_ = std::move(packed.origins);
-    turns_ = std::move(packed.frames);
+    places_ = Places(std::move(packed.origins), std::move(packed.frames));
     packed_fill_ = packed.fill;
     packed_top_ = packed.top;
 }
 
+void RodGroup::read_all() {
+    if (!places_.waits()) return;
+    places_.read(0, count());
+    set_read(places_.corner(), places_.digest(), sized() ? least_limits_of_rods(*this) : LeastLimits{});
+}
+
 void RodGroup::append_capsules(std::int64_t i, std::vector<Capsule>& capsules) const {
-    const auto share = shares(spec_.shape);
+    if (sized()) return single(i).append_capsules(i, capsules);
+    const Shares share(spec_.shape);
     for (std::size_t k = 0; k < share.size(); ++k)
-        capsules.push_back({origin(i) + turned(i, start_offsets_[k]), origin(i) + turned(i, start_offsets_[k + 1]),
+        capsules.push_back({origin(i) + as_turned(i, start_offsets_[k]), origin(i) + as_turned(i, start_offsets_[k + 1]),
                             outer_radius(spec_, k, share[k])});
 }
 
@@ -321,18 +289,30 @@ Vec3d RodGroup::pivot() const {
 }
 
 void RodGroup::start_state(std::int64_t i, std::span<Slot<1>> out) const {
+    if (sized()) return single(i).start_state(i, out);
     const int n = elements();
-    const Vec3d turning = spec_.shape.angular_velocity, about = pivot();
+    const Vec3d turning = spec_.shape.angular_velocity;
+    const bool turns = !is_zero(turning);
+    const Vec3d about = turns ? pivot() : Vec3d{0, 0, 0};
+    const Vec3d start = origin(i);
+    const Quaterniond turn = turned() ? places_.turn(i) : no_turn;
+    const auto as_turned = [&](const Vec3d& offset) { return turned() ? transpose_times(turn, offset) : offset; };
+    Quaterniond before = no_turn, q = turn;
     for (int k = 0; k <= n; ++k) {
         Slot<1>& s = out[static_cast<std::size_t>(k)];
         const Vec3d& offset = start_offsets_[static_cast<std::size_t>(k)];
-        set_lane(s.position, 0, origin(i) + turned(i, offset));
-        const Vec3d velocity = spec_.shape.velocity + cross(turning, turned(i, offset - about));
+        set_lane(s.position, 0, start + as_turned(offset));
+        Vec3d velocity = spec_.shape.velocity;
+        if (turns) velocity += cross(turning, as_turned(offset - about));
         set_lane(s.velocity, 0, holds_node(k) ? Vec3d{0, 0, 0} : velocity);
         if (k < n) {
-            const Quaterniond q = start_director(i, static_cast<std::size_t>(k));
+            const Quaterniond& own = start_directors_[static_cast<std::size_t>(k)];
+            if (k == 0 || !same(own, before)) q = turned() ? own * turn : own;
+            before = own;
             set_lane(s.director, 0, q);
-            set_lane(s.spin, 0, holds_element(k) ? Vec3d{0, 0, 0} : q * turning + spec_.shape.element_spin);
+            Vec3d spin = spec_.shape.element_spin;
+            if (turns) spin = q * turning + spin;
+            set_lane(s.spin, 0, holds_element(k) ? Vec3d{0, 0, 0} : spin);
         } else {
             set_lane(s.director, 0, no_turn);
             set_lane(s.spin, 0, Vec3d{0, 0, 0});

@@ -3,9 +3,11 @@
 
 #include "core/quaternion.hpp"
 #include "rod/packing.hpp"
+#include "rod/places.hpp"
 #include "rod/rod_spec.hpp"
 #include "rod/slot.hpp"
 
+#include <array>
 #include <cstdint>
 #include <span>
 #include <string>
@@ -40,19 +42,30 @@ template <class P> struct VoronoiConstantsOf {
 };
 using VoronoiConstants = VoronoiConstantsOf<double>;
 
+/// Of rods with sizes of their own: the smallest time-step limit of each mode over all rods, s, in the order of time_limits.cpp.
+using LeastLimits = std::array<double, 4>;
+
 class RodGroup {
 public:
     /// Works out constants and placements. Throws InputError (with the source line of the table) where numbers contradict
     /// each other. `directory` is where a mask file is looked for; `first_gid` is the number of rods in earlier groups. Rods that
-    /// are packed keep clear of `occupied`, and join it.
+    /// are packed keep clear of `occupied`, and join it. `source`: the file of a placement of that kind, of which only rods that
+    /// have been read (read_rods) can be asked for.
     RodGroup(const RodSpec& spec, int id, std::int64_t first_gid, const std::string& directory,
-             std::vector<Capsule>* occupied = nullptr);
+             std::vector<Capsule>* occupied = nullptr, std::shared_ptr<const RodSource> source = nullptr);
+
+    /// Whether rods have lengths, radii or shapes of their own. Constants of the group are then those that the scene gives and of
+    /// no rod; single(i) has those of rod i, and its number. Such rods lie along.
+    bool sized() const { return places_.sized(); }
+    RodGroup single(std::int64_t i) const { return RodGroup(*this, i); }
+    /// Of a group that is single(j): becomes single(i) of the same `group`, in the memory that it has.
+    void become(const RodGroup& group, std::int64_t i);
 
     const RodSpec& spec() const { return spec_; }
     const std::string& name() const { return spec_.name; }
     int id() const { return id_; }
     std::int64_t first_gid() const { return first_gid_; }
-    std::int64_t count() const { return static_cast<std::int64_t>(origins_.size()); }
+    std::int64_t count() const { return places_.count(); }
     int elements() const { return static_cast<int>(element.size()); }
     /// Slots of a rod's record: one per node; the last one carries no element.
     int slots() const { return elements() + 1; }
@@ -68,24 +81,44 @@ public:
     }
 
     /// Lab position of rod i at s = 0.
-    const Vec3d& origin(std::int64_t i) const { return origins_[static_cast<std::size_t>(i)]; }
-    /// Lab frame of the start shape at s = 0, which all rods share but packed ones. Walls have it: packed rods have none.
+    Vec3d origin(std::int64_t i) const { return places_.origin(i); }
+    /// Whether rods have directions of their own.
+    bool turned() const { return places_.turned(); }
+    /// Lab frame of the start shape at s = 0: the wall's. Of all rods, unless they are turned.
     const Quaterniond& frame() const { return frame_; }
+    Quaterniond frame(std::int64_t i) const { return turned() ? frame_ * places_.turn(i) : frame_; }
     /// Frame of the wall at the end, s = length, of an undeformed rod: the start shape's end frame.
     const Quaterniond& end_frame() const { return end_frame_; }
+    Quaterniond end_frame(std::int64_t i) const { return turned() ? end_frame_ * places_.turn(i) : end_frame_; }
+
+    /// Of a placement by file: what this rank knows of its rods. See partition/partition.hpp, which calls these.
+    const Places& places() const { return places_; }
+    Places& places() { return places_; }
+    /// What depends on all rods of a file, and so is known when all ranks have read their parts: the smallest x, y, z of the
+    /// origins, which a magnetisation is measured from, and the sum of the parts' digests.
+    void set_read(const Vec3d& corner, std::uint64_t digest, const LeastLimits& limits) {
+        corner_ = corner, file_digest_ = digest, least_limits_ = limits;
+    }
+    /// Reads all rods of a file that has not been read, where no other rank takes a part.
+    void read_all();
+    const LeastLimits& least_limits() const { return least_limits_; }
+    std::uint64_t file_digest() const { return file_digest_; }
 
     /// State of rod i at t = 0.
     void start_state(std::int64_t i, std::span<Slot<1>> out) const;
-    /// Directors of the start shape, one per element; those of every rod at t = 0 unless it is packed.
+    /// Directors of the start shape, one per element; those of every rod at t = 0 unless it is turned.
     std::span<const Quaterniond> start_directors() const { return start_directors_; }
     /// Of element k of rod i at t = 0.
     Quaterniond start_director(std::int64_t i, std::size_t k) const {
-        return turns_.empty() ? start_directors_[k] : start_directors_[k] * turns_[static_cast<std::size_t>(i)];
+        return turned() ? start_directors_[k] * places_.turn(i) : start_directors_[k];
     }
     /// Unit vector of rod i's magnetisation, lab components at t = 0.
     Vec3d magnetisation(std::int64_t i) const;
     /// Centre of rod i at t = 0, the point that partitioning uses.
-    Vec3d centre(std::int64_t i) const { return origin(i) + turned(i, centre_offset_); }
+    Vec3d centre(std::int64_t i) const {
+        const double scale = sized() ? places_.length(spec_, i) / spec_.shape.length : 1;
+        return origin(i) + as_turned(i, scale * centre_offset_);
+    }
     /// Elements of rod i at t = 0 as capsules that hold all of their sections.
     void append_capsules(std::int64_t i, std::vector<Capsule>& capsules) const;
     /// Of packed rods: share of the region's volume, and its upper end, m.
@@ -102,9 +135,11 @@ public:
 
 private:
     /// A lab vector of the start shape as rod i has it.
-    Vec3d turned(std::int64_t i, const Vec3d& offset) const {
-        return turns_.empty() ? offset : transpose_times(turns_[static_cast<std::size_t>(i)], offset);
+    Vec3d as_turned(std::int64_t i, const Vec3d& offset) const {
+        return turned() ? transpose_times(places_.turn(i), offset) : offset;
     }
+    RodGroup(const RodGroup& group, std::int64_t i);
+    void work_out_constants();
     void pack_rods(std::vector<Capsule>* occupied);
     /// What a rod turns about at t = 0, relative to its origin: an end that is pinned, or its centre of mass. m
     Vec3d pivot() const;
@@ -113,13 +148,21 @@ private:
     int id_;
     std::int64_t first_gid_;
     Quaterniond frame_, end_frame_;
-    std::vector<Vec3d> origins_;
-    std::vector<Quaterniond> turns_; ///< packed rods: from the lab's axes to the start shape's; else empty, as all are alike
+    Places places_;
     double packed_fill_ = 0, packed_top_ = 0;
     std::vector<Vec3d> start_offsets_; ///< node positions at t = 0, relative to the origin
     std::vector<Quaterniond> start_directors_;
     Vec3d centre_offset_;
-    Vec3d corner_;
+    Vec3d corner_{0, 0, 0};
+    std::uint64_t file_digest_ = 0;
+    LeastLimits least_limits_{};
 };
+
+/// Calls f with the group whose constants rod i has.
+template <class F> decltype(auto) with_rod(const RodGroup& group, std::int64_t i, F&& f) {
+    if (!group.sized()) return f(group);
+    const RodGroup own = group.single(i);
+    return f(own);
+}
 
 } // namespace skein

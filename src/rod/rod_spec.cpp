@@ -116,11 +116,12 @@ void Shape::fields(FieldVisitor& f, Law law) {
 }
 
 void Placement::fields(FieldVisitor& f) {
-    f.choice(
-        {.name = "kind",
-         .unit = "",
-         .text = "single rod, `line` or `lattice` of rods, `mask` bitmap, `list` of origins, `packing` at random without overlap"},
-        kind, placement_names);
+    f.choice({.name = "kind",
+              .unit = "",
+              .text = "single rod, `line` or `lattice` of rods, `mask` bitmap, `list` of origins, `packing` at random without "
+                      "overlap, `file` of "
+                      "rods"},
+             kind, placement_names);
     f.visit({.name = "origin", .unit = "m", .text = "start of the first rod"}, origin);
     f.visit({.name = "tangent", .unit = "-", .text = "direction of every rod at its start (d3)"}, tangent);
     visit(f,
@@ -132,9 +133,18 @@ void Placement::fields(FieldVisitor& f) {
     f.visit({.name = "spacing", .unit = "m", .text = "distance between neighbours, one per count (mask: [dx, dy])", .above = 0},
             spacing);
     f.visit(
-        {.name = "file", .unit = "", .text = "mask: PBM (P1) bitmap beside the scene; each 1 carries a rod, the last row is y = 0"},
+        {.name = "file",
+         .unit = "",
+         .text =
+             "beside the scene; mask: PBM (P1) bitmap, each 1 carries a rod, the last row is y = 0; file: .h5 or .csv, a row per "
+             "rod (docs/files.md)"},
         file);
     f.visit({.name = "origins", .unit = "m", .text = "list: start of every rod"}, origins);
+    f.visit({.name = "tangents", .unit = "-", .text = "list: direction of each rod at its start; replaces `tangent`"}, tangents);
+    f.visit({.name = "normals", .unit = "-", .text = "list: direction of d1 of each rod, beside `tangents`; replaces `normal`"},
+            normals);
+    f.choice({.name = "trace", .unit = "", .text = "file with `nodes`: whether they are the shape at rest, or at the start alone"},
+             trace, trace_names);
     packing.fields(f);
 }
 

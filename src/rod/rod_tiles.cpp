@@ -62,12 +62,12 @@ template <int W> RodTiles<W>::RodTiles(std::span<const RodGroup> groups, std::ve
                                        std::vector<std::shared_ptr<AuditBook<W>>> audits, StepWatch watch)
     : groups_(groups), local_(std::move(rods)), programs_(std::move(programs)), audits_(std::move(audits)), threads_(threads),
       watch_(watch), reading_(static_cast<std::size_t>(threads.count())) {
-    lay_out(tiling);
+    std::vector<Boarding> boardings = lay_out(tiling);
     for (const TileProgram<W>& program : programs_) {
         const auto meet = std::find_if(program.begin(), program.end(), [](const auto& pass) { return pass->rods_meet(); });
         meeting_.push_back(meet == program.end() ? 0 : static_cast<std::size_t>(meet - program.begin()) + 1);
     }
-    take_start_states();
+    take_start_states(std::move(boardings));
 
     int most_slots = 0;
     for (const RodTile<W>& tile : tiles_) most_slots = std::max(most_slots, tile.n + 1);
@@ -103,7 +103,7 @@ template <int W> bool RodTiles<W>::healthy(const RodTile<W>& tile) {
     return !(watch_.stops && any(share_squared > Pack<W>(1.0)));
 }
 
-template <int W> void RodTiles<W>::lay_out(const Tiling& tiling) {
+template <int W> std::vector<typename RodTiles<W>::Boarding> RodTiles<W>::lay_out(const Tiling& tiling) {
     std::vector<std::size_t> tiles_of_program(programs_.size(), 0), first_slot;
     std::size_t slots = 0;
     const auto open = [&](RodTile<W> tile, std::size_t program) -> RodTile<W>& {
@@ -134,49 +134,79 @@ template <int W> void RodTiles<W>::lay_out(const Tiling& tiling) {
         ++tile.lanes;
     }
     std::vector<std::size_t> next(groups_.size(), 0);
+    std::vector<Boarding> boardings;
     for (const AlongTile& along : tiling.along) {
-        std::vector<Seat> seats;
+        auto& [seats, rods] = boardings.emplace_back();
         int lane_ = 0;
         for (const auto& [g, stretches] : along.parts) {
             const auto group = static_cast<std::size_t>(g);
             const std::size_t i = pool[group][next[group]++];
             seats.push_back({&groups_[group], local_[i].index, lane_, stretches});
+            rods.push_back(i);
             place_[i] = {tiles_.size(), lane_};
             lane_ += stretches;
         }
-        strands_.emplace_back(seats, along.rows);
-        open({.n = along.rows, .lanes = static_cast<int>(seats.size()), .strands = &strands_.back()},
-             groups_.size() + static_cast<std::size_t>(along.family));
+        open({.n = along.rows, .lanes = static_cast<int>(seats.size())}, groups_.size() + static_cast<std::size_t>(along.family));
     }
     for (std::size_t p = 0; p < programs_.size(); ++p) // of groups that all lie along, or that have no rod here
         if (tiles_of_program[p] == 0) programs_[p].clear();
+    for (std::size_t p = 0; p < programs_.size(); ++p)
+        for (auto& pass : programs_[p]) pass->expect(tiles_of_program[p]);
     slots_ = UnsetArray<Slot<W>>(slots);
     for (std::size_t t = 0; t < tiles_.size(); ++t) tiles_[t].slot = slots_.data() + first_slot[t];
+    return boardings;
 }
 
-template <int W> void RodTiles<W>::take_start_states() {
-    const Slot<1> still{{0, 0, 0}, {0, 0, 0}, broadcast<1>(no_turn), {0, 0, 0}};
-    for (const RodTile<W>& tile : tiles_)
-        if (tile.strands)
-            for (int row = 0; row <= tile.n; ++row)
-                for (int i = 0; i < W; ++i) {
-                    set_lane(tile.slot[row], i, still);
-                    const int slot = tile.strands->slot(i, row);
-                    if (slot == tile.group_of(i).elements()) set_lane(tile.slot[row].director, i, tile.group_of(i).end_frame());
-                }
+template <int W> void RodTiles<W>::take_start_states(std::vector<Boarding> boardings) {
+    const std::size_t across = first_rod_.size();
+    strands_ = std::vector<std::optional<Strands<W>>>(boardings.size());
     // The loop of a visit: threads take much the same tiles then, whose memory has come to them here.
-    threads_.for_each(tiles_.size(), [this](std::size_t t, int thread) {
-        if (!tiles_[t].strands) take_start_states(tiles_[t], first_rod_[t], reading_[static_cast<std::size_t>(thread)].state);
+    threads_.for_each(tiles_.size(), [&](std::size_t t, int thread) {
+        Reading& reading = reading_[static_cast<std::size_t>(thread)];
+        if (t < across) take_start_states(tiles_[t], first_rod_[t], reading.state);
+        else board(tiles_[t], boardings[t - across], strands_[t - across], reading);
     });
-    std::vector<Slot<1>> state;
-    for (const std::size_t i : along_) {
-        const RodGroup& group = groups_[static_cast<std::size_t>(local_[i].group)];
-        state.resize(static_cast<std::size_t>(group.slots()));
-        group.start_state(local_[i].index, state);
-        import_rod(i, state);
+    for (Reading& reading : reading_) reading.own = {};
+    for (std::size_t t = 0; t < across; ++t)
+        for (auto& pass : programs_[tiles_[t].program]) pass->bind(tiles_[t]);
+}
+
+template <int W>
+const RodGroup& RodTiles<W>::own_group(Reading& reading, std::size_t place, const RodGroup& group, std::int64_t index) {
+    std::vector<RodGroup>& own = reading.own;
+    if (!own.empty() && own.front().id() != group.id()) own.clear();
+    own.reserve(W); // which keeps them in their places
+    if (place >= own.size()) return own.emplace_back(group.single(index));
+    own[place].become(group, index);
+    return own[place];
+}
+
+template <int W>
+void RodTiles<W>::board(RodTile<W>& tile, Boarding& boarding, std::optional<Strands<W>>& strands, Reading& reading) {
+    auto& [seats, rods] = boarding;
+    const RodGroup& group = *seats.front().group; // rods with sizes of their own share tiles with those of their group alone
+    if (group.sized())
+        for (std::size_t s = 0; s < seats.size(); ++s) seats[s].group = &own_group(reading, s, group, seats[s].index);
+    strands.emplace(seats, tile.n);
+    tile.strands = &*strands;
+    const Slot<1> still{{0, 0, 0}, {0, 0, 0}, broadcast<1>(no_turn), {0, 0, 0}};
+    for (int row = 0; row <= tile.n; ++row)
+        for (int i = 0; i < W; ++i) {
+            set_lane(tile.slot[row], i, still);
+            const int slot = tile.strands->slot(i, row);
+            if (slot == tile.group_of(i).elements())
+                set_lane(tile.slot[row].director, i, tile.group_of(i).end_frame(tile.index_of(i)));
+        }
+    for (std::size_t s = 0; s < rods.size(); ++s) {
+        const auto slots = static_cast<std::size_t>(seats[s].group->slots());
+        if (reading.state.size() < slots) reading.state.resize(slots);
+        const std::span state = std::span(reading.state).first(slots);
+        seats[s].group->start_state(seats[s].index, state);
+        import_rod(rods[s], state);
     }
-    for (const RodTile<W>& tile : tiles_)
-        for (auto& pass : programs_[tile.program]) pass->bind(tile);
+    for (auto& pass : programs_[tile.program]) pass->bind(tile);
+    if (group.sized()) strands->settle(group);
+    boarding = {};
 }
 
 template <int W>
@@ -381,8 +411,9 @@ template <int W> void RodTiles<W>::figures(double time, double lag, std::span<Ro
         const std::size_t i = along_[a];
         const RodGroup& group = groups_[static_cast<std::size_t>(local_[i].group)];
         take_along(i, Copy::synchronised, lag, reading);
-        const auto own = tile_of(group, std::span(reading.state).first(static_cast<std::size_t>(group.slots())));
-        put_figures(figures_of(own, time), out.subspan(i, 1));
+        const std::span state = std::span(reading.state).first(static_cast<std::size_t>(group.slots()));
+        const RodGroup& own = group.sized() ? own_group(reading, 0, group, local_[i].index) : group;
+        put_figures(figures_of(tile_of(own, state, local_[i].index), time), out.subspan(i, 1));
     });
 }
 
@@ -445,7 +476,7 @@ template <int W> std::size_t RodTiles<W>::bytes() const {
         slots_.size() * sizeof(Slot<W>) + tiles_.size() * sizeof(RodTile<W>) + local_.size() * (sizeof(LocalRod) + sizeof(Place));
     for (const auto& scratch : scratch_) bytes += scratch.size() * sizeof(SlotLoad<W>);
     for (const auto& audit : audits_) bytes += audit->bytes();
-    for (const auto& strands : strands_) bytes += strands.bytes();
+    for (const auto& strands : strands_) bytes += strands->bytes();
     return bytes;
 }
 
@@ -461,9 +492,10 @@ template <int W> void RodTiles<W>::inspect(std::int64_t step, double dt) const {
         const RodGroup& group = groups_[static_cast<std::size_t>(local_[rod].group)];
         state.resize(static_cast<std::size_t>(group.slots()));
         export_rod(rod, state);
-        const auto what = complaint(group, state);
-        if (!what) continue;
-        throw NumericalError(name_of(rod) + what->text + where + tension_hint(group, state));
+        with_rod(group, local_[rod].index, [&](const RodGroup& own) {
+            if (const auto what = complaint(own, state))
+                throw NumericalError(name_of(rod) + what->text + where + tension_hint(own, state));
+        });
     }
     const NearLimit found = nearest_limit();
     if (watch_.stops && watch_.share(found.at.eigenvalue) > 1) throw NumericalError(text_of(found) + where);
@@ -484,10 +516,11 @@ template <int W> typename RodTiles<W>::NearLimit RodTiles<W>::nearest_limit() co
     std::vector<Slot<1>> state;
     for (std::size_t rod = 0; rod < local_.size(); ++rod) {
         if (!(largest[place_[rod].tile] > found.at.eigenvalue)) continue;
-        const RodGroup& group = groups_[static_cast<std::size_t>(local_[rod].group)];
-        state.resize(static_cast<std::size_t>(group.slots()));
-        export_rod(rod, state);
-        if (const Tightest at = tightest(group, state); at.eigenvalue > found.at.eigenvalue) found = {rod, at};
+        with_rod(groups_[static_cast<std::size_t>(local_[rod].group)], local_[rod].index, [&](const RodGroup& group) {
+            state.resize(static_cast<std::size_t>(group.slots()));
+            export_rod(rod, state);
+            if (const Tightest at = tightest(group, state); at.eigenvalue > found.at.eigenvalue) found = {rod, at};
+        });
     }
     return found;
 }
@@ -503,9 +536,13 @@ template <int W> std::string RodTiles<W>::near_limit() const {
 }
 
 template <int W> std::vector<PassEffect> RodTiles<W>::dissect(std::size_t i, std::span<const Step> stages) {
+    return with_rod(groups_[static_cast<std::size_t>(local_[i].group)], local_[i].index,
+                    [&](const RodGroup& group) { return dissect(i, group, stages); });
+}
+
+template <int W> std::vector<PassEffect> RodTiles<W>::dissect(std::size_t i, const RodGroup& group, std::span<const Step> stages) {
     const auto [t, first] = place_[i];
     const RodTile<W>& tile = tiles_[t];
-    const RodGroup& group = groups_[static_cast<std::size_t>(local_[i].group)];
     SlotLoad<W>* load = scratch_[0].data();
     std::vector<Slot<1>> state(static_cast<std::size_t>(group.slots()));
     std::vector<Vec3d> force(state.size()), couple(state.size());

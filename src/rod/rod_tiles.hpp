@@ -12,9 +12,9 @@
 
 #include <array>
 #include <atomic>
-#include <deque>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <vector>
 
 namespace skein {
@@ -67,8 +67,13 @@ private:
         std::size_t tile;
         int lane;
     };
-    void lay_out(const Tiling& tiling);
-    void take_start_states();
+    /// The rods of a tile along, before their constants are laid out.
+    struct Boarding {
+        std::vector<Seat> seats;
+        std::vector<std::size_t> rods; ///< places in local()
+    };
+    std::vector<Boarding> lay_out(const Tiling& tiling);
+    void take_start_states(std::vector<Boarding> boardings);
     void take_start_states(const RodTile<W>& tile, std::size_t first_rod, std::vector<Slot<1>>& states) const;
     /// Calls f(slot of rod i, slot of its tile, lane) for each of the rod's slots.
     template <class F> void for_slots(std::size_t i, F&& f) const;
@@ -78,14 +83,21 @@ private:
         AlignedVector<Slot<W>> slot; ///< of a tile
         std::vector<Slot<1>> state;  ///< of its rods, one after the other
         std::vector<Mat3d> frames;   ///< [rod][n]
+        std::vector<RodGroup> own;   ///< of rods with sizes of their own, while they are looked at
         std::array<std::uint64_t, W> hash{};
     };
+    /// The group of a rod with a size of its own alone, in one of W places of a thread's.
+    static const RodGroup& own_group(Reading& reading, std::size_t place, const RodGroup& group, std::int64_t index);
+    /// Constants, start states and data of passes of a tile along. Any thread.
+    void board(RodTile<W>& tile, Boarding& boarding, std::optional<Strands<W>>& strands, Reading& reading);
     /// A tile across as a copy has it: itself where nothing is moved.
     RodTile<W> moved(const RodTile<W>& tile, Copy copy, double lag, Reading& reading) const;
     /// Puts its rods together, and works frames and hashes out where asked.
     void take_apart(const RodTile<W>& tile, Copy copy, double lag, const LocalRod* rods, Reading& reading) const;
     /// The same of one rod along.
     void take_along(std::size_t i, Copy copy, double lag, Reading& reading) const;
+    /// `group`: with the constants of rod i.
+    std::vector<PassEffect> dissect(std::size_t i, const RodGroup& group, std::span<const Step> stages);
     bool healthy(const RodTile<W>& tile);
 
     /// The rod whose strains leave the step least room.
@@ -105,7 +117,7 @@ private:
     StepWatch watch_;
     UnsetArray<Slot<W>> slots_; ///< first written by the threads that visit them
     std::vector<RodTile<W>> tiles_;
-    std::deque<Strands<W>> strands_;                          ///< of tiles along
+    std::vector<std::optional<Strands<W>>> strands_;          ///< of tiles along, which come behind those across
     std::vector<Place> place_;                                ///< of local()[i]
     std::vector<std::size_t> first_rod_;                      ///< of each tile across, in local()
     std::vector<std::size_t> along_;                          ///< rods that lie along, in local()

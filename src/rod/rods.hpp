@@ -162,7 +162,7 @@ std::uint64_t hash_rod(std::int64_t gid, std::span<const Slot<1>> state);
 std::uint64_t sum_of_hashes(std::int64_t first_gid, std::span<const double> numbers, std::size_t per_rod);
 
 /// Of one rod at one time. `time`: where walls that turn stand, s.
-RodFigures figures_of(const RodGroup& group, std::span<const Slot<1>> state, double time = 0);
+RodFigures figures_of(const RodGroup& group, std::span<const Slot<1>> state, double time = 0, std::int64_t index = 0);
 
 /// Positions and directors moved on by `h` at constant rates: a synchronised copy for outputs and diagnostics.
 void synchronise(const RodGroup& group, std::span<Slot<1>> state, double h);

@@ -85,6 +85,12 @@ public:
     const RodGroup& group(int lane_) const { return *seat(lane_).group; }
     std::int64_t index(int lane_) const { return seat(lane_).index; }
 
+    /// Rods with sizes of their own are seated by groups of their own, whose constants are taken while a tile is laid out; from
+    /// then on they belong to `group`.
+    void settle(const RodGroup& group) {
+        for (Seat& seat : seats_) seat.group = &group;
+    }
+
     /// Where a slot of the rod in this lane lies.
     struct Place {
         int row, lane;
@@ -153,7 +159,7 @@ template <int W> Strands<W>::Strands(std::span<const Seat> seats, int rows) : se
         const RodGroup& group = *seat(i).group;
         length.set(i, group.spec().shape.length);
         density.set(i, group.spec().material.density);
-        set_lane(start_frame, i, group.frame());
+        set_lane(start_frame, i, group.frame(seat(i).index));
         set_lane(start_rest_curvature, i, group.start_wall_rest_curvature);
     }
 

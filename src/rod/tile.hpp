@@ -43,8 +43,8 @@ template <int W> struct RodTile {
 };
 
 /// One rod alone.
-inline RodTile<1> tile_of(const RodGroup& group, std::span<Slot<1>> state) {
-    return {state.data(), group.element.data(), group.voronoi.data(), &group, group.elements(), 0, {0}, 1};
+inline RodTile<1> tile_of(const RodGroup& group, std::span<Slot<1>> state, std::int64_t index = 0) {
+    return {state.data(), group.element.data(), group.voronoi.data(), &group, group.elements(), 0, {index}, 1};
 }
 
 /// One stage of the step, run over a tile while it is in cache. The plan strings passes together, per group or family of groups.
@@ -52,7 +52,10 @@ template <int W> class TilePass {
 public:
     virtual ~TilePass() = default;
     virtual std::string_view name() const = 0;
-    /// Called once for every tile of the program, in order of number, when tiles are laid out.
+    /// How many tiles of the program will be bound.
+    virtual void expect(std::size_t) {}
+    /// Called once for every tile of the program when tiles are laid out: of tiles across in order of number, of tiles along from
+    /// any thread, in any order.
     virtual void bind(const RodTile<W>&) {}
     /// Called once before the tiles of a batch of steps are visited; serial. What it finds for a step is kept by the step's slot.
     virtual void prepare(std::span<const Step>) {}

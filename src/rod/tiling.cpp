@@ -94,7 +94,7 @@ double tiling_cost(const Tiling& tiling, std::span<const TilingGroup> groups, in
 Tiling choose_tiling(std::span<const TilingGroup> groups, int lanes, int threads, Mapping mapping) {
     const auto with = [&](auto rods_across) {
         std::vector<std::int64_t> across;
-        for (const TilingGroup& g : groups) across.push_back(g.family < 0 ? g.rods : rods_across(g));
+        for (const TilingGroup& g : groups) across.push_back(g.family < 0 ? g.rods : g.along_only ? 0 : rods_across(g));
         return tiling_with(std::move(across), groups, lanes, threads);
     };
     const auto none = [](const TilingGroup&) { return std::int64_t{0}; };

@@ -18,6 +18,7 @@ struct TilingGroup {
     std::int64_t rods;
     int elements;
     int family; ///< groups of one family may share tiles along; -1: across only
+    bool along_only = false;
 };
 
 /// A tile along: rods of these groups, in order, each cut into so many stretches.

@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <optional>
 
 namespace skein {
 
@@ -76,7 +77,8 @@ std::vector<TimeLimit> time_limits(const RodGroup& g) {
                                      {"twist", infinite, 0}};
     const auto lower = [](TimeLimit& limit, double eigenvalue, int k) {
         const double dt = 2 / std::sqrt(eigenvalue);
-        if (dt < limit.dt) limit = {limit.mode, dt, k};
+        // A limit that is no number stays, to be refused.
+        if (!std::isnan(limit.dt) && !(dt >= limit.dt)) limit = {limit.mode, dt, k};
     };
     for (int k = 0; k < g.elements(); ++k) {
         const ElementConstants& c = g.element[static_cast<std::size_t>(k)];
@@ -87,8 +89,47 @@ std::vector<TimeLimit> time_limits(const RodGroup& g) {
         lower(limits[2], shear_rotation(g, k, &Vec3d::y, &Vec3d::x, inverse_mass), k);
         lower(limits[3], cell_term(g, k, &Vec3d::z), k);
     }
-    std::stable_sort(limits.begin(), limits.end(), [](const TimeLimit& a, const TimeLimit& b) { return a.dt < b.dt; });
+    if (g.sized())
+        for (std::size_t mode = 0; mode < limits.size(); ++mode) limits[mode].dt = g.least_limits()[mode];
+    std::stable_sort(limits.begin(), limits.end(),
+                     [](const TimeLimit& a, const TimeLimit& b) { return std::isnan(a.dt) ? !std::isnan(b.dt) : a.dt < b.dt; });
     return limits;
+}
+
+LeastLimits least_limits_of_rods(const RodGroup& g) {
+    constexpr std::string_view modes[] = {"axial", "shear-rotation about d1", "shear-rotation about d2", "twist"};
+    LeastLimits least;
+    least.fill(std::numeric_limits<double>::infinity());
+    std::optional<RodGroup> rod;
+    const auto consider = [&](std::int64_t i) {
+        if (rod) rod->become(g, i);
+        else rod.emplace(g.single(i));
+        for (const TimeLimit& limit : time_limits(*rod))
+            for (std::size_t mode = 0; mode < least.size(); ++mode)
+                if (limit.mode == modes[mode] && !(limit.dt >= least[mode])) least[mode] = limit.dt;
+    };
+    const Places& places = g.places();
+    if (places.columns().nodes || places.columns().radii) {
+        for (const std::int64_t i : places.held()) consider(i);
+        return least;
+    }
+    // Every entry of the matrices behind (26)-(29) falls with the length and with the radius of the whole rod, and so do their
+    // largest eigenvalues: only rods that no other undercuts in both can have the smallest limit. Of a million there are some
+    // dozens.
+    struct Size {
+        double length, radius;
+        std::int64_t rod;
+    };
+    std::vector<Size> smallest;
+    for (const std::int64_t i : places.held()) {
+        const Size size{places.length(g.spec(), i), places.radius(g.spec(), i), i};
+        const auto undercuts = [](const Size& a, const Size& b) { return a.length <= b.length && a.radius <= b.radius; };
+        if (std::any_of(smallest.begin(), smallest.end(), [&](const Size& s) { return undercuts(s, size); })) continue;
+        std::erase_if(smallest, [&](const Size& s) { return undercuts(size, s); });
+        smallest.push_back(size);
+    }
+    for (const Size& s : smallest) consider(s.rod);
+    return least;
 }
 
 std::vector<double> rotary_inertia_for(const RodGroup& g, double dt) {

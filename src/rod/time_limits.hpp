@@ -16,7 +16,10 @@ struct TimeLimit {
     int element;           ///< where it is smallest
 };
 
-/// One limit per mode, smallest first.
+/// Of the rods of a file that this rank holds; infinite where it holds none.
+LeastLimits least_limits_of_rods(const RodGroup& group);
+
+/// One limit per mode, smallest first. Of rods with sizes of their own the smallest over them all, once they are read.
 std::vector<TimeLimit> time_limits(const RodGroup& group);
 
 /// Smallest j >= 1 for each element by which J1 and J2 lift its shear-rotation limit to `dt` (s). Throws InputError where none

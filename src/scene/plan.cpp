@@ -4,6 +4,7 @@
 #include "contact/contact_view.hpp"
 #include "contact/wall_pass.hpp"
 #include "core/error.hpp"
+#include "io/rod_file.hpp"
 #include "io/trajectory.hpp"
 #include "loads/laplacian_filter.hpp"
 #include "rod/audit.hpp"
@@ -15,6 +16,7 @@
 #include "rod/rods.hpp"
 #include "rod/tile.hpp"
 #include "rod/top.hpp"
+#include "scene/doubts.hpp"
 
 #include <fmt/format.h>
 
@@ -76,6 +78,12 @@ std::vector<std::string> hints_for(const RodGroup& group) {
         hints.push_back(
             fmt::format("elements are {:.2g} radii long; below 1 they cost time and gain little: elements = {} would do",
                         length / radius, std::max(2L, static_cast<long>(static_cast<double>(shape.elements) * length / radius))));
+    constexpr double longest_element = 1000; // radii; of hair in 20 elements 100
+    if (length > longest_element * radius)
+        hints.push_back(
+            fmt::format("elements are {:.2g} radii long, so that bends shorter than that are not seen; if the radius is right, "
+                        "elements = {:.2g} would have a hundred each",
+                        length / radius, static_cast<double>(shape.elements) * length / (100 * radius)));
     if (group.spec().start == EndKind::clamped_frozen || group.spec().end == EndKind::clamped_frozen)
         hints.push_back(
             "\"clamped_frozen\" is of first order, an error of about 1/elements; \"clamped\" is of second order at the same cost");
@@ -195,15 +203,35 @@ bool can_lie_along(const GroupPlan& p, const RodGroup& group, const SceneSpec& s
     return std::none_of(p.damping.begin(), p.damping.end(), is_filter);
 }
 
+/// What has constants of a group where rods have their own.
+void refuse_in_sized(const GroupPlan& p, const RodGroup& group, bool can_lie_along) {
+    const auto refuse = [&](const std::string& what) {
+        throw InputError(fmt::format("{}: the rods of '{}' have lengths, radii or shapes of their own, by file '{}': {}",
+                                     group.spec().source, group.name(), group.spec().placement.file, what));
+    };
+    for (const Load& load : p.loads)
+        if (std::visit([]<class L>(const L&) { return keeps_tables_of_group<L> || needs_whole_rods<L>; }, load))
+            refuse(fmt::format("a load of kind {} cannot act on them yet", kind_of(load)));
+    if (!can_lie_along)
+        refuse("contact, walls, rings, rigid bodies, the law \"elastica\", moved ends, 'hold', the laplacian damping and audits "
+               "need rods "
+               "that are alike");
+    if (group.spec().material.rotary_inertia_for_dt > 0) refuse("'rotary_inertia_for_dt' needs rods that are alike");
+}
+
 /// Groups with the same passes under the same loads; those whose loads keep tables of their group stand alone.
 void find_families(Plan& plan, std::span<const RodGroup> groups, const SceneSpec& scene) {
     std::vector<std::string> keys;
     for (std::size_t g = 0; g < groups.size(); ++g) {
         GroupPlan& p = plan.groups[g];
-        if (!can_lie_along(p, groups[g], scene)) continue;
+        const bool can = can_lie_along(p, groups[g], scene);
+        p.sized = groups[g].sized();
+        if (p.sized) refuse_in_sized(p, groups[g], can);
+        if (!can) continue;
         std::string key = fmt::format("{} of {}", fmt::join(p.passes, "|"), fmt::join(p.load_numbers, ","));
         for (const Load& load : p.loads)
             if (std::visit([]<class L>(const L&) { return keeps_tables_of_group<L>; }, load)) key += fmt::format(" in {}", g);
+        if (p.sized) key += fmt::format(" in {}", g);
         const auto found = std::find(keys.begin(), keys.end(), key);
         p.family = static_cast<int>(found - keys.begin());
         if (found == keys.end()) keys.push_back(key);
@@ -254,24 +282,65 @@ double lay_out(Plan& plan) {
     return std::max(total / std::min(m.threads, m.cores), longest);
 }
 
-/// An automatic step divides this: what the scene names, or else its most frequent output, so that outputs fall on whole steps.
-double interval_to_divide(const SceneSpec& scene) {
+std::vector<std::pair<std::string_view, double>> output_intervals(const OutputSpec& out) {
+    std::vector<std::pair<std::string_view, double>> intervals = {{"trajectory", out.trajectory},
+                                                                  {"tips", out.tips},
+                                                                  {"series", out.series},
+                                                                  {"contacts", out.contacts},
+                                                                  {"checkpoint", out.checkpoint}};
+    std::erase_if(intervals, [](const auto& i) { return i.second == 0; });
+    return intervals;
+}
+
+/// The largest number that divides both, as written in a scene: Euclid's rule to a billionth.
+double common_divisor(double a, double b) {
+    const double small = 1e-9 * std::min(a, b);
+    while (b > small) {
+        a = std::fmod(a, b);
+        if (b - a < small) a = 0; // a multiple, but for rounding
+        std::swap(a, b);
+    }
+    return a;
+}
+
+/// An automatic step divides this, so that outputs fall on whole steps: what the scene names, or else what divides all intervals of
+/// outputs; where that is not much longer than the step may be, the shortest of them.
+double interval_to_divide(const SceneSpec& scene, double longest_step) {
+    constexpr double fewest_steps = 8; // a step is up to an eighth shorter for it
     if (scene.time.divide > 0) return scene.time.divide;
-    double interval = scene.time.duration;
-    for (const double output :
-         {scene.output.trajectory, scene.output.tips, scene.output.series, scene.output.contacts, scene.output.checkpoint})
-        if (output > 0) interval = std::min(interval, output);
-    return interval;
+    double shortest = scene.time.duration, common = 0;
+    for (const auto& [name, interval] : output_intervals(scene.output)) {
+        shortest = std::min(shortest, interval);
+        common = common == 0 ? interval : common_divisor(std::max(common, interval), std::min(common, interval));
+    }
+    return common > 0 && common < shortest && common >= fewest_steps * longest_step ? common : shortest;
+}
+
+/// Of outputs that come at other times than asked for.
+void tell_uneven_outputs(Plan& plan, const SceneSpec& scene) {
+    for (const auto& [name, interval] : output_intervals(scene.output)) {
+        const double actual = std::max(1.0, std::round(interval / plan.dt)) * plan.dt;
+        if (std::abs(actual - interval) > 1e-6 * interval)
+            plan.notes.push_back(fmt::format(
+                "{} every {:g} s is no whole number of steps: it comes every {:.6g} s; {}", name, interval, actual,
+                plan.automatic_dt ? "time.divide names the interval that dt divides" : "a dt that divides it would do"));
+    }
 }
 
 void choose_step(Plan& plan, const SceneSpec& scene) {
     const TimeSpec& t = scene.time;
     for (std::size_t g = 0; g < plan.groups.size(); ++g)
-        if (plan.groups[g].limits.front().dt < plan.groups[plan.governing].limits.front().dt) plan.governing = g;
+        // Written so that a limit which is no number governs too, and is refused.
+        if (!(plan.groups[g].limits.front().dt >= plan.groups[plan.governing].limits.front().dt)) plan.governing = g;
     const GroupPlan& governing = plan.groups[plan.governing];
     const TimeLimit& limit = governing.limits.front();
     plan.integrator = t.integrator;
     plan.limit = limit.dt * scheme_of(t.integrator).stability;
+    if (!(plan.limit > 0))
+        throw InputError(
+            fmt::format("{}: the limit of the time step is {:g} s, set by the {} mode of element {} of '{}': look at the "
+                        "numbers of its material, section and shape",
+                        scene.file, plan.limit, limit.mode, limit.element, governing.name));
     plan.automatic_dt = t.dt == 0;
     plan.force_dt = t.force_dt;
     plan.rest_speed = t.rest_speed;
@@ -280,13 +349,13 @@ void choose_step(Plan& plan, const SceneSpec& scene) {
             throw InputError(fmt::format(
                 "{}: time.dt: nothing limits the time step, as there are none but rigid bodies, which touch nothing: give 'dt'",
                 scene.file));
-        const double interval = interval_to_divide(scene);
         double longest = plan.limit;
         for (const GroupPlan& g : plan.groups) {
             const bool undamped = g.kick == KickKind::undamped || (g.kick == KickKind::elastica && g.damping.empty());
             const double share = undamped ? std::min(undamped_share, t.safety * t.e_min) : t.safety * t.e_min;
             longest = std::min(longest, share * g.limits.front().dt * scheme_of(t.integrator).stability);
         }
+        const double interval = interval_to_divide(scene, longest);
         plan.dt = interval / std::ceil(interval / longest);
     } else {
         plan.dt = t.dt;
@@ -369,9 +438,17 @@ std::vector<RodGroup> make_groups(const SceneSpec& scene) {
     std::vector<Capsule> occupied;
     for (std::size_t g = 0; g < scene.rods.size(); ++g) {
         const auto packed = [](const RodSpec& spec) { return spec.placement.kind == PlacementKind::packing; };
-        groups.emplace_back(scene.rods[g], static_cast<int>(g), first, directory, &occupied);
+        const RodSpec& spec = scene.rods[g];
+        const bool in_file = spec.placement.kind == PlacementKind::file;
+        auto source =
+            in_file ? open_rod_file((std::filesystem::path(directory) / spec.placement.file).string(), spec.source) : nullptr;
+        if (source && source->elements() > 0 && source->elements() != spec.shape.elements)
+            throw InputError(fmt::format("{}: file '{}' is of rods of {} elements, but shape.elements of '{}' is {}", spec.source,
+                                         spec.placement.file, source->elements(), spec.name, spec.shape.elements));
+        groups.emplace_back(spec, static_cast<int>(g), first, directory, &occupied, std::move(source));
         first += groups.back().count();
         if (packed(scene.rods[g]) || std::none_of(scene.rods.begin() + static_cast<long>(g), scene.rods.end(), packed)) continue;
+        groups.back().read_all(); // what is packed keeps clear of all of them
         for (std::int64_t i = 0; i < groups.back().count(); ++i) groups.back().append_capsules(i, occupied);
     }
     return groups;
@@ -388,7 +465,7 @@ StepWatch step_watch(const Plan& plan) {
 Tiling tiling_of(const Plan& plan, std::span<const std::int64_t> counts, int lanes) {
     std::vector<TilingGroup> groups;
     for (std::size_t g = 0; g < plan.groups.size(); ++g)
-        groups.push_back({counts[g], plan.groups[g].elements, plan.groups[g].family});
+        groups.push_back({counts[g], plan.groups[g].elements, plan.groups[g].family, plan.groups[g].sized});
     return choose_tiling(groups, lanes, plan.machine.threads, plan.machine.mapping);
 }
 
@@ -421,6 +498,8 @@ Plan make_plan(const SceneSpec& scene, std::span<const RodGroup> groups, const M
     choose_step(plan, scene);
     plan.cadence = cadence_of(scene.output, plan.dt);
     plan.keeping = {scene.output.keep, scene.output.milestones};
+    tell_uneven_outputs(plan, scene);
+    for (std::string& doubt : doubts(scene, groups, plan.dt)) plan.notes.push_back(std::move(doubt));
     plan.audit = scene.output.audit;
     plan.observables = scene.output.observables;
     const auto frames = [&](std::int64_t every) { return every > 0 ? static_cast<double>(plan.steps / every + 1) : 0.0; };

@@ -33,10 +33,11 @@ struct GroupPlan {
     std::string name;
     std::int64_t rods = 0;
     int elements = 0;
-    std::int64_t tiles = 0;                ///< across, at least; ranks may each leave one tile part full
-    std::int64_t along = 0;                ///< rods that lie along, on all ranks
-    std::string seats;                     ///< how these are cut
-    int family = -1;                       ///< groups with the same passes, which may share tiles along; -1: across only
+    std::int64_t tiles = 0; ///< across, at least; ranks may each leave one tile part full
+    std::int64_t along = 0; ///< rods that lie along, on all ranks
+    std::string seats;      ///< how these are cut
+    int family = -1;        ///< groups with the same passes, which may share tiles along; -1: across only
+    bool sized = false;     ///< rods have lengths, radii or shapes of their own: they lie along, each with its constants
     std::vector<std::size_t> load_numbers; ///< of `loads` in the scene
     bool circular = true;
     bool walls = false; ///< it may touch some
@@ -91,6 +92,7 @@ struct Plan {
     double copy_bytes = 0;           ///< all ranks, of the copy to go back to after a failure; 0: too large to be kept
     double output_bytes = 0;         ///< all frames of the run
     double predicted_s = 0;          ///< wall time of the steps
+    std::vector<std::string> notes;  ///< what looks like a slip, or comes otherwise than asked for
     std::vector<std::string> absent; ///< physics and services that this scene does not need
 };
 

@@ -135,6 +135,7 @@ std::string to_text(const Plan& p) {
                                p.copy_bytes > 0 ? fmt::format(", {} for a copy to go back to", bytes_text(p.copy_bytes)) : "",
                                p.frame_bytes > 0 ? fmt::format(", {} for frames that wait", bytes_text(p.frame_bytes)) : "",
                                bytes_text(p.output_bytes)));
+    for (const std::string& note : p.notes) line("note", note);
     line("predicted", fmt::format("{} of stepping", duration_text(p.predicted_s)));
     line("not here", joined(p.absent, ", "));
     return text;
@@ -203,6 +204,7 @@ std::string to_json(const Plan& p) {
         {"frame_bytes", p.frame_bytes},
         {"output_bytes", p.output_bytes},
         {"predicted_s", p.predicted_s},
+        {"notes", p.notes},
         {"absent", p.absent}};
     return json.dump(2) + "\n";
 }

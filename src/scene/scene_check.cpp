@@ -268,6 +268,13 @@ private:
         else if (p.normal && zero(*p.normal)) add(path + ".normal", "'normal' has no direction");
         else if (p.normal && parallel(p.tangent, *p.normal))
             add(path + ".normal", "'tangent' and 'normal' are parallel; d1 needs a direction across the rod");
+        const bool own = p.kind == PlacementKind::file || !p.tangents.empty();
+        if (own && rods.ends_move())
+            add(path, "rods with directions of their own have walls of their own, which cannot be moved: their ends must be still");
+        if (own && rods.material.law == Law::elastica && (rods.start == EndKind::clamped || rods.end == EndKind::clamped))
+            add(path,
+                "the walls of the law \"elastica\" are the same for all rods of a group: use \"clamped_frozen\" for rods with "
+                "directions of their own");
         const std::string where = fmt::format("for a placement of kind \"{}\"", placement_names[static_cast<std::size_t>(p.kind)]);
         if (p.kind != PlacementKind::packing)
             unused(path,
@@ -276,18 +283,18 @@ private:
                    where);
         switch (p.kind) {
         case PlacementKind::single:
-            unused(path, {"counts", "spacing", "file", "origins"}, where);
+            unused(path, {"counts", "spacing", "file", "origins", "tangents", "normals"}, where);
             break;
         case PlacementKind::line:
-            unused(path, {"file", "origins"}, where);
+            unused(path, {"file", "origins", "tangents", "normals"}, where);
             counts_and_spacing(p, path, where, 1, 1);
             break;
         case PlacementKind::lattice:
-            unused(path, {"file", "origins"}, where);
+            unused(path, {"file", "origins", "tangents", "normals"}, where);
             counts_and_spacing(p, path, where, 2, 3);
             break;
         case PlacementKind::mask:
-            unused(path, {"counts", "origins"}, where);
+            unused(path, {"counts", "origins", "tangents", "normals"}, where);
             if (p.file.empty()) add(path, fmt::format("'file', the bitmap, is needed {}", where));
             if (p.spacing.size() != 2)
                 add(path + ".spacing", fmt::format("'spacing' needs 2 values {}, and has {}", where, p.spacing.size()));
@@ -295,12 +302,33 @@ private:
         case PlacementKind::list:
             unused(path, {"counts", "spacing", "file"}, where);
             if (p.origins.empty()) add(path, fmt::format("'origins' are needed {}", where));
+            directions(p, path);
+            break;
+        case PlacementKind::file:
+            unused(path, {"counts", "spacing", "origins", "tangents", "normals"}, where);
+            if (p.file.empty()) add(path, fmt::format("'file', with a row per rod, is needed {}", where));
             break;
         case PlacementKind::packing:
-            unused(path, {"origin", "tangent", "normal", "counts", "spacing", "file", "origins"}, where);
+            unused(path, {"origin", "tangent", "normal", "counts", "spacing", "file", "origins", "tangents", "normals"}, where);
             packing(rods, path, where);
             break;
         }
+    }
+
+    /// Of a list whose rods have directions of their own.
+    void directions(const Placement& p, const std::string& path) {
+        if (!p.tangents.empty()) {
+            unused(path, {"tangent", "normal"}, "beside 'tangents'");
+            length(path + ".tangents", p.tangents.size(), static_cast<long>(p.origins.size()), "one for each of 'origins'");
+        }
+        for (std::size_t i = 0; i < p.tangents.size(); ++i)
+            if (zero(p.tangents[i])) return add(fmt::format("{}.tangents.{}", path, i), "a tangent without direction");
+        if (p.normals.empty()) return;
+        if (p.tangents.empty()) return add(path + ".normals", "'normals' has no use without 'tangents'");
+        length(path + ".normals", p.normals.size(), static_cast<long>(p.tangents.size()), "one for each of 'tangents'");
+        for (std::size_t i = 0; i < std::min(p.normals.size(), p.tangents.size()); ++i)
+            if (zero(p.normals[i]) || parallel(p.tangents[i], p.normals[i]))
+                return add(fmt::format("{}.normals.{}", path, i), "a normal that has no direction, or that of its tangent");
     }
 
     /// Packed rods start straight, each in a frame of its own: there are no walls for them.

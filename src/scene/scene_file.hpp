@@ -28,6 +28,13 @@ void check_scene(const SceneSpec& scene);
 /// `physics_only` leaves title and outputs out, which may change on resume.
 std::string scene_json(const SceneSpec& scene, bool physics_only);
 
+/// Which keys a scene is written with: those that it gives, or all, those at their defaults as comments.
+enum class Keys { given, all };
+
+/// The scene as TOML, which reads back as the same scene, to the last bit of its numbers. With all keys also their units and
+/// meanings.
+std::string scene_toml(const SceneSpec& scene, Keys which);
+
 /// The reference page of all keys (docs/scene.md), in Markdown.
 std::string scene_reference();
 

@@ -1,5 +1,6 @@
 #include "scene/scene_keys.hpp"
 
+#include "scene/scene_file.hpp"
 #include "scene/scene_tables.hpp"
 
 #include <cmath>
@@ -14,7 +15,15 @@ constexpr std::string_view absent = "-";
 
 std::string text_of(double x) { return fmt::format("{}", x); }
 std::string text_of(long i) { return fmt::format("{}", i); }
-std::string text_of(const std::string& s) { return s.empty() ? std::string(absent) : fmt::format("\"{}\"", s); }
+std::string text_of(const std::string& s) {
+    if (s.empty()) return std::string(absent);
+    std::string text = "\"";
+    for (const char c : s) {
+        if (c == '"' || c == '\\') text += '\\';
+        text += c == '\n' ? "\\n" : c == '\t' ? "\\t" : std::string(1, c);
+    }
+    return text + "\"";
+}
 std::string text_of(const Vec3d& v) { return std::isnan(v.x) ? std::string(absent) : fmt::format("[{}, {}, {}]", v.x, v.y, v.z); }
 template <class T> std::string text_of(const std::vector<T>& list) {
     std::string text;
@@ -55,42 +64,100 @@ private:
     std::string table_;
 };
 
-using Keys = std::vector<KeyEntry>;
+using KeyList = std::vector<KeyEntry>;
 
-template <class Visit> Keys listed(const std::string& table, Visit visit) {
+template <class Visit> KeyList listed(const std::string& table, Visit visit) {
     KeyLister lister(table);
     visit(lister);
     return std::move(lister.keys);
 }
 
-template <class Spec> Keys keys_of(Spec spec, const std::string& table) {
+template <class Spec> KeyList keys_of(Spec spec, const std::string& table) {
     return listed(table, [&](FieldVisitor& f) { spec.fields(f); });
 }
-Keys keys_of(LoadSpec spec, const std::string& table) {
+KeyList keys_of(LoadSpec spec, const std::string& table) {
     return listed(table, [&](FieldVisitor& f) { load_fields(f, spec); });
 }
-Keys keys_of(DampingSpec spec, const std::string& table) {
+KeyList keys_of(DampingSpec spec, const std::string& table) {
     return listed(table, [&](FieldVisitor& f) { damping_fields(f, spec); });
 }
-Keys title_key(std::string title) {
+KeyList title_key(std::string title) {
     return listed("", [&](FieldVisitor& f) { f.visit(title_field, title); });
 }
 
-void append(Keys& all, Keys some) {
+void append(KeyList& all, KeyList some) {
     all.insert(all.end(), std::make_move_iterator(some.begin()), std::make_move_iterator(some.end()));
 }
 
 template <class Spec>
 void add_changed(std::set<std::string>& paths, const Spec& spec, const Spec& defaults, const std::string& table) {
-    const Keys now = keys_of(spec, table), before = keys_of(defaults, table);
+    const KeyList now = keys_of(spec, table), before = keys_of(defaults, table);
     for (std::size_t i = 0; i < now.size(); ++i)
         if (now[i].value != before[i].value) paths.insert(now[i].path());
 }
 
+/// A scene as TOML, table by table.
+class TomlWriter {
+public:
+    explicit TomlWriter(Keys which) : all_(which == Keys::all) {}
+    const std::string& text() const { return text_; }
+
+    void key(const KeyEntry& key, bool given) { text_ += line_of(key, given); }
+    template <class Spec> void table(const std::string& heading, const std::string& name, const Spec& spec, const Spec& defaults) {
+        table(heading, name, keys_of(spec, name), keys_of(defaults, name));
+    }
+
+private:
+    /// A key at its default stands as a comment, since a default may have no use beside other keys.
+    std::string line_of(const KeyEntry& key, bool given) const {
+        const std::string value = key.value == absent ? "" : key.value;
+        if (!all_) return given ? fmt::format("{} = {}\n", key.field.name, value) : "";
+        const std::string unit = key.field.unit.empty() || key.field.unit == "-" ? "" : fmt::format("[{}] ", key.field.unit);
+        return fmt::format("{}{} = {}  # {}{}\n", given ? "" : "# ", key.field.name, value, unit, key.field.text);
+    }
+
+    /// With the tables in it. Its own keys come first: TOML knows no way back from an inner table.
+    void table(const std::string& heading, const std::string& name, const KeyList& now, const KeyList& defaults) {
+        std::vector<std::string> tables = {name};
+        for (const KeyEntry& key : now)
+            if (key.type == "table") tables.push_back(key.path());
+        for (const std::string& inner : tables) {
+            const auto in_it = [&](std::size_t i) { return now[i].table == inner && now[i].type != "table"; };
+            const auto differs = [&](std::size_t i) { return now[i].value != absent && now[i].value != defaults[i].value; };
+            bool any = inner == name;
+            for (std::size_t i = 0; i < now.size(); ++i) any |= in_it(i) && differs(i);
+            std::string lines;
+            for (std::size_t i = 0; i < now.size(); ++i)
+                if (in_it(i)) lines += line_of(now[i], any && (differs(i) || (now[i].field.required && now[i].value != absent)));
+            const std::string head = inner == name ? heading : fmt::format("[{}]", inner);
+            if (!lines.empty()) text_ += fmt::format("\n{}{}\n{}", any ? "" : "# ", head, lines);
+        }
+    }
+
+    bool all_;
+    std::string text_;
+};
+
 } // namespace
 
+std::string scene_toml(const SceneSpec& scene, Keys which) {
+    TomlWriter out(which);
+    out.key(title_key(scene.title).front(), !scene.title.empty());
+    if (!scene.start.from.empty()) out.table("[start]", "start", scene.start, StartSpec{});
+    out.table("[time]", "time", scene.time, TimeSpec{});
+    for (const RodSpec& rods : scene.rods) out.table("[[rods]]", "rods", rods, RodSpec{});
+    for (const LoadSpec& load : scene.loads)
+        out.table("[[load]]", "load", load, LoadSpec{.load = make_load(static_cast<int>(load.load.index()))});
+    for (const DampingSpec& damping : scene.damping) out.table("[[damping]]", "damping", damping, DampingSpec{});
+    if (scene.contact) out.table("[contact]", "contact", *scene.contact, ContactSpec{});
+    for (const ContactPair& pair : scene.contact_pairs) out.table("[[contact_pair]]", "contact_pair", pair, ContactPair{});
+    for (const Wall& wall : scene.walls) out.table("[[wall]]", "wall", wall, Wall{});
+    out.table("[output]", "output", scene.output, OutputSpec{});
+    return out.text();
+}
+
 std::vector<KeyEntry> all_keys() {
-    Keys all = title_key("");
+    KeyList all = title_key("");
     append(all, keys_of(TimeSpec{}, "time"));
     append(all, keys_of(RodSpec{}, "rods"));
     for (std::size_t kind = 0; kind < load_kinds.size(); ++kind)

@@ -21,6 +21,9 @@ namespace {
 
 using Json = nlohmann::json;
 
+/// A file of rods is known by what is in it, wherever it lies: physics has its digest, settings have its name.
+constexpr const char *digest_of_file = "digest", *files_of_rods = "files_of_rods";
+
 TomlValue tree_of(const Json& json, const Place& place) {
     if (json.is_boolean()) return {json.get<bool>(), place};
     if (json.is_number_integer()) return {json.get<std::int64_t>(), place};
@@ -77,25 +80,6 @@ bool may_change(const KeyChange& change) {
         is_one_of(key, {"", "name", "kind", "point", "normal", "axis", "radius", "side", "lower", "upper", "open", "rods"});
     const bool other_drive = key == "servo" && parts.back() == "speed" && (change.was == "0.0" || change.now == "0.0");
     return !other_wall && !other_drive;
-}
-
-/// A number as TOML has it: no zeros before an exponent's digits, and a point or an exponent in what is no integer.
-std::string toml_number(double x) {
-    std::string text = fmt::format("{}", x);
-    if (text.find_first_of(".e") == std::string::npos) text += ".0";
-    if (const std::size_t e = text.find('e'); e != std::string::npos) {
-        const std::size_t digits = e + (text[e + 1] == '-' || text[e + 1] == '+' ? 2 : 1);
-        text.erase(digits, std::min(text.find_first_not_of('0', digits), text.size() - 1) - digits);
-    }
-    return text;
-}
-
-std::string toml_value(const Json& value) {
-    if (value.is_number_float()) return toml_number(value.get<double>());
-    if (!value.is_array()) return value.dump();
-    std::string text;
-    for (const Json& item : value) text += (text.empty() ? "" : ", ") + toml_value(item);
-    return "[" + text + "]";
 }
 
 /// A scene with one table of each kind, all defaults.
@@ -201,20 +185,19 @@ private:
     std::map<int, Json> tables_; ///< by kind of load
 };
 
-void write_table(std::string& text, const Json& json, const std::string& header, bool of_list) {
-    text += fmt::format("\n{0}{1}{2}\n", of_list ? "[[" : "[", header, of_list ? "]]" : "]");
-    for (const auto& [key, value] : json.items())
-        if (!value.is_object()) text += fmt::format("{} = {}\n", key, toml_value(value));
-    for (const auto& [key, value] : json.items())
-        if (value.is_object()) write_table(text, value, header + "." + key, false);
-}
-
 /// Physics and settings in one, with the step as a number; "file" is no key of a scene.
 Json whole(const std::string& physics, const std::string& settings, const std::string& name) {
     Json scene = parsed(physics, name);
     const Json dt = scene["time"]["dt"];
     scene.update(parsed(settings.empty() ? "{}" : settings, name));
     scene["time"]["dt"] = dt;
+    const Json files = scene.value(files_of_rods, Json::object());
+    scene.erase(files_of_rods);
+    for (Json& rods : scene["rods"]) {
+        Json& placement = rods["placement"];
+        placement.erase(digest_of_file);
+        if (const auto file = files.find(rods["name"].get<std::string>()); file != files.end()) placement["file"] = *file;
+    }
     return scene;
 }
 
@@ -236,16 +219,29 @@ SceneSpec scene_of(Json scene, const std::string& name, const std::vector<std::s
 
 } // namespace
 
-std::string physics_json(SceneSpec scene, double dt) {
+std::string physics_json(SceneSpec scene, std::span<const RodGroup> groups, double dt) {
     scene.time = {.dt = dt, .integrator = scene.time.integrator, .damping = scene.time.damping};
-    return scene_json(scene, true);
+    const std::string text = scene_json(scene, true);
+    const auto in_file = [](const RodGroup& group) { return group.places().from_file(); };
+    if (std::none_of(groups.begin(), groups.end(), in_file)) return text;
+    Json json = Json::parse(text);
+    for (std::size_t g = 0; g < groups.size(); ++g) {
+        if (!in_file(groups[g])) continue;
+        Json& placement = json["rods"][g]["placement"];
+        placement["file"] = "";
+        placement[digest_of_file] = fmt::format("{:016x} of {} rods", groups[g].file_digest(), groups[g].count());
+    }
+    return json.dump(2) + "\n";
 }
 
 std::string settings_json(const SceneSpec& scene) {
     SceneSpec rest;
     rest.title = scene.title, rest.time = scene.time, rest.output = scene.output;
     const Json all = Json::parse(scene_json(rest, false));
-    return Json{{"file", scene.file}, {"title", all["title"]}, {"time", all["time"]}, {"output", all["output"]}}.dump();
+    Json settings = {{"file", scene.file}, {"title", all["title"]}, {"time", all["time"]}, {"output", all["output"]}};
+    for (const RodSpec& rods : scene.rods)
+        if (rods.placement.kind == PlacementKind::file) settings[files_of_rods][rods.name] = rods.placement.file;
+    return settings.dump();
 }
 
 SceneSpec rebuilt_scene(const std::string& physics, const std::string& settings, const std::string& name) {
@@ -291,19 +287,6 @@ std::string text_of(const std::vector<KeyChange>& changes) {
     for (std::size_t i = 0; i < std::min(most, changes.size()); ++i)
         lines += fmt::format("\n  {}: was {}, now {}", changes[i].key, changes[i].was, changes[i].now);
     return changes.size() > most ? fmt::format("{}\n  and {} more", lines, changes.size() - most) : lines;
-}
-
-std::string scene_toml(const SceneSpec& scene) {
-    Json json = Json::parse(scene_json(scene, false));
-    Pruner(scene).prune(json);
-    std::string text = scene.title.empty() ? "" : fmt::format("title = {}\n", json["title"].dump());
-    for (const char* name : {"start", "time", "rods", "load", "damping", "contact", "contact_pair", "wall", "output"}) {
-        if (!json.contains(name)) continue;
-        if (json[name].is_object()) write_table(text, json[name], name, false);
-        else
-            for (const Json& item : json[name]) write_table(text, item, name, true);
-    }
-    return text;
 }
 
 } // namespace skein

@@ -1,15 +1,18 @@
-// A scene taken back from what a checkpoint keeps of it, changed, and written as TOML: for branches and for `skein verify`.
+// A scene taken back from what a checkpoint keeps of it, and changed: for branches and for `skein verify`.
 #pragma once
 
+#include "rod/rod_group.hpp"
 #include "scene/scene_spec.hpp"
 
+#include <span>
 #include <string>
 #include <vector>
 
 namespace skein {
 
 /// What decides the bits of a run: the scene's physics and the step, not how long it runs or what it writes. Canonical JSON.
-std::string physics_json(SceneSpec scene, double dt);
+/// `groups`: of the scene, whose files of rods are known by their digests, wherever they lie.
+std::string physics_json(SceneSpec scene, std::span<const RodGroup> groups, double dt);
 
 /// What it leaves out: title, times and outputs, and the name of the scene's file. JSON.
 std::string settings_json(const SceneSpec& scene);
@@ -34,8 +37,5 @@ std::vector<KeyChange> forbidden_changes(const std::string& old_physics, const s
 
 /// "\n  time.dt: was 0.01, now 0.005" for each of the first few.
 std::string text_of(const std::vector<KeyChange>& changes);
-
-/// A scene file of the keys that differ from their defaults. What it says reads back to the same bits.
-std::string scene_toml(const SceneSpec& scene);
 
 } // namespace skein

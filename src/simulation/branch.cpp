@@ -133,7 +133,7 @@ std::string branch_file(const SceneSpec& scene, const CheckpointInfo& parent, co
                                    fs::path(parent.file).parent_path().string(),
                                    parent.shift + static_cast<double>(parent.step) * parent.dt, digest_text(parent.digest));
     for (const KeyChange& c : changes) text += fmt::format("# {}: was {}, now {}\n", c.key, c.was, c.now);
-    return text + scene_toml(scene);
+    return text + scene_toml(scene, Keys::given);
 }
 
 } // namespace skein

@@ -114,23 +114,29 @@ Simulation::Unfit Simulation::first_unfit() const {
         state.resize(static_cast<std::size_t>(group.slots()));
         rods_->export_rod(i, state);
         const std::string name = fmt::format("rod {} of '{}', ", rod.index, group.name());
-        if (const auto what = complaint(group, state)) {
-            first = {rod.gid, i, what->finite, false, name + what->text + tension_hint(group, state)};
-        } else if (const Tightest at = tightest(group, state); watch.stops && watch.share(at.eigenvalue) > 1) {
-            first = {rod.gid, i, true, true, name + text_of(at, watch)};
-        }
+        with_rod(group, rod.index, [&](const RodGroup& own) {
+            if (const auto what = complaint(own, state)) {
+                first = {rod.gid, i, what->finite, false, name + what->text + tension_hint(own, state)};
+            } else if (const Tightest at = tightest(own, state); watch.stops && watch.share(at.eigenvalue) > 1) {
+                first = {rod.gid, i, true, true, name + text_of(at, watch)};
+            }
+        });
     }
     return first;
 }
 
 double Simulation::present_limit() const {
     double least = HUGE_VAL;
+    const StepWatch watch = step_watch(plan_);
     std::vector<Slot<1>> state;
     for (std::size_t i = 0; i < rods_->local().size(); ++i) {
-        const RodGroup& group = groups_[static_cast<std::size_t>(rods_->local()[i].group)];
+        const LocalRod& rod = rods_->local()[i];
+        const RodGroup& group = groups_[static_cast<std::size_t>(rod.group)];
         state.resize(static_cast<std::size_t>(group.slots()));
         rods_->export_rod(i, state);
-        if (!complaint(group, state)) least = std::min(least, step_watch(plan_).limit(tightest(group, state).eigenvalue));
+        with_rod(group, rod.index, [&](const RodGroup& own) {
+            if (!complaint(own, state)) least = std::min(least, watch.limit(tightest(own, state).eigenvalue));
+        });
     }
     if (interactions_) least = std::min(least, interactions_->step_limit());
     return comm_.min(least);
@@ -234,7 +240,8 @@ void Simulation::begin_again(const StateCopy& start, const Clock& was, const std
         interactions_ = std::make_unique<Interactions>(comm_, threads_, plan_, groups_, *rods_, around);
     for (std::size_t i = 0; i < owned.size(); ++i) {
         std::vector<Slot<1>> state(start.state(i).begin(), start.state(i).end());
-        synchronise(groups_[static_cast<std::size_t>(owned[i].group)], state, was.lag() - clock_.lag()); // theory.md (63)
+        with_rod(groups_[static_cast<std::size_t>(owned[i].group)], owned[i].index,
+                 [&](const RodGroup& own) { synchronise(own, state, was.lag() - clock_.lag()); }); // theory.md (63)
         rods_->import_rod(i, state);
         if (!start.memory(i).empty()) rods_->set_memory(i, start.memory(i));
     }

@@ -1,5 +1,7 @@
 #include "simulation/simulation.hpp"
 
+#include "core/error.hpp"
+#include "core/memory.hpp"
 #include "core/stop.hpp"
 #include "diagnostics/energy_audit.hpp"
 #include "diagnostics/observables.hpp"
@@ -12,6 +14,7 @@
 #include "simulation/summary.hpp"
 
 #include <fmt/format.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <cmath>
@@ -29,6 +32,24 @@ std::int64_t multiple_after(std::int64_t step, std::int64_t every) { return (ste
 
 void tell_warning(const std::string& text) { std::fprintf(stderr, "warning: %s\n", text.c_str()); }
 
+/// Refuses rods that do not fit, before any is made: the system may end a process that takes too much without a word. Of all ranks
+/// alike; those of one machine take from the same memory.
+void require_memory(const Communicator& comm, const Plan& plan) {
+    char host[256] = "";
+    ::gethostname(host, sizeof host - 1);
+    const auto hosts = comm.all_gather(std::string(host));
+    const auto sharing = static_cast<double>(std::count(hosts.begin(), hosts.end(), std::string(host)));
+    const double needed = (plan.state_bytes + plan.frame_bytes) / comm.size(), there = free_memory() / sharing;
+    std::string message;
+    if (needed > there)
+        message =
+            fmt::format("{} rods with {} elements need {:.3g} GB on {}, of which {:.3g} GB are free; fewer rods or more machines "
+                        "would do",
+                        plan.rods, plan.elements, 1e-9 * needed * sharing, host, 1e-9 * there * sharing);
+    message = comm.first_text(message);
+    if (!message.empty()) throw InputError(message);
+}
+
 } // namespace
 
 Simulation::Simulation(const Communicator& comm, const Threads& threads, const SceneSpec& scene, std::vector<RodGroup> groups,
@@ -36,18 +57,21 @@ Simulation::Simulation(const Communicator& comm, const Threads& threads, const S
     : comm_(comm), threads_(threads), groups_(std::move(groups)), plan_(std::move(plan)),
       options_(std::move(options)), sets_{scene.output.observes("angular_momentum"), scene.output.observes("curvature"),
                                           scene.output.observes("knots")},
-      physics_(physics_json(scene, plan_.dt)), settings_(settings_json(scene)), output_(output_json(scene)),
+      physics_(physics_json(scene, groups_, plan_.dt)), settings_(settings_json(scene)), output_(output_json(scene)),
       started_(options_.began > 0 ? options_.began : wall_seconds()),
       checkpoints_(plan_.cadence.checkpoint_wall, started_, plan_.state_bytes / plan_.machine.ranks),
       clock_(plan_.dt, 0, plan_.integrator) {
     timers_.add(Phase::setup, wall_seconds() - started_); // reading of the scene and of its rods
     const auto setup = timers_.time(Phase::setup);
     const bool writes = !options_.out.empty();
+    require_memory(comm_, plan_);
     on_root(comm_, [&] {
         if (writes) directory_ = std::make_unique<ResultsDirectory>(options_.out, options_.overwrite);
     });
     Surroundings around = make_surroundings(plan_, groups_);
-    rods_ = make_rods(plan_, groups_, partition(comm_, groups_), threads_, around);
+    std::vector<LocalRod> own = partition(comm_, groups_);
+    keep_own_rods(comm_, groups_, own);
+    rods_ = make_rods(plan_, groups_, std::move(own), threads_, around);
     if (around.others || around.walls)
         interactions_ = std::make_unique<Interactions>(comm_, threads_, plan_, groups_, *rods_, around);
 

@@ -33,11 +33,27 @@ class Errors(DriverTest):
         self.assertEqual(self.summary("without")["time_s"], 3.6)
 
     def test_command_line(self):
-        for arguments, code in ((["--help"], 0), (["run", "--help"], 0), ([], 2), (["run"], 2), (["fly", "scene.toml"], 2), (["run", "x.toml", "--lanes", "3"], 2), (["run", "x.toml", "--protocol", "loose"], 2),
+        for arguments, code in ((["--help"], 0), (["--version"], 0), (["describe", str(self.scene)], 0), (["run", "--help"], 0), ([], 2), (["run"], 2), (["fly", "scene.toml"], 2), (["run", "x.toml", "--lanes", "3"], 2), (["run", "x.toml", "--protocol", "loose"], 2),
                                 (["check", str(self.directory / "none.toml")], 2), (["describe", "rods.materail"], 2), (["describe", "rods.material"], 0),
                                 (["check", str(self.scene)], 0), (["plan", str(self.scene), "--json"], 0), (["info"], 0)):
             done = subprocess.run([SKEIN, *arguments], capture_output=True, text=True, timeout=60)
             self.assertEqual(done.returncode, code, f"{arguments}: {done.stdout}{done.stderr}")
+
+    def test_scenes_that_are_no_text(self):
+        loop = self.directory / "loop.toml"
+        loop.symlink_to(loop)
+        deep = self.directory / "deep.toml"
+        deep.write_text("title = " + "[" * 20000)
+        for scene, said in ((loop, "symbolic links"), (deep, f"{deep}:1:109: nested deeper than 100 levels")):
+            done = subprocess.run([SKEIN, "check", str(scene)], capture_output=True, text=True, timeout=60)
+            self.assertEqual(done.returncode, 2, done.stderr)
+            self.assertIn(said, done.stderr)
+
+    def test_rods_that_do_not_fit_are_refused_before_they_are_made(self):
+        for ranks in (1, 2):
+            done = self.run_skein("many", "--set", "rods.cilia.placement.counts=[1000000, 100000]", expect=2, ranks=ranks)
+            self.assertRegex(done.stderr, r"100000000003 rods with 1000000000021 elements need [0-9.e+]+ GB on .*, of which [0-9.e+]+ GB are free")
+            self.assertFalse((self.directory / "many").exists())
 
     def test_singleton_run_without_mpirun(self):
         done = subprocess.run([SKEIN, "run", str(self.scene), "--out", str(self.directory / "alone"), "--until", "0.36", "--quiet"],

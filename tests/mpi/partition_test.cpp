@@ -6,6 +6,7 @@
 #include <gtest/gtest.h>
 
 #include <array>
+#include <cmath>
 #include <cstring>
 #include <limits>
 #include <map>
@@ -136,6 +137,68 @@ TEST_F(PartitionTest, shares_out_rods_that_stand_at_one_point) {
     std::vector<RodGroup> groups;
     groups.emplace_back(spec, 0, 0, "");
     expect_sound(groups);
+}
+
+/// Rods on a helix, each with its own direction; counts how many were asked for.
+class Helix final : public RodSource {
+public:
+    explicit Helix(std::int64_t count) : count_(count) {}
+    std::int64_t count() const override { return count_; }
+    RodColumns columns() const override { return {.tangent = true}; }
+    RodRows read(std::int64_t begin, std::int64_t end) const override {
+        RodRows rows;
+        for (std::int64_t i = begin; i < end; ++i)
+            rows.origins.push_back(origin(i)), rows.tangents.push_back({1, 0.01 * double(i), 2});
+        asked += end - begin;
+        return rows;
+    }
+    static Vec3d origin(std::int64_t i) { return {std::cos(0.1 * double(i)), std::sin(0.1 * double(i)), 0.01 * double(i)}; }
+    mutable std::int64_t asked = 0;
+
+private:
+    std::int64_t count_;
+};
+
+TEST_F(PartitionTest, of_a_file_every_rank_reads_its_block_and_keeps_its_own) {
+    RodSpec spec = lattice({1, 1}, 10);
+    spec.placement = {.kind = PlacementKind::list};
+    for (std::int64_t i = 0; i < 1001; ++i)
+        spec.placement.origins.push_back(Helix::origin(i)), spec.placement.tangents.push_back({1, 0.01 * double(i), 2});
+    std::vector<RodGroup> list, file;
+    list.emplace_back(spec, 0, 0, "");
+    spec.placement = {.kind = PlacementKind::file};
+    const auto helix = std::make_shared<Helix>(1001);
+    file.emplace_back(spec, 0, 0, "", nullptr, helix);
+    read_rods(comm, file);
+    EXPECT_EQ(comm.sum(helix->asked), 1001);
+    const auto own = partition(comm, file);
+    EXPECT_EQ(own, partition(comm, list));
+    keep_own_rods(comm, file, own);
+    const Places& places = file[0].places();
+    const Places all = list[0].places();
+    EXPECT_GE(places.bytes(), own.size() * places.record_bytes());
+    EXPECT_LE(places.bytes(), own.size() * (places.record_bytes() + sizeof(std::int64_t))); // their numbers, if not consecutive
+    EXPECT_EQ(comm.sum_wrapping(places.digest()), all.digest());
+    EXPECT_EQ(file[0].file_digest(), all.digest());
+    keep_own_rods(comm, list, own);
+    for (const LocalRod& rod : own) {
+        EXPECT_EQ(norm(places.origin(rod.index) - Helix::origin(rod.index)), 0);
+        EXPECT_EQ(places.turn(rod.index).w, list[0].places().turn(rod.index).w);
+    }
+    EXPECT_EQ(list[0].places().bytes(), places.bytes());
+    RodGroup whole(spec, 0, 0, "", nullptr, helix);
+    whole.read_all();
+    EXPECT_EQ(whole.file_digest(), all.digest());
+}
+
+TEST_F(PartitionTest, places_of_lattices_take_no_memory) {
+    const RodGroup group(lattice({11, 7, 5}, 3), 0, 0, "");
+    EXPECT_EQ(group.places().bytes(), 0u);
+    EXPECT_EQ(group.count(), 385);
+    for (std::int64_t i = 0, z = 0; z < 5; ++z)
+        for (int y = 0; y < 7; ++y)
+            for (int x = 0; x < 11; ++x, ++i)
+                EXPECT_EQ(norm(group.origin(i) - (Vec3d{0.37 * x, 0.37 * y, 0.37 * double(z)} + group.spec().placement.origin)), 0);
 }
 
 TEST(BlockBegin, deals_out_evenly_without_overflow) {

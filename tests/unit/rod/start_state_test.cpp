@@ -80,6 +80,39 @@ TEST(StartState, TurnsAsARigidBody) {
     }
 }
 
+/// Rods of a list spin about the same axis of the lab, wherever they point: as lone ones that are laid out in their own direction.
+TEST(StartState, RodsOfTheirOwnDirectionsTurnInTheLab) {
+    const std::vector<Vec3d> origins = {{0, 0, 0}, {1, -2, 0.5}, {3, 0.1, 0}}, tangents = {{1, 0.5, 0.3}, {0, 0, -2}, {-1, 0.1, 4}},
+                             normals = {{0, 1, 0}, {1, 1, 1}, {1, 0, 0}};
+    for (RodSpec spec : free_rods())
+        for (const auto& [start, end] : {std::pair{EndKind::free, EndKind::free},
+                                         {EndKind::clamped, EndKind::free},
+                                         {EndKind::free, EndKind::pinned},
+                                         {EndKind::clamped_frozen, EndKind::free}}) {
+            const bool held = start != EndKind::free || end != EndKind::free;
+            if (held && (spec.shape.closed || spec.material.law == Law::rigid)) continue;
+            spec.start = start, spec.end = end;
+            spec.shape.element_spin = {0.1, 0.2, 0.3};
+            RodSpec listed = spec;
+            listed.placement = {.kind = PlacementKind::list, .origins = origins, .tangents = tangents, .normals = normals};
+            const RodGroup group(listed, 0, 0, "");
+            ASSERT_TRUE(group.turned());
+            for (std::size_t i = 0; i < origins.size(); ++i) {
+                spec.placement = {.origin = origins[i], .tangent = tangents[i], .normal = normals[i]};
+                const auto expected = start_of(RodGroup(spec, 0, 0, ""));
+                std::vector<Slot<1>> state(expected.size());
+                group.start_state(static_cast<std::int64_t>(i), state);
+                for (std::size_t k = 0; k < state.size(); ++k) {
+                    EXPECT_LT(norm(lane(state[k].position, 0) - lane(expected[k].position, 0)), 1e-14);
+                    EXPECT_LT(norm(lane(state[k].velocity, 0) - lane(expected[k].velocity, 0)), 1e-13);
+                    EXPECT_LT(norm(lane(state[k].spin, 0) - lane(expected[k].spin, 0)), 1e-13);
+                    const double along = dot(lane(state[k].director, 0), lane(expected[k].director, 0));
+                    EXPECT_NEAR(std::abs(along), 1, 1e-14);
+                }
+            }
+        }
+}
+
 // The discrete rod has the mass of the continuous one, and its inertia with an error that falls by four as elements are doubled.
 TEST(StartState, MeetsTheContinuousRod) {
     const double length = 1, radius = 0.02, mass = 1000 * std::numbers::pi * radius * radius * length;

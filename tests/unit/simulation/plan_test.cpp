@@ -73,6 +73,58 @@ TEST(Plan, HintsAtElementsThatGainNothing) {
     EXPECT_EQ(hints(9, EndKind::clamped_frozen).size(), 1u);
 }
 
+TEST(Plan, HintsAtElementsThatSeeNoBend) {
+    const auto hints = [](double radius) {
+        SceneSpec scene = test::cilia_scene(1, 5, EndKind::clamped);
+        scene.rods[0].section.radius = radius;
+        return make_plan(scene, make_groups(scene), {}).groups[0].hints;
+    };
+    EXPECT_TRUE(hints(0.3 / 900).empty());
+    ASSERT_EQ(hints(0.3 / 2000).size(), 1u);
+    EXPECT_NE(hints(0.3 / 2000)[0].find("2e+03 radii long"), std::string::npos) << hints(0.3 / 2000)[0];
+}
+
+/// Every interval a whole number of steps, where they have a common divisor that is no burden; else a note.
+TEST(Plan, AutomaticStepDividesTheIntervalsOfAllOutputs) {
+    const auto plan_of = [](const OutputSpec& output) {
+        SceneSpec scene = test::cilia_scene(1);
+        scene.output = output;
+        return make_plan(scene, make_groups(scene), {});
+    };
+    const double limit = plan_of({}).limit;
+    for (const auto& [trajectory, series] : {std::pair{50.0, 20.0}, {30.0, 45.0}, {70.0, 33.0}, {20.0, 50.0}}) {
+        const Plan plan = plan_of({.trajectory = trajectory * limit, .series = series * limit, .checkpoint = 100 * limit});
+        const bool alike = trajectory != 70;
+        for (const double interval : {trajectory, series}) {
+            const double steps = interval * limit / plan.dt;
+            if (alike) EXPECT_NEAR(steps, std::round(steps), 1e-9) << interval;
+        }
+        EXPECT_EQ(plan.notes.empty(), alike) << trajectory;
+        if (!alike) EXPECT_NE(plan.notes[0].find("time.divide"), std::string::npos) << plan.notes[0];
+    }
+    SceneSpec scene = test::cilia_scene(1);
+    scene.output.series = 3.5 * limit;
+    scene.time.dt = 0.5 * limit;
+    EXPECT_TRUE(make_plan(scene, make_groups(scene), {}).notes.empty());
+    scene.time.dt = 0.4 * limit;
+    EXPECT_EQ(make_plan(scene, make_groups(scene), {}).notes.size(), 1u);
+}
+
+TEST(Plan, RefusesALimitThatIsNoStep) {
+    for (const double youngs_modulus : {1e308, 1e-308}) {
+        SceneSpec scene = test::cilia_scene(1);
+        scene.rods[0].material.youngs_modulus = youngs_modulus;
+        scene.rods[0].material.shear_modulus = youngs_modulus;
+        scene.rods[0].section.radius = youngs_modulus > 1 ? 1e-3 : 1e-90;
+        try {
+            make_plan(scene, make_groups(scene), {});
+            FAIL() << "accepted " << youngs_modulus;
+        } catch (const InputError& e) {
+            EXPECT_NE(std::string(e.what()).find("the limit of the time step is"), std::string::npos) << e.what();
+        }
+    }
+}
+
 TEST(Plan, TellsScaledRotaryInertiaAndWhatItCosts) {
     SceneSpec scene = test::cilia_scene(8);
     EXPECT_EQ(to_text(make_plan(scene, make_groups(scene), {})).find("inertia"), std::string::npos);

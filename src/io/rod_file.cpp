@@ -1,0 +1,128 @@
+#include "io/rod_file.hpp"
+
+#include "core/error.hpp"
+#include "io/rod_file_kind.hpp"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <filesystem>
+
+namespace skein {
+
+namespace {
+
+Vec3d vector_at(const std::vector<double>& numbers, std::size_t i) {
+    return {numbers[3 * i], numbers[3 * i + 1], numbers[3 * i + 2]};
+}
+
+bool along(const Vec3d& a, const Vec3d& b) { return norm(cross(a, b)) < 1e-6 * norm(a) * norm(b); }
+
+} // namespace
+
+RodColumns RodFile::columns() const {
+    return {has_[tangent], has_[normal], has_[length], has_[radius], has_[nodes], has_[directors], has_[radii]};
+}
+
+std::size_t RodFile::width(std::size_t q) const {
+    const Per per = quantities[q].per;
+    return quantities[q].components * (per == Per::rod ? 1 : per == Per::node ? elements_ + 1 : elements_);
+}
+
+void RodFile::complain(std::size_t quantity, std::int64_t rod, const std::string& what) const {
+    throw InputError(fmt::format("{}: {}", place(quantity, rod), what));
+}
+void RodFile::complain(const std::string& what) const { throw InputError(fmt::format("{}: {}", path_, what)); }
+
+void RodFile::check_quantities() const {
+    if (count_ == 0) complain("there is no rod in it");
+    const auto beside = [&](Which q, Which other, const char* why) {
+        if (has_[q] && has_[other]) complain(fmt::format("'{}' beside '{}': {}", quantities[q].name, quantities[other].name, why));
+    };
+    const auto without = [&](Which q, Which other, const char* why) {
+        if (has_[q] && !has_[other])
+            complain(fmt::format("'{}' without '{}': {}", quantities[q].name, quantities[other].name, why));
+    };
+    for (const Which q : {origin, tangent, length}) beside(q, nodes, "the nodes say it already");
+    beside(normal, directors, "the first of the directors says it already");
+    beside(radius, radii, "one of the two is enough");
+    without(directors, nodes, "they are those of the elements between nodes");
+    if (has_[nodes]) return;
+    if (!has_[origin]) complain("'origin' is missing: the start of every rod [m]");
+    without(normal, tangent, "a direction across the rod needs that of the rod");
+}
+
+RodRows RodFile::read(std::int64_t begin, std::int64_t end) const {
+    Numbers numbers;
+    const auto rods = static_cast<std::size_t>(end - begin);
+    for (std::size_t q = 0; q < all; ++q)
+        if (has_[q]) numbers[q].resize(rods * width(q));
+    read_numbers(begin, end, numbers);
+    for (std::size_t q = 0; q < all; ++q)
+        for (std::size_t i = 0; i < numbers[q].size(); ++i) {
+            const std::int64_t rod = begin + static_cast<std::int64_t>(i / width(q));
+            if (!std::isfinite(numbers[q][i])) complain(q, rod, "not a finite number");
+            if (quantities[q].components == 1 && !(numbers[q][i] > 0)) complain(q, rod, "must be above 0 [m]");
+        }
+    RodRows rows;
+    const auto vectors = [&](std::size_t q, std::vector<Vec3d>& into) {
+        into.reserve(numbers[q].size() / 3);
+        for (std::size_t i = 0; 3 * i < numbers[q].size(); ++i) into.push_back(vector_at(numbers[q], i));
+    };
+    vectors(origin, rows.origins);
+    vectors(tangent, rows.tangents);
+    vectors(normal, rows.normals);
+    vectors(nodes, rows.nodes);
+    rows.lengths = std::move(numbers[length]);
+    rows.radii = std::move(numbers[radius]);
+    for (std::size_t i = 0; i < rods; ++i) {
+        const std::int64_t rod = begin + static_cast<std::int64_t>(i);
+        if (has_[nodes]) trace(rod, i, numbers, rows);
+        else if (has_[tangent]) check_frame(rod, i, rows);
+        for (std::size_t k = 0; has_[radii] && k < elements_; ++k) {
+            const double* r = &numbers[radii][i * (elements_ + 1) + k];
+            rows.element_radii.push_back(0.5 * (r[0] + r[1]));
+        }
+    }
+    return rows;
+}
+
+void RodFile::check_frame(std::int64_t rod, std::size_t i, const RodRows& rows) const {
+    if (norm(rows.tangents[i]) == 0) complain(tangent, rod, "has no direction");
+    if (rows.normals.empty()) return;
+    if (norm(rows.normals[i]) == 0) complain(normal, rod, "has no direction");
+    if (along(rows.tangents[i], rows.normals[i])) complain(normal, rod, "is parallel to the tangent");
+}
+
+/// Its edges, which must be there and not turn back, and what lies across them.
+void RodFile::trace(std::int64_t rod, std::size_t i, const Numbers& numbers, RodRows& rows) const {
+    const std::size_t first = i * (elements_ + 1);
+    rows.origins.push_back(rows.nodes[first]);
+    Vec3d before{0, 0, 0};
+    for (std::size_t k = 0; k < elements_; ++k) {
+        const Vec3d edge = rows.nodes[first + k + 1] - rows.nodes[first + k];
+        if (norm(edge) == 0) complain(nodes, rod, fmt::format("nodes {} and {} are one point", k, k + 1));
+        if (k > 0 && dot(before, edge) < -0.99 * norm(before) * norm(edge))
+            complain(nodes, rod, fmt::format("turns back at node {}", k));
+        before = edge;
+        if (has_[directors]) {
+            const Vec3d d1 = vector_at(numbers[directors], 3 * (i * elements_ + k));
+            if (norm(d1) == 0 || along(edge, d1))
+                complain(directors, rod, fmt::format("d1 of element {} is not across the rod", k));
+            rows.element_normals.push_back(d1);
+        } else if (k == 0 && has_[normal] && (norm(rows.normals[i]) == 0 || along(edge, rows.normals[i]))) {
+            complain(normal, rod, "is not across the first element");
+        }
+    }
+}
+
+std::shared_ptr<const RodSource> open_rod_file(const std::string& path, const std::string& source) {
+    std::error_code error;
+    if (!std::filesystem::is_regular_file(path, error))
+        throw InputError(fmt::format("{}: there is no file of rods '{}'", source, path));
+    if (path.ends_with(".h5") || path.ends_with(".hdf5")) return open_hdf5_rods(path);
+    if (path.ends_with(".csv")) return open_csv_rods(path);
+    throw InputError(fmt::format("{}: '{}' is no file of rods: its name must end in .h5, .hdf5 or .csv", source, path));
+}
+
+} // namespace skein

@@ -1,0 +1,115 @@
+// Files of rods as comma-separated values, whose first line names the columns.
+#include "core/error.hpp"
+#include "io/rod_file_kind.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <charconv>
+#include <fstream>
+#include <utility>
+
+namespace skein {
+
+namespace {
+
+class CsvRodFile final : public RodFile {
+public:
+    explicit CsvRodFile(const std::string& path) : RodFile(path) {
+        std::ifstream file(path_, std::ios::binary);
+        if (!file) complain("cannot be opened for reading");
+        std::string line;
+        std::getline(file, line);
+        read_header(line);
+        std::int64_t at = static_cast<std::int64_t>(line.size()) + 1;
+        // Where each block of lines begins; empty lines count for nothing.
+        std::vector<char> buffer(1 << 20);
+        bool begins = true;
+        while (file.read(buffer.data(), static_cast<std::streamsize>(buffer.size())), file.gcount() > 0) {
+            for (std::int64_t i = 0; i < file.gcount(); ++i) {
+                if (begins && buffer[static_cast<std::size_t>(i)] != '\n' && buffer[static_cast<std::size_t>(i)] != '\r') {
+                    if (count_ % block == 0) block_begin_.push_back(at + i);
+                    ++count_;
+                }
+                begins = buffer[static_cast<std::size_t>(i)] == '\n';
+            }
+            at += file.gcount();
+        }
+        check_quantities();
+    }
+
+private:
+    static constexpr std::int64_t block = 1 << 12;
+
+    void read_header(std::string line) {
+        std::erase_if(line, [](char c) { return c == ' ' || c == '\t' || c == '\r' || c == '"'; });
+        std::size_t from = 0;
+        do {
+            const std::size_t comma = std::min(line.find(',', from), line.size());
+            const std::string name = line.substr(from, comma - from);
+            from = comma + 1;
+            bool known = false;
+            for (std::size_t q = 0; q < std::size(quantities); ++q)
+                for (std::size_t axis = 0; axis < 3; ++axis)
+                    if (!name.empty() && quantities[q].columns[axis] == name) {
+                        if (std::find(named_.begin(), named_.end(), std::pair(q, axis)) != named_.end())
+                            throw InputError(fmt::format("{}:1: two columns '{}'", path_, name));
+                        named_.emplace_back(q, axis);
+                        known = true;
+                    }
+            if (!known)
+                throw InputError(
+                    fmt::format("{}:1: unknown column '{}'; the first line names x, y, z and, where rods differ in them, "
+                                "tx, ty, tz, nx, ny, nz, length, radius",
+                                path_, name));
+        } while (from <= line.size());
+        for (std::size_t q = 0; q < std::size(quantities); ++q) {
+            const auto axes = std::count_if(named_.begin(), named_.end(), [q](const auto& c) { return c.first == q; });
+            if (axes != 0 && axes != static_cast<std::ptrdiff_t>(quantities[q].components))
+                throw InputError(fmt::format("{}:1: of {} only {} of three columns: {}", path_, quantities[q].name, axes,
+                                             fmt::join(quantities[q].columns, ", ")));
+            has_[q] = axes != 0;
+        }
+    }
+
+    void read_numbers(std::int64_t begin, std::int64_t end, Numbers& numbers) const override {
+        std::ifstream file(path_, std::ios::binary);
+        file.seekg(block_begin_[static_cast<std::size_t>(begin / block)]);
+        std::string line;
+        for (std::int64_t rod = begin / block * block; rod < end; ++rod) {
+            do {
+                if (!std::getline(file, line)) complain(fmt::format("row {}: the file has been cut short", rod));
+                if (line.ends_with('\r')) line.pop_back();
+            } while (line.empty());
+            if (rod < begin) continue;
+            const char *at = line.data(), *const last = line.data() + line.size();
+            for (std::size_t c = 0; c < named_.size(); ++c) {
+                const auto [q, axis] = named_[c];
+                while (at < last && (*at == ' ' || *at == '\t')) ++at;
+                if (at < last && *at == '+') ++at;
+                double value = 0;
+                const auto [behind, error] = std::from_chars(at, last, value);
+                at = behind;
+                while (at < last && (*at == ' ' || *at == '\t')) ++at;
+                const bool more = c + 1 < named_.size();
+                if (error != std::errc{}) complain(q, rod, fmt::format("'{}' is not a number", quantities[q].columns[axis]));
+                if (more ? at == last || *at != ',' : at != last)
+                    complain(q, rod, fmt::format("expected {} values, as the first line names them", named_.size()));
+                at += more;
+                numbers[q][static_cast<std::size_t>(rod - begin) * width(q) + axis] = value;
+            }
+        }
+    }
+    std::string place(std::size_t quantity, std::int64_t rod) const override {
+        return fmt::format("{}: row {} below the names: {}", path_, rod + 1, quantities[quantity].name);
+    }
+
+    std::vector<std::pair<std::size_t, std::size_t>> named_; ///< quantity and axis
+    std::vector<std::int64_t> block_begin_;                  ///< bytes before each block of lines
+};
+
+} // namespace
+
+std::shared_ptr<const RodSource> open_csv_rods(const std::string& path) { return std::make_shared<CsvRodFile>(path); }
+
+} // namespace skein

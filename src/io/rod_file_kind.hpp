@@ -1,0 +1,65 @@
+// What both kinds of files of rods share: which quantities there are, and what their numbers must be.
+#pragma once
+
+#include "rod/places.hpp"
+
+#include <array>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace skein {
+
+/// What a file may say of its rods.
+struct RodQuantity {
+    enum class Per { rod, node, element };
+    std::string_view name;
+    Per per;
+    std::size_t components;
+    std::array<std::string_view, 3> columns = {}; ///< of comma-separated values; none of what lies along the rod
+};
+
+class RodFile : public RodSource {
+public:
+    using Per = RodQuantity::Per;
+    static constexpr RodQuantity quantities[] = {{"origin", Per::rod, 3, {"x", "y", "z"}},
+                                                 {"tangent", Per::rod, 3, {"tx", "ty", "tz"}},
+                                                 {"normal", Per::rod, 3, {"nx", "ny", "nz"}},
+                                                 {"length", Per::rod, 1, {"length"}},
+                                                 {"radius", Per::rod, 1, {"radius"}},
+                                                 {"nodes", Per::node, 3},
+                                                 {"directors", Per::element, 9},
+                                                 {"radii", Per::node, 1}};
+    enum Which : std::size_t { origin, tangent, normal, length, radius, nodes, directors, radii, all };
+    static_assert(std::size(quantities) == all);
+    /// Of consecutive rods, rod by rod; empty where the file is silent.
+    using Numbers = std::array<std::vector<double>, all>;
+
+    explicit RodFile(std::string path) : path_(std::move(path)) {}
+    std::int64_t count() const override { return count_; }
+    std::int64_t elements() const override { return static_cast<std::int64_t>(elements_); }
+    RodColumns columns() const override;
+    RodRows read(std::int64_t begin, std::int64_t end) const override;
+
+protected:
+    virtual void read_numbers(std::int64_t begin, std::int64_t end, Numbers& numbers) const = 0;
+    virtual std::string place(std::size_t quantity, std::int64_t rod) const = 0;
+    std::size_t width(std::size_t q) const; ///< numbers of a rod
+    [[noreturn]] void complain(std::size_t quantity, std::int64_t rod, const std::string& what) const;
+    [[noreturn]] void complain(const std::string& what) const;
+    void check_quantities() const; ///< when it is known what the file holds
+
+    std::string path_;
+    std::int64_t count_ = 0;
+    std::size_t elements_ = 0; ///< of a rod, where quantities lie along it
+    std::array<bool, all> has_{};
+
+private:
+    void check_frame(std::int64_t rod, std::size_t i, const RodRows& rows) const;
+    void trace(std::int64_t rod, std::size_t i, const Numbers& numbers, RodRows& rows) const;
+};
+
+std::shared_ptr<const RodSource> open_hdf5_rods(const std::string& path);
+std::shared_ptr<const RodSource> open_csv_rods(const std::string& path);
+
+} // namespace skein

@@ -1,0 +1,96 @@
+#include "scene/doubts.hpp"
+
+#include "scene/scene_tables.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include <fmt/format.h>
+
+namespace skein {
+
+namespace {
+
+constexpr double beyond = 1e6; // times what a number is measured by
+
+/// Compares numbers with the scales of the scene, by their unit.
+class ScaleLooker : public FieldVisitor {
+public:
+    ScaleLooker(double duration, double speed, std::vector<std::string>& found)
+        : duration_(duration), speed_(speed), found_(found) {}
+
+    void look_into(std::string table) { table_ = std::move(table); }
+    void visit(const Field& f, double& x) override { look(f, std::abs(x)); }
+    void visit(const Field&, long&) override {}
+    void visit(const Field&, bool&) override {}
+    void visit(const Field&, std::string&) override {}
+    void visit(const Field& f, Vec3d& v) override { look(f, norm(v)); }
+    void visit(const Field& f, std::vector<double>& list) override {
+        for (const double x : list) look(f, std::abs(x));
+    }
+    void visit(const Field&, std::vector<long>&) override {}
+    void visit(const Field&, std::vector<Vec3d>&) override {} // places may lie anywhere
+    void visit(const Field&, std::vector<std::string>&) override {}
+    void visit_choice(const Field&, int&, std::span<const std::string_view>) override {}
+    bool enter(const Field&) override { return true; }
+    void leave() override {}
+
+private:
+    void look(const Field& f, double x) {
+        const auto compare = [&](std::string_view unit, double scale, std::string_view what) {
+            if (f.unit == unit && x > beyond * scale && std::isfinite(x) && scale > 0)
+                found_.push_back(fmt::format("{}.{} = {:g} {} is {:.0e} times {}", table_, f.name, x, unit, x / scale, what));
+        };
+        compare("s", duration_, "the duration");
+        compare("m/s", speed_, "the speed of sound in the fastest rod");
+    }
+
+    double duration_, speed_;
+    std::vector<std::string>& found_;
+    std::string table_;
+};
+
+} // namespace
+
+std::vector<std::string> doubts(const SceneSpec& scene, std::span<const RodGroup> groups, double dt) {
+    std::vector<std::string> found;
+    SceneSpec copy = scene; // fields() hands out references to change
+    double speed = 0;
+    for (const RodGroup& group : groups) {
+        const Material& m = group.spec().material;
+        if (m.law == Law::rigid) continue;
+        const double sound = std::sqrt(m.youngs_modulus / m.density),
+                     crossings = scene.time.duration * sound / group.spec().shape.length;
+        speed = std::max(speed, sound);
+        const double ratio = m.shear_modulus > 0 ? m.youngs_modulus / m.shear_modulus : 3;
+        if (ratio > 1e4 || ratio < 1e-3)
+            found.push_back(
+                fmt::format("rods.{}.material: youngs_modulus is {:.0e} times shear_modulus; it is 2 to 3 times of solids that "
+                            "are alike in all directions",
+                            group.name(), ratio));
+        if (crossings < 1e-3)
+            found.push_back(
+                fmt::format("rods.{}.material: sound takes {:.0e} times the duration to pass along a rod (density = {:g} "
+                            "kg/m^3, youngs_modulus = {:g} Pa): nothing will be seen to move",
+                            group.name(), 1 / crossings, m.density, m.youngs_modulus));
+    }
+    if (scene.time.duration / dt > 1e13)
+        found.push_back(
+            fmt::format("time.duration = {:g} s is {:.0e} steps of {:g} s", scene.time.duration, scene.time.duration / dt, dt));
+    ScaleLooker looker(scene.time.duration, speed, found);
+    for (std::size_t i = 0; i < copy.rods.size(); ++i) {
+        looker.look_into("rods." + copy.rods[i].name);
+        copy.rods[i].fields(looker);
+    }
+    for (std::size_t i = 0; i < copy.loads.size(); ++i) {
+        looker.look_into(fmt::format("load.{}", i));
+        load_fields(looker, copy.loads[i]);
+    }
+    for (Wall& wall : copy.walls) {
+        looker.look_into("wall." + wall.name);
+        wall.fields(looker);
+    }
+    return found;
+}
+
+} // namespace skein

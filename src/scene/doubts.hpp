@@ -1,0 +1,16 @@
+// Numbers that are allowed and yet look like slips: so far from their neighbours that a unit or an exponent must be wrong.
+#pragma once
+
+#include "rod/rod_group.hpp"
+#include "scene/scene_spec.hpp"
+
+#include <span>
+#include <string>
+#include <vector>
+
+namespace skein {
+
+/// One sentence each. Bounds are wide, some orders beyond what studies use: a warning that is often false is not read.
+std::vector<std::string> doubts(const SceneSpec& scene, std::span<const RodGroup> groups, double dt);
+
+} // namespace skein

@@ -1,0 +1,77 @@
+// What `skein describe scene.toml` prints is a scene, and the same one.
+#include "scene/doubts.hpp"
+#include "scene/plan.hpp"
+#include "scene_fixture.hpp"
+
+#include <gtest/gtest.h>
+
+#include <filesystem>
+
+namespace skein {
+namespace {
+
+std::vector<std::string> good_scenes() {
+    std::vector<std::string> files = {good_scene};
+    for (const auto& entry : std::filesystem::recursive_directory_iterator(SHIPPED_SCENES))
+        if (entry.path().extension() == ".toml") files.push_back(entry.path().string());
+    return files;
+}
+
+TEST(SceneText, ReadsBackAsTheSameScene) {
+    ASSERT_GT(good_scenes().size(), 8u);
+    for (const std::string& file : good_scenes()) {
+        const SceneSpec scene = read_scene(file);
+        for (const Keys which : {Keys::given, Keys::all}) {
+            const std::string text = scene_toml(scene, which);
+            EXPECT_EQ(scene_json(parse_scene(file, text), false), scene_json(scene, false)) << file << "\n" << text;
+        }
+    }
+}
+
+TEST(SceneText, KeepsTextsAndNumbersToTheLastBit) {
+    SceneSpec scene = read_scene(good_scene);
+    scene.title = "a \"quoted\" title \\ with\ttwo\nlines";
+    scene.time.duration = 1000 * (0.1 + 0.2);
+    scene.rods[0].placement.origin = {1e-300, -1.0 / 3, 5e-324};
+    for (const Keys which : {Keys::given, Keys::all})
+        EXPECT_EQ(scene_json(parse_scene("again", scene_toml(scene, which)), false), scene_json(scene, false));
+}
+
+TEST(SceneText, NamesEveryKeyWithItsUnit) {
+    const std::string text = scene_toml(read_scene(good_scene), Keys::all);
+    for (const char* line :
+         {"\nduration = 216  # [s] time to simulate\n", "\n# rest_speed = 0  # [m/s]", "\n[[rods]]\n", "\n[rods.material]\n",
+          "\n# [rods.hold]\n", "\n[[load]]\nkind = \"magnetic_field\"", "\n# normal =   # "})
+        EXPECT_NE(text.find(line), std::string::npos) << line << "\n" << text;
+}
+
+std::string doubts_of(const std::vector<std::string>& overrides) {
+    const SceneSpec scene = read_scene(good_scene, overrides);
+    std::string all;
+    for (const std::string& doubt : doubts(scene, make_groups(scene), 1e-3)) all += doubt + "\n";
+    return all;
+}
+
+TEST(Doubts, NoneOfShippedScenes) {
+    for (const std::string& file : good_scenes()) {
+        const SceneSpec scene = read_scene(file);
+        const auto found = doubts(scene, make_groups(scene), 1e-3);
+        EXPECT_TRUE(found.empty()) << file << ": " << found.front();
+    }
+}
+
+TEST(Doubts, OfNumbersFarFromTheirNeighbours) {
+    EXPECT_EQ(doubts_of({}), "");
+    const auto expect = [](const std::string& override, const std::string& said) {
+        EXPECT_NE(doubts_of({override}).find(said), std::string::npos) << override << ": " << doubts_of({override});
+    };
+    expect("rods.cilia.material.density=1e18", "nothing will be seen to move");
+    expect("rods.cilia.material.shear_modulus=2", "youngs_modulus is 9e+04 times shear_modulus");
+    expect("rods.cilia.material.shear_modulus=1e12", "youngs_modulus is 2e-07 times shear_modulus");
+    expect("load.magnetic_field.ramp=1e308", "load.0.ramp = 1e+308 s is");
+    expect("rods.cilia.shape.velocity=[1e20, 0, 0]", "rods.cilia.velocity = 1e+20 m/s is");
+    expect("time.duration=1e13", "time.duration = 1e+13 s is 1e+16 steps");
+}
+
+} // namespace
+} // namespace skein
