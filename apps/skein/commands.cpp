@@ -17,6 +17,7 @@
 #include <exception>
 #include <filesystem>
 #include <functional>
+#include <system_error>
 #include <thread>
 
 namespace skein {
@@ -76,7 +77,8 @@ int lanes_for(int asked) { return asked > 0 ? served_lanes(asked) : widest_lanes
 
 void look_into_directory(SceneArguments& scene, std::string& out) {
     const std::filesystem::path inside = std::filesystem::path(scene.file) / "scene.toml";
-    if (!std::filesystem::is_regular_file(inside)) return;
+    std::error_code error; // what is wrong with it is told when it is read
+    if (!std::filesystem::is_regular_file(inside, error)) return;
     if (out.empty()) out = scene.file;
     scene.file = inside.string();
 }
