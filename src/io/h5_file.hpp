@@ -12,6 +12,9 @@
 namespace skein {
 
 enum class H5Type { float32, float64, int64, uint64 };
+template <class T> H5Type h5_type();
+template <> inline H5Type h5_type<double>() { return H5Type::float64; }
+template <> inline H5Type h5_type<std::int64_t>() { return H5Type::int64; }
 
 /// A box of a dataset: its first corner and its size along each dimension. Empty (a zero in `count`) on ranks without a share.
 struct H5Box {

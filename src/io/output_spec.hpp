@@ -8,6 +8,10 @@ namespace skein {
 enum class Precision { single, double_ };
 inline constexpr std::string_view precision_names[] = {"single", "double"};
 
+/// What a frame holds: all nodes, or only the last node of every rod.
+enum class FrameKind { trajectory, tips };
+inline constexpr std::string_view frame_kind_names[] = {"trajectory", "tips"};
+
 /// What a scene may add to its observables.
 inline constexpr std::string_view observable_set_names[] = {"angular_momentum", "curvature", "knots"};
 

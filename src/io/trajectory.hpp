@@ -15,13 +15,8 @@
 #include <optional>
 #include <span>
 #include <string>
-#include <string_view>
 
 namespace skein {
-
-/// What a frame holds: all nodes, or only the last node of every rod.
-enum class FrameKind { trajectory, tips };
-inline constexpr std::string_view frame_kind_names[] = {"trajectory", "tips"};
 
 /// Writes one frame of all rods as they are, in double precision with directors, as <directory>/<name>.h5 with a side-car
 /// <name>.xdmf of its own: laid out as a trajectory file. Collective.

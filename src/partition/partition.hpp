@@ -9,6 +9,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <cstring>
 #include <functional>
 #include <span>
 #include <vector>
@@ -80,5 +81,22 @@ private:
     std::size_t record_bytes_ = 0;
     UnsetArray<std::byte> block_, sent_;
 };
+
+/// Rows of numbers of this rank's block of a group, of what the owners of its rods alone may know: row(index, out) of each owned
+/// rod. Collective.
+template <class Row> std::vector<double> rows_of_owners(const IndexBlocks& blocks, std::span<const std::int64_t> owned_indices,
+                                                        std::size_t width, Row row) {
+    RecordBuffers buffers;
+    buffers.begin(blocks, width * sizeof(double));
+    std::vector<double> own(width);
+    for (std::size_t i = 0; i < owned_indices.size(); ++i) {
+        row(owned_indices[i], own.data());
+        std::memcpy(buffers.record(i), own.data(), width * sizeof(double));
+    }
+    const auto bytes = buffers.exchange();
+    std::vector<double> rows(bytes.size() / sizeof(double));
+    if (!rows.empty()) std::memcpy(rows.data(), bytes.data(), bytes.size());
+    return rows;
+}
 
 } // namespace skein

@@ -7,6 +7,7 @@
 #include "rod/rod_spec.hpp"
 #include "rod/slot.hpp"
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <span>
@@ -157,6 +158,13 @@ private:
     std::uint64_t file_digest_ = 0;
     LeastLimits least_limits_{};
 };
+
+/// At rest at node k: mean of the elements that meet there, m.
+inline double node_radius(const RodGroup& group, std::int64_t k) {
+    const std::int64_t last = group.elements() - 1;
+    return 0.5 * (group.element[static_cast<std::size_t>(std::max<std::int64_t>(k - 1, 0))].radius +
+                  group.element[static_cast<std::size_t>(std::min(k, last))].radius);
+}
 
 /// Calls f with the group whose constants rod i has.
 template <class F> decltype(auto) with_rod(const RodGroup& group, std::int64_t i, F&& f) {

@@ -1,0 +1,229 @@
+#include "io/group_frames.hpp"
+
+#include "io/segments.hpp"
+
+#include <algorithm>
+#include <cstring>
+#include <utility>
+
+namespace skein {
+
+namespace {
+
+using Shape = std::vector<std::uint64_t>;
+
+constexpr std::uint64_t view_bytes = 4 << 10; // in the file, of a frame's names of its own, or more
+
+template <class Quantity> FrameField field(std::string name, Shape shape) {
+    return {std::move(name), std::move(shape), Quantity::template fill<float>, Quantity::template fill<double>};
+}
+
+template <class T, class V> T* put(T* out, const V& x, const V& y, const V& z) {
+    *out++ = static_cast<T>(x);
+    *out++ = static_cast<T>(y);
+    *out++ = static_cast<T>(z);
+    return out;
+}
+template <class T> T* put(T* out, const Vec3<Pack<1>>& v) { return put(out, v.x[0], v.y[0], v.z[0]); }
+template <class T> T* put(T* out, const Vec3d& v) { return put(out, v.x, v.y, v.z); }
+
+struct Positions {
+    template <class T> static void fill(const RodCopy& rod, T* out) {
+        for (const auto& slot : rod.state) out = put(out, slot.position);
+    }
+};
+
+struct Tip {
+    template <class T> static void fill(const RodCopy& rod, T* out) { put(out, rod.state.back().position); }
+};
+
+struct Directors {
+    template <class T> static void fill(const RodCopy& rod, T* out) {
+        for (const Mat3d& q : rod.frames) out = put(put(put(out, q.d1), q.d2), q.d3);
+    }
+};
+
+/// d1 at nodes: mean of the elements that meet there.
+struct Normals {
+    template <class T> static void fill(const RodCopy& rod, T* out) {
+        const std::size_t last = rod.frames.size() - 1;
+        for (std::size_t node = 0; node < rod.state.size(); ++node)
+            out = put(out, 0.5 * (rod.frames[node > 0 ? node - 1 : 0].d1 + rod.frames[std::min(node, last)].d1));
+    }
+};
+
+std::vector<FrameField> fields_of(FrameKind kind, const OutputSpec& spec, const RodGroup& group) {
+    if (kind == FrameKind::tips) return {field<Tip>("position", {3})};
+    const auto nodes = static_cast<std::uint64_t>(group.slots());
+    std::vector<FrameField> fields{field<Positions>("position", {nodes, 3})};
+    if (spec.directors) {
+        fields.push_back(field<Directors>("directors", {nodes - 1, 3, 3}));
+        fields.push_back(field<Normals>("normal", {nodes, 3}));
+    }
+    return fields;
+}
+
+Shape prepend(std::uint64_t first, const Shape& rest) {
+    Shape shape{first};
+    shape.insert(shape.end(), rest.begin(), rest.end());
+    return shape;
+}
+
+/// Records [rows, columns] as [columns, rows].
+std::vector<std::byte> transposed(std::span<const std::byte> records, std::size_t rows, std::size_t columns, std::size_t bytes) {
+    std::vector<std::byte> turned(rows * columns * bytes);
+    for (std::size_t row = 0; row < rows; ++row)
+        for (std::size_t column = 0; column < columns; ++column)
+            std::memcpy(&turned[(column * rows + row) * bytes], &records[(row * columns + column) * bytes], bytes);
+    return turned;
+}
+
+std::vector<std::size_t> places(const Rods& rods, const RodGroup& group) {
+    std::vector<std::size_t> found;
+    for (std::size_t i = 0; i < rods.local().size(); ++i)
+        if (rods.local()[i].group == group.id()) found.push_back(i);
+    return found;
+}
+
+std::vector<std::int64_t> indices(const Rods& rods, std::span<const std::size_t> places) {
+    std::vector<std::int64_t> found;
+    for (const auto place : places) found.push_back(rods.local()[place].index);
+    return found;
+}
+
+} // namespace
+
+GroupFrames::GroupFrames(const Communicator& comm, const RodGroup& group, const Rods& rods, FrameKind kind, const OutputSpec& spec)
+    : group_(group), rods_(rods), kind_(kind), precision_(spec.precision), fields_(fields_of(kind, spec, group)),
+      local_(places(rods, group)), blocks_(comm, indices(rods, local_), group.count()), pending_(fields_.size()) {}
+
+std::uint64_t GroupFrames::frame_bytes() const { return count() * rod_bytes() + (kind_ == FrameKind::trajectory ? view_bytes : 0); }
+
+std::uint64_t GroupFrames::constant_bytes() const {
+    const std::uint64_t per_node =
+        kind_ == FrameKind::trajectory ? (group_.sized() ? 24 : 16) * static_cast<std::uint64_t>(group_.slots()) : 0;
+    return count() * (per_node + 56) + 8 * static_cast<std::uint64_t>(group_.slots()) + fields_.size() * H5File::frames_slack;
+}
+
+std::size_t GroupFrames::rod_bytes() const {
+    std::size_t bytes = 0;
+    for (const FrameField& field : fields_) bytes += record_bytes(field);
+    return bytes;
+}
+
+void GroupFrames::make(H5File& file, const Communicator& comm) const {
+    file.make_group(path());
+    for (const FrameField& field : fields_) file.make_frames(path(field.name), number_type(), prepend(count(), field.shape));
+    write_constants(file, comm);
+}
+
+std::vector<std::string> GroupFrames::frame_datasets() const {
+    std::vector<std::string> paths;
+    for (const FrameField& field : fields_) paths.push_back(path(field.name));
+    return paths;
+}
+
+void GroupFrames::take(double lag, std::size_t most) {
+    for (std::size_t f = 0; f < fields_.size(); ++f) {
+        pending_[f].block.need(most * block_rods() * record_bytes(fields_[f]));
+        pending_[f].sent.need(most * blocks_.sent() * record_bytes(fields_[f]));
+    }
+    const std::size_t frame = pending_frames_++;
+    rods_.read(local_, directors() ? Copy::frames : Copy::positions, lag, [&](int, std::size_t i, const RodCopy& rod) {
+        const auto [own, place] = blocks_.destination(i);
+        for (std::size_t f = 0; f < fields_.size(); ++f) {
+            std::byte* records = own ? pending_[f].block.data() : pending_[f].sent.data();
+            const std::size_t at = frame * (own ? block_rods() : blocks_.sent()) + place;
+            std::byte* out = records + at * record_bytes(fields_[f]);
+            if (precision_ == Precision::single) fields_[f].fill_single(rod, reinterpret_cast<float*>(out));
+            else fields_[f].fill_double(rod, reinterpret_cast<double*>(out));
+        }
+    });
+}
+
+void GroupFrames::write(H5File& file, std::uint64_t first, std::span<std::uint64_t> digests) {
+    const std::size_t frames = digests.size();
+    for (std::size_t f = 0; f < fields_.size(); ++f) {
+        const FrameField& field = fields_[f];
+        const std::size_t record = record_bytes(field);
+        std::byte* block = pending_[f].block.data();
+        // A rod's numbers of all frames travel together.
+        const std::span<const std::byte> sent(pending_[f].sent.data(), frames * blocks_.sent() * record);
+        blocks_.send(transposed(sent, frames, blocks_.sent(), record), frames * record,
+                     [&](std::size_t place, const std::byte* numbers) {
+                         for (std::size_t k = 0; k < frames; ++k)
+                             std::memcpy(block + (k * block_rods() + place) * record, numbers + k * record, record);
+                     });
+        const std::size_t frame = block_rods() * record;
+        for (std::size_t k = 0; k < frames; ++k)
+            digests[k] += word_digest(std::span<const std::byte>(block + k * frame, frame), number_bytes(),
+                                      static_cast<std::uint64_t>(blocks_.begin()) * field.numbers());
+        H5Box box{{first, static_cast<std::uint64_t>(blocks_.begin())}, {frames, block_rods()}};
+        box.start.resize(2 + field.shape.size(), 0);
+        box.count.insert(box.count.end(), field.shape.begin(), field.shape.end());
+        file.write(path(field.name), number_type(), box, block);
+    }
+    pending_frames_ = 0;
+}
+
+void GroupFrames::make_views(const std::string& file, std::uint64_t frames) const {
+    if (kind_ == FrameKind::tips) return;
+    std::vector<std::string> names;
+    for (const FrameField& field : fields_)
+        if (field.name != "directors") names.push_back(field.name);
+    make_frame_views(file, path(), names, frames);
+}
+
+template <class T, class Row>
+void GroupFrames::write_rows(H5File& file, const std::string& name, std::uint64_t width, Row row) const {
+    std::vector<T> rows(static_cast<std::size_t>(blocks_.size()) * width);
+    for (std::int64_t i = 0; i < blocks_.size(); ++i) row(blocks_.begin() + i, &rows[static_cast<std::size_t>(i) * width]);
+    const auto begin = static_cast<std::uint64_t>(blocks_.begin()), size = static_cast<std::uint64_t>(blocks_.size());
+    file.make_dataset(path(name), h5_type<T>(), {count(), width});
+    file.write(path(name), h5_type<T>(), {{begin, 0}, {size, width}}, rows.data());
+}
+
+void GroupFrames::write_constants(H5File& file, const Communicator& comm) const {
+    std::vector<std::int64_t> indices;
+    for (const auto place : local_) indices.push_back(rods_.local()[place].index);
+    const auto write_vectors = [&](const std::string& name, auto vector_of) {
+        const std::vector<double> rows = rows_of_owners(blocks_, indices, 3, [&](std::int64_t i, double* out) {
+            const Vec3d v = vector_of(i);
+            out[0] = v.x, out[1] = v.y, out[2] = v.z;
+        });
+        write_rows<double>(file, name, 3, [&](std::int64_t i, double* out) {
+            std::copy_n(&rows[static_cast<std::size_t>(i - blocks_.begin()) * 3], 3, out);
+        });
+    };
+    write_vectors("origin", [&](std::int64_t i) { return group_.origin(i); });
+    if (magnetised()) write_vectors("magnetisation", [&](std::int64_t i) { return group_.magnetisation(i); });
+    if (kind_ == FrameKind::tips) return;
+
+    const std::int64_t nodes = group_.slots();
+    const auto width = static_cast<std::uint64_t>(nodes);
+    std::vector<double> radius;
+    const auto put_radii = [&](std::int64_t i, double* out) {
+        const std::size_t first = group_.sized() ? static_cast<std::size_t>((i - blocks_.begin()) * nodes) : 0;
+        std::copy_n(radius.begin() + static_cast<std::ptrdiff_t>(first), nodes, out);
+    };
+    if (group_.sized()) {
+        radius = rows_of_owners(blocks_, indices, static_cast<std::size_t>(nodes), [&](std::int64_t i, double* out) {
+            with_rod(group_, i, [&](const RodGroup& rod) {
+                for (std::int64_t k = 0; k < nodes; ++k) out[k] = node_radius(rod, k);
+            });
+        });
+        write_rows<double>(file, "radius", width, put_radii);
+    } else {
+        for (std::int64_t k = 0; k < nodes; ++k) radius.push_back(node_radius(group_, k));
+        file.make_dataset(path("radius"), H5Type::float64, {width});
+        file.write(path("radius"), H5Type::float64, {{0}, {comm.root() ? width : 0}}, radius.data());
+    }
+    // What only the side-car needs: XDMF knows no repetition.
+    write_rows<std::int64_t>(file, "rod", 1, [](std::int64_t i, std::int64_t* out) { *out = i; });
+    write_rows<double>(file, "point_radius", width, put_radii);
+    write_rows<std::int64_t>(file, "connectivity", width, [nodes](std::int64_t i, std::int64_t* out) {
+        for (std::int64_t k = 0; k < nodes; ++k) out[k] = i * nodes + k;
+    });
+}
+
+} // namespace skein
