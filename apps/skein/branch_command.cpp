@@ -58,6 +58,7 @@ int branch_command(const BranchArguments& arguments, int& argc, char**& argv) {
         // All that a run of it would refuse is refused here, before anything is written.
         std::vector<RodGroup> groups = make_groups(scene);
         read_rods(comm, groups);
+        scene = with_stiffnesses(std::move(scene), groups);
         const Plan plan = make_plan(scene, groups, {});
         const std::string physics = physics_json(scene, groups, plan.dt);
         refuse_other_rods(parent, physics);

@@ -50,7 +50,17 @@ void ContactLaw::fields(FieldVisitor& f) {
     f.choice(
         {.name = "law", .unit = "", .text = "linear: k g + c u_n; hertz: sqrt(g) times that; g: overlap, u_n: speed of approach"},
         normal, contact_normal_names);
-    f.visit({.name = "stiffness", .unit = "N/m, N/m^1.5", .text = "k", .at_least = 0}, stiffness);
+    f.visit({.name = "stiffness",
+             .unit = "N/m, N/m^1.5",
+             .text = "k, at least 0; or \"auto\": such that the contact that bears most overlaps by `accepted_overlap` "
+                     "(docs/theory.md 18)"},
+            stiffness);
+    f.visit({.name = "accepted_overlap",
+             .unit = "-",
+             .text = "with stiffness = \"auto\": over the diameter, of the contact that bears most",
+             .above = 0,
+             .at_most = 0.5},
+            accepted_overlap);
     f.visit(
         {.name = "damping", .unit = "N s/m, N s/m^1.5", .text = "c; a contact never pulls, whatever its damping", .at_least = 0},
         damping);

@@ -39,8 +39,9 @@ template <class P> struct ContactNumbers {
 
 struct ContactLaw {
     ContactNormal normal = ContactNormal::hertz;
-    double stiffness = 0; ///< k, N/m or N/m^1.5
-    double damping = 0;   ///< c, N s/m or N s/m^1.5
+    double stiffness = 0;           ///< k, N/m or N/m^1.5; below 0: automatic, which scene/contact_outlook.hpp makes a number
+    double accepted_overlap = 0.05; ///< over the diameter, of the contact that bears most; of an automatic stiffness
+    double damping = 0;             ///< c, N s/m or N s/m^1.5
     ContactFriction friction = ContactFriction::none;
     double static_friction = 0;    ///< mu_s
     double kinetic_friction = -1;  ///< mu_k; below 0: mu_s
@@ -56,6 +57,8 @@ struct ContactLaw {
 
     void fields(FieldVisitor& f);
 
+    static constexpr double automatic = -1;
+    bool stiffness_is_automatic() const { return stiffness < 0; }
     double kinetic() const { return kinetic_friction < 0 ? static_friction : kinetic_friction; }
     /// With k and c for this restitution and time of bodies whose effective mass m1 m2/(m1 + m2) is known, kg. Itself without.
     ContactLaw resolved(double effective_mass) const;

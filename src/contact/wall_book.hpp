@@ -31,6 +31,8 @@ public:
     /// Adds what each rod pressed a wall with at the last step, N, at its gid: normal forces, and forces along a direction.
     virtual void add_normal(int wall, std::span<double> of_rod) const = 0;
     virtual void add_force(int wall, const Vec3d& direction, std::span<double> of_rod) const = 0;
+    /// Largest overlap of a node with the wall at the last step, over its diameter.
+    virtual double deepest(int wall) const = 0;
 };
 
 template <int W> class WallBook final : public WallAccounts {
@@ -82,6 +84,14 @@ public:
     }
     void add_force(int wall, const Vec3d& direction, std::span<double> of_rod) const override {
         add(wall, of_rod, [&](const Entry& e, int l) { return dot(lane(e.force, l), direction); });
+    }
+    double deepest(int wall) const override {
+        const int at = place_[static_cast<std::size_t>(wall)];
+        double most = 0;
+        if (at < 0) return most;
+        for (const Page& page : pages_)
+            for (int l = 0; page.busy && l < W; ++l) most = std::max(most, page.entry[static_cast<std::size_t>(at)].deepest[l]);
+        return most;
     }
     /// Spare lanes, which repeat the last rod, are for the reader to skip.
     WallAccount account(RodPlace rod, int wall) const override {

@@ -469,13 +469,17 @@ Tiling tiling_of(const Plan& plan, std::span<const std::int64_t> counts, int lan
     return choose_tiling(groups, lanes, plan.machine.threads, plan.machine.mapping);
 }
 
-Plan make_plan(const SceneSpec& scene, std::span<const RodGroup> groups, const Machine& machine) {
+Plan make_plan(const SceneSpec& as_given, std::span<const RodGroup> groups, const Machine& machine) {
+    const SceneSpec scene = with_stiffnesses(as_given, groups);
     Plan plan{.title = scene.title, .machine = machine};
     double frame_values = 0, tip_values = 0;
     for (const RodGroup& group : groups) plan.groups.push_back(plan_group(scene, group));
     plan.contact = scene.contact;
     if (scene.contact) plan.contact_laws = contact_laws(scene, groups);
+    plan.automatic_stiffness = as_given.contact && as_given.contact->law.stiffness_is_automatic();
     plan.walls = expanded(scene.walls);
+    if (plan.contact || !plan.walls.empty())
+        plan.outlook = contact_outlook(scene, plan.contact_laws ? &*plan.contact_laws : nullptr, groups);
     find_families(plan, groups, scene);
     weigh(plan, groups, scene);
     const double ns = lay_out(plan);

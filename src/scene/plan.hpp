@@ -9,6 +9,7 @@
 #include "rod/step_watch.hpp"
 #include "rod/tiling.hpp"
 #include "rod/time_limits.hpp"
+#include "scene/contact_outlook.hpp"
 #include "scene/scene_spec.hpp"
 
 #include <cstdint>
@@ -81,6 +82,8 @@ struct Plan {
     Keeping keeping;                         ///< of checkpoints
     std::optional<ContactSpec> contact;      ///< of rods with each other; absent: nothing is searched, kept or sent
     std::optional<ContactLaws> contact_laws; ///< by pair of groups
+    bool automatic_stiffness = false;        ///< of `contact`: found from what presses
+    ContactOutlook outlook;                  ///< of contacts and walls, where there are any
     std::vector<Wall> walls;                 ///< planes, tubes and balls: boxes are taken apart
     double mass = 0;                         ///< of all rods, kg
     std::optional<Vec3d> gravity;            ///< that of rods which touch something, where it is one for all; m/s^2

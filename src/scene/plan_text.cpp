@@ -69,10 +69,23 @@ std::string law_text(const ContactLaw& law) {
     return text;
 }
 
-std::string wall_text(const Wall& wall) {
+/// Where something presses: how far contacts are expected to overlap, and what would hold them where that is too far.
+std::string overlap_text(const ContactOutlook& outlook, const ContactLaw& law, double assumed) {
+    if (outlook.force == 0)
+        return fmt::format("neither weight nor a lid presses; the step allows for up to {:g} of the diameter", assumed);
+    std::string text = fmt::format("{:.2g} of the diameter expected under {:.3g} N ({}); the step allows for up to {:g}",
+                                   outlook.overlap, outlook.force, outlook.by, assumed);
+    const double ratio = outlook.overlap / assumed, power = law.normal == ContactNormal::linear ? 1 : 1.5;
+    if (ratio > 1 && law.restitution == 0)
+        text += fmt::format(", which stiffness = {:.2g} would hold", law.stiffness * std::pow(ratio, power));
+    return text;
+}
+
+std::string wall_text(const Wall& wall, double overlap) {
     std::string text = fmt::format("'{}', {}, {}", wall.name, wall_names[static_cast<std::size_t>(wall.kind)], law_text(wall.law));
     if (wall.servo.drives()) text += fmt::format("; driven at {:g} m/s by the stress on '{}'", wall.servo.speed, wall.servo.watch);
     else if (wall.moves_steadily()) text += "; moves";
+    if (overlap > 0) text += fmt::format("; overlap of {:.2g} expected", overlap);
     return text;
 }
 
@@ -113,8 +126,12 @@ std::string to_text(const Plan& p) {
         if (std::isfinite(g.tension_limit))
             line("  tension", fmt::format("directors flip beyond dilatation e_c = {:.4g}", g.tension_limit));
     }
-    if (p.contact) line("contact", law_text(p.contact->law) + (p.contact->self ? ", of rods with themselves too" : ""));
-    for (const Wall& wall : p.walls) line("wall", wall_text(wall));
+    if (p.contact) {
+        line("contact", law_text(p.contact->law) + (p.automatic_stiffness ? " (auto)" : "") +
+                            (p.contact->self ? ", of rods with themselves too" : ""));
+        line("  overlap", overlap_text(p.outlook, p.contact->law, p.contact->overlap));
+    }
+    for (std::size_t w = 0; w < p.walls.size(); ++w) line("wall", wall_text(p.walls[w], p.outlook.wall_overlaps[w]));
     if (steps_together(p)) line("protocol", "one step per visit: rods wait for each other");
     if (p.integrator != Integrator::verlet)
         line("integrator", fmt::format("{}, limits times {:.4g}", integrator_names[static_cast<std::size_t>(p.integrator)],
@@ -165,12 +182,15 @@ std::string to_json(const Plan& p) {
                            std::isfinite(g.tension_limit) ? nlohmann::ordered_json(g.tension_limit) : nlohmann::ordered_json()}});
     }
     nlohmann::ordered_json walls = nlohmann::ordered_json::array();
-    for (const Wall& wall : p.walls)
+    for (std::size_t w = 0; w < p.walls.size(); ++w) {
+        const Wall& wall = p.walls[w];
         walls.push_back({{"name", wall.name},
                          {"kind", wall_names[static_cast<std::size_t>(wall.kind)]},
                          {"law", law_text(wall.law)},
                          {"driven", wall.servo.drives()},
-                         {"moves", wall.moves_steadily()}});
+                         {"moves", wall.moves_steadily()},
+                         {"expected_overlap", p.outlook.wall_overlaps[w]}});
+    }
     const nlohmann::ordered_json json = {
         {"title", p.title},
         {"machine",
@@ -184,6 +204,13 @@ std::string to_json(const Plan& p) {
         {"elements", p.elements},
         {"groups", groups},
         {"contact", p.contact ? nlohmann::ordered_json(law_text(p.contact->law)) : nlohmann::ordered_json()},
+        {"contact_outlook", p.contact ? nlohmann::ordered_json{{"stiffness", p.contact->law.stiffness},
+                                                               {"automatic", p.automatic_stiffness},
+                                                               {"force_N", p.outlook.force},
+                                                               {"by", p.outlook.by},
+                                                               {"expected_overlap", p.outlook.overlap},
+                                                               {"overlap_of_step", p.contact->overlap}}
+                                      : nlohmann::ordered_json()},
         {"walls", walls},
         {"steps_together", steps_together(p)},
         {"dt", p.dt},

@@ -532,8 +532,17 @@ private:
     }
 
     void law(const ContactLaw& law, const std::string& path) {
-        if (law.stiffness <= 0 && law.restitution <= 0)
-            add(path, "it needs 'stiffness', or 'restitution' and 'collision_time' [s]");
+        if (law.stiffness == 0 && law.restitution <= 0)
+            add(path, "it needs 'stiffness', a number or \"auto\", or 'restitution' and 'collision_time' [s]");
+        if (law.stiffness_is_automatic() && law.restitution > 0)
+            add(path + ".stiffness", "'stiffness' = \"auto\" has no use beside 'restitution', which chooses it");
+        const bool of_rods = scene_.contact && !path.starts_with("wall");
+        const double assumed = of_rods ? scene_.contact->overlap : ContactSpec{}.overlap;
+        if (!law.stiffness_is_automatic()) unused(path, {"accepted_overlap"}, "without stiffness = \"auto\"");
+        else if (law.accepted_overlap > assumed)
+            add(given(path + ".accepted_overlap") ? path + ".accepted_overlap" : path + ".stiffness",
+                fmt::format("an accepted overlap of {:g} is more than the {:g} that the time step allows for", law.accepted_overlap,
+                            assumed));
         if (law.restitution <= 0) {
             unused(path, {"collision_time", "collision_speed"}, "without 'restitution'");
         } else {

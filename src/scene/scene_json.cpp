@@ -58,6 +58,14 @@ template <class Visit> Json echo(Visit visit) {
     return echo.result();
 }
 
+/// A table of contacts, with the word where its stiffness is automatic, and only there what goes with it.
+template <class Spec> Json contact_echo(Spec& spec) {
+    Json table = echo([&](FieldVisitor& f) { spec.fields(f); });
+    if (spec.law.stiffness_is_automatic()) table["stiffness"] = "auto";
+    else table.erase("accepted_overlap");
+    return table;
+}
+
 } // namespace
 
 std::string scene_json(const SceneSpec& scene, bool physics_only) {
@@ -68,9 +76,9 @@ std::string scene_json(const SceneSpec& scene, bool physics_only) {
     for (RodSpec& rods : copy.rods) json["rods"].push_back(echo([&](FieldVisitor& f) { rods.fields(f); }));
     for (LoadSpec& load : copy.loads) json["load"].push_back(echo([&](FieldVisitor& f) { load_fields(f, load); }));
     for (DampingSpec& damping : copy.damping) json["damping"].push_back(echo([&](FieldVisitor& f) { damping_fields(f, damping); }));
-    if (copy.contact) json["contact"] = echo([&](FieldVisitor& f) { copy.contact->fields(f); });
-    for (ContactPair& pair : copy.contact_pairs) json["contact_pair"].push_back(echo([&](FieldVisitor& f) { pair.fields(f); }));
-    for (Wall& wall : copy.walls) json["wall"].push_back(echo([&](FieldVisitor& f) { wall.fields(f); }));
+    if (copy.contact) json["contact"] = contact_echo(*copy.contact);
+    for (ContactPair& pair : copy.contact_pairs) json["contact_pair"].push_back(contact_echo(pair));
+    for (Wall& wall : copy.walls) json["wall"].push_back(contact_echo(wall));
     if (!scene.start.from.empty()) json["start"] = echo([&](FieldVisitor& f) { copy.start.fields(f); });
     if (!physics_only) {
         json["title"] = scene.title;

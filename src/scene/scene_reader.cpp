@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
 #include <fmt/format.h>
 
@@ -31,6 +32,14 @@ std::string elsewhere(std::string_view key) {
     return "";
 }
 
+/// The number that stands for the word "auto", where a key of a table takes it.
+std::optional<double> what_auto_means(std::string_view table, std::string_view key) {
+    if (table == "time" && key == "dt") return 0;
+    const bool has_law = table == "contact" || table == "contact_pair" || table == "wall";
+    if (has_law && key == "stiffness") return ContactLaw::automatic;
+    return std::nullopt;
+}
+
 class TomlReader : public FieldVisitor {
 public:
     explicit TomlReader(Problems& problems) : problems_(problems) {}
@@ -43,9 +52,10 @@ public:
     void visit(const Field& f, double& x) override {
         const TomlValue* v = find(f);
         if (!v) return;
-        const bool takes_auto = open_.back().path == "time" && f.name == "dt";
-        if (const auto* word = v->as<std::string>(); takes_auto && word && *word == "auto") x = 0;
-        else number(f, *v, x, with_unit("a number", f) + (takes_auto ? " or \"auto\"" : ""));
+        const std::optional<double> automatic = what_auto_means(open_.back().path, f.name);
+        if (const auto* word = v->as<std::string>(); automatic && word && *word == "auto") x = *automatic;
+        else if (number(f, *v, x, with_unit("a number", f) + (automatic ? " or \"auto\"" : "")) && automatic && x < 0)
+            problems_.add(v->place, fmt::format("{} is {}; it must be at least 0, or \"auto\"", key_in_table(f), x));
     }
     void visit(const Field& f, long& i) override {
         if (const TomlValue* v = find(f)) integer(f, *v, i, with_unit("an integer", f));

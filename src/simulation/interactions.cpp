@@ -9,6 +9,7 @@
 #include <array>
 #include <cmath>
 #include <functional>
+#include <limits>
 #include <numeric>
 #include <tuple>
 
@@ -46,11 +47,16 @@ Interactions::Interactions(const Communicator& comm, const Threads& threads, con
             owned.assign(all_rods, 0);
             for (const LocalRod& rod : rods_.local()) owned[static_cast<std::size_t>(rod.gid)] = 1;
         }
+        deepest_.allowed = plan_.contact->overlap;
+        const std::size_t materials = plan_.contact_laws->materials();
+        for (std::size_t i = 0; i < materials * materials; ++i)
+            soft_until_ = std::max(soft_until_, plan_.contact_laws->between(i / materials, i % materials).soft_until);
         contacts_ =
             kernels(plan_.machine.lanes).make_contacts(around_.others->capsules, *plan_.contact_laws, threads, std::move(owned));
     }
     if (!around_.walls) return;
     work_.assign(around_.walls->count(), 0);
+    deepest_at_.assign(around_.walls->count(), {.allowed = ContactSpec{}.overlap});
     for (std::size_t w = 0; w < around_.walls->count(); ++w) {
         const Wall& wall = around_.walls->wall[w];
         if (wall.servo.drives()) driven_.push_back({static_cast<int>(w), around_.walls->find(wall.servo.watch), Servo(wall)});
@@ -92,6 +98,72 @@ void Interactions::meet(const Step& step, Timers& timers) {
     contacts_->evaluate(view.capsules, step.time, step.kick, view.load);
     timers.move(Phase::contacts, Phase::search, contacts_->figures().search_s - searched);
     view.touched = contacts_->touched_rods();
+    if (step.time >= soft_until_) deepest_.take(contacts_->figures().deepest, step.index);
+}
+
+void Interactions::look_at_walls(const Step& step) {
+    for (std::size_t w = 0; w < deepest_at_.size(); ++w) {
+        if (step.time < around_.walls->wall[w].law.soft_until) continue;
+        for (const auto& accounts : around_.accounts)
+            if (accounts) deepest_at_[w].take(accounts->deepest(static_cast<int>(w)), step.index);
+    }
+}
+
+void Interactions::Deepest::take(double now, std::int64_t step) {
+    overlap = std::max(overlap, now);
+    if (passed < 0 && now > allowed) passed = step;
+}
+
+bool Interactions::passed() const {
+    const auto untold = [](const Deepest& d) { return d.passed >= 0 && !d.told; };
+    return untold(deepest_) || std::any_of(deepest_at_.begin(), deepest_at_.end(), untold);
+}
+
+std::string Interactions::tell_of_overlaps() {
+    std::string text;
+    std::size_t at = 0;
+    const std::vector<LargestOverlap> all = largest_overlaps();
+    const auto tell = [&](Deepest& mine) {
+        const std::string one = all[at++].complaint();
+        if (mine.told || one.empty()) return;
+        mine.told = true;
+        text += (text.empty() ? "" : "\n  ") + one;
+    };
+    if (contacts_) tell(deepest_);
+    for (Deepest& wall : deepest_at_) tell(wall);
+    return text;
+}
+
+std::vector<LargestOverlap> Interactions::largest_overlaps() const {
+    std::vector<LargestOverlap> all;
+    const auto tell = [&](const std::string& of, const Deepest& mine, ContactNormal normal, double stiffness) {
+        constexpr auto never = std::numeric_limits<std::int64_t>::max();
+        const std::int64_t first = comm_.min(mine.passed < 0 ? never : mine.passed);
+        LargestOverlap& one =
+            all.emplace_back(LargestOverlap{of, comm_.max(mine.overlap), mine.allowed, first == never ? -1 : first});
+        const double ratio = one.overlap / one.allowed;
+        one.times = normal == ContactNormal::linear ? ratio : ratio * std::sqrt(ratio);
+        one.stiffness = stiffness;
+    };
+    if (contacts_)
+        tell("rods", deepest_, plan_.contact_laws->normal(),
+             plan_.contact_laws->materials() == 1 ? plan_.contact_laws->between(0, 0).stiffness : 0);
+    for (std::size_t w = 0; w < deepest_at_.size(); ++w) {
+        const Wall& wall = around_.walls->wall[w];
+        tell(wall.name, deepest_at_[w], wall.law.normal, wall.law.restitution > 0 ? 0 : wall.law.stiffness);
+    }
+    return all;
+}
+
+std::string LargestOverlap::complaint() const {
+    if (passed < 0) return {};
+    std::string text = fmt::format("{} overlap by {:.3g} of the diameter, since step {} by more than the {:g} that the time step "
+                                   "allows for",
+                                   of == "rods" ? "rods" : fmt::format("rods and wall '{}'", of), overlap, passed, allowed);
+    if (stiffness > 0)
+        text += fmt::format("; stiffness = {:.2g} in place of {:.4g} would hold them there", times * stiffness, stiffness);
+    else text += fmt::format("; {:.2g} times the stiffness would hold them there", times);
+    return text;
 }
 
 void Interactions::exchange() {

@@ -22,6 +22,18 @@ struct Touch {
     std::string text; ///< with whom, and how
 };
 
+/// The largest overlap of contacts or with a wall so far.
+struct LargestOverlap {
+    std::string of;                  ///< "rods" or a wall's name
+    double overlap = 0, allowed = 0; ///< over the diameter
+    std::int64_t passed = -1;        ///< step that was the first beyond what the time step allows for; -1: none
+    double times = 0;                ///< the stiffness, at which the same force would push no deeper than allowed
+    double stiffness = 0;            ///< of the law; 0: there are several, or it is said otherwise
+
+    /// What to tell of it, where it has been passed.
+    std::string complaint() const;
+};
+
 class Interactions {
 public:
     /// Collective. `groups`, `threads`, `plan` and `rods` must outlive it.
@@ -44,6 +56,15 @@ public:
     double step_limit() const;
     /// Of all that touch a rod at the last evaluation what presses it most; no text where nothing does. Collective.
     Touch strongest_touch(std::int64_t gid) const;
+    /// Where walls are pressed now: to be told now and then, as contacts tell of themselves in every step.
+    void look_at_walls(const Step& step);
+    /// Of this rank: something has overlapped by more than the step allows for, and has not been told of.
+    bool passed() const;
+    /// What is to be told of that, a line for rods and for each wall, each once. Collective.
+    std::string tell_of_overlaps();
+    /// Of contacts, then of each wall: the largest overlap of this run, over the diameter, but of times with soft_until to come.
+    /// Collective.
+    std::vector<LargestOverlap> largest_overlaps() const;
 
     /// What the time series tells of contacts and walls, and of weight where there is any.
     std::vector<std::string> names() const;
@@ -73,6 +94,16 @@ private:
     Surroundings around_;
     std::unique_ptr<ContactSolver> contacts_; ///< null where rods do not touch
     std::vector<ContactMobility> mobility_;   ///< by group
+
+    struct Deepest {
+        double overlap = 0, allowed = 0;
+        std::int64_t passed = -1;
+        bool told = false;
+        void take(double now, std::int64_t step);
+    };
+    double soft_until_ = 0;           ///< s; the last of the contacts' laws
+    Deepest deepest_;                 ///< of contacts
+    std::vector<Deepest> deepest_at_; ///< of each wall
 
     struct DrivenWall {
         int wall, watched;

@@ -57,8 +57,8 @@ Simulation::Simulation(const Communicator& comm, const Threads& threads, const S
     : comm_(comm), threads_(threads), groups_(std::move(groups)), plan_(std::move(plan)),
       options_(std::move(options)), sets_{scene.output.observes("angular_momentum"), scene.output.observes("curvature"),
                                           scene.output.observes("knots")},
-      physics_(physics_json(scene, groups_, plan_.dt)), settings_(settings_json(scene)), output_(output_json(scene)),
-      started_(options_.began > 0 ? options_.began : wall_seconds()),
+      physics_(physics_json(with_stiffnesses(scene, groups_), groups_, plan_.dt)), settings_(settings_json(scene)),
+      output_(output_json(scene)), started_(options_.began > 0 ? options_.began : wall_seconds()),
       checkpoints_(plan_.cadence.checkpoint_wall, started_, plan_.state_bytes / plan_.machine.ranks),
       clock_(plan_.dt, 0, plan_.integrator) {
     timers_.add(Phase::setup, wall_seconds() - started_); // reading of the scene and of its rods
@@ -160,6 +160,7 @@ void Simulation::advance(std::int64_t until) {
             near_limit_ = rods_->near_limit();
             if (!near_limit_.empty()) near_limit_ += fmt::format(" at step {}", clock_.done());
         }
+        if (check && interactions_) interactions_->look_at_walls(steps.back());
         if (!fit) try {
                 rods_->inspect(clock_.done(), plan_.dt);
                 if (interactions_) interactions_->inspect(clock_.done());
@@ -250,12 +251,16 @@ Simulation::Verdict Simulation::agree() {
     const double wall = wall_seconds() - started_;
     checkpoints_.look();
     const bool late = options_.walltime > 0 && checkpoints_.late(options_.walltime);
-    const Verdict mine = !failure_.empty()                      ? Verdict::fail
-                         : stop_requested() || late             ? Verdict::stop_at_limit
-                         : !near_limit_.empty() && !told_limit_ ? Verdict::warn
-                                                                : Verdict::go_on;
+    const bool tells = (!near_limit_.empty() && !told_limit_) || (interactions_ && interactions_->passed());
+    const Verdict mine = !failure_.empty()          ? Verdict::fail
+                         : stop_requested() || late ? Verdict::stop_at_limit
+                         : tells                    ? Verdict::warn
+                                                    : Verdict::go_on;
     auto verdict = static_cast<Verdict>(comm_.max(static_cast<std::int64_t>(mine)));
-    if (verdict == Verdict::warn || verdict == Verdict::fail) warn_of_limit();
+    if (verdict == Verdict::warn || verdict == Verdict::fail) {
+        warn_of_limit();
+        warn_of_overlap();
+    }
     if (verdict == Verdict::fail) throw_failure();
     if (verdict == Verdict::warn) verdict = Verdict::go_on;
     if (clock_.done() >= next_tick_) {
@@ -374,6 +379,13 @@ void Simulation::warn_of_limit() {
     warn(told_limit_, !text.empty(), text + (plan_.force_dt ? "" : "; beyond it the run is stopped: lower dt or time.e_min"));
 }
 
+void Simulation::warn_of_overlap() {
+    if (!interactions_) return;
+    bool told = false;
+    const std::string text = interactions_->tell_of_overlaps();
+    warn(told, !text.empty(), text);
+}
+
 void Simulation::warn_of_strain() {
     const double turn = last_sample_[observed_turn_per_cell], strain = last_sample_[observed_axial_strain];
     double room = HUGE_VAL; // to the lowest tension limit
@@ -435,6 +447,7 @@ void Simulation::write_summary(const RunResult& result) {
     }
     figures.rod_bytes = comm_.sum(static_cast<std::int64_t>(rods_->bytes()));
     figures.resident_bytes = comm_.sum(resident_bytes());
+    if (interactions_) figures.overlaps = interactions_->largest_overlaps();
     on_root(comm_, [&] {
         write_file(options_.out + "/summary.json", summary_json(figures));
         if (!options_.quiet) std::printf("%s", timing_table(figures).c_str());

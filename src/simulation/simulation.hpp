@@ -127,6 +127,8 @@ private:
     std::vector<std::string> names() const;
     std::vector<double> observables() const;
     std::int64_t next_event() const;
+    /// The same of overlaps beyond what the step allows for; collective.
+    void warn_of_overlap();
     /// All ranks learn of failures, signals, limits and what to be warned of; sets the next tick. Throws NumericalError where a
     /// rank failed.
     Verdict agree();

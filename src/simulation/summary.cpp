@@ -42,10 +42,11 @@ std::int64_t resident_bytes() {
 }
 
 std::string summary_json(const RunFigures& f) {
-    nlohmann::ordered_json phases, observables;
+    nlohmann::ordered_json phases, observables, overlaps = nlohmann::ordered_json::object();
     for (std::size_t p = 0; p < phase_count; ++p)
         phases[std::string(phase_names[p])] = {
             {"min_s", f.phases[p].min}, {"mean_s", f.phases[p].mean}, {"max_s", f.phases[p].max}};
+    for (const LargestOverlap& o : f.overlaps) overlaps[o.of == "rods" ? "rods" : "wall " + o.of] = o.overlap;
     for (std::size_t i = 0; i < f.names.size(); ++i) observables[f.names[i]] = f.observables[i];
     nlohmann::ordered_json json = {
         {"title", f.plan.title},
@@ -67,6 +68,7 @@ std::string summary_json(const RunFigures& f) {
         {"cores_per_rank", f.plan.machine.cores},
         {"lanes", f.plan.machine.lanes},
         {"protocol", protocol_names[static_cast<std::size_t>(f.protocol)]},
+        {"largest_overlap", overlaps},
         {"phases", phases},
         {"memory",
          {{"rods_bytes", f.rod_bytes},
@@ -113,6 +115,10 @@ std::string timing_table(const RunFigures& f) {
                    element_steps(f), ns_per_element_step(f),
                    static_cast<double>(f.rod_bytes) / static_cast<double>(f.plan.elements),
                    static_cast<double>(f.resident_bytes) * 1e-6);
+    for (const LargestOverlap& o : f.overlaps)
+        if (o.overlap > 0)
+            fmt::format_to(out, "largest overlap {} {:.3g} of the diameter; the step allows for {:g}\n",
+                           o.of == "rods" ? "of rods" : fmt::format("with wall '{}'", o.of), o.overlap, o.allowed);
     fmt::format_to(out, "step {}  digest {}\n", f.result.step, digest_text(f.result.digest));
     return text;
 }

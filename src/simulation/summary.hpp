@@ -24,12 +24,13 @@ struct RunFigures {
     std::string ancestry; ///< of a branch, JSON; else empty
     Protocol protocol;
     double wall_s;
-    std::vector<std::string> names;      ///< of observables
-    std::span<const double> observables; ///< at the end
-    std::string output;                  ///< the scene's [output], JSON
-    std::vector<PhaseTime> phases;       ///< by Phase
-    std::int64_t rod_bytes = 0;          ///< state and scratch, all ranks
-    std::int64_t resident_bytes = 0;     ///< resident set, all ranks
+    std::vector<std::string> names;            ///< of observables
+    std::span<const double> observables;       ///< at the end
+    std::string output;                        ///< the scene's [output], JSON
+    std::vector<PhaseTime> phases;             ///< by Phase
+    std::int64_t rod_bytes = 0;                ///< state and scratch, all ranks
+    std::int64_t resident_bytes = 0;           ///< resident set, all ranks
+    std::vector<LargestOverlap> overlaps = {}; ///< of contacts and walls, in this run
 };
 
 std::string summary_json(const RunFigures& figures);

@@ -49,6 +49,26 @@ TEST(SceneRebuild, FromToml) {
     }
 }
 
+TEST(SceneRebuild, OfAutomaticStiffnesses) {
+    SceneSpec scene = read_scene(good_scene);
+    const ContactLaw law{.stiffness = ContactLaw::automatic, .accepted_overlap = 0.03};
+    scene.contact = ContactSpec{.law = law};
+    scene.contact_pairs = {{.between = {scene.rods[0].name, scene.rods[0].name}, .law = law}};
+    scene.walls = {{.name = "floor", .law = law}};
+    EXPECT_EQ(scene_json(read_text(scene_toml(scene)), false), scene_json(scene, false)) << scene_toml(scene);
+    // What a checkpoint keeps is the number that it was run with.
+    scene.loads = {{.load = Gravity{}}};
+    const SceneSpec numbers = with_stiffnesses(scene, make_groups(scene));
+    for (const ContactLaw& known : {numbers.contact->law, numbers.contact_pairs[0].law, numbers.walls[0].law})
+        EXPECT_GT(known.stiffness, 0);
+    const std::string physics = physics_json(numbers, 1e-3);
+    EXPECT_EQ(physics.find("auto\""), std::string::npos);
+    EXPECT_EQ(physics.find("accepted"), std::string::npos);
+    const SceneSpec back = rebuilt_scene(physics, settings_json(scene), "checkpoint");
+    EXPECT_EQ(back.contact->law.stiffness, numbers.contact->law.stiffness);
+    EXPECT_EQ(physics_json(back, 1e-3), physics);
+}
+
 TEST(SceneRebuild, TomlKeepsEveryBitOfANumber) {
     SceneSpec scene = read_scene(good_scene);
     scene.output = {}, scene.time.dt = 0;
