@@ -40,7 +40,7 @@ missing=()
 for package in "${packages[@]}"; do
     if installed "$package"; then continue; fi
     if [[ $package == python3-paraview ]] && installed python3-vtk9; then
-        echo "Not taken: $package, which excludes the python3-vtk9 that is here; the test that opens results with VTK is left out."
+        echo "Not taken: $package, which excludes the python3-vtk9 that is here; the tests that open XDMF files with ParaView's readers are left out."
         continue
     fi
     missing+=("$package")

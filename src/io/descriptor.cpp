@@ -27,6 +27,16 @@ void Descriptor::write(std::string_view text) {
     }
 }
 
+void Descriptor::write_at(std::uint64_t at, std::string_view text) {
+    while (!text.empty()) {
+        const auto written = ::pwrite(value_, text.data(), text.size(), static_cast<off_t>(at));
+        if (written < 0 && errno == EINTR) continue;
+        if (written < 0) throw_system_error(path_, "cannot be written", errno);
+        text.remove_prefix(static_cast<std::size_t>(written));
+        at += static_cast<std::uint64_t>(written);
+    }
+}
+
 void Descriptor::flush() {
     if (::fsync(value_) != 0) throw_system_error(path_, "cannot be flushed to disk", errno);
 }

@@ -85,17 +85,21 @@ void remove_file(const std::string& path) {
     if (::unlink(path.c_str()) != 0 && errno != ENOENT) throw_system_error(path, "cannot be removed", errno);
 }
 
-void on_root(const Communicator& comm, const std::function<void()>& deed) {
+void on_all(const Communicator& comm, const std::function<void()>& deed) {
     std::string failure;
-    if (comm.root()) {
-        try {
-            deed();
-        } catch (const std::exception& error) {
-            failure = error.what();
-        }
+    try {
+        deed();
+    } catch (const std::exception& error) {
+        failure = error.what();
     }
     failure = comm.first_text(failure);
     if (!failure.empty()) throw IoError(failure);
+}
+
+void on_root(const Communicator& comm, const std::function<void()>& deed) {
+    on_all(comm, [&] {
+        if (comm.root()) deed();
+    });
 }
 
 } // namespace skein

@@ -34,6 +34,8 @@ std::vector<NumberedFile> numbered_files(const std::string& directory, const std
 /// Removes a file; one that is not there is no error.
 void remove_file(const std::string& path);
 
+/// Runs `deed` on all ranks. Where it throws on some, all throw IoError with the message of one.
+void on_all(const Communicator& comm, const std::function<void()>& deed);
 /// Runs `deed` on root. Where it throws, all ranks throw IoError with its message.
 void on_root(const Communicator& comm, const std::function<void()>& deed);
 

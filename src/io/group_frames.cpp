@@ -78,24 +78,11 @@ std::vector<std::byte> transposed(std::span<const std::byte> records, std::size_
     return turned;
 }
 
-std::vector<std::size_t> places(const Rods& rods, const RodGroup& group) {
-    std::vector<std::size_t> found;
-    for (std::size_t i = 0; i < rods.local().size(); ++i)
-        if (rods.local()[i].group == group.id()) found.push_back(i);
-    return found;
-}
-
-std::vector<std::int64_t> indices(const Rods& rods, std::span<const std::size_t> places) {
-    std::vector<std::int64_t> found;
-    for (const auto place : places) found.push_back(rods.local()[place].index);
-    return found;
-}
-
 } // namespace
 
 GroupFrames::GroupFrames(const Communicator& comm, const RodGroup& group, const Rods& rods, FrameKind kind, const OutputSpec& spec)
     : group_(group), rods_(rods), kind_(kind), precision_(spec.precision), fields_(fields_of(kind, spec, group)),
-      local_(places(rods, group)), blocks_(comm, indices(rods, local_), group.count()), pending_(fields_.size()) {}
+      owned_(owned_rods(rods, group.id())), blocks_(comm, owned_.indices, group.count()), pending_(fields_.size()) {}
 
 std::uint64_t GroupFrames::frame_bytes() const { return count() * rod_bytes() + (kind_ == FrameKind::trajectory ? view_bytes : 0); }
 
@@ -129,7 +116,7 @@ void GroupFrames::take(double lag, std::size_t most) {
         pending_[f].sent.need(most * blocks_.sent() * record_bytes(fields_[f]));
     }
     const std::size_t frame = pending_frames_++;
-    rods_.read(local_, directors() ? Copy::frames : Copy::positions, lag, [&](int, std::size_t i, const RodCopy& rod) {
+    rods_.read(owned_.places, directors() ? Copy::frames : Copy::positions, lag, [&](int, std::size_t i, const RodCopy& rod) {
         const auto [own, place] = blocks_.destination(i);
         for (std::size_t f = 0; f < fields_.size(); ++f) {
             std::byte* records = own ? pending_[f].block.data() : pending_[f].sent.data();
@@ -184,10 +171,8 @@ void GroupFrames::write_rows(H5File& file, const std::string& name, std::uint64_
 }
 
 void GroupFrames::write_constants(H5File& file, const Communicator& comm) const {
-    std::vector<std::int64_t> indices;
-    for (const auto place : local_) indices.push_back(rods_.local()[place].index);
     const auto write_vectors = [&](const std::string& name, auto vector_of) {
-        const std::vector<double> rows = rows_of_owners(blocks_, indices, 3, [&](std::int64_t i, double* out) {
+        const std::vector<double> rows = rows_of_owners(blocks_, owned_.indices, 3, [&](std::int64_t i, double* out) {
             const Vec3d v = vector_of(i);
             out[0] = v.x, out[1] = v.y, out[2] = v.z;
         });
@@ -207,7 +192,7 @@ void GroupFrames::write_constants(H5File& file, const Communicator& comm) const 
         std::copy_n(radius.begin() + static_cast<std::ptrdiff_t>(first), nodes, out);
     };
     if (group_.sized()) {
-        radius = rows_of_owners(blocks_, indices, static_cast<std::size_t>(nodes), [&](std::int64_t i, double* out) {
+        radius = rows_of_owners(blocks_, owned_.indices, static_cast<std::size_t>(nodes), [&](std::int64_t i, double* out) {
             with_rod(group_, i, [&](const RodGroup& rod) {
                 for (std::int64_t k = 0; k < nodes; ++k) out[k] = node_radius(rod, k);
             });

@@ -38,7 +38,7 @@ public:
     /// Of a frame in the file, or more.
     std::uint64_t frame_bytes() const;
     /// Of a pending frame on this rank.
-    std::size_t pending_bytes() const { return local_.size() * rod_bytes(); }
+    std::size_t pending_bytes() const { return owned_.places.size() * rod_bytes(); }
     /// Of what holds for all frames, or more.
     std::uint64_t constant_bytes() const;
 
@@ -78,7 +78,7 @@ private:
     FrameKind kind_;
     Precision precision_;
     std::vector<FrameField> fields_;
-    std::vector<std::size_t> local_; ///< places of the group's rods in Rods::local()
+    OwnedRods owned_;
     IndexBlocks blocks_;
     /// Records of a field that wait to be written: [frames, rods of this rank's block] and [frames, rods of others' blocks].
     struct Pending {

@@ -5,10 +5,15 @@
 namespace skein {
 
 void OutputSpec::fields(FieldVisitor& f) {
-    f.visit({.name = "trajectory", .unit = "s", .text = "interval of whole-rod frames (HDF5 + XDMF); 0: none", .at_least = 0},
-            trajectory);
+    f.visit({.name = "trajectory", .unit = "s", .text = "interval of whole-rod frames (HDF5); 0: none", .at_least = 0}, trajectory);
     f.visit({.name = "directors", .unit = "", .text = "trajectory frames hold directors"}, directors);
     f.choice({.name = "precision", .unit = "", .text = "of trajectory and tip frames"}, precision, precision_names);
+    f.choice(
+        {.name = "paraview",
+         .unit = "",
+         .text = "frames of the trajectory for ParaView; vtp: as poly data (rods.pvd, walls.pvd) and XDMF; xdmf: a side-car of the "
+                 "HDF5 files alone; none: neither; auto: vtp up to 100000 nodes, xdmf beyond"},
+        paraview, paraview_names);
     f.visit({.name = "tips", .unit = "s", .text = "interval of frames of every rod's last node; 0: none", .at_least = 0}, tips);
     f.visit({.name = "series", .unit = "s", .text = "interval of the time series of observables; 0: none", .at_least = 0}, series);
     f.visit(
@@ -45,6 +50,11 @@ void OutputSpec::fields(FieldVisitor& f) {
          .text =
              "columns of the series that the progress line shows, without units, e.g. [\"kinetic_translation\", \"max_speed\"]"},
         progress);
+}
+
+bool OutputSpec::writes_vtp(std::int64_t nodes) const {
+    if (trajectory == 0) return false;
+    return paraview == ParaView::vtp || (paraview == ParaView::automatic && nodes <= most_nodes_of_vtp);
 }
 
 bool OutputSpec::observes(std::string_view set) const {

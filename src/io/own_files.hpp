@@ -7,7 +7,11 @@
 
 namespace skein {
 
-/// Whether a run gives files such a name: trajectory_<12 digits>.h5, observables.csv, their temporary and put aside forms.
+/// Of frames for ParaView, in a run's directory.
+inline const std::string frames_folder = "vtp/";
+
+/// Whether a run gives files such a name: trajectory_<12 digits>.h5, observables.csv, their temporary and put aside forms;
+/// those of its folder vtp/ with that before them.
 bool is_result_name(std::string_view name);
 
 /// The attribute `format` of an HDF5 file; empty where the file cannot be read or has none. For one rank alone.

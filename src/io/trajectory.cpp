@@ -177,7 +177,10 @@ struct FrameWriter::Impl {
         last_closed = last_step = comm.broadcast(segments.empty() ? std::int64_t{-1} : segments.back().steps.back());
         if (kind != FrameKind::trajectory) return;
         bool old = false;
-        on_root(comm, [&] { old = make_way_for_side_car(); });
+        on_root(comm, [&] {
+            old = make_way_for_side_car();
+            if (old && spec.paraview == ParaView::none) remove_file(side_car());
+        });
         if (comm.max(static_cast<std::int64_t>(old || !segments.empty())) > 0) write_side_car();
     }
 
@@ -282,7 +285,7 @@ struct FrameWriter::Impl {
     }
 
     void write_side_car() {
-        if (kind != FrameKind::trajectory) return;
+        if (kind != FrameKind::trajectory || spec.paraview == ParaView::none) return;
         on_root(comm, [&] {
             listed = segments.size();
             std::vector<XdmfGroup> xdmf_groups;

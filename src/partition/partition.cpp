@@ -145,6 +145,13 @@ std::vector<Keyed> send_to_owners(const Communicator& comm, std::span<const Keye
 
 } // namespace
 
+OwnedRods owned_rods(const Rods& rods, int group) {
+    OwnedRods owned;
+    for (std::size_t i = 0; i < rods.local().size(); ++i)
+        if (rods.local()[i].group == group) owned.places.push_back(i), owned.indices.push_back(rods.local()[i].index);
+    return owned;
+}
+
 std::int64_t block_begin(std::int64_t count, int part, int parts) { return count / parts * part + count % parts * part / parts; }
 
 void read_rods(const Communicator& comm, std::span<RodGroup> groups) {

@@ -28,6 +28,13 @@ void read_rods(const Communicator& comm, std::span<RodGroup> groups);
 /// From blocks to owners: what is known of single rods goes to the ranks that own them, and is forgotten elsewhere. Collective.
 void keep_own_rods(const Communicator& comm, std::span<RodGroup> groups, std::span<const LocalRod> own);
 
+/// A group's rods of this rank: their places in Rods::local(), and their numbers in the group.
+struct OwnedRods {
+    std::vector<std::size_t> places;
+    std::vector<std::int64_t> indices;
+};
+OwnedRods owned_rods(const Rods& rods, int group);
+
 /// First of the items that part `part` of `parts` holds when `count` items are dealt out in order: floor(part count / parts).
 std::int64_t block_begin(std::int64_t count, int part, int parts);
 

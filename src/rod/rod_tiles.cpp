@@ -6,6 +6,7 @@
 #include "rod/drift.hpp"
 #include "rod/figures.hpp"
 #include "rod/present_eigenvalues.hpp"
+#include "rod/rod_profile.hpp"
 #include "rod/synchronise.hpp"
 #include "rod/time_limits.hpp"
 
@@ -346,23 +347,29 @@ template <class Row> void at_least(std::vector<Row>& rows, std::size_t count) {
 
 } // namespace
 
-template <int W>
-void RodTiles<W>::take_apart(const RodTile<W>& tile, Copy copy, double lag, const LocalRod* rods, Reading& reading) const {
+template <int W> void RodTiles<W>::take_apart(const RodTile<W>& tile, Copy copy, double lag, double time, const LocalRod* rods,
+                                              Reading& reading) const {
     const RodTile<W> own = moved(tile, copy, lag, reading);
     const auto n = static_cast<std::size_t>(tile.n), slots = n + 1;
     at_least(reading.state, W * slots);
     to_rows(&own.slot->position.x, slots * slot_doubles, reinterpret_cast<double*>(reading.state.data()), slots * slot_doubles);
     if (copy == Copy::canonical) reading.hash = hashes(tile, rods);
-    if (copy != Copy::frames) return;
+    if (copy != Copy::frames && copy != Copy::strained) return;
     at_least(reading.frames, W * n);
     constexpr std::size_t numbers = sizeof(Mat3d) / sizeof(double);
     for (std::size_t k = 0; k < n; ++k) {
         const Mat3<Pack<W>> q = matrix(own.slot[k].director);
         to_rows(&q.d1.x, numbers, reinterpret_cast<double*>(reading.frames.data() + k), n * numbers);
     }
+    if (copy != Copy::strained) return;
+    if (reading.profile.size() < slots) reading.profile.resize(slots);
+    at_least(reading.profiles, W * slots);
+    rod_profile(own, time, reading.profile.data());
+    constexpr std::size_t figures = sizeof(NodeProfile) / sizeof(double);
+    to_rows(&reading.profile[0].strain, slots * figures, reinterpret_cast<double*>(reading.profiles.data()), slots * figures);
 }
 
-template <int W> void RodTiles<W>::take_along(std::size_t i, Copy copy, double lag, Reading& reading) const {
+template <int W> void RodTiles<W>::take_along(std::size_t i, Copy copy, double lag, double time, Reading& reading) const {
     const RodGroup& group = groups_[static_cast<std::size_t>(local_[i].group)];
     const auto slots = static_cast<std::size_t>(group.slots());
     at_least(reading.state, slots);
@@ -371,12 +378,17 @@ template <int W> void RodTiles<W>::take_along(std::size_t i, Copy copy, double l
     if (copy == Copy::canonical) reading.hash[0] = hash_rod(local_[i].gid, state);
     else if (copy == Copy::positions) skein::synchronise_positions(tile_of(group, state), lag);
     else skein::synchronise(tile_of(group, state), lag);
-    if (copy != Copy::frames) return;
+    if (copy != Copy::frames && copy != Copy::strained) return;
     at_least(reading.frames, slots - 1);
     for (std::size_t k = 0; k + 1 < slots; ++k) reading.frames[k] = frame(state[k]);
+    if (copy != Copy::strained) return;
+    at_least(reading.profiles, slots);
+    const RodGroup& own = group.sized() ? own_group(reading, 0, group, local_[i].index) : group;
+    rod_profile(tile_of(own, state, local_[i].index), time, reinterpret_cast<NodeProfileOf<Pack<1>>*>(reading.profiles.data()));
 }
 
-template <int W> void RodTiles<W>::read(std::span<const std::size_t> rods, Copy copy, double lag, const RodReader& reader) const {
+template <int W>
+void RodTiles<W>::read(std::span<const std::size_t> rods, Copy copy, double lag, const RodReader& reader, double time) const {
     const auto place = [&](std::size_t i) { return place_[rods[i]]; };
     const auto same_tile = [&](std::size_t i) { return i > 0 && i < rods.size() && place(i).tile == place(i - 1).tile; };
     const auto whole_tiles = [&](std::size_t i) {
@@ -390,11 +402,13 @@ template <int W> void RodTiles<W>::read(std::span<const std::size_t> rods, Copy 
         for (std::size_t i = whole_tiles(task * batch); i < end; ++i) {
             const RodTile<W>& tile = tiles_[place(i).tile];
             const auto slots = static_cast<std::size_t>(groups_[static_cast<std::size_t>(local_[rods[i]].group)].slots());
-            if (tile.strands) take_along(rods[i], copy, lag, reading);
-            else if (!same_tile(i)) take_apart(tile, copy, lag, &local_[first_rod_[place(i).tile]], reading);
+            if (tile.strands) take_along(rods[i], copy, lag, time, reading);
+            else if (!same_tile(i)) take_apart(tile, copy, lag, time, &local_[first_rod_[place(i).tile]], reading);
             const auto lane_ = tile.strands ? 0 : static_cast<std::size_t>(place(i).lane);
-            RodCopy one{std::span(reading.state).subspan(lane_ * slots, slots), {}, reading.hash[lane_]};
-            if (copy == Copy::frames) one.frames = std::span(reading.frames).subspan(lane_ * (slots - 1), slots - 1);
+            RodCopy one{.state = std::span(reading.state).subspan(lane_ * slots, slots), .hash = reading.hash[lane_]};
+            if (copy == Copy::strained) one.profile = std::span(reading.profiles).subspan(lane_ * slots, slots);
+            if (copy == Copy::frames || copy == Copy::strained)
+                one.frames = std::span(reading.frames).subspan(lane_ * (slots - 1), slots - 1);
             reader(thread, i, one);
         }
     });
@@ -410,7 +424,7 @@ template <int W> void RodTiles<W>::figures(double time, double lag, std::span<Ro
         Reading& reading = reading_[static_cast<std::size_t>(thread)];
         const std::size_t i = along_[a];
         const RodGroup& group = groups_[static_cast<std::size_t>(local_[i].group)];
-        take_along(i, Copy::synchronised, lag, reading);
+        take_along(i, Copy::synchronised, lag, 0, reading);
         const std::span state = std::span(reading.state).first(static_cast<std::size_t>(group.slots()));
         const RodGroup& own = group.sized() ? own_group(reading, 0, group, local_[i].index) : group;
         put_figures(figures_of(tile_of(own, state, local_[i].index), time), out.subspan(i, 1));
@@ -429,7 +443,7 @@ template <int W> std::uint64_t RodTiles<W>::digest() const {
     });
     threads_.for_each(along_.size(), [&](std::size_t a, int thread) {
         Reading& reading = reading_[static_cast<std::size_t>(thread)];
-        take_along(along_[a], Copy::canonical, 0, reading);
+        take_along(along_[a], Copy::canonical, 0, 0, reading);
         sums[static_cast<std::size_t>(thread)].sum += reading.hash[0];
     });
     std::uint64_t sum = 0;

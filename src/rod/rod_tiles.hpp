@@ -40,7 +40,7 @@ public:
     RodPlace place(std::size_t i) const override { return {tiles_[place_[i].tile].number, place_[i].lane}; }
     void export_rod(std::size_t i, std::span<Slot<1>> out) const override;
     void import_rod(std::size_t i, std::span<const Slot<1>> in) override;
-    void read(std::span<const std::size_t> rods, Copy copy, double lag, const RodReader& reader) const override;
+    void read(std::span<const std::size_t> rods, Copy copy, double lag, const RodReader& reader, double time) const override;
     void figures(double time, double lag, std::span<RodFigures> out) const override;
     std::uint64_t digest() const override;
     void inspect(std::int64_t step, double dt) const override;
@@ -80,10 +80,12 @@ private:
 
     /// A thread's buffers for copies, kept from one to the next.
     struct Reading {
-        AlignedVector<Slot<W>> slot; ///< of a tile
-        std::vector<Slot<1>> state;  ///< of its rods, one after the other
-        std::vector<Mat3d> frames;   ///< [rod][n]
-        std::vector<RodGroup> own;   ///< of rods with sizes of their own, while they are looked at
+        AlignedVector<Slot<W>> slot;                   ///< of a tile
+        std::vector<Slot<1>> state;                    ///< of its rods, one after the other
+        std::vector<Mat3d> frames;                     ///< [rod][n]
+        AlignedVector<NodeProfileOf<Pack<W>>> profile; ///< of a tile
+        std::vector<NodeProfile> profiles;             ///< [rod][n + 1]
+        std::vector<RodGroup> own;                     ///< of rods with sizes of their own, while they are looked at
         std::array<std::uint64_t, W> hash{};
     };
     /// The group of a rod with a size of its own alone, in one of W places of a thread's.
@@ -93,9 +95,9 @@ private:
     /// A tile across as a copy has it: itself where nothing is moved.
     RodTile<W> moved(const RodTile<W>& tile, Copy copy, double lag, Reading& reading) const;
     /// Puts its rods together, and works frames and hashes out where asked.
-    void take_apart(const RodTile<W>& tile, Copy copy, double lag, const LocalRod* rods, Reading& reading) const;
+    void take_apart(const RodTile<W>& tile, Copy copy, double lag, double time, const LocalRod* rods, Reading& reading) const;
     /// The same of one rod along.
-    void take_along(std::size_t i, Copy copy, double lag, Reading& reading) const;
+    void take_along(std::size_t i, Copy copy, double lag, double time, Reading& reading) const;
     /// `group`: with the constants of rod i.
     std::vector<PassEffect> dissect(std::size_t i, const RodGroup& group, std::span<const Step> stages);
     bool healthy(const RodTile<W>& tile);

@@ -1,6 +1,7 @@
 #include "rod/rods.hpp"
 
 #include "rod/figures.hpp"
+#include "rod/rod_profile.hpp"
 #include "rod/synchronise.hpp"
 
 namespace skein {
@@ -48,6 +49,14 @@ RodFigures figures_of(const RodGroup& group, std::span<const Slot<1>> state, dou
     RodFigures figures;
     put_figures(figures_of(tile_of(group, copy, index), time), std::span(&figures, 1));
     return figures;
+}
+
+void rod_profile(const RodGroup& group, std::span<const Slot<1>> state, double time, std::span<NodeProfile> out,
+                 std::int64_t index) {
+    std::vector<Slot<1>> copy(state.begin(), state.end());
+    std::vector<NodeProfileOf<Pack<1>>> profile(state.size());
+    rod_profile(tile_of(group, copy, index), time, profile.data());
+    for (std::size_t i = 0; i < out.size(); ++i) out[i] = {profile[i].strain[0], profile[i].curvature[0], profile[i].energy[0]};
 }
 
 } // namespace skein

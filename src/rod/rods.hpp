@@ -40,14 +40,24 @@ enum class Copy {
     canonical,    ///< the state as it is stored, and its hash
     positions,    ///< nodes at the time of the rates
     synchronised, ///< elements too
-    frames        ///< the same, and directors as matrices
+    frames,       ///< the same, and directors as matrices
+    strained      ///< the same, and strains at nodes
 };
+
+/// How a rod is strained at a node; see rod/rod_profile.hpp.
+template <class P> struct NodeProfileOf {
+    P strain;    ///< axial, e - e0; mean of the elements that meet here
+    P curvature; ///< of the axis, 1/m; 0 at ends, unless they are clamped
+    P energy;    ///< elastic, J per metre of rest length
+};
+using NodeProfile = NodeProfileOf<double>;
 
 /// A rod's state, put together from the lanes; valid while the reader is called.
 struct RodCopy {
-    std::span<const Slot<1>> state; ///< [n + 1]
-    std::span<const Mat3d> frames;  ///< [n], rows d1 d2 d3; of Copy::frames
-    std::uint64_t hash = 0;         ///< hash_rod; of Copy::canonical
+    std::span<const Slot<1>> state;       ///< [n + 1]
+    std::span<const Mat3d> frames;        ///< [n], rows d1 d2 d3; of Copy::frames and Copy::strained
+    std::span<const NodeProfile> profile; ///< [n + 1]; of Copy::strained
+    std::uint64_t hash = 0;               ///< hash_rod; of Copy::canonical
 };
 using RodReader = std::function<void(int thread, std::size_t i, const RodCopy& copy)>;
 
@@ -106,8 +116,9 @@ public:
     virtual void export_rod(std::size_t i, std::span<Slot<1>> out) const = 0;
     virtual void import_rod(std::size_t i, std::span<const Slot<1>> in) = 0;
     /// Calls reader(thread, i, copy) with a copy of local()[rods[i]] for every i, on all threads, tile by tile. `rods`: rising.
-    /// `lag`: time that copies which are not canonical are moved on by.
-    virtual void read(std::span<const std::size_t> rods, Copy copy, double lag, const RodReader& reader) const = 0;
+    /// `lag`: time that copies which are not canonical are moved on by; `time`: when walls that turn are where strained ones see
+    /// them.
+    virtual void read(std::span<const std::size_t> rods, Copy copy, double lag, const RodReader& reader, double time = 0) const = 0;
     /// Of every owned rod, [local], of copies moved on by `lag` to `time`.
     virtual void figures(double time, double lag, std::span<RodFigures> out) const = 0;
     /// Sum over owned rods of a hash of (gid, canonical state), modulo 2^64: order-free, so equal for any distribution.
@@ -163,6 +174,10 @@ std::uint64_t sum_of_hashes(std::int64_t first_gid, std::span<const double> numb
 
 /// Of one rod at one time. `time`: where walls that turn stand, s.
 RodFigures figures_of(const RodGroup& group, std::span<const Slot<1>> state, double time = 0, std::int64_t index = 0);
+
+/// Of rod `index` at one time; `out` has a place per slot.
+void rod_profile(const RodGroup& group, std::span<const Slot<1>> state, double time, std::span<NodeProfile> out,
+                 std::int64_t index = 0);
 
 /// Positions and directors moved on by `h` at constant rates: a synchronised copy for outputs and diagnostics.
 void synchronise(const RodGroup& group, std::span<Slot<1>> state, double h);

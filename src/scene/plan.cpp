@@ -6,6 +6,7 @@
 #include "core/error.hpp"
 #include "io/rod_file.hpp"
 #include "io/trajectory.hpp"
+#include "io/vtk_series.hpp"
 #include "loads/laplacian_filter.hpp"
 #include "rod/audit.hpp"
 #include "rod/bending_shift.hpp"
@@ -472,7 +473,7 @@ Tiling tiling_of(const Plan& plan, std::span<const std::int64_t> counts, int lan
 Plan make_plan(const SceneSpec& as_given, std::span<const RodGroup> groups, const Machine& machine) {
     const SceneSpec scene = with_stiffnesses(as_given, groups);
     Plan plan{.title = scene.title, .machine = machine};
-    double frame_values = 0, tip_values = 0;
+    double frame_values = 0, tip_values = 0, nodes = 0;
     for (const RodGroup& group : groups) plan.groups.push_back(plan_group(scene, group));
     plan.contact = scene.contact;
     if (scene.contact) plan.contact_laws = contact_laws(scene, groups);
@@ -496,6 +497,7 @@ Plan make_plan(const SceneSpec& as_given, std::span<const RodGroup> groups, cons
         if (p.walls) plan.state_bytes += slots * static_cast<double>(plan.walls.size()) * sizeof(WallBook<1>::Kept);
         frame_values += static_cast<double>(p.rods) *
                         (3.0 * (p.elements + 1) + (scene.output.directors ? 9.0 * p.elements + 3.0 * (p.elements + 1) : 0.0));
+        nodes += slots;
         tip_values += 3.0 * static_cast<double>(p.rods);
     }
     if (plan.copy_bytes > machine.ranks * most_copied_bytes) plan.copy_bytes = 0;
@@ -509,6 +511,10 @@ Plan make_plan(const SceneSpec& as_given, std::span<const RodGroup> groups, cons
     const auto frames = [&](std::int64_t every) { return every > 0 ? static_cast<double>(plan.steps / every + 1) : 0.0; };
     const double value_bytes = scene.output.precision == Precision::single ? 4 : 8;
     plan.output_bytes = value_bytes * (frames(plan.cadence.trajectory) * frame_values + frames(plan.cadence.tips) * tip_values);
+    plan.vtp = scene.output.writes_vtp(static_cast<std::int64_t>(nodes));
+    if (plan.vtp)
+        plan.output_bytes += frames(plan.cadence.trajectory) *
+                             VtkSeries::frame_bytes(scene.output, static_cast<double>(plan.rods), nodes, plan.contact.has_value());
     plan.frame_bytes = waiting_bytes(frames(plan.cadence.trajectory), value_bytes * frame_values, machine.ranks) +
                        waiting_bytes(frames(plan.cadence.tips), value_bytes * tip_values, machine.ranks);
     plan.predicted_s = ns * 1e-9 * static_cast<double>(scheme_of(plan.integrator).stages.size()) * static_cast<double>(plan.steps);

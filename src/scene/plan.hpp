@@ -91,6 +91,7 @@ struct Plan {
     std::vector<std::string> observables;    ///< sets that the scene adds to the series
     int families = 0;
     double state_bytes = 0;          ///< all ranks, state and scratch
+    bool vtp = false;                ///< frames as poly data too
     double frame_bytes = 0;          ///< all ranks, frames on their way to disk
     double copy_bytes = 0;           ///< all ranks, of the copy to go back to after a failure; 0: too large to be kept
     double output_bytes = 0;         ///< all frames of the run

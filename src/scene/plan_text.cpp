@@ -140,7 +140,7 @@ std::string to_text(const Plan& p) {
                            p.dt / p.limit, p.limit, p.groups[p.governing].limits.front().mode, p.groups[p.governing].name));
     line("steps", fmt::format("{}  ({:.4g} s, {:.3g} element-steps)", p.steps, static_cast<double>(p.steps) * p.dt,
                               static_cast<double>(p.steps) * static_cast<double>(p.elements)));
-    line("trajectory", every(p.cadence.trajectory, p.dt));
+    line("trajectory", every(p.cadence.trajectory, p.dt) + (p.vtp ? ", as poly data (rods.pvd) too" : ""));
     line("tips", every(p.cadence.tips, p.dt));
     line("series", every(p.cadence.series, p.dt) + (p.observables.empty() ? "" : ", with " + joined(p.observables, ", ")));
     if (p.cadence.contacts > 0) line("contacts", every(p.cadence.contacts, p.dt));
@@ -226,6 +226,7 @@ std::string to_json(const Plan& p) {
           {"checkpoint", p.cadence.checkpoint},
           {"checkpoint_wall_s", p.cadence.checkpoint_wall}}},
         {"keep", {{"newest", p.keeping.newest}, {"milestones", p.keeping.milestones}}},
+        {"vtp", p.vtp},
         {"observables", p.observables},
         {"state_bytes", p.state_bytes},
         {"frame_bytes", p.frame_bytes},

@@ -115,6 +115,7 @@ private:
                     fmt::format("'{}' every {} s never comes due within 'duration' of {} s", key, interval, duration));
         if (scene_.start.from.empty()) unused("start", {"time"}, "without 'from'");
         else start();
+        if (out.trajectory == 0) unused("output", {"paraview"}, "without 'trajectory' [s]");
         if (out.contacts > 0 && !scene_.contact) add("output.contacts", "'contacts' has no use without [contact]");
         if (scene_.time.rest_speed > 0 && out.series == 0)
             add("time.rest_speed", "'rest_speed' is looked at in the rows of the series: give output.series [s]");

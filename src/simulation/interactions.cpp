@@ -98,6 +98,7 @@ void Interactions::meet(const Step& step, Timers& timers) {
     contacts_->evaluate(view.capsules, step.time, step.kick, view.load);
     timers.move(Phase::contacts, Phase::search, contacts_->figures().search_s - searched);
     view.touched = contacts_->touched_rods();
+    forces_lost_ = false;
     if (step.time >= soft_until_) deepest_.take(contacts_->figures().deepest, step.index);
 }
 
@@ -348,6 +349,15 @@ std::string Interactions::contact_table() const {
     return text;
 }
 
+void Interactions::contact_forces(std::int64_t gid, std::span<Vec3d> out) const {
+    const ContactView& view = *around_.others;
+    const auto rod = static_cast<std::size_t>(gid);
+    const double none = forces_lost_ ? std::numeric_limits<double>::quiet_NaN() : 0.0;
+    const bool touched = !forces_lost_ && rod < view.touched.size() && view.touched[rod];
+    for (std::size_t i = 0; i < out.size(); ++i)
+        out[i] = touched ? view.load[view.first_slot(gid) + i].force : Vec3d{none, none, none};
+}
+
 std::vector<std::string> Interactions::kept_names() const {
     std::vector<std::string> names;
     if (contacts_) names.emplace_back(contacts_name);
@@ -389,6 +399,7 @@ std::vector<double> Interactions::wall_numbers() const {
 }
 
 void Interactions::restore(std::span<const KeptNumbers> kept) {
+    forces_lost_ = true;
     for (const KeptNumbers& k : kept) {
         if (k.name == contacts_name) {
             std::vector<KeptContact> contacts;

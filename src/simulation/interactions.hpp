@@ -73,6 +73,13 @@ public:
     /// Every contact of the scene, a line each, in order of pairs.
     std::string contact_table() const;
 
+    /// Forces of the last step's contacts on the nodes of a rod of this rank, lab, N: zeros before the first step, and not numbers
+    /// before the first one after a checkpoint, which does not keep them.
+    void contact_forces(std::int64_t gid, std::span<Vec3d> out) const;
+    bool rods_touch() const { return contacts_ != nullptr; }
+    /// Null where there are none.
+    const Walls* walls() const { return around_.walls.get(); }
+
     /// Springs of friction, accounts and places of walls, the same on any number of ranks: for checkpoints.
     std::vector<std::string> kept_names() const;
     std::vector<KeptNumbers> kept() const;
@@ -93,6 +100,7 @@ private:
     const Rods& rods_;
     Surroundings around_;
     std::unique_ptr<ContactSolver> contacts_; ///< null where rods do not touch
+    bool forces_lost_ = false;                ///< since a checkpoint was loaded
     std::vector<ContactMobility> mobility_;   ///< by group
 
     struct Deepest {

@@ -25,6 +25,10 @@ std::string Simulation::save_what_can_be_saved() {
                 frames->close_segment();
             } catch (const IoError&) { // the first error is the one that is told
             }
+    if (polydata_) try {
+            polydata_->flush();
+        } catch (const IoError&) {
+        }
     try {
         keep_state();
     } catch (const IoError& error) {

@@ -20,11 +20,15 @@ const std::string& made(const std::string& path) {
     return path;
 }
 
-/// Names of results, and of what only looks like them.
+/// Names of results, and of what only looks like them, in the directory and in the folder of it that is a run's own.
 std::vector<std::string> results_in(const std::string& directory) {
     std::vector<std::string> names;
-    for (const auto& entry : fs::directory_iterator(directory))
-        if (is_result_name(entry.path().filename().string())) names.push_back(entry.path().filename().string());
+    const auto add = [&](const std::string& folder) {
+        for (const auto& entry : fs::directory_iterator(directory + "/" + folder))
+            if (const std::string name = folder + entry.path().filename().string(); is_result_name(name)) names.push_back(name);
+    };
+    add("");
+    if (fs::is_directory(directory + "/" + frames_folder)) add(frames_folder);
     return names;
 }
 
@@ -35,7 +39,12 @@ void move_to_previous(const std::string& directory) {
     const auto previous = [&] { return directory + "/previous_" + std::to_string(n); };
     while (fs::symlink_status(previous()).type() != fs::file_type::not_found) ++n;
     fs::create_directory(previous());
-    for (const auto& name : names) set_aside(directory + "/" + name, previous() + "/" + name);
+    for (const auto& name : names) {
+        fs::create_directories(fs::path(previous() + "/" + name).parent_path());
+        set_aside(directory + "/" + name, previous() + "/" + name);
+    }
+    std::error_code others_are_there;
+    fs::remove(directory + "/" + frames_folder, others_are_there);
     std::printf("Earlier results are now in %s\n", previous().c_str());
 }
 

@@ -284,11 +284,28 @@ void Simulation::open_outputs(const SceneSpec& scene, const CheckpointInfo* resu
     const std::optional<std::int64_t> none;
     if (plan_.cadence.trajectory > 0) trajectory_ = frames(FrameKind::trajectory, resumed ? resumed->last_trajectory : none);
     if (plan_.cadence.tips > 0) tips_ = frames(FrameKind::tips, resumed ? resumed->last_tips : none);
+    open_polydata(scene, step);
     if (plan_.cadence.series > 0)
         on_root(comm_, [&] {
             series_ = std::make_unique<SeriesFile>(options_.out + "/observables.csv", names(), step,
                                                    resumed && resumed->series ? &*resumed->series : nullptr, tell_warning);
         });
+}
+
+void Simulation::open_polydata(const SceneSpec& scene, std::int64_t resume_step) {
+    if (!plan_.vtp) return;
+    NodeForces forces;
+    if (interactions_ && interactions_->rods_touch())
+        forces = [this](std::int64_t gid, std::span<Vec3d> out) { interactions_->contact_forces(gid, out); };
+    polydata_ = std::make_unique<VtkSeries>(comm_, options_.out, scene.output, groups_, *rods_, resume_step, std::move(forces),
+                                            tell_warning);
+    if (interactions_ && interactions_->walls()) wall_meshes_ = std::make_unique<WallMeshes>(*interactions_->walls(), groups_);
+}
+
+void Simulation::write_polydata() {
+    polydata_->write(clock_.done(), clock_.time(), clock_.lag());
+    if (wall_meshes_ && (wall_meshes_->move() || !polydata_->has_walls()))
+        polydata_->write_walls(clock_.done(), clock_.time(), wall_meshes_->at(clock_.time()));
 }
 
 void Simulation::write_due() {
@@ -310,6 +327,7 @@ bool Simulation::due(std::int64_t every) const { return every > 0 && clock_.done
 void Simulation::write_frames() {
     const auto timing = timers_.time(Phase::output);
     if (due(plan_.cadence.trajectory)) trajectory_->write(clock_.done(), clock_.time(), clock_.lag());
+    if (polydata_ && due(plan_.cadence.trajectory)) write_polydata();
     if (due(plan_.cadence.tips)) tips_->write(clock_.done(), clock_.time(), clock_.lag());
 }
 
@@ -407,6 +425,7 @@ void Simulation::checkpoint() {
         const auto timing = timers_.time(Phase::output);
         for (FrameWriter* frames : {trajectory_.get(), tips_.get()})
             if (frames) frames->close_segment();
+        if (polydata_) polydata_->flush();
         if (plan_.cadence.series > 0) on_root(comm_, [&] { series_->flush(); });
     }
     keep_state();

@@ -7,6 +7,7 @@
 #include "io/checkpoint.hpp"
 #include "io/files.hpp"
 #include "io/trajectory.hpp"
+#include "io/vtk_series.hpp"
 #include "parallel/communicator.hpp"
 #include "parallel/threads.hpp"
 #include "rod/rods.hpp"
@@ -15,6 +16,7 @@
 #include "simulation/interactions.hpp"
 #include "simulation/progress.hpp"
 #include "simulation/results_directory.hpp"
+#include "simulation/wall_meshes.hpp"
 #include "time/clock.hpp"
 
 #include <memory>
@@ -101,6 +103,9 @@ private:
     RunResult step_to_the_end();
     bool due(std::int64_t every) const;
     void write_frames();
+    /// The same frames for ParaView, with walls where they move or have not been written.
+    void open_polydata(const SceneSpec& scene, std::int64_t resume_step);
+    void write_polydata();
     /// `last`: no other will follow.
     void show_progress(bool last);
     /// Whether summary.json tells of the end of this very state; then also tells what has changed in [output] since. Collective.
@@ -189,7 +194,9 @@ private:
     std::unique_ptr<StateCopy> copy_;
     std::string failure_, near_limit_; ///< of this rank's rods; agreed on at the next event
     std::unique_ptr<FrameWriter> trajectory_, tips_;
-    std::unique_ptr<SeriesFile> series_; ///< root only
+    std::unique_ptr<VtkSeries> polydata_;
+    std::unique_ptr<WallMeshes> wall_meshes_; ///< null where there are no walls to show
+    std::unique_ptr<SeriesFile> series_;      ///< root only
     std::vector<double> last_sample_;
     std::int64_t sampled_ = -1;           ///< step of it
     std::uint64_t checkpoint_digest_ = 0; ///< at last_checkpoint_

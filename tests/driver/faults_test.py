@@ -21,9 +21,11 @@ LONG = ("--set", "time.duration=360", "--set", "output.checkpoint=0")
 OFTEN = ("--set", "output.checkpoint_wall=0.05")
 OWN_NAMES = ("checkpoint_000000000064.h5", "checkpoint_999999999999.h5", "checkpoint_000000000064.h5.tmp", "trajectory_000000000000.h5", "trajectory_999999999999.h5",
              "trajectory_000000000000.h5.tmp", "tips_000000000000.h5", "tips_000000000000.h5.tmp", "contacts_000000000064.csv", "observables.csv", "observables.lost.csv",
-             "observables.csv.tmp", "summary.json", "summary.json.tmp", "physics.json", "physics.json.tmp", "trajectory.xdmf", "trajectory.xdmf.tmp", "lost_tips_000000000000.h5", "failure.h5", "failure.xdmf")
+             "observables.csv.tmp", "summary.json", "summary.json.tmp", "physics.json", "physics.json.tmp", "trajectory.xdmf", "trajectory.xdmf.tmp", "lost_tips_000000000000.h5", "failure.h5", "failure.xdmf",
+             "rods.pvd", "walls.pvd", "rods.pvd.tmp", "vtp/rods_000000000000.vtp", "vtp/rods_000000000064.vtp.tmp", "vtp/walls_000000000000.vtp")
 OTHER_NAMES = ("mydata.h5", "thesis.tmp", "other.xdmf", "checkpoint_best.h5", "trajectory.h5", "trajectory_64.h5", "tips_.h5", "my_checkpoint_000000000064.h5", "observables.csv.bak",
-               "notes.txt", "summary.json~", "contacts_a.csv", "previous_1", "previous_2.tmp", ".hidden.h5", "x.h5.tmp", "a b.csv", "scene.toml")
+               "notes.txt", "summary.json~", "contacts_a.csv", "previous_1", "previous_2.tmp", ".hidden.h5", "x.h5.tmp", "a b.csv", "scene.toml",
+               "rods_000000000000.vtp", "my.pvd", "vtp/notes.txt", "vtp/rods_0.vtp", "vtp/trajectory_000000000000.h5")
 
 
 class Faults(DriverTest):
@@ -262,6 +264,7 @@ series = 0.1
         found = {}
         for name in names:
             content = f"{name} of another program\n".encode() * 3
+            (folder / name).parent.mkdir(exist_ok=True)
             (folder / name).write_bytes(content)
             found[name] = hashlib.sha256(content).hexdigest()
         return found
@@ -311,10 +314,11 @@ series = 0.1
 
     def test_overwrite_moves_results(self):
         self.run_skein("out", "--until", "3.6")
-        before = {path.name: digest for path, digest in self.contents("out").items() if path.name != ".lock"}
+        contents = lambda out: {path.relative_to(self.path(out)): digest for path, digest in self.contents(out).items() if path.name != ".lock"}
+        before = contents("out")
+        self.assertTrue(any(path.parent.name == "vtp" for path in before))
         self.run_skein("out", "--until", "7.2", "--overwrite")
-        moved = {path.name: digest for path, digest in self.contents("out").items() if path.parent.name == "previous_1"}
-        self.assertEqual(moved, before)
+        self.assertEqual(contents("out/previous_1"), before)
         self.run_skein("out", "--until", "3.6", "--overwrite")
         self.assertTrue((self.path("out") / "previous_2").is_dir())
 

@@ -80,16 +80,18 @@ public:
         std::copy(states_[i].begin(), states_[i].end(), out.begin());
     }
     void import_rod(std::size_t i, std::span<const Slot<1>> in) override { states_[i].assign(in.begin(), in.end()); }
-    void read(std::span<const std::size_t> rods, Copy copy, double lag, const RodReader& reader) const override {
+    void read(std::span<const std::size_t> rods, Copy copy, double lag, const RodReader& reader, double time) const override {
         for (std::size_t i = 0; i < rods.size(); ++i) {
             const RodGroup& group = group_of(rods[i]);
             std::vector<Slot<1>> state = states_[rods[i]];
             std::vector<Mat3d> frames;
+            std::vector<NodeProfile> profile(copy == Copy::strained ? state.size() : 0);
             if (copy == Copy::positions) synchronise_positions(group, state, lag);
             else if (copy != Copy::canonical) synchronise(group, state, lag);
-            if (copy == Copy::frames)
+            if (copy == Copy::frames || copy == Copy::strained)
                 for (std::size_t k = 0; k + 1 < state.size(); ++k) frames.push_back(frame(state[k]));
-            reader(0, i, {state, frames, copy == Copy::canonical ? hash_rod(local_[rods[i]].gid, state) : 0});
+            if (copy == Copy::strained) rod_profile(group, state, time, profile);
+            reader(0, i, {state, frames, profile, copy == Copy::canonical ? hash_rod(local_[rods[i]].gid, state) : 0});
         }
     }
     void figures(double time, double lag, std::span<RodFigures> out) const override {

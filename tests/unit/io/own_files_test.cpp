@@ -6,12 +6,30 @@ namespace skein {
 namespace {
 
 TEST(OwnFiles, are_known_by_their_whole_name) {
-    for (const char* name :
-         {"checkpoint_000000000064.h5", "checkpoint_000000000064.h5.tmp", "checkpoint_000000000064.h5.damaged",
-          "trajectory_000000000000.h5", "tips_1000000000000.h5", "lost_trajectory_000000000000.h5", "contacts_000000000010.csv",
-          "lost_tips_000000000000.h5.unreadable", "lost_tips_000000000000.h5.2", "trajectory.xdmf", "trajectory.xdmf.foreign",
-          "observables.csv", "observables.lost.csv", "observables.csv.damaged.3", "summary.json", "physics.json.tmp", "failure.h5",
-          "failure.h5.tmp", "failure.xdmf"})
+    for (const char* name : {"checkpoint_000000000064.h5",
+                             "checkpoint_000000000064.h5.tmp",
+                             "checkpoint_000000000064.h5.damaged",
+                             "trajectory_000000000000.h5",
+                             "tips_1000000000000.h5",
+                             "lost_trajectory_000000000000.h5",
+                             "contacts_000000000010.csv",
+                             "lost_tips_000000000000.h5.unreadable",
+                             "lost_tips_000000000000.h5.2",
+                             "trajectory.xdmf",
+                             "trajectory.xdmf.foreign",
+                             "observables.csv",
+                             "observables.lost.csv",
+                             "observables.csv.damaged.3",
+                             "summary.json",
+                             "physics.json.tmp",
+                             "failure.h5",
+                             "failure.h5.tmp",
+                             "failure.xdmf",
+                             "rods.pvd",
+                             "walls.pvd.foreign",
+                             "vtp/rods_000000000064.vtp",
+                             "vtp/rods_000000000064.vtp.tmp",
+                             "vtp/walls_000000000000.vtp.damaged"})
         EXPECT_TRUE(is_result_name(name)) << name;
     for (const char* name : {"mydata.h5",
                              "thesis.tmp",
@@ -31,6 +49,13 @@ TEST(OwnFiles, are_known_by_their_whole_name) {
                              "",
                              ".2",
                              "previous_1",
+                             "vtp",
+                             "vtp/",
+                             "vtp/notes.txt",
+                             "vtp/rods_64.vtp",
+                             "vtp/rods.pvd",
+                             "rods_000000000064.vtp",
+                             "my.pvd",
                              "trajectory.xdmf.gz",
                              "scene.toml"})
         EXPECT_FALSE(is_result_name(name)) << name;

@@ -61,12 +61,12 @@ TEST(SceneRebuild, OfAutomaticStiffnesses) {
     const SceneSpec numbers = with_stiffnesses(scene, make_groups(scene));
     for (const ContactLaw& known : {numbers.contact->law, numbers.contact_pairs[0].law, numbers.walls[0].law})
         EXPECT_GT(known.stiffness, 0);
-    const std::string physics = physics_json(numbers, 1e-3);
+    const std::string physics = physics_json(numbers, {}, 1e-3);
     EXPECT_EQ(physics.find("auto\""), std::string::npos);
     EXPECT_EQ(physics.find("accepted"), std::string::npos);
     const SceneSpec back = rebuilt_scene(physics, settings_json(scene), "checkpoint");
     EXPECT_EQ(back.contact->law.stiffness, numbers.contact->law.stiffness);
-    EXPECT_EQ(physics_json(back, 1e-3), physics);
+    EXPECT_EQ(physics_json(back, {}, 1e-3), physics);
 }
 
 TEST(SceneRebuild, TomlKeepsEveryBitOfANumber) {

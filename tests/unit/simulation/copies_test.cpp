@@ -72,30 +72,39 @@ TEST(Copies, AreTheBitsOfOneRodAlone) {
         for (std::size_t i = 0; i < count; ++i)
             if (i % 5 != 1 && i % 7 != 2) some.push_back(i);
         for (const auto& which : {all, some, std::vector<std::size_t>{}, std::vector<std::size_t>{3}})
-            for (const Copy copy : {Copy::canonical, Copy::positions, Copy::synchronised, Copy::frames}) {
+            for (const Copy copy : {Copy::canonical, Copy::positions, Copy::synchronised, Copy::frames, Copy::strained}) {
+                constexpr double time = 0.25;
                 std::vector<int> seen(which.size(), 0);
                 std::mutex one_at_a_time;
-                stage.rods->read(which, copy, lag, [&](int thread, std::size_t at, const RodCopy& found) {
-                    const std::lock_guard lock(one_at_a_time);
-                    ASSERT_LT(at, which.size());
-                    EXPECT_LT(thread, stage.threads.count());
-                    ++seen[at];
-                    const RodGroup& group = stage.group_of(which[at]);
-                    std::vector<Slot<1>> twin(static_cast<std::size_t>(group.slots()));
-                    stage.rods->export_rod(which[at], twin);
-                    if (copy == Copy::positions) synchronise_positions(group, twin, lag);
-                    else if (copy != Copy::canonical) synchronise(group, twin, lag);
-                    ASSERT_EQ(found.state.size(), twin.size());
-                    EXPECT_EQ(std::memcmp(found.state.data(), twin.data(), found.state.size_bytes()), 0) << "rod " << which[at];
-                    if (copy == Copy::canonical) {
-                        EXPECT_EQ(found.hash, hash_rod(stage.rods->local()[which[at]].gid, twin));
-                    }
-                    ASSERT_EQ(found.frames.size(), copy == Copy::frames ? twin.size() - 1 : 0);
-                    for (std::size_t k = 0; k < found.frames.size(); ++k) {
-                        const Mat3d q = frame(twin[k]);
-                        EXPECT_EQ(std::memcmp(&found.frames[k], &q, sizeof q), 0) << "rod " << which[at] << " element " << k;
-                    }
-                });
+                stage.rods->read(
+                    which, copy, lag,
+                    [&](int thread, std::size_t at, const RodCopy& found) {
+                        const std::lock_guard lock(one_at_a_time);
+                        ASSERT_LT(at, which.size());
+                        EXPECT_LT(thread, stage.threads.count());
+                        ++seen[at];
+                        const RodGroup& group = stage.group_of(which[at]);
+                        std::vector<Slot<1>> twin(static_cast<std::size_t>(group.slots()));
+                        stage.rods->export_rod(which[at], twin);
+                        if (copy == Copy::positions) synchronise_positions(group, twin, lag);
+                        else if (copy != Copy::canonical) synchronise(group, twin, lag);
+                        ASSERT_EQ(found.state.size(), twin.size());
+                        EXPECT_EQ(std::memcmp(found.state.data(), twin.data(), found.state.size_bytes()), 0) << "rod " << which[at];
+                        if (copy == Copy::canonical) {
+                            EXPECT_EQ(found.hash, hash_rod(stage.rods->local()[which[at]].gid, twin));
+                        }
+                        ASSERT_EQ(found.frames.size(), copy == Copy::frames || copy == Copy::strained ? twin.size() - 1 : 0);
+                        for (std::size_t k = 0; k < found.frames.size(); ++k) {
+                            const Mat3d q = frame(twin[k]);
+                            EXPECT_EQ(std::memcmp(&found.frames[k], &q, sizeof q), 0) << "rod " << which[at] << " element " << k;
+                        }
+                        ASSERT_EQ(found.profile.size(), copy == Copy::strained ? twin.size() : 0);
+                        std::vector<NodeProfile> profile(found.profile.size());
+                        if (!profile.empty()) rod_profile(group, twin, time, profile);
+                        EXPECT_EQ(std::memcmp(found.profile.data(), profile.data(), found.profile.size_bytes()), 0)
+                            << "rod " << which[at];
+                    },
+                    time);
                 EXPECT_EQ(std::count(seen.begin(), seen.end(), 1), static_cast<std::ptrdiff_t>(which.size()));
             }
         std::uint64_t digest = 0;

@@ -329,6 +329,22 @@ TEST(Plan, AutomaticStiffnessOfBodiesThatNothingPressesIsRefused) {
     }
 }
 
+TEST(Plan, WritesSmallScenesAsPolyDataByItself) {
+    SceneSpec scene = test::cilia_scene(10, 25);
+    const auto writes = [&](ParaView choice, long count) {
+        scene.output.paraview = choice;
+        scene.rods[0].placement.counts = {count};
+        return make_plan(scene, make_groups(scene), {}).vtp;
+    };
+    EXPECT_FALSE(writes(ParaView::vtp, 10)) << "without a trajectory";
+    scene.output.trajectory = 0.72;
+    EXPECT_TRUE(writes(ParaView::automatic, 100000 / 26));
+    EXPECT_FALSE(writes(ParaView::automatic, 100000 / 26 + 1));
+    EXPECT_TRUE(writes(ParaView::vtp, 100000 / 26 + 1));
+    EXPECT_FALSE(writes(ParaView::xdmf, 10));
+    EXPECT_FALSE(writes(ParaView::none, 10));
+}
+
 TEST(Plan, CountsFramesThatWait) {
     SceneSpec scene = test::cilia_scene(10);
     const auto bytes = [&](int ranks) { return make_plan(scene, make_groups(scene), {ranks, 1, 1, 8}).frame_bytes; };

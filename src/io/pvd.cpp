@@ -1,0 +1,58 @@
+#include "io/pvd.hpp"
+
+#include "core/error.hpp"
+#include "io/descriptor.hpp"
+#include "io/files.hpp"
+#include "io/own_files.hpp"
+
+#include <fmt/format.h>
+
+#include <fcntl.h>
+
+#include <filesystem>
+
+namespace skein {
+
+namespace {
+
+const std::string opening =
+    "<?xml version=\"1.0\"?>\n<!-- skein -->\n<VTKFile type=\"Collection\" version=\"1.0\">\n<Collection>\n";
+const std::string closing = "</Collection>\n</VTKFile>\n";
+
+std::string line(const PvdFile::Entry& entry) {
+    return fmt::format("<DataSet timestep=\"{:.17g}\" part=\"0\" file=\"{}\"/>\n", entry.time, entry.file);
+}
+
+void write_over(const std::string& path, std::size_t at, const std::string& text) {
+    Descriptor file(path, O_WRONLY);
+    file.write_at(at, text);
+    file.close();
+}
+
+} // namespace
+
+PvdFile::PvdFile(std::string path, const std::vector<Entry>& entries) : path_(std::move(path)), text_(opening) {
+    for (const Entry& entry : entries) text_ += line(entry);
+}
+
+void PvdFile::append(const Entry& entry) {
+    const std::string added = line(entry);
+    if (!begun_) {
+        if (std::filesystem::exists(path_) && !is_pvd_document(read_file(path_))) set_aside(path_, path_ + ".foreign");
+        write_file(path_, text_ + added + closing);
+        begun_ = true;
+    } else {
+        try {
+            write_over(path_, text_.size(), added + closing);
+        } catch (const IoError&) { // on a full disk there is room for what was there before
+            write_over(path_, text_.size(), closing);
+            std::filesystem::resize_file(path_, text_.size() + closing.size());
+            throw;
+        }
+    }
+    text_ += added;
+}
+
+bool is_pvd_document(std::string_view text) { return text.starts_with(opening); }
+
+} // namespace skein

@@ -1,0 +1,101 @@
+#include "io/vtk_polydata.hpp"
+
+#include <fmt/format.h>
+
+#include <array>
+#include <bit>
+#include <charconv>
+#include <cstring>
+#include <fstream>
+#include <system_error>
+
+namespace skein {
+
+namespace {
+
+constexpr std::string_view byte_order = std::endian::native == std::endian::little ? "LittleEndian" : "BigEndian";
+constexpr std::string_view type_names[] = {"Int32", "Int64", "Float32", "Float64"};
+
+constexpr std::string_view opening =
+    "<?xml version=\"1.0\"?>\n<!-- skein -->\n<VTKFile type=\"PolyData\" version=\"1.0\" header_type=\"UInt64\" byte_order=";
+constexpr std::string_view before_time = "Name=\"TimeValue\" NumberOfTuples=\"1\" format=\"ascii\">";
+
+/// What the arrays of a part stand in, in the order of VtkPart.
+constexpr std::string_view part_names[] = {"PointData", "CellData", "Points", "Lines", "Polys"};
+
+} // namespace
+
+std::size_t bytes_of(VtkType type) { return type == VtkType::int32 || type == VtkType::float32 ? 4 : 8; }
+
+const std::string VtkPolyData::tail = "\n</AppendedData>\n</VTKFile>\n";
+
+VtkPolyData::VtkPolyData(std::uint64_t points, std::uint64_t lines, std::uint64_t polygons, std::vector<VtkArray> arrays,
+                         double time)
+    : arrays_(std::move(arrays)) {
+    head_ = fmt::format(
+        "{}\"{}\">\n<PolyData>\n<FieldData>\n<DataArray type=\"Float64\" {}{:.17g}</DataArray>\n</FieldData>\n"
+        "<Piece NumberOfPoints=\"{}\" NumberOfVerts=\"0\" NumberOfLines=\"{}\" NumberOfStrips=\"0\" NumberOfPolys=\"{}\">\n",
+        opening, byte_order, before_time, time, points, lines, polygons);
+    for (std::size_t part = 0; part < std::size(part_names); ++part) {
+        std::string inside;
+        std::uint64_t offset = 0;
+        for (const VtkArray& array : arrays_) {
+            if (static_cast<std::size_t>(array.part) == part)
+                inside += fmt::format(
+                    "<DataArray type=\"{}\" Name=\"{}\" NumberOfComponents=\"{}\" format=\"appended\" offset=\"{}\"/>\n",
+                    type_names[static_cast<std::size_t>(array.type)], array.name, array.components, offset);
+            offset += sizeof(std::uint64_t) + array.bytes();
+        }
+        if (!inside.empty()) head_ += fmt::format("<{0}>\n{1}</{0}>\n", part_names[part], inside);
+    }
+    head_ += "</Piece>\n</PolyData>\n<AppendedData encoding=\"raw\">\n_";
+    at_.push_back(head_.size());
+    for (const VtkArray& array : arrays_) at_.push_back(at_.back() + sizeof(std::uint64_t) + array.bytes());
+}
+
+std::string vtk_document(const PolygonMesh& mesh, const std::string& name, double time) {
+    std::vector<std::int32_t> corners, ends;
+    for (const auto& polygon : mesh.polygon) {
+        corners.insert(corners.end(), polygon.begin(), polygon.end());
+        ends.push_back(static_cast<std::int32_t>(corners.size()));
+    }
+    const VtkPolyData file(mesh.points.size(), 0, mesh.polygon.size(),
+                           {{VtkPart::points, "Points", VtkType::float64, 3, mesh.points.size()},
+                            {VtkPart::polygons, "connectivity", VtkType::int32, 1, corners.size()},
+                            {VtkPart::polygons, "offsets", VtkType::int32, 1, ends.size()},
+                            {VtkPart::cell_data, name, VtkType::int32, 1, mesh.number.size()}},
+                           time);
+    std::vector<double> points;
+    for (const Vec3d& p : mesh.points) points.insert(points.end(), {p.x, p.y, p.z});
+    std::string text(file.file_bytes(), ' ');
+    std::memcpy(text.data(), file.head().data(), file.head().size());
+    const void* numbers[] = {points.data(), corners.data(), ends.data(), mesh.number.data()};
+    for (std::size_t i = 0; i < file.arrays().size(); ++i) {
+        const std::uint64_t bytes = file.arrays()[i].bytes();
+        std::memcpy(&text[file.count_at(i)], &bytes, sizeof bytes);
+        if (bytes > 0) std::memcpy(&text[file.numbers_at(i)], numbers[i], bytes);
+    }
+    std::memcpy(&text[file.tail_at()], VtkPolyData::tail.data(), VtkPolyData::tail.size());
+    return text;
+}
+
+bool begins_vtk_polydata(std::string_view text) { return text.starts_with(opening.substr(0, text.size())); }
+
+std::optional<double> time_of_vtk_polydata(const std::string& path) {
+    std::array<char, 1024> begin{};
+    std::ifstream file(path, std::ios::binary);
+    file.read(begin.data(), begin.size());
+    const std::string_view text(begin.data(), static_cast<std::size_t>(file.gcount()));
+    const std::size_t at = text.find(before_time);
+    if (!text.starts_with(opening) || at == std::string_view::npos) return {};
+    double time = 0;
+    const char* number = text.data() + at + before_time.size();
+    if (std::from_chars(number, text.data() + text.size(), time).ec != std::errc()) return {};
+    std::string end(VtkPolyData::tail.size(), ' ');
+    file.clear();
+    file.seekg(-static_cast<std::streamoff>(end.size()), std::ios::end);
+    if (!file.read(end.data(), static_cast<std::streamsize>(end.size())) || end != VtkPolyData::tail) return {};
+    return time;
+}
+
+} // namespace skein

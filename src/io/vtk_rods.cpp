@@ -1,0 +1,159 @@
+#include "io/vtk_rods.hpp"
+
+#include <algorithm>
+#include <cstring>
+#include <string_view>
+
+namespace skein {
+
+namespace {
+
+std::string_view text_of(const void* numbers, std::size_t bytes) { return {static_cast<const char*>(numbers), bytes}; }
+
+double* put(double* out, double x) {
+    *out = x;
+    return out + 1;
+}
+double* put(double* out, const Vec3d& v) { return put(put(put(out, v.x), v.y), v.z); }
+
+/// As numbers of a file.
+void convert(std::span<const double> numbers, VtkType real, std::byte* out) {
+    if (real == VtkType::float64) {
+        std::memcpy(out, numbers.data(), numbers.size_bytes());
+        return;
+    }
+    for (const double number : numbers) {
+        const auto single = static_cast<float>(number);
+        std::memcpy(out, &single, sizeof single);
+        out += sizeof single;
+    }
+}
+
+/// value(0), value(1), ... as integers of an array, from its number `first` on.
+template <class Value> void write_integers(Descriptor& file, const VtkPolyData& layout, std::size_t array, std::uint64_t first,
+                                           std::uint64_t count, Value value) {
+    const std::size_t size = bytes_of(layout.arrays()[array].type);
+    std::vector<std::byte> numbers(count * size);
+    for (std::uint64_t i = 0; i < count; ++i) {
+        const auto wide = static_cast<std::int64_t>(value(i));
+        const auto narrow = static_cast<std::int32_t>(wide);
+        std::memcpy(&numbers[i * size], size == 8 ? static_cast<const void*>(&wide) : &narrow, size);
+    }
+    file.write_at(layout.numbers_at(array) + first * size, text_of(numbers.data(), numbers.size()));
+}
+
+bool is_magnetised(const RodGroup& group) { return group.spec().magnetisation.pattern != MagnetisationPattern::none; }
+
+} // namespace
+
+std::vector<VtkArray> VtkContent::arrays() const {
+    const VtkType integer = nodes < (1u << 31) ? VtkType::int32 : VtkType::int64;
+    std::vector<VtkArray> all{{VtkPart::points, "Points", real, 3, nodes},        {VtkPart::point_data, "radius", real, 1, nodes},
+                              {VtkPart::point_data, "velocity", real, 3, nodes},  {VtkPart::point_data, "strain", real, 1, nodes},
+                              {VtkPart::point_data, "curvature", real, 1, nodes}, {VtkPart::point_data, "energy", real, 1, nodes}};
+    if (normals) all.push_back({VtkPart::point_data, "normal", real, 3, nodes});
+    if (forces) all.push_back({VtkPart::point_data, "contact_force", real, 3, nodes});
+    all.push_back({VtkPart::lines, "connectivity", integer, 1, nodes});
+    all.push_back({VtkPart::lines, "offsets", integer, 1, rods});
+    all.push_back({VtkPart::cell_data, "rod", VtkType::int64, 1, rods});
+    all.push_back({VtkPart::cell_data, "group", VtkType::int32, 1, rods});
+    if (magnetised) all.push_back({VtkPart::cell_data, "magnetisation", real, 3, rods});
+    return all;
+}
+
+std::size_t VtkContent::bytes_per_node() const {
+    return bytes_of(real) * (10 + 3 * std::size_t{normals} + 3 * std::size_t{forces});
+}
+
+VtkRods::VtkRods(const Communicator& comm, const RodGroup& group, const Rods& rods, VtkContent& before)
+    : group_(group), rods_(rods), owned_(owned_rods(rods, group.id())), blocks_(comm, owned_.indices, group.count()),
+      first_rod_(before.rods), first_node_(before.nodes), scratch_(static_cast<std::size_t>(rods.threads())) {
+    const auto put_radii = [this](const RodGroup& rod) {
+        for (std::int64_t k = 0; k < rod.slots(); ++k) radius_.push_back(node_radius(rod, k));
+    };
+    if (!group.sized()) put_radii(group);
+    else
+        for (const std::int64_t i : owned_.indices) with_rod(group, i, put_radii);
+    before.rods += static_cast<std::uint64_t>(group.count());
+    before.nodes += static_cast<std::uint64_t>(group.count()) * static_cast<std::uint64_t>(group.slots());
+    if (is_magnetised(group))
+        magnetisation_ =
+            rows_of_owners(blocks_, owned_.indices, 3, [&](std::int64_t i, double* out) { put(out, group.magnetisation(i)); });
+    before.magnetised |= is_magnetised(group);
+}
+
+void VtkRods::describe(std::size_t place, const RodCopy& rod, const VtkContent& content, Scratch& scratch) const {
+    const std::size_t nodes = rod.state.size();
+    double* out = scratch.numbers.data();
+    const auto each = [&](auto&& number) {
+        for (std::size_t i = 0; i < nodes; ++i) out = put(out, number(i));
+    };
+    const double* radius = radius_.data() + (group_.sized() ? place * nodes : 0);
+    const auto before = [](std::size_t node) { return node > 0 ? node - 1 : 0; }; // elements beside a node
+    const auto after = [nodes](std::size_t node) { return std::min(node, nodes - 2); };
+    each([&](std::size_t i) { return lane(rod.state[i].position, 0); });
+    each([&](std::size_t i) { return radius[i]; });
+    each([&](std::size_t i) { return lane(rod.state[i].velocity, 0); });
+    each([&](std::size_t i) { return rod.profile[i].strain; });
+    each([&](std::size_t i) { return rod.profile[i].curvature; });
+    each([&](std::size_t i) { return rod.profile[i].energy; });
+    if (content.normals) each([&](std::size_t i) { return 0.5 * (rod.frames[before(i)].d1 + rod.frames[after(i)].d1); });
+    if (content.forces) each([&](std::size_t i) { return scratch.force[i]; });
+}
+
+std::span<const std::byte> VtkRods::take(const VtkContent& content, double time, double lag, const NodeForces& forces,
+                                         RecordBuffers& buffers) {
+    const auto nodes = static_cast<std::size_t>(group_.slots());
+    for (Scratch& scratch : scratch_) {
+        scratch.force.resize(nodes);
+        scratch.numbers.resize(content.bytes_per_node() / bytes_of(content.real) * nodes);
+    }
+    buffers.begin(blocks_, record_bytes(content));
+    rods_.read(
+        owned_.places, Copy::strained, lag,
+        [&](int thread, std::size_t i, const RodCopy& rod) {
+            Scratch& scratch = scratch_[static_cast<std::size_t>(thread)];
+            if (content.forces) forces(rods_.local()[owned_.places[i]].gid, scratch.force);
+            describe(i, rod, content, scratch);
+            convert(scratch.numbers, content.real, buffers.record(i));
+        },
+        time);
+    return buffers.exchange();
+}
+
+void VtkRods::write(Descriptor& file, const VtkPolyData& layout, const VtkContent& content,
+                    std::span<const std::byte> block) const {
+    const std::size_t record = record_bytes(content), nodes = static_cast<std::size_t>(group_.slots()),
+                      rods_here = static_cast<std::size_t>(blocks_.size());
+    std::size_t within = 0; // a record
+    std::vector<std::byte> column;
+    for (std::size_t a = 0; a < content.node_arrays(); ++a) {
+        const std::size_t per_node = static_cast<std::size_t>(layout.arrays()[a].components) * bytes_of(content.real);
+        const std::size_t per_rod = per_node * nodes;
+        column.resize(rods_here * per_rod);
+        for (std::size_t i = 0; i < rods_here; ++i)
+            std::memcpy(column.data() + i * per_rod, block.data() + i * record + within, per_rod);
+        file.write_at(layout.numbers_at(a) + first_node_ * per_node + static_cast<std::uint64_t>(blocks_.begin()) * per_rod,
+                      text_of(column.data(), column.size()));
+        within += per_rod;
+    }
+    write_constants(file, layout, content);
+}
+
+void VtkRods::write_constants(Descriptor& file, const VtkPolyData& layout, const VtkContent& content) const {
+    const auto nodes = static_cast<std::uint64_t>(group_.slots()), begin = static_cast<std::uint64_t>(blocks_.begin()),
+               count = static_cast<std::uint64_t>(blocks_.size());
+    const std::uint64_t first_node = first_node_ + begin * nodes, first_rod = first_rod_ + begin;
+    std::size_t array = content.node_arrays();
+    write_integers(file, layout, array++, first_node, count * nodes, [&](std::uint64_t i) { return first_node + i; });
+    write_integers(file, layout, array++, first_rod, count, [&](std::uint64_t i) { return first_node + (i + 1) * nodes; });
+    write_integers(file, layout, array++, first_rod, count, [&](std::uint64_t i) { return begin + i; });
+    write_integers(file, layout, array++, first_rod, count, [&](std::uint64_t) { return group_.id(); });
+    if (!content.magnetised) return;
+    const std::size_t size = 3 * bytes_of(content.real);
+    std::vector<std::byte> numbers(count * size);
+    convert(magnetisation_.empty() ? std::vector<double>(3 * count, 0.0) : magnetisation_, content.real, numbers.data());
+    file.write_at(layout.numbers_at(array) + first_rod * size, text_of(numbers.data(), numbers.size()));
+}
+
+} // namespace skein

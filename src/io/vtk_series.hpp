@@ -1,0 +1,67 @@
+// Frames as poly data for ParaView, whose Tube filter takes them as they are: rods.pvd lists vtp/rods_<step>.vtp, walls.pvd lists
+// vtp/walls_<step>.vtp. A frame is written under a temporary name by all ranks, each its share of the rods in file order, so its
+// bytes do not depend on their number. Of a step its bytes are always the same, so a run that resumes lists those up to its step
+// and writes later ones over what it finds.
+#pragma once
+
+#include "io/output_spec.hpp"
+#include "io/pvd.hpp"
+#include "io/vtk_rods.hpp"
+#include "parallel/communicator.hpp"
+
+#include <cstdint>
+#include <functional>
+#include <span>
+#include <string>
+#include <vector>
+
+namespace skein {
+
+class VtkSeries {
+public:
+    using Warn = std::function<void(const std::string&)>;
+
+    /// Goes on after `resume_step` (-1: none). Frames before that are not whole are put aside as *.damaged, and `warn` (called on
+    /// root) is told. `forces`: null where rods do not touch. `groups` and `rods` must outlive it. Collective.
+    VtkSeries(const Communicator& comm, std::string directory, const OutputSpec& spec, std::span<const RodGroup> groups,
+              const Rods& rods, std::int64_t resume_step, NodeForces forces, const Warn& warn = {});
+
+    /// Appends the state at time t (synchronised copies: positions drifted on by `lag`). A step that is already there is left
+    /// alone. Collective.
+    void write(std::int64_t step, double time, double lag);
+    /// The walls of a scene, which is one frame alone where none moves. Collective.
+    void write_walls(std::int64_t step, double time, const PolygonMesh& walls);
+    bool has_walls() const { return walls_.last >= 0; }
+
+    /// Waits until all frames are on the disk. Called before each checkpoint. Collective.
+    void flush();
+
+    /// Of one frame, about.
+    static double frame_bytes(const OutputSpec& spec, double rods, double nodes, bool forces);
+
+private:
+    struct List {
+        std::string kind;
+        PvdFile file;           ///< root's
+        std::int64_t last = -1; ///< step of the last frame in it
+    };
+    List list_of(const std::string& kind, std::int64_t resume_step, const Warn& warn) const;
+    std::string path_of(const std::string& name) const { return directory_ + "/" + name; }
+    /// An empty file of this name's temporary one; returns its path. Root only.
+    std::string begin_file(const std::string& name, std::uint64_t bytes) const;
+    /// Gives a file its own name and lists it. Root only.
+    void end_file(List& list, const std::string& name, double time);
+    /// Runs what writes a frame; where that fails what there is of it is removed.
+    template <class Deed> void whole_or_not(List& list, std::int64_t step, Deed deed);
+
+    Communicator comm_;
+    std::string directory_;
+    NodeForces forces_;
+    VtkContent content_;
+    std::vector<VtkRods> groups_;
+    RecordBuffers buffers_;
+    List rods_, walls_;
+    std::vector<std::string> unflushed_; ///< root's
+};
+
+} // namespace skein

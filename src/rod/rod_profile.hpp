@@ -1,0 +1,91 @@
+// How rods of a tile are strained, node by node: for those who look at them.                                theory.md (5)-(10)
+//   energy  of the elements beside a node, half of each, and of the cell around it, over the rest length of both halves: summed
+//           over nodes times that length it is the rod's elastic energy
+// Cost: 250 flop per node.
+#pragma once
+
+#include "core/rotation.hpp"
+#include "rod/figures.hpp"
+#include "rod/law.hpp"
+#include "rod/rigid.hpp"
+#include "rod/rods.hpp"
+
+#include <algorithm>
+
+namespace skein {
+
+namespace detail {
+
+/// Where a cell of rest length 1/inv_length is turned by phi.
+template <class Law, int W> SKEIN_INLINE void add_cell(NodeProfileOf<Pack<W>>& at, const Vec3<Pack<W>>& phi, double inv_length,
+                                                       const Pack<W>& dilatation, const Vec3d& stiffness,
+                                                       const Vec3d& rest_curvature) {
+    using P = Pack<W>;
+    const Vec3<P> curvature = P(inv_length) * phi, strain = curvature - broadcast<W>(rest_curvature);
+    P weight(0.5 / inv_length);
+    if constexpr (Law::bending_pulls) weight *= Law::bending_factor(P(1.0) / dilatation);
+    at.curvature = sqrt(fma(curvature.x, curvature.x, curvature.y * curvature.y));
+    at.energy = fma(weight, dot(strain, scale(broadcast<W>(stiffness), strain)), at.energy);
+}
+
+/// `Published`: the law that has no energy; what stands for it is that of the observables.
+template <class Law, bool Published, int W> void rod_profile(const RodTile<W>& rod, double time, NodeProfileOf<Pack<W>>* out) {
+    using P = Pack<W>;
+    const RodGroup& group = *rod.group;
+    const Slot<W>* slot = rod.slot;
+    const int n = rod.n;
+    P first_e(1.0), e_before(1.0);
+    const auto cell = [&](int k, int next, const P& e, const P& e_next) __attribute__((always_inline)) {
+        const VoronoiConstants& v = rod.voronoi[k];
+        add_cell<Law>(out[k + 1], relative_rotation(slot[next].director, slot[k].director), v.inv_length,
+                      fma(P(v.share_before), e, P(v.share_after) * e_next), v.stiffness, v.rest_curvature);
+    };
+    for (int k = 0; k < n; ++k) {
+        const ElementConstants& c = rod.element[k];
+        const Vec3<P> nu = P(c.inv_rest_length) * (slot[k].director * (slot[k + 1].position - slot[k].position));
+        P e = nu.z, half(0.5);
+        if constexpr (Published) e = norm(nu), half = half / e;
+        const P sx = nu.x - P(c.rest_strain.x), sy = nu.y - P(c.rest_strain.y);
+        const P shear = half * fma(P(c.stiffness.x) * sx, sx, P(c.stiffness.y) * sy * sy);
+        const P strain = P(0.5) * (e - P(c.rest_stretch)), energy = P(0.5 * c.rest_length) * (shear + Law::stretch_energy(c, e));
+        out[k].strain += strain, out[k].energy += energy;
+        out[k + 1].strain += strain, out[k + 1].energy += energy;
+        if (k == 0) first_e = e;
+        else cell(k - 1, k, e_before, e);
+        e_before = e;
+    }
+    if (group.closed()) cell(n - 1, 0, e_before, first_e);
+    const auto wall = [&](int node, const Quaternion<P>& after, const Quaternion<P>& before, int k, const P& e,
+                          const Vec3d& rest_curvature) {
+        const ElementConstants& c = rod.element[k];
+        add_cell<Law>(out[node], relative_rotation(after, before), 2 * c.inv_rest_length, e, c.bending, rest_curvature);
+    };
+    if (group.spec().start == EndKind::clamped)
+        wall(0, slot[0].director, wall_frames(rod, time, start_wall_frame), 0, first_e, group.start_wall_rest_curvature);
+    if (group.spec().end == EndKind::clamped)
+        wall(n, wall_frames(rod, time, end_wall_frame), slot[n - 1].director, n - 1, e_before, group.end_wall_rest_curvature);
+
+    const auto half_length = [&](int k) { return 0.5 * rod.element[k].rest_length; };
+    for (int i = 1; i < n; ++i) out[i].energy *= P(1 / (half_length(i - 1) + half_length(i)));
+    if (group.closed()) {
+        const P length_inverse(1 / (half_length(n - 1) + half_length(0)));
+        out[0] = out[n] = {out[0].strain + out[n].strain, out[n].curvature, length_inverse * (out[0].energy + out[n].energy)};
+    } else {
+        for (const auto& [node, k] : {std::pair{0, 0}, std::pair{n, n - 1}})
+            out[node].strain *= P(2.0), out[node].energy *= P(1 / half_length(k));
+    }
+}
+
+} // namespace detail
+
+/// Of a tile across; `out` has a place per slot. Rigid bodies are not strained. Slots synchronised, of time t, s.
+template <int W> void rod_profile(const RodTile<W>& rod, double time, NodeProfileOf<Pack<W>>* out) {
+    const Pack<W> none(0.0);
+    std::fill_n(out, rod.n + 1, NodeProfileOf<Pack<W>>{none, none, none});
+    const Law law = rod.group->law();
+    if (is_rigid(*rod.group)) return;
+    if (law == Law::elastica) detail::rod_profile<IncompressibleLaw, true>(rod, time, out);
+    else with_energy_law(law, [&]<class L>(L) { detail::rod_profile<L, false>(rod, time, out); });
+}
+
+} // namespace skein
