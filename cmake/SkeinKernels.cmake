@@ -44,7 +44,8 @@ endfunction()
 
 set(SKEIN_CONTACT_KERNELS ${CMAKE_SOURCE_DIR}/src/contact/broad_phase.cpp ${CMAKE_SOURCE_DIR}/src/contact/contact_push.cpp
                           ${CMAKE_SOURCE_DIR}/src/contact/contacts.cpp ${CMAKE_SOURCE_DIR}/src/core/rotation.cpp)
-set(SKEIN_ROD_KERNELS ${CMAKE_SOURCE_DIR}/src/kernels/kernels_at.cpp ${CMAKE_SOURCE_DIR}/src/rod/rod_tiles.cpp)
+set(SKEIN_ROD_KERNELS ${CMAKE_SOURCE_DIR}/src/kernels/kernels_at.cpp ${CMAKE_SOURCE_DIR}/src/kernels/load_passes_at.cpp
+                      ${CMAKE_SOURCE_DIR}/src/rod/rod_tiles.cpp)
 
 # skein_level(<level>): libraries skein_contact_<level> and skein_rods_<level>_w<width>, and in SKEIN_LEVEL_OBJECT_<level> the object
 # that joins them.

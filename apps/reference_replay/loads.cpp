@@ -1,5 +1,10 @@
 #include "loads.hpp"
 
+#include "loads/gravity.hpp"
+#include "loads/ramp.hpp"
+#include "loads/sinusoidal_end_force.hpp"
+#include "loads/slender_body_drag.hpp"
+
 #include <cmath>
 #include <numbers>
 

@@ -3,6 +3,9 @@
 //   bench_features [--csv FILE] [--repeats 25]
 // Every repeat times each row once, in turn; a row's cost is the median over the repeats of its processor time over that of the
 // base in the same repeat. The bars are 10 % for a feature, 20 % for all, 2 % for what is in the scene but not on these rods.
+#include "loads/gravity.hpp"
+#include "loads/magnetic_field.hpp"
+#include "loads/muscle_wave.hpp"
 #include "measure.hpp"
 #include "support/scenes_for_tests.hpp"
 

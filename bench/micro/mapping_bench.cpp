@@ -2,6 +2,9 @@
 // the same work on equal rods across tiles: 16 rods of 50 in L2 beside lone rods, as many rods of 52 beside the scenes. Cilia. And
 // a lone rod of 50 that lies on a plane or is dragged through a fluid, over the same rod under gravity alone. Medians of
 // interleaved turns. The bits are those of one lane across, which is checked first.
+#include "loads/gravity.hpp"
+#include "loads/plane_friction.hpp"
+#include "loads/slender_body_drag.hpp"
 #include "measure.hpp"
 #include "support/scenes_for_tests.hpp"
 

@@ -5,7 +5,7 @@
 //   names: <pass>/W<width>/n<elements>/<level>, step/<rods>/visit<steps>/...; rotation/W<width>/<level>, peak/..., stream-.../...
 // Without a filter: everything at W = 8, and the other widths in L2. With =. all.
 #include "kernels/make_rods_at.hpp"
-#include "loads/load_pass.hpp"
+#include "loads/load_passes.hpp"
 #include "micro/roof_table.hpp"
 #include "micro/roofs.hpp"
 #include "micro/working_set.hpp"

@@ -1,6 +1,7 @@
 #include "textbook/textbook_rods.hpp"
 
 #include "core/error.hpp"
+#include "loads/magnetic_field.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -85,14 +86,13 @@ TextbookRods::TextbookRods(const RodGroup& group, const GroupPlan& plan, double 
     : build_(build) {
     const RodSpec& spec = group.spec();
     const auto is_zero = [](const Vec3d& a) { return a.x == 0 && a.y == 0 && a.z == 0; };
-    const bool same_model = plan.circular && spec.start == EndKind::clamped && spec.end == EndKind::free &&
-                            is_zero(spec.shape.rest_strain) && is_zero(spec.shape.rest_curvature) &&
-                            spec.shape.rest_curvature_profile.empty() && plan.damping.size() == 1 &&
-                            plan.damping[0].kind == DampingKind::legacy && plan.loads.size() == 1 &&
-                            std::holds_alternative<MagneticField>(plan.loads[0]);
+    const bool same_model =
+        plan.circular && spec.start == EndKind::clamped && spec.end == EndKind::free && is_zero(spec.shape.rest_strain) &&
+        is_zero(spec.shape.rest_curvature) && spec.shape.rest_curvature_profile.empty() && plan.damping.size() == 1 &&
+        plan.damping[0].kind == DampingKind::legacy && plan.loads.size() == 1 && plan.loads[0].get_if<MagneticField>();
     if (!same_model)
         throw InputError("group '" + group.name() + "' is not what bench/textbook is written for: see textbook_rods.hpp");
-    field_ = std::get<MagneticField>(plan.loads[0]);
+    field_ = plan.loads[0].as<MagneticField>();
     for (std::int64_t i = 0; i < count; ++i) rods_.emplace_back(group, i, plan.damping, dt);
 }
 

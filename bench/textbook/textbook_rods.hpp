@@ -7,6 +7,7 @@
 // anything else is refused. The steps are compiled twice, as users compile such a code and as one who tunes flags does.
 #pragma once
 
+#include "loads/magnetic_field.hpp"
 #include "scene/plan.hpp"
 
 #include <vector>

@@ -57,6 +57,9 @@ template <class P> SKEIN_INLINE Vec3<P> transpose_times(const Mat3<P>& q, const 
 using Vec3d = Vec3<double>;
 using Mat3d = Mat3<double>;
 
+inline bool zero(const Vec3d& v) { return v.x == 0 && v.y == 0 && v.z == 0; }
+inline bool parallel(const Vec3d& a, const Vec3d& b) { return norm(cross(a, b)) <= 1e-9 * norm(a) * norm(b); }
+
 /// A scalar vector in every lane.
 template <int W> SKEIN_INLINE Vec3<Pack<W>> broadcast(const Vec3d& a) { return {Pack<W>(a.x), Pack<W>(a.y), Pack<W>(a.z)}; }
 /// What differs from lane to lane as it is, so that kernels need not know which of both a constant does.

@@ -81,11 +81,11 @@ template <int W> TileProgram<W> make_program(const GroupPlan& plan, const RodGro
     program.push_back(make_elastic<W>(group, moving));
     if (audit) program.push_back(make_audit_inner<W>(group, audit, moving));
     for (const Load& load : plan.loads)
-        if (!feels_all(load)) program.push_back(make_pass<W>(load, group));
+        if (!load.feels_all()) program.push_back(make_pass<W>(load, group));
     if (walls) program.push_back(std::make_unique<WallPass<W>>(around.walls, group, walls));
     if (around.others) program.push_back(std::make_unique<FeelPass<W>>(around.others));
     for (const Load& load : plan.loads)
-        if (feels_all(load)) program.push_back(make_pass<W>(load, group));
+        if (load.feels_all()) program.push_back(make_pass<W>(load, group));
     if (group.closed()) program.push_back(std::make_unique<FoldRingPass<W>>());
     if (audit) program.push_back(std::make_unique<AuditLoadsPass<W>>(audit));
     const bool filtered = std::any_of(plan.damping.begin(), plan.damping.end(), is_filter);
@@ -118,7 +118,7 @@ template <int W> TileProgram<W> make_program_along(const Plan& plan, std::span<c
     with_energy_law(any->law(), [&]<class L>(L) { program.push_back(std::make_unique<ElasticPass<L, W, Map>>(ends)); });
     for (const bool last : {false, true}) // planes that rub answer all others
         for (const Load& load : one.loads)
-            if (feels_all(load) == last) program.push_back(make_pass<W, Map>(load, *any));
+            if (load.feels_all() == last) program.push_back(make_pass<W, Map>(load, *any));
     std::function<KicksOfGroup(const RodGroup&)> of_rod;
     if (any->sized())
         of_rod = [damped = one, scheme, dt = plan.dt](const RodGroup& rod) { return kicks_of(damped, rod, scheme, dt); };

@@ -3,13 +3,15 @@
 #pragma once
 
 #include "core/fields.hpp"
+#include "loads/load.hpp"
 #include "loads/ramp.hpp"
 #include "rod/mapping.hpp"
 
 namespace skein {
 
 struct EndForce {
-    static constexpr std::string_view kind = "end_force";
+    static constexpr std::string_view kind = "end_force", label = "end forces";
+    static constexpr bool for_rings = false;
     Vec3d start{0, 0, 0}; ///< N, lab, on node 0
     Vec3d end{0, 0, 0};   ///< N, lab, on node n
     double ramp = 0;      ///< s
@@ -18,6 +20,9 @@ struct EndForce {
         f.visit({.name = "start", .unit = "N", .text = "force on the first node, lab frame"}, start);
         f.visit({.name = "end", .unit = "N", .text = "force on the last node, lab frame"}, end);
         f.visit({.name = "ramp", .unit = "s", .text = "linear rise from 0", .at_least = 0}, ramp);
+    }
+    void check(RodSpecs, Objections& objections) const {
+        if (zero(start) && zero(end)) objections.add("", "an end_force needs 'start' or 'end' [N]: both are 0");
     }
 
     template <int W, class Map = Across<W>> void add(const RodTile<W>& rod, SlotLoad<W>* load, const Step& step) const {

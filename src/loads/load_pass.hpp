@@ -1,7 +1,7 @@
 // A load of the scene as a pass over the tiles of one group. What a load does not define, it does not pay for.
 #pragma once
 
-#include "loads/load_spec.hpp"
+#include "loads/load.hpp"
 #include "rod/mapping.hpp"
 
 #include <memory>
@@ -12,11 +12,16 @@ namespace skein {
 template <class L, int W, class Map = Across<W>> class LoadPass final : public TilePass<W> {
 public:
     LoadPass(L load, const RodGroup& group) : load_(std::move(load)) {
-        if constexpr (requires { load_.bind_group(group); }) load_.bind_group(group);
+        static_assert(
+            keeps_tables_of_group<L> || !requires { &L::bind_group; }, "bind_group(const RodGroup&)");
+        if constexpr (keeps_tables_of_group<L>) load_.bind_group(group);
     }
     std::string_view name() const override { return L::kind; }
     void prepare(std::span<const Step> steps) override {
-        if constexpr (requires { load_.prepare(steps); }) load_.prepare(steps);
+        constexpr bool fits = requires { load_.prepare(steps); };
+        static_assert(
+            fits || !requires { &L::prepare; }, "prepare(std::span<const Step>)");
+        if constexpr (fits) load_.prepare(steps);
     }
     void expect(std::size_t tiles) override {
         if constexpr (has_tile_data) tile_data_.resize(tiles);
@@ -47,14 +52,8 @@ private:
         tile_data_;
 };
 
-/// `group`: of an along mapping any of its family; a load that keeps tables of its group makes families of one.
-template <int W, class Map = Across<W>> std::unique_ptr<TilePass<W>> make_pass(const Load& load, const RodGroup& group) {
-    return std::visit(
-        [&]<class L>(const L& l) -> std::unique_ptr<TilePass<W>> {
-            if constexpr (Map::along && needs_whole_rods<L>) return nullptr; // the plan keeps its rods across
-            else return std::make_unique<LoadPass<L, W, Map>>(l, group);
-        },
-        load);
-}
+/// Null for a load whose rods lie across, where Map is along. `group`: of an along mapping any of its family; a load that keeps
+/// tables of its group makes families of one. Defined in loads/load_passes.hpp.
+template <int W, class Map = Across<W>> std::unique_ptr<TilePass<W>> make_pass(const Load& load, const RodGroup& group);
 
 } // namespace skein

@@ -6,6 +6,7 @@
 
 #include "core/aligned.hpp"
 #include "core/fields.hpp"
+#include "loads/load.hpp"
 #include "loads/ramp.hpp"
 #include "rod/mapping.hpp"
 
@@ -18,7 +19,7 @@
 namespace skein {
 
 struct MagneticField {
-    static constexpr std::string_view kind = "magnetic_field";
+    static constexpr std::string_view kind = "magnetic_field", label = "magnetics";
     Vec3d constant{0, 0, 0};    ///< B0, T, lab
     double rotating = 0;        ///< B, T
     Vec3d sine_axis{1, 0, 0};   ///< u, lab
@@ -38,6 +39,23 @@ struct MagneticField {
                 ramp);
         f.visit({.name = "onset", .unit = "s", .text = "no field before", .at_least = 0}, onset);
         f.visit({.name = "until", .unit = "s", .text = "the field falls from then on; 0: it stays", .at_least = 0}, until);
+    }
+    static bool acts_on(const RodSpec& rods) { return rods.magnetisation.pattern != MagnetisationPattern::none; }
+    void check(RodSpecs groups, Objections& objections) const {
+        if (until > 0 && until <= onset)
+            objections.add("until", "'until' " + number_text(until) + " s is not after 'onset' " + number_text(onset) + " s");
+        if (!groups.empty() && std::none_of(groups.begin(), groups.end(), [](const RodSpec* rods) { return acts_on(*rods); }))
+            objections.add("", "none of the groups that this magnetic_field acts on has a [rods.magnetisation]");
+        if (rotating == 0) {
+            if (zero(constant)) objections.add("", "a magnetic_field needs 'constant' or 'rotating' [T]: both are 0");
+            // rotating = 0 is how one switches the rotation off and leaves the rest as it is.
+            if (!objections.given("rotating"))
+                objections.unused({"period", "sine_axis", "cosine_axis"}, "in a field without 'rotating' [T]");
+            return;
+        }
+        if (period == 0) objections.add("", "a rotating field needs 'period' [s], not 0");
+        if (zero(sine_axis) && zero(cosine_axis))
+            objections.add("sine_axis", "'sine_axis' and 'cosine_axis' are both 0: the field would not rotate");
     }
 
     /// r(t).

@@ -8,6 +8,7 @@
 
 #include "core/fields.hpp"
 #include "loads/bspline.hpp"
+#include "loads/load.hpp"
 #include "loads/vertex_wave.hpp"
 
 #include <algorithm>
@@ -18,6 +19,7 @@ namespace skein {
 
 struct MuscleTorques {
     static constexpr std::string_view kind = "muscle_torques";
+    static constexpr bool for_rigid_bodies = false;
     std::vector<double> coefficients; ///< of the B-spline, N m, at least 4
     std::vector<double> table;        ///< A_i, N m, [n]; instead of the spline
     double period = 0;                ///< T, s
@@ -44,6 +46,18 @@ struct MuscleTorques {
         f.visit({.name = "phase", .unit = "rad", .text = "phi"}, phase);
         f.visit({.name = "direction", .unit = "-", .text = "axis of the couple, lab frame"}, direction);
         f.visit({.name = "ramp", .unit = "s", .text = "linear rise from 0", .at_least = 0}, ramp);
+    }
+    void check(RodSpecs groups, Objections& objections) const {
+        if (zero(direction)) objections.add("direction", "'direction' has no direction");
+        if (table.empty()) {
+            if (coefficients.size() < 4)
+                objections.add("", "muscle_torques need 'coefficients' [N m], at least 4 of them, or a 'table'; there are " +
+                                       std::to_string(coefficients.size()));
+            return;
+        }
+        objections.unused({"coefficients"}, "beside 'table', which gives the amplitude of every element");
+        for (const RodSpec* rods : groups)
+            objections.length("table", table.size(), rods->shape.elements, "one for each element of group '" + rods->name + "'");
     }
 
     void bind_group(const RodGroup& group) {

@@ -6,6 +6,7 @@
 #pragma once
 
 #include "core/fields.hpp"
+#include "loads/load.hpp"
 #include "loads/vertex_wave.hpp"
 
 #include <numbers>
@@ -15,7 +16,8 @@
 namespace skein {
 
 struct MuscleWave {
-    static constexpr std::string_view kind = "muscle_wave";
+    static constexpr std::string_view kind = "muscle_wave", label = "muscles";
+    static constexpr bool for_rigid_bodies = false;
     double amplitude = 0;        ///< A, N m
     std::vector<double> profile; ///< A_j/A of every vertex (elements - 1, in a ring elements); empty: 1
     double period = 0;           ///< T, s
@@ -36,6 +38,17 @@ struct MuscleWave {
         f.visit({.name = "phase", .unit = "rad", .text = "phi"}, phase);
         f.visit({.name = "direction", .unit = "-", .text = "axis of the couple, lab frame"}, direction);
         f.visit({.name = "ramp", .unit = "s", .text = "linear rise from 0", .at_least = 0}, ramp);
+    }
+    void check(RodSpecs groups, Objections& objections) const {
+        if (wavelength == 0) objections.add("wavelength", "'wavelength' of a muscle_wave cannot be 0");
+        if (zero(direction)) objections.add("direction", "'direction' has no direction");
+        if (profile.empty()) return;
+        for (const RodSpec* rods : groups) {
+            const bool ring = rods->shape.closed;
+            objections.length("profile", profile.size(), ring ? rods->shape.elements : rods->shape.elements - 1,
+                              std::string("one for each ") + (ring ? "vertex of the rings" : "inner vertex (elements - 1)") +
+                                  " of group '" + rods->name + "'");
+        }
     }
 
     void bind_group(const RodGroup& group) {

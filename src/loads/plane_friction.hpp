@@ -18,6 +18,7 @@
 
 #include "core/error.hpp"
 #include "core/fields.hpp"
+#include "loads/load.hpp"
 #include "rod/mapping.hpp"
 
 #include <algorithm>
@@ -29,6 +30,7 @@ namespace skein {
 struct PlaneFriction {
     static constexpr std::string_view kind = "anisotropic_plane";
     static constexpr bool feels_all = true;
+    static constexpr bool for_rigid_bodies = false, for_rings = false;
 
     Vec3d point{0, 0, 0};                                                   ///< m
     Vec3d normal{0, 0, 1};                                                  ///< towards the rods
@@ -63,6 +65,9 @@ struct PlaneFriction {
         f.visit({.name = "slip_speed", .unit = "m/s", .text = "v_s: slower is held, above twice this slides", .above = 0},
                 slip_speed);
     }
+    void check(RodSpecs, Objections& objections) const {
+        if (zero(normal)) objections.add("normal", "'normal' has no direction");
+    }
 
     /// Constants of an element.
     template <class N> struct Row {
@@ -73,7 +78,6 @@ struct PlaneFriction {
     std::vector<Row<double>> rows; ///< [n]
 
     void bind_group(const RodGroup& group) {
-        if (group.closed()) throw InputError("rods '" + group.name() + "': the load anisotropic_plane does not take rings");
         const double size = norm(normal);
         if (!(size > 0)) throw InputError("load anisotropic_plane: the normal has no direction");
         normal = (1 / size) * normal;

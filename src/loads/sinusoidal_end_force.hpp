@@ -5,6 +5,7 @@
 #pragma once
 
 #include "core/fields.hpp"
+#include "loads/load.hpp"
 #include "rod/mapping.hpp"
 
 #include <cmath>
@@ -14,7 +15,8 @@
 namespace skein {
 
 struct SinusoidalEndForce {
-    static constexpr std::string_view kind = "sinusoidal_end_force";
+    static constexpr std::string_view kind = "sinusoidal_end_force", label = "sinusoidal end forces";
+    static constexpr bool for_rings = false;
     double start = 0;       ///< F_start, N
     double end = 0;         ///< F_end, N
     Vec3d normal{0, 1, 0};  ///< nu, lab
@@ -33,6 +35,12 @@ struct SinusoidalEndForce {
         f.visit({.name = "hold", .unit = "s", .text = "until then the force is steady, along `normal`", .at_least = 0}, hold);
         f.visit({.name = "steady", .unit = "-", .text = "the steady force over the turning one"}, steady);
         f.visit({.name = "period", .unit = "s", .text = "of a turn", .above = 0}, period);
+    }
+    void check(RodSpecs, Objections& objections) const {
+        if (start == 0 && end == 0) objections.add("", "a sinusoidal_end_force needs 'start' or 'end' [N]: both are 0");
+        if (hold == 0) objections.unused({"steady"}, "without 'hold' [s]");
+        if (parallel(normal, tangent))
+            objections.add("normal", "'normal' and 'tangent' are parallel: the force would have no plane to turn in");
     }
 
     /// u(t), lab.

@@ -9,6 +9,7 @@
 
 #include "core/fields.hpp"
 #include "core/logarithm.hpp"
+#include "loads/load.hpp"
 #include "rod/mapping.hpp"
 
 #include <algorithm>
@@ -19,7 +20,8 @@
 namespace skein {
 
 struct SlenderBodyDrag {
-    static constexpr std::string_view kind = "slender_body_drag";
+    static constexpr std::string_view kind = "slender_body_drag", label = "slender-body drag";
+    static constexpr bool for_rigid_bodies = false;
     double viscosity = 0; ///< mu, Pa s
 
     void fields(FieldVisitor& f) {
@@ -29,6 +31,12 @@ struct SlenderBodyDrag {
                  .required = true,
                  .above = 0},
                 viscosity);
+    }
+    void check(RodSpecs groups, Objections& objections) const {
+        for (const RodSpec* rods : groups)
+            if (rods->shape.length <= std::max(rods->section.radius, rods->section.radius_2))
+                objections.add("", "slender_body_drag is for slender rods: those of group '" + rods->name +
+                                       "' are not longer than their radius");
     }
 
     /// Constants of an element.
@@ -44,19 +52,15 @@ struct SlenderBodyDrag {
                             std::numbers::pi / group.element[static_cast<std::size_t>(k)].volume});
     }
 
-    struct Rate {
-        double value; ///< 1/s
-        int element;
-    };
     /// The largest rate of decay of a velocity at the rest lengths, bounded from above by the sum along a node's row: half of the
     /// drag of both its elements over its mass. theory.md (38)
-    Rate largest_rate(const RodGroup& group) const {
+    DragRate largest_rate(const RodGroup& group) const {
         const int n = group.elements();
         const auto half_drag = [&](int k) {
             const ElementConstants& e = group.element[static_cast<std::size_t>(k)];
             return 2 * std::numbers::pi * viscosity * e.rest_length / std::log(group.spec().shape.length / e.radius);
         };
-        Rate largest{0, 0};
+        DragRate largest;
         for (int i = 0; i <= n; ++i) {
             double drag = 0;
             if (i > 0 || group.closed()) drag += half_drag((i + n - 1) % n);

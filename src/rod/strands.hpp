@@ -22,6 +22,7 @@ template <class Row> class LaneRows {
 public:
     LaneRows() = default;
     LaneRows(LaneRows&&) = default; // its pointers are into itself, so that it cannot be copied
+    LaneRows& operator=(LaneRows&&) = default;
     void push_back(const Row& row) {
         std::size_t at = distinct_.size();
         while (at > 0 && std::memcmp(&distinct_[at - 1], &row, sizeof row) != 0) --at;

@@ -3,6 +3,7 @@
 #include "contact/contact_limits.hpp"
 #include "contact/pressing.hpp"
 #include "core/error.hpp"
+#include "loads/gravity.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -20,7 +21,7 @@ bool named(const std::vector<std::string>& names, const std::string& group) {
 Pressing pressing_of(const SceneSpec& scene, std::span<const RodGroup> groups) {
     std::vector<Vec3d> gravity(groups.size(), Vec3d{0, 0, 0});
     for (const LoadSpec& load : scene.loads)
-        if (const auto* g = std::get_if<Gravity>(&load.load))
+        if (const auto* g = load.load.get_if<Gravity>())
             for (std::size_t i = 0; i < groups.size(); ++i)
                 if (named(load.rods, groups[i].name())) gravity[i] = gravity[i] + g->acceleration;
     double pressure = 0, area = 0;

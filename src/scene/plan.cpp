@@ -7,12 +7,14 @@
 #include "io/rod_file.hpp"
 #include "io/trajectory.hpp"
 #include "io/vtk_series.hpp"
+#include "loads/gravity.hpp"
 #include "loads/laplacian_filter.hpp"
 #include "rod/audit.hpp"
 #include "rod/bending_shift.hpp"
 #include "rod/hold.hpp"
 #include "rod/law.hpp"
 #include "rod/moving_ends.hpp"
+#include "rod/packing.hpp"
 #include "rod/rigid.hpp"
 #include "rod/rods.hpp"
 #include "rod/tile.hpp"
@@ -94,15 +96,16 @@ std::vector<std::string> hints_for(const RodGroup& group) {
 /// Drag at the velocity before the kick takes from the stable step: a mode of frequency w is stable while (h w/2)^2 + h nu/2 < 1,
 /// with the scheme's own figures for 2. Told where it takes more than 1 %, which is what the bounds are worth. theory.md (38)
 void limit_by_drag(GroupPlan& p, const RodGroup& group, const Scheme& scheme) {
-    SlenderBodyDrag::Rate rate{0, 0};
-    for (const Load& load : p.loads)
-        if (const auto* drag = std::get_if<SlenderBodyDrag>(&load)) {
-            const auto [value, element] = drag->largest_rate(group);
-            rate = {rate.value + value, element};
-        }
+    DragRate rate, largest;
+    std::string_view label;
+    for (const Load& load : p.loads) {
+        const DragRate one = load.largest_rate(group);
+        if (one.value > largest.value) largest = one, label = load.label();
+        rate = {rate.value + one.value, largest.element};
+    }
     const double fastest = p.limits.front().dt, half = 0.5 * fastest * scheme.stability * rate.value / scheme.drag;
     const double dt = fastest * (std::sqrt(1 + half * half) - half);
-    if (dt < 0.99 * fastest) p.limits.insert(p.limits.begin(), {"slender-body drag", dt, rate.element});
+    if (dt < 0.99 * fastest) p.limits.insert(p.limits.begin(), {label, dt, rate.element});
 }
 
 /// Of all contacts that a group may have, the one that leaves the shortest step.
@@ -127,9 +130,7 @@ GroupPlan plan_group(const SceneSpec& scene, const RodGroup& group) {
     GroupPlan p{.name = group.name(), .rods = group.count(), .elements = group.elements()};
     for (std::size_t i = 0; i < scene.loads.size(); ++i) {
         const LoadSpec& l = scene.loads[i];
-        if (!acts_on(l.rods, group.name())) continue;
-        if (std::holds_alternative<MagneticField>(l.load) && group.spec().magnetisation.pattern == MagnetisationPattern::none)
-            continue;
+        if (!acts_on(l.rods, group.name()) || !l.load.acts_on(group.spec())) continue;
         p.loads.push_back(l.load);
         p.load_numbers.push_back(i);
     }
@@ -153,12 +154,12 @@ GroupPlan plan_group(const SceneSpec& scene, const RodGroup& group) {
                                         : with_energy_law(group.law(), []<class L>(L) { return L::name; }));
     if (audit) pass(AuditInnerPass<IncompressibleLaw, 1>::pass_name);
     for (const Load& load : p.loads)
-        if (!feels_all(load)) pass(kind_of(load));
+        if (!load.feels_all()) pass(load.kind());
     p.walls = std::any_of(scene.walls.begin(), scene.walls.end(), [&](const Wall& wall) { return wall.acts_on(group.name()); });
     if (p.walls) pass(WallPass<1>::pass_name);
     if (scene.contact) pass(FeelPass<1>::pass_name);
     for (const Load& load : p.loads)
-        if (feels_all(load)) pass(kind_of(load));
+        if (load.feels_all()) pass(load.kind());
     if (group.closed()) pass(FoldRingPass<1>::pass_name);
     if (audit) pass(AuditLoadsPass<1>::pass_name);
     const std::string_view of_kick = is_rigid(group) ? RigidKickPass<1>::pass_name : kick_names[static_cast<std::size_t>(p.kick)];
@@ -199,8 +200,7 @@ bool can_lie_along(const GroupPlan& p, const RodGroup& group, const SceneSpec& s
     if (scene.contact || p.walls || group.closed() || group.law() == Law::elastica || is_rigid(group) || spec.ends_move() ||
         spec.hold.any() || scene.output.audit)
         return false;
-    for (const Load& load : p.loads)
-        if (std::visit([]<class L>(const L&) { return needs_whole_rods<L>; }, load)) return false;
+    if (std::any_of(p.loads.begin(), p.loads.end(), [](const Load& load) { return load.needs_whole_rods(); })) return false;
     return std::none_of(p.damping.begin(), p.damping.end(), is_filter);
 }
 
@@ -211,8 +211,8 @@ void refuse_in_sized(const GroupPlan& p, const RodGroup& group, bool can_lie_alo
                                      group.spec().source, group.name(), group.spec().placement.file, what));
     };
     for (const Load& load : p.loads)
-        if (std::visit([]<class L>(const L&) { return keeps_tables_of_group<L> || needs_whole_rods<L>; }, load))
-            refuse(fmt::format("a load of kind {} cannot act on them yet", kind_of(load)));
+        if (load.keeps_tables_of_group() || load.needs_whole_rods())
+            refuse(fmt::format("a load of kind {} cannot act on them yet", load.kind()));
     if (!can_lie_along)
         refuse("contact, walls, rings, rigid bodies, the law \"elastica\", moved ends, 'hold', the laplacian damping and audits "
                "need rods "
@@ -231,7 +231,7 @@ void find_families(Plan& plan, std::span<const RodGroup> groups, const SceneSpec
         if (!can) continue;
         std::string key = fmt::format("{} of {}", fmt::join(p.passes, "|"), fmt::join(p.load_numbers, ","));
         for (const Load& load : p.loads)
-            if (std::visit([]<class L>(const L&) { return keeps_tables_of_group<L>; }, load)) key += fmt::format(" in {}", g);
+            if (load.keeps_tables_of_group()) key += fmt::format(" in {}", g);
         if (p.sized) key += fmt::format(" in {}", g);
         const auto found = std::find(keys.begin(), keys.end(), key);
         p.family = static_cast<int>(found - keys.begin());
@@ -376,20 +376,14 @@ Cadence cadence_of(const OutputSpec& out, double dt) {
 }
 
 void list_absent(Plan& plan, const SceneSpec& scene) {
-    const auto need = [&](bool present, const char* what) {
-        if (!present) plan.absent.emplace_back(what);
+    const auto need = [&](bool present, const std::string& what) {
+        if (!present) plan.absent.push_back(what);
     };
     need(!scene.damping.empty(), "damping");
-    const auto has = [&](std::size_t kind) {
-        return std::any_of(plan.groups.begin(), plan.groups.end(), [&](const GroupPlan& g) {
-            return std::any_of(g.loads.begin(), g.loads.end(), [&](const Load& l) { return l.index() == kind; });
-        });
-    };
-    constexpr const char* names[] = {"gravity",        "uniform force",    "uniform couple",        "end forces",
-                                     "magnetics",      "muscles",          "sinusoidal end forces", "slender-body drag",
-                                     "muscle torques", "anisotropic plane"};
-    static_assert(std::size(names) == std::variant_size_v<Load>);
-    for (std::size_t kind = 0; kind < std::size(names); ++kind) need(has(kind), names[kind]);
+    std::vector<bool> has(load_kinds().size(), false);
+    for (const GroupPlan& g : plan.groups)
+        for (const Load& load : g.loads) has[static_cast<std::size_t>(load.number())] = true;
+    for (std::size_t kind = 0; kind < has.size(); ++kind) need(has[kind], std::string(make_load(static_cast<int>(kind)).label()));
     need(plan.cadence.trajectory > 0, "trajectory");
     need(plan.cadence.tips > 0, "tips");
     need(plan.cadence.series > 0, "time series");
@@ -425,7 +419,7 @@ void weigh(Plan& plan, std::span<const RodGroup> groups, const SceneSpec& scene)
     if (!scene.contact && scene.walls.empty()) return;
     int found = 0;
     for (const LoadSpec& l : scene.loads)
-        if (const auto* gravity = std::get_if<Gravity>(&l.load); gravity && ++found == 1 && l.rods.empty())
+        if (const auto* gravity = l.load.get_if<Gravity>(); gravity && ++found == 1 && l.rods.empty())
             plan.gravity = gravity->acceleration;
     if (found > 1) plan.gravity.reset();
 }

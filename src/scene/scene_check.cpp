@@ -1,6 +1,7 @@
 #include "scene/scene_check.hpp"
 
 #include "core/error.hpp"
+#include "core/objections.hpp"
 #include "scene/nearest.hpp"
 #include "scene/scene_file.hpp"
 #include "scene/scene_keys.hpp"
@@ -15,10 +16,6 @@
 namespace skein {
 
 namespace {
-
-bool zero(const Vec3d& v) { return v.x == 0 && v.y == 0 && v.z == 0; }
-
-bool parallel(const Vec3d& a, const Vec3d& b) { return norm(cross(a, b)) <= 1e-9 * norm(a) * norm(b); }
 
 bool good_name(const std::string& name) {
     return !name.empty() &&
@@ -48,7 +45,8 @@ public:
         for (std::size_t i = 0; i < scene_.loads.size(); ++i) {
             const std::string path = fmt::format("load.{}", i);
             const auto groups = acted_on(scene_.loads[i].rods, path);
-            std::visit([&](const auto& load) { check(load, groups, path); }, scene_.loads[i].load);
+            TableObjections objections(*this, path);
+            scene_.loads[i].load.check(groups, objections);
         }
         for (std::size_t i = 0; i < scene_.damping.size(); ++i) {
             const std::string path = fmt::format("damping.{}", i);
@@ -64,9 +62,20 @@ private:
 
     void add(const std::string& path, const std::string& message) { found_.push_back({path, message}); }
     bool given(const std::string& path) const { return given_.contains(path); }
-    void unused(const std::string& table, std::initializer_list<const char*> keys, const std::string& where) {
-        for (const char* key : keys)
-            if (given(table + "." + key)) add(table + "." + key, fmt::format("'{}' has no use {}", key, where));
+    /// Against one table, in which structs name their keys.
+    class TableObjections final : public Objections {
+    public:
+        TableObjections(Checker& checker, std::string table) : checker_(checker), table_(std::move(table)) {}
+        void add(std::string_view key, const std::string& message) override { checker_.add(path(key), message); }
+        bool given(std::string_view key) const override { return checker_.given(path(key)); }
+
+    private:
+        std::string path(std::string_view key) const { return key.empty() ? table_ : fmt::format("{}.{}", table_, key); }
+        Checker& checker_;
+        std::string table_;
+    };
+    void unused(const std::string& table, std::initializer_list<std::string_view> keys, const std::string& where) {
+        TableObjections(*this, table).unused(keys, where);
     }
 
     void groups() {
@@ -168,15 +177,6 @@ private:
         if (rods.hold.any()) add(path + ".hold", "a rigid body cannot be held");
     }
 
-    /// What looks at how rods bend or lie in their surroundings does not know rigid bodies.
-    void needs_rods(const std::string& what, const Groups& groups, const std::string& path) {
-        for (const RodSpec* rods : groups)
-            if (rods->material.law == Law::rigid)
-                add(given(path + ".rods") ? path + ".rods" : path,
-                    fmt::format("{} is not for rigid bodies, as those of group '{}': name other groups in 'rods'", what,
-                                rods->name));
-    }
-
     void section(const RodSpec& rods, const std::string& path) {
         const Section& s = rods.section;
         if (s.kind == SectionKind::elliptic && s.radius_2 == 0)
@@ -258,9 +258,8 @@ private:
     }
 
     void length(const std::string& path, std::size_t has, long needs, const char* why) {
-        if (static_cast<long>(has) == needs) return;
-        add(path, fmt::format("'{}' has {} value{}, but needs {}: {}", path.substr(path.rfind('.') + 1), has, has == 1 ? "" : "s",
-                              needs, why));
+        const std::size_t dot = path.rfind('.');
+        TableObjections(*this, path.substr(0, dot)).length(path.substr(dot + 1), has, needs, why);
     }
 
     void placement(const RodSpec& rods, const std::string& path) {
@@ -418,98 +417,12 @@ private:
         return groups;
     }
 
-    void check(const Gravity&, const Groups&, const std::string&) {}
-    void check(const UniformForce&, const Groups&, const std::string&) {}
-    void check(const UniformCouple&, const Groups&, const std::string&) {}
-
-    void check(const PlaneFriction& plane, const Groups& groups, const std::string& path) {
-        needs_rods("an anisotropic_plane", groups, path);
-        if (zero(plane.normal)) add(path + ".normal", "'normal' has no direction");
-    }
-
-    void needs_ends(const std::string& kind, const Groups& groups, const std::string& path) {
-        for (const RodSpec* rods : groups)
-            if (rods->shape.closed)
-                add(given(path + ".rods") ? path + ".rods" : path,
-                    fmt::format(
-                        "{} needs rods with two ends, but those of group '{}' are rings (closed = true): name open ones in 'rods'",
-                        kind, rods->name));
-    }
-
-    void check(const EndForce& load, const Groups& groups, const std::string& path) {
-        needs_ends("an end_force", groups, path);
-        if (zero(load.start) && zero(load.end)) add(path, "an end_force needs 'start' or 'end' [N]: both are 0");
-    }
-
-    void check(const SinusoidalEndForce& load, const Groups& groups, const std::string& path) {
-        needs_ends("a sinusoidal_end_force", groups, path);
-        if (load.start == 0 && load.end == 0) add(path, "a sinusoidal_end_force needs 'start' or 'end' [N]: both are 0");
-        if (load.hold == 0) unused(path, {"steady"}, "without 'hold' [s]");
-        if (parallel(load.normal, load.tangent))
-            add(path + ".normal", "'normal' and 'tangent' are parallel: the force would have no plane to turn in");
-    }
-
-    void check(const SlenderBodyDrag&, const Groups& groups, const std::string& path) {
-        needs_rods("slender_body_drag", groups, path);
-        for (const RodSpec* rods : groups)
-            if (rods->shape.length <= std::max(rods->section.radius, rods->section.radius_2))
-                add(path, fmt::format("slender_body_drag is for slender rods: those of group '{}' are not longer than their radius",
-                                      rods->name));
-    }
-
-    void check(const MuscleTorques& muscle, const Groups& groups, const std::string& path) {
-        needs_rods("a load of kind muscle_torques", groups, path);
-        if (zero(muscle.direction)) add(path + ".direction", "'direction' has no direction");
-        if (muscle.table.empty()) {
-            if (muscle.coefficients.size() < 4)
-                add(path, fmt::format("muscle_torques need 'coefficients' [N m], at least 4 of them, or a 'table'; there are {}",
-                                      muscle.coefficients.size()));
-            return;
-        }
-        unused(path, {"coefficients"}, "beside 'table', which gives the amplitude of every element");
-        for (const RodSpec* rods : groups) {
-            const std::string why = fmt::format("one for each element of group '{}'", rods->name);
-            length(path + ".table", muscle.table.size(), rods->shape.elements, why.c_str());
-        }
-    }
-
-    void check(const MagneticField& field, const Groups& groups, const std::string& path) {
-        if (field.until > 0 && field.until <= field.onset)
-            add(path + ".until", fmt::format("'until' {} s is not after 'onset' {} s", field.until, field.onset));
-        const bool magnetised = std::any_of(groups.begin(), groups.end(), [](const RodSpec* rods) {
-            return rods->magnetisation.pattern != MagnetisationPattern::none;
-        });
-        if (!groups.empty() && !magnetised)
-            add(path, "none of the groups that this magnetic_field acts on has a [rods.magnetisation]");
-        if (field.rotating == 0) {
-            if (zero(field.constant)) add(path, "a magnetic_field needs 'constant' or 'rotating' [T]: both are 0");
-            // rotating = 0 is how one switches the rotation off and leaves the rest as it is.
-            if (!given(path + ".rotating"))
-                unused(path, {"period", "sine_axis", "cosine_axis"}, "in a field without 'rotating' [T]");
-            return;
-        }
-        if (field.period == 0) add(path, "a rotating field needs 'period' [s], not 0");
-        if (zero(field.sine_axis) && zero(field.cosine_axis))
-            add(path + ".sine_axis", "'sine_axis' and 'cosine_axis' are both 0: the field would not rotate");
-    }
-
-    void check(const MuscleWave& wave, const Groups& groups, const std::string& path) {
-        needs_rods("a muscle_wave", groups, path);
-        if (wave.wavelength == 0) add(path + ".wavelength", "'wavelength' of a muscle_wave cannot be 0");
-        if (zero(wave.direction)) add(path + ".direction", "'direction' has no direction");
-        if (wave.profile.empty()) return;
-        for (const RodSpec* rods : groups) {
-            const std::string why =
-                fmt::format("one for each {} of group '{}'",
-                            rods->shape.closed ? "vertex of the rings" : "inner vertex (elements - 1)", rods->name);
-            length(path + ".profile", wave.profile.size(), rods->shape.closed ? rods->shape.elements : rods->shape.elements - 1,
-                   why.c_str());
-        }
-    }
-
     void damping(const Damping& d, const Groups& groups, const std::string& path) {
-        if (d.kind == DampingKind::legacy || d.kind == DampingKind::laplacian)
-            needs_rods(fmt::format("a damping of kind \"{}\"", damping_names[static_cast<std::size_t>(d.kind)]), groups, path);
+        if (d.kind == DampingKind::legacy || d.kind == DampingKind::laplacian) {
+            TableObjections objections(*this, path);
+            object_to_rigid_bodies(fmt::format("a damping of kind \"{}\"", damping_names[static_cast<std::size_t>(d.kind)]), groups,
+                                   objections);
+        }
         const std::string where = fmt::format("for a damping of kind \"{}\"", damping_names[static_cast<std::size_t>(d.kind)]);
         if (d.kind == DampingKind::laplacian) {
             unused(path, {"translational", "rotational"}, where);

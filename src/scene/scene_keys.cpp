@@ -160,8 +160,8 @@ std::vector<KeyEntry> all_keys() {
     KeyList all = title_key("");
     append(all, keys_of(TimeSpec{}, "time"));
     append(all, keys_of(RodSpec{}, "rods"));
-    for (std::size_t kind = 0; kind < load_kinds.size(); ++kind)
-        append(all, keys_of(LoadSpec{.load = make_load(static_cast<int>(kind))}, fmt::format("load.{}", load_kinds[kind])));
+    for (int kind = 0; const std::string_view name : load_kinds())
+        append(all, keys_of(LoadSpec{.load = make_load(kind++)}, fmt::format("load.{}", name)));
     append(all, keys_of(DampingSpec{}, "damping"));
     append(all, keys_of(ContactSpec{}, "contact"));
     append(all, keys_of(ContactPair{}, "contact_pair"));
@@ -178,7 +178,7 @@ std::set<std::string> changed_keys(const SceneSpec& scene) {
     add_changed(paths, scene.start, StartSpec{}, "start");
     for (std::size_t i = 0; i < scene.rods.size(); ++i) add_changed(paths, scene.rods[i], RodSpec{}, fmt::format("rods.{}", i));
     for (std::size_t i = 0; i < scene.loads.size(); ++i) {
-        const LoadSpec defaults{.load = make_load(static_cast<int>(scene.loads[i].load.index()))};
+        const LoadSpec defaults{.load = make_load(scene.loads[i].load.number())};
         add_changed(paths, scene.loads[i], defaults, fmt::format("load.{}", i));
     }
     for (std::size_t i = 0; i < scene.damping.size(); ++i)

@@ -160,8 +160,9 @@ public:
 
 private:
     static int kind_of(const Json& name) {
-        const auto at = std::find(load_kinds.begin(), load_kinds.end(), name.get<std::string>());
-        return at == load_kinds.end() ? 0 : static_cast<int>(at - load_kinds.begin());
+        const auto kinds = load_kinds();
+        const auto at = std::find(kinds.begin(), kinds.end(), name.get<std::string>());
+        return at == kinds.end() ? 0 : static_cast<int>(at - kinds.begin());
     }
     Json& tables(int load) {
         if (const auto found = tables_.find(load); found != tables_.end()) return found->second;

@@ -1,5 +1,7 @@
 #include "simulation/self_check.hpp"
 
+#include "loads/gravity.hpp"
+#include "loads/magnetic_field.hpp"
 #include "partition/partition.hpp"
 #include "scene/scene_file.hpp"
 #include "simulation/interactions.hpp"

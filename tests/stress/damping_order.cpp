@@ -1,4 +1,6 @@
 // Second order in the step with every kind of damping, driven and swinging through large angles.      theory.md (22)-(24)
+#include "loads/end_force.hpp"
+#include "loads/muscle_wave.hpp"
 #include "stress/stress_support.hpp"
 #include "support/dampers.hpp"
 

@@ -1,4 +1,8 @@
 // The same rod, small or large, soft or stiff: the same dimensionless motion. A constant with a hidden unit would show.
+#include "loads/end_force.hpp"
+#include "loads/gravity.hpp"
+#include "loads/magnetic_field.hpp"
+#include "loads/muscle_wave.hpp"
 #include "stress/stress_support.hpp"
 
 #include <gtest/gtest.h>

@@ -1,4 +1,5 @@
 // A rod that ends in a tip of L/1e4.
+#include "loads/gravity.hpp"
 #include "stress/stress_support.hpp"
 
 #include <gtest/gtest.h>

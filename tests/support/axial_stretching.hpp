@@ -3,6 +3,8 @@
 //   linear                     E A (e - 1) = T,     x(s) = s + [F s + q (L s - s^2/2)]/(E A)
 #pragma once
 
+#include "loads/end_force.hpp"
+#include "loads/uniform_force.hpp"
 #include "support/relaxation.hpp"
 
 #include <numbers>

@@ -4,6 +4,7 @@
 // Bending is left out of it: it counts as B/(w L^3) = r^2/(4 L^2) E/(rho g L) = 5e-7.
 #pragma once
 
+#include "loads/gravity.hpp"
 #include "support/relaxation.hpp"
 
 #include <array>

@@ -9,6 +9,7 @@
 // through zero at the critical load.
 #pragma once
 
+#include "loads/end_force.hpp"
 #include "support/relaxation.hpp"
 
 #include <array>

@@ -8,6 +8,7 @@
 // solved by shooting for x(L).
 #pragma once
 
+#include "loads/end_force.hpp"
 #include "support/relaxation.hpp"
 
 #include <numbers>

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "kernels/kernels.hpp"
+#include "loads/magnetic_field.hpp"
 #include "scene/plan.hpp"
 #include "support/rods_for_tests.hpp"
 

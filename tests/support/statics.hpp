@@ -2,7 +2,7 @@
 #pragma once
 
 #include "core/rotation.hpp"
-#include "loads/load_pass.hpp"
+#include "loads/load_passes.hpp"
 #include "rod/elastic.hpp"
 #include "support/rods_for_tests.hpp"
 

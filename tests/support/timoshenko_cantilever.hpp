@@ -3,6 +3,7 @@
 // stretch.
 #pragma once
 
+#include "loads/end_force.hpp"
 #include "support/relaxation.hpp"
 #include "support/timoshenko_beam.hpp"
 

@@ -5,6 +5,7 @@
 //
 // `legacy` damps rotation at 89/s here, z = 0.53 in a step. The midpoint kick leaves slow motion its inertia; the exact flow of the
 // kick lends it 2.3 % more rotary inertia and is asserted to be the worse (theory.md (23)).
+#include "loads/magnetic_field.hpp"
 #include "validation/study.hpp"
 
 namespace skein {
@@ -26,7 +27,7 @@ std::vector<Vec3d> tips(DampingKind damping, const Window& window, double share,
     scene.damping[0].damping.kind = damping;
     const double limit = time_limits(make_groups(scene)[0]).front().dt, interval = (window.end - window.begin) / 8;
     const double coarse = interval / std::ceil(interval / (0.9 * limit));
-    std::get<MagneticField>(scene.loads[0].load).ramp = window.ramp;
+    scene.loads[0].load.as<MagneticField>().ramp = window.ramp;
     scene.time = {.duration = window.end, .dt = share * coarse, .damping = scheme};
     test::Stage stage(scene);
     dt = stage.plan.dt;

@@ -4,6 +4,8 @@
 //   driven   cilia in a turning field under damping; ramped walls, gravity and damping together
 //   twins    sums with closed forms, and the same bits at every width
 #include "diagnostics/energy_audit.hpp"
+#include "loads/gravity.hpp"
+#include "loads/magnetic_field.hpp"
 #include "validation/study.hpp"
 
 namespace skein {
@@ -91,7 +93,7 @@ TEST(EnergyAudit, DrivenDampedCiliaBalance) {
         SceneSpec scene = test::cilia_scene(2);
         scene.rods[0].magnetisation.strength = 5781.25;
         scene.damping[0].damping.kind = kind;
-        std::get<MagneticField>(scene.loads[0].load).ramp = 3.6;
+        scene.loads[0].load.as<MagneticField>().ramp = 3.6;
         study(table, kind == DampingKind::uniform ? "cilia, uniform" : "cilia, legacy", scene, 8192, 1e-6);
     }
     SceneSpec scene = ramped(EndKind::clamped, Law::incompressible, true);

@@ -1,6 +1,7 @@
 // A clamped rod magnetised along its axis in a transverse field, relaxed to rest, against its boundary-value problem
 // (support/magnetised_elastica.hpp): with the bending's share of the stretch the continuum of the discrete rod, so the error
 // against it falls with dl^2; without, the published yardstick.
+#include "loads/magnetic_field.hpp"
 #include "support/magnetised_elastica.hpp"
 #include "validation/study.hpp"
 

@@ -1,6 +1,7 @@
 // Rods that come to rest: the answer knows neither step nor integrator, and the error is that of the elements and the clamp.
 #include "scenes/work_precision/cases.hpp"
 
+#include "loads/magnetic_field.hpp"
 #include "support/axial_stretching.hpp"
 #include "support/catenary.hpp"
 #include "support/euler_buckling.hpp"

@@ -1,5 +1,6 @@
 // Eight driven damped cilia in a row, bond 1, over the second half of the field's first turn: their tips at eight instants against
 // each law's own finest runs, n = 32, 64 and 128 at a quarter of the automatic step, extrapolated twice.
+#include "loads/magnetic_field.hpp"
 #include "scenes/work_precision/cases.hpp"
 
 namespace skein::bench {
@@ -10,7 +11,7 @@ Outcome cilium(const Config& config, const Rung& rung) {
     constexpr double begin = 36, interval = 4.5;
     SceneSpec scene = test::cilia_scene(8, rung.n);
     scene.rods[0].magnetisation.strength = 5781.25;
-    std::get<MagneticField>(scene.loads[0].load).ramp = 9;
+    scene.loads[0].load.as<MagneticField>().ramp = 9;
     scene.time = {.duration = begin + 8 * interval};
     configure(scene, config, rung, interval);
     test::Stage stage(scene, 8);

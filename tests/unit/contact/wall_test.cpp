@@ -2,7 +2,7 @@
 #include "contact/wall_pass.hpp"
 
 #include "diagnostics/observables.hpp"
-#include "loads/load_pass.hpp"
+#include "loads/load_passes.hpp"
 #include "rod/elastic.hpp"
 #include "rod/kick.hpp"
 #include "rod/rod_tiles.hpp"

@@ -1,5 +1,5 @@
 // Every load against its formula, written out plainly.
-#include "loads/load_pass.hpp"
+#include "loads/load_passes.hpp"
 #include "support/rods_for_tests.hpp"
 
 #include <gtest/gtest.h>

@@ -1,5 +1,5 @@
 // Friction of its own in every direction: against the formulae, element by element, and a snake that crawls.
-#include "loads/load_pass.hpp"
+#include "loads/load_passes.hpp"
 #include "loads/plane_friction.hpp"
 #include "rod/elastic.hpp"
 #include "rod/kick.hpp"
@@ -154,13 +154,6 @@ TEST(PlaneFriction, IsTheSameInAllLanes) {
             EXPECT_EQ(norm(lane(wide_load[k].couple, i) - lane(load[k].couple, 0)), 0);
         }
     }
-}
-
-TEST(PlaneFriction, TakesNoRings) {
-    RodSpec ring = test::simple_rod(8);
-    ring.shape.closed = true;
-    const RodGroup group(ring, 0, 0, "");
-    EXPECT_THROW((LoadPass<PlaneFriction, 1>(some_plane(), group)), InputError);
 }
 
 /// A straight rod on the floor, under gravity that leans by an angle, for a while.

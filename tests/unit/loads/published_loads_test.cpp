@@ -1,5 +1,5 @@
 // Loads of published codes against their formulae, written out plainly; eight lanes against one.
-#include "loads/load_pass.hpp"
+#include "loads/load_passes.hpp"
 #include "support/rods_for_tests.hpp"
 
 #include <gtest/gtest.h>
@@ -220,7 +220,7 @@ TEST(PublishedLoads, EightLanesHaveTheBitsOfOne) {
             }
         }
     };
-    for (const Load& load : loads) compare(make_pass<8>(load, group), make_pass<1>(load, group), std::string(kind_of(load)));
+    for (const Load& load : loads) compare(make_pass<8>(load, group), make_pass<1>(load, group), std::string(load.kind()));
 }
 
 } // namespace

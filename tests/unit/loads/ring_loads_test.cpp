@@ -1,5 +1,6 @@
 // Loads and damping on rings: no vertex, node or element is first or last.
-#include "loads/load_pass.hpp"
+#include "loads/damping.hpp"
+#include "loads/load_passes.hpp"
 #include "rod/drift.hpp"
 #include "support/rods_for_tests.hpp"
 

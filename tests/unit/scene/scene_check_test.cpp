@@ -1,6 +1,9 @@
 // Scenes made in C++. What scene files can get wrong is in malformed/.
 #include "scene/scene_check.hpp"
 
+#include "loads/end_force.hpp"
+#include "loads/gravity.hpp"
+#include "loads/muscle_wave.hpp"
 #include "scene/scene_keys.hpp"
 #include "scene_fixture.hpp"
 

@@ -1,3 +1,7 @@
+#include "loads/gravity.hpp"
+#include "loads/magnetic_field.hpp"
+#include "loads/muscle_wave.hpp"
+
 #include "scene_fixture.hpp"
 
 #include <gtest/gtest.h>
@@ -61,14 +65,14 @@ TEST_F(GoodScene, RodsFromInlineTablesAndDottedKeys) {
 
 TEST_F(GoodScene, LoadsDampingAndOutput) {
     ASSERT_EQ(scene.loads.size(), 3u);
-    const auto& field = std::get<MagneticField>(scene.loads[0].load);
+    const auto& field = scene.loads[0].load.as<MagneticField>();
     EXPECT_EQ(field.rotating, 0.08);
     EXPECT_EQ(field.ramp, 36.0);
     EXPECT_EQ(scene.loads[0].rods, (std::vector<std::string>{"cilia"}));
     EXPECT_EQ(scene.loads[0].source, good_scene + ":45");
-    EXPECT_EQ(std::get<Gravity>(scene.loads[1].load).acceleration.z, -9.81);
+    EXPECT_EQ(scene.loads[1].load.as<Gravity>().acceleration.z, -9.81);
     EXPECT_TRUE(scene.loads[1].rods.empty());
-    EXPECT_EQ(std::get<MuscleWave>(scene.loads[2].load).profile, (std::vector<double>{1, 0.5}));
+    EXPECT_EQ(scene.loads[2].load.as<MuscleWave>().profile, (std::vector<double>{1, 0.5}));
     ASSERT_EQ(scene.damping.size(), 2u);
     EXPECT_EQ(scene.damping[0].damping.kind, DampingKind::legacy);
     EXPECT_EQ(scene.damping[1].damping.rotational, 1e-6);

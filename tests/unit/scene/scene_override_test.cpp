@@ -1,3 +1,6 @@
+#include "loads/gravity.hpp"
+#include "loads/magnetic_field.hpp"
+
 #include "scene_fixture.hpp"
 
 #include <gtest/gtest.h>
@@ -14,8 +17,8 @@ TEST(Override, ReplacesAndAddsKeys) {
     EXPECT_EQ(scene.time.dt, 1e-3);
     EXPECT_EQ(scene.rods[0].shape.elements, 50);
     EXPECT_EQ(scene.rods[1].section.taper, 0.25);
-    EXPECT_EQ(std::get<MagneticField>(scene.loads[0].load).period, -3.0);
-    EXPECT_EQ(std::get<Gravity>(scene.loads[1].load).acceleration.z, -1.0);
+    EXPECT_EQ(scene.loads[0].load.as<MagneticField>().period, -3.0);
+    EXPECT_EQ(scene.loads[1].load.as<Gravity>().acceleration.z, -1.0);
     EXPECT_EQ(scene.damping[0].damping.rate, 0.75);
     EXPECT_EQ(scene.output.tips, 0.1);
     EXPECT_EQ(scene.rods[0].placement.counts, (std::vector<long>{8, 6}));

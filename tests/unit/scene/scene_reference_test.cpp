@@ -25,7 +25,7 @@ TEST(SceneReference, HasASectionForEveryTable) {
     for (const char* table : {"top level", "[time]", "[[rods]]", "[rods.material]", "[rods.section]", "[rods.shape]",
                               "[rods.placement]", "[rods.magnetisation]", "[[damping]]", "[output]"})
         EXPECT_NE(section(page, table), "") << table;
-    for (const std::string_view kind : load_kinds)
+    for (const std::string_view kind : load_kinds())
         EXPECT_NE(section(page, "[[load]] of kind \"" + std::string(kind) + "\""), "") << kind;
 }
 

@@ -1,4 +1,7 @@
 // A plane that rubs feels all that presses on it: rods upon rods, and walls.
+#include "loads/gravity.hpp"
+#include "loads/plane_friction.hpp"
+#include "loads/uniform_force.hpp"
 #include "support/meeting.hpp"
 
 #include <gtest/gtest.h>
@@ -58,7 +61,7 @@ Sliding slide(const SceneSpec& scene) {
     const auto momentum = [&] { return test::momenta(stage.groups[0], stage.state(0)).linear.x; };
     const double before = momentum(), h = stage.plan.dt;
     stage.advance(1);
-    const double after = momentum(), pull = std::get<UniformForce>(scene.loads[2].load).force.x;
+    const double after = momentum(), pull = scene.loads[2].load.as<UniformForce>().force.x;
     stage.advance(stage.plan.steps - 1);
     double lowest = HUGE_VAL;
     for (const Slot<1>& node : stage.state(0)) lowest = std::min(lowest, lane(node.position, 0).z);

@@ -1,5 +1,14 @@
 // Rods along tiles, in stretches or beside rods of other lengths, have the bits of rods across.
 #include "core/error.hpp"
+#include "loads/end_force.hpp"
+#include "loads/gravity.hpp"
+#include "loads/muscle_torques.hpp"
+#include "loads/muscle_wave.hpp"
+#include "loads/plane_friction.hpp"
+#include "loads/sinusoidal_end_force.hpp"
+#include "loads/slender_body_drag.hpp"
+#include "loads/uniform_couple.hpp"
+#include "loads/uniform_force.hpp"
 #include "rod/present_eigenvalues.hpp"
 #include "support/scenes_for_tests.hpp"
 

@@ -1,5 +1,7 @@
 // Plans are what they are printed to be: snapshots for every scene in apps/, absent physics absent, steps within limits.
 #include "core/error.hpp"
+#include "loads/gravity.hpp"
+#include "loads/slender_body_drag.hpp"
 #include "scene/scene_file.hpp"
 #include "support/scenes_for_tests.hpp"
 
@@ -162,7 +164,7 @@ TEST(Plan, ALoadActsOnlyOnTheGroupsItNames) {
     const Plan plan = make_plan(scene, make_groups(scene), {});
     EXPECT_EQ(plan.groups[0].loads.size(), 1u);
     EXPECT_EQ(plan.groups[1].loads.size(), 1u) << "gravity, but no couple on rods that are not magnetised";
-    EXPECT_EQ(kind_of(plan.groups[1].loads[0]), "gravity");
+    EXPECT_EQ(plan.groups[1].loads[0].kind(), "gravity");
 }
 
 TEST(Plan, AutomaticStepDividesTheMostFrequentOutput) {
@@ -295,7 +297,7 @@ TEST(Plan, AutomaticStiffnessGivesTheAcceptedOverlapUnderTheForceExpected) {
             EXPECT_NE(to_text(plan).find("(auto)"), std::string::npos) << to_text(plan);
             EXPECT_NE(to_json(plan).find("\"expected_overlap\""), std::string::npos);
             // Weight, gravity and stiffness go together.
-            std::get<Gravity>(scene.loads[0].load).acceleration = {0, 0, -98.1};
+            scene.loads[0].load.as<Gravity>().acceleration = {0, 0, -98.1};
             EXPECT_NEAR(make_plan(scene, groups, {}).contact->law.stiffness / plan.contact->law.stiffness, 10, 1e-9);
             // What is given as a number stays, and is told of alike.
             scene.contact->law.stiffness = 2 * plan.contact->law.stiffness;

@@ -1,6 +1,12 @@
 // Rigid bodies among walls, rods and each other: they roll, slip, bounce and collide; what scenes may not say of them.
 #include "core/error.hpp"
 #include "diagnostics/observables.hpp"
+#include "loads/end_force.hpp"
+#include "loads/gravity.hpp"
+#include "loads/plane_friction.hpp"
+#include "loads/slender_body_drag.hpp"
+#include "loads/uniform_couple.hpp"
+#include "loads/uniform_force.hpp"
 #include "rod/rigid.hpp"
 #include "scene/scene_file.hpp"
 #include "simulation/interactions.hpp"
@@ -304,7 +310,7 @@ TEST(RigidBody, RefusesWhatItCannotHave) {
         {[](SceneSpec& s) { s.rods[0].hold.nodes = {0}; }, "a rigid body cannot be held"},
         {[](SceneSpec& s) { s.output.audit = true; }, "there is no audit of the rigid bodies of group 'body'"},
         {[](SceneSpec& s) { s.loads = {{.load = SlenderBodyDrag{.viscosity = 1}}}; }, "slender_body_drag is not for rigid bodies"},
-        {[](SceneSpec& s) { s.loads = {{.load = PlaneFriction{}}}; }, "an anisotropic_plane is not for rigid bodies"},
+        {[](SceneSpec& s) { s.loads = {{.load = PlaneFriction{}}}; }, "anisotropic_plane is not for rigid bodies"},
         {[](SceneSpec& s) { s.damping = {{.damping = {.kind = DampingKind::legacy, .rate = 1}}}; },
          "\"legacy\" is not for rigid bodies"},
     };

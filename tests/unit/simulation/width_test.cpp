@@ -1,5 +1,13 @@
 // The state has the same bits for every SIMD width, thread count and batch length.
 #include "core/error.hpp"
+#include "loads/end_force.hpp"
+#include "loads/gravity.hpp"
+#include "loads/muscle_torques.hpp"
+#include "loads/muscle_wave.hpp"
+#include "loads/sinusoidal_end_force.hpp"
+#include "loads/slender_body_drag.hpp"
+#include "loads/uniform_couple.hpp"
+#include "loads/uniform_force.hpp"
 #include "rod/present_eigenvalues.hpp"
 #include "support/scenes_for_tests.hpp"
 

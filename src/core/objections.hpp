@@ -1,0 +1,30 @@
+// What the check() of a spec struct has to say against its numbers: contradictions that no single key shows. Who listens knows the
+// lines of the scene; structs do not.
+#pragma once
+
+#include <cstddef>
+#include <initializer_list>
+#include <string>
+#include <string_view>
+
+namespace skein {
+
+class Objections {
+public:
+    virtual ~Objections() = default;
+
+    /// `key`: of the struct's own table; empty where none is at fault by itself.
+    virtual void add(std::string_view key, const std::string& message) = 0;
+    /// Whether the scene sets the key, be it to its default.
+    virtual bool given(std::string_view key) const = 0;
+
+    /// Against keys that are set and have no use; `where`, e.g. "without 'hold' [s]".
+    void unused(std::initializer_list<std::string_view> keys, const std::string& where);
+    /// Against a list that has not as many values as it needs; `why`, e.g. "one for each of the elements".
+    void length(std::string_view key, std::size_t has, long needs, const std::string& why);
+};
+
+/// The shortest text that is read back as the same number.
+std::string number_text(double x);
+
+} // namespace skein

@@ -1,0 +1,193 @@
+// Any load of the list (loads/load_list.hpp) as a value: what scenes, plans and checks ask of a load without knowing which it is.
+// A load is a plain struct with `kind` and `fields()`, and `add()`, which the step calls (loads/load_pass.hpp). All else it may
+// leave out, and is found here where it does not:
+//   label                                names it in plans, where the words of `kind` do not
+//   check(groups, objections) const      what contradicts what, or the groups that it acts on
+//   for_rigid_bodies, for_rings = false  kinds of rods that it is not for: scenes which put it on such are refused
+//   acts_on(rods) const                  groups that it has nothing to do with, and costs nothing
+//   largest_rate(group) const            of decay of a velocity, where it reads velocities: a limit of the step
+//   needs_whole_rods = true              it looks along a rod from end to end, which strands do not
+//   feels_all = true                     it answers what everything else presses with: it comes after contacts and walls
+// A member of one of these names that cannot be called like this does not compile.
+#pragma once
+
+#include "core/fields.hpp"
+#include "core/objections.hpp"
+#include "rod/rod_spec.hpp"
+
+#include <array>
+#include <concepts>
+#include <cstddef>
+#include <memory>
+#include <span>
+#include <string>
+#include <string_view>
+#include <utility>
+
+namespace skein {
+
+class RodGroup;
+struct Step;
+template <int W> struct RodTile;
+template <int W> struct SlotLoad;
+template <int W> struct Along;
+
+template <class L>
+concept LoadStruct = requires {
+    std::string_view(L::kind);
+}
+&&std::copyable<L>&& requires(L load, FieldVisitor& f) { load.fields(f); };
+
+/// A rate of decay and the element that has it.
+struct DragRate {
+    double value = 0; ///< 1/s
+    int element = 0;
+};
+
+/// Groups of rods, as a scene states them.
+using RodSpecs = std::span<const RodSpec* const>;
+
+/// Keeps tables of its group.
+template <class L> inline constexpr bool keeps_tables_of_group = requires(L l, const RodGroup& g) { l.bind_group(g); };
+
+namespace detail {
+
+template <class L> inline constexpr bool adds_along = [] {
+    if constexpr (requires { typename L::template TileData<2>; })
+        return requires(const L l, const RodTile<2>& t, const typename L::template TileData<2>& data, SlotLoad<2>* s,
+                        const Step& step) {
+            l.template add<2, Along<2>>(t, data, s, step);
+        };
+    else return requires(const L l, const RodTile<2>& t, SlotLoad<2>* s, const Step& step) {
+            l.template add<2, Along<2>>(t, s, step);
+        };
+}();
+
+} // namespace detail
+
+/// Its rods lie across: it says so, or its add() takes no mapping.
+template <class L> inline constexpr bool needs_whole_rods = requires { requires L::needs_whole_rods; }
+|| !detail::adds_along<L>;
+
+class Load {
+public:
+    /// The first of the list, for a scene to say which.
+    Load();
+    template <LoadStruct L> Load(L load) : held_(std::make_unique<Held<L>>(std::move(load))) {}
+    Load(const Load& other) : held_(other.held_->copy()) {}
+    Load(Load&&) noexcept = default;
+    Load& operator=(const Load& other) { return *this = Load(other); }
+    Load& operator=(Load&&) noexcept = default;
+
+    /// The name a scene gives to it.
+    std::string_view kind() const { return held_->traits().kind; }
+    /// In words.
+    std::string_view label() const { return held_->traits().label; }
+    /// Its number in the list.
+    int number() const;
+    bool needs_whole_rods() const { return held_->traits().needs_whole_rods; }
+    bool keeps_tables_of_group() const { return held_->traits().keeps_tables_of_group; }
+    bool feels_all() const { return held_->traits().feels_all; }
+
+    void fields(FieldVisitor& f) { held_->fields(f); }
+    /// `groups`: those it acts on.
+    void check(RodSpecs groups, Objections& objections) const;
+    bool acts_on(const RodSpec& rods) const { return held_->acts_on(rods); }
+    DragRate largest_rate(const RodGroup& group) const { return held_->largest_rate(group); }
+
+    /// Null where it is of another kind.
+    template <LoadStruct L> const L* get_if() const {
+        return kind() == L::kind ? static_cast<const L*>(std::as_const(*held_).address()) : nullptr;
+    }
+    template <LoadStruct L> L* get_if() { return kind() == L::kind ? static_cast<L*>(held_->address()) : nullptr; }
+    /// It must be of this kind.
+    template <LoadStruct L> L& as() { return *get_if<L>(); }
+    template <LoadStruct L> const L& as() const { return *get_if<L>(); }
+
+private:
+    struct Traits {
+        std::string_view kind, label;
+        bool needs_whole_rods, keeps_tables_of_group, feels_all, for_rigid_bodies, for_rings;
+    };
+
+    class AnyHeld {
+    public:
+        virtual ~AnyHeld() = default;
+        virtual std::unique_ptr<AnyHeld> copy() const = 0;
+        virtual const Traits& traits() const = 0;
+        virtual void* address() = 0;
+        virtual const void* address() const = 0;
+        virtual void fields(FieldVisitor& f) = 0;
+        virtual void check(RodSpecs groups, Objections& objections) const = 0;
+        virtual bool acts_on(const RodSpec& rods) const = 0;
+        virtual DragRate largest_rate(const RodGroup& group) const = 0;
+    };
+
+    template <class L> class Held final : public AnyHeld {
+    public:
+        explicit Held(L load) : load_(std::move(load)) {}
+        std::unique_ptr<AnyHeld> copy() const override { return std::make_unique<Held>(load_); }
+        const Traits& traits() const override {
+            static constexpr Traits traits{.kind = L::kind,
+                                           .label =
+                                               [] {
+                                                   if constexpr (requires { L::label; }) return std::string_view(L::label);
+                                                   else return std::string_view(words.data(), words.size());
+                                               }(),
+                                           .needs_whole_rods = skein::needs_whole_rods<L>,
+                                           .keeps_tables_of_group = skein::keeps_tables_of_group<L>,
+                                           .feels_all = requires {requires L::feels_all;
+        }
+        , .for_rigid_bodies = !requires { requires !L::for_rigid_bodies; }
+        , .for_rings = !requires { requires !L::for_rings; }
+        ,
+    };
+    return traits;
+} void* address() override {
+    return &load_;
+}
+const void* address() const override { return &load_; }
+void fields(FieldVisitor& f) override { load_.fields(f); }
+void check(RodSpecs groups, Objections& objections) const override {
+    constexpr bool fits = requires { load_.check(groups, objections); };
+    static_assert(
+        fits || !requires { &L::check; }, "check(RodSpecs, Objections&) const");
+    if constexpr (fits) load_.check(groups, objections);
+}
+bool acts_on(const RodSpec& rods) const override {
+    constexpr bool fits = requires { static_cast<bool>(load_.acts_on(rods)); };
+    static_assert(
+        fits || !requires { &L::acts_on; }, "bool acts_on(const RodSpec&) const");
+    if constexpr (fits) return load_.acts_on(rods);
+    else return true;
+}
+DragRate largest_rate(const RodGroup& group) const override {
+    constexpr bool fits = requires { DragRate(load_.largest_rate(group)); };
+    static_assert(
+        fits || !requires { &L::largest_rate; }, "DragRate largest_rate(const RodGroup&) const");
+    if constexpr (fits) return load_.largest_rate(group);
+    else return {};
+}
+
+private:
+static constexpr auto words = [] {
+    std::array<char, L::kind.size()> text{};
+    for (std::size_t i = 0; i < text.size(); ++i) text[i] = L::kind[i] == '_' ? ' ' : L::kind[i];
+    return text;
+}();
+L load_;
+}; // namespace skein
+
+std::unique_ptr<AnyHeld> held_;
+}
+;
+
+/// Objects to rods which bend nowhere among the groups; `what`, e.g. "a damping of kind \"legacy\"".
+void object_to_rigid_bodies(const std::string& what, RodSpecs groups, Objections& objections);
+
+/// Kinds of the loads that scenes know, in the order of the list.
+std::span<const std::string_view> load_kinds();
+/// The load of kind load_kinds()[number], with its defaults.
+Load make_load(int number);
+
+} // namespace skein
