@@ -11,7 +11,7 @@ target_compile_features(skein_flags INTERFACE cxx_std_20)
 target_compile_options(skein_flags INTERFACE
   -Wall -Wextra -Wno-psabi -Wno-missing-field-initializers -Wno-restrict -Wno-stringop-overflow -Wno-array-bounds -ffp-contract=off -fno-math-errno -fno-trapping-math
   $<$<CXX_COMPILER_ID:GNU>:-fno-tree-vectorize;-fno-tree-slp-vectorize>)
-target_include_directories(skein_flags INTERFACE ${CMAKE_SOURCE_DIR}/src)
+target_include_directories(skein_flags INTERFACE ${CMAKE_SOURCE_DIR}/include ${CMAKE_SOURCE_DIR}/src)
 target_compile_definitions(skein_flags INTERFACE OMPI_SKIP_MPICXX=1)
 
 # The headers that most sources read through the project's own, precompiled: a fifth to a half of a source's build. Sources include

@@ -5,11 +5,10 @@
 #include "core/timer.hpp"
 #include "partition/partition.hpp"
 #include "scene/scene_file.hpp"
+#include "simulation/machine.hpp"
 #include "simulation/self_check.hpp"
 #include "simulation/signals.hpp"
 #include "simulation/summary.hpp"
-
-#include <unistd.h>
 
 #include <algorithm>
 #include <cstdio>
@@ -71,8 +70,6 @@ int alone(const std::function<void()>& work) {
 
 std::string default_out(const std::string& scene) { return "out/" + std::filesystem::path(scene).stem().string(); }
 
-int lanes_for(int asked) { return asked > 0 ? served_lanes(asked) : widest_lanes(); }
-
 } // namespace
 
 void look_into_directory(SceneArguments& scene, std::string& out) {
@@ -81,26 +78,6 @@ void look_into_directory(SceneArguments& scene, std::string& out) {
     if (!std::filesystem::is_regular_file(inside, error)) return;
     if (out.empty()) out = scene.file;
     scene.file = inside.string();
-}
-
-Machine machine_of(const Communicator& comm, const RunArguments& arguments) {
-    char host[256] = "";
-    ::gethostname(host, sizeof host - 1);
-    const std::string cores = Threads::available_core_list();
-    const auto seats = comm.all_gather(std::string(host) + ':' + cores);
-    const int sharing = static_cast<int>(std::count(seats.begin(), seats.end(), seats[static_cast<std::size_t>(comm.rank())]));
-    const int own = std::max(1, Threads::available_cores() / sharing);
-    std::string which = cores;
-    if (sharing > 1) {
-        which += " shared by " + std::to_string(sharing);
-    } else {
-        constexpr std::size_t shown = 8;
-        for (std::size_t r = 1; r < std::min(shown, seats.size()); ++r) which += " | " + seats[r].substr(seats[r].rfind(':') + 1);
-        if (seats.size() > shown) which += " | ...";
-    }
-    // The same on all ranks, those of an older processor too.
-    const auto lanes = static_cast<int>(comm.min(static_cast<std::int64_t>(lanes_for(arguments.lanes))));
-    return {comm.size(), arguments.threads > 0 ? arguments.threads : own, own, lanes, which, arguments.mapping};
 }
 
 namespace {
@@ -163,7 +140,7 @@ int run_command(RunArguments arguments, int& argc, char**& argv) {
     stop_on_signals();
     return guarded(comm, [&] {
         auto [scene, groups] = prepare(comm, arguments.scene);
-        const Machine machine = machine_of(comm, arguments);
+        const Machine machine = machine_of(comm, arguments.threads, arguments.lanes, arguments.mapping);
         const Threads threads(machine.threads, arguments.shuffle);
         Plan plan = make_plan(scene, groups, machine);
         RunOptions options = arguments.options;
@@ -218,9 +195,7 @@ int self_check_command(int threads_wanted, int lanes_wanted, int& argc, char**& 
     MpiSession session(argc, argv);
     const Communicator comm = Communicator::world();
     return guarded(comm, [&] {
-        RunArguments arguments;
-        arguments.threads = threads_wanted, arguments.lanes = lanes_wanted;
-        const Machine machine = machine_of(comm, arguments);
+        const Machine machine = machine_of(comm, threads_wanted, lanes_wanted);
         const double started = wall_seconds();
         const std::uint64_t digest = self_check(comm, Threads(machine.threads), machine.lanes);
         if (digest != self_check_digest)

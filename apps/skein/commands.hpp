@@ -43,8 +43,6 @@ struct DescribeArguments {
 
 /// Work done by every rank alike; what it throws on any rank ends all of them with that error's code, told once by root.
 int guarded(const Communicator& comm, const std::function<int()>& work);
-/// Ranks, threads and cores of this run. Ranks that the launcher left on the same cores share them evenly.
-Machine machine_of(const Communicator& comm, const RunArguments& arguments);
 /// Where a scene is a directory, its scene.toml, with that directory for results unless `out` names another.
 void look_into_directory(SceneArguments& scene, std::string& out);
 

@@ -2,6 +2,7 @@
 
 #include "partition/partition.hpp"
 #include "scene/scene_rebuild.hpp"
+#include "simulation/machine.hpp"
 #include "simulation/summary.hpp"
 
 #include <charconv>
@@ -43,7 +44,7 @@ int verify_command(const VerifyArguments& arguments, int& argc, char**& argv) {
         SceneSpec scene = rebuilt_scene(from.scene, from.settings, from.file);
         std::vector<RodGroup> groups = make_groups(scene);
         read_rods(comm, groups);
-        const Machine machine = machine_of(comm, arguments.layout);
+        const Machine machine = machine_of(comm, arguments.layout.threads, arguments.layout.lanes, arguments.layout.mapping);
         const Threads threads(machine.threads, arguments.layout.shuffle);
         Plan plan = make_plan(scene, groups, machine);
         if (physics_json(scene, groups, plan.dt) != from.scene)

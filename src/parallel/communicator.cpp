@@ -250,14 +250,21 @@ MpiSession::~MpiSession() {
     MPI_Finalize();
 }
 
+bool MpiSession::running() {
+    int begun = 0, ended = 0;
+    MPI_Initialized(&begun);
+    MPI_Finalized(&ended);
+    return begun && !ended;
+}
+
 void MpiSession::abort(const std::string& message, int code) {
-    int running = 0, rank = 0;
-    MPI_Initialized(&running);
-    if (running) MPI_Comm_rank(MPI_COMM_WORLD, &rank);
+    int rank = 0;
+    const bool initialised = running();
+    if (initialised) MPI_Comm_rank(MPI_COMM_WORLD, &rank);
     std::fflush(stdout);
     std::fprintf(stderr, "rank %d: %s\n", rank, message.c_str());
     std::fflush(stderr);
-    if (running) MPI_Abort(MPI_COMM_WORLD, code);
+    if (initialised) MPI_Abort(MPI_COMM_WORLD, code);
     std::_Exit(code);
 }
 

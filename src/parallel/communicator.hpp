@@ -74,6 +74,8 @@ public:
     ~MpiSession();
     MpiSession(const MpiSession&) = delete;
     MpiSession& operator=(const MpiSession&) = delete;
+    /// Whether MPI has been initialised and not yet ended, by whomever.
+    static bool running();
     /// Prints rank and message to stderr and ends all ranks.
     [[noreturn]] static void abort(const std::string& message, int code);
 

@@ -3,6 +3,7 @@
 #include "core/error.hpp"
 #include "core/rotation.hpp"
 #include "rod/hold.hpp"
+#include "rod/packing.hpp"
 #include "rod/rigid.hpp"
 #include "rod/time_limits.hpp"
 

@@ -2,7 +2,6 @@
 #pragma once
 
 #include "core/quaternion.hpp"
-#include "rod/packing.hpp"
 #include "rod/places.hpp"
 #include "rod/rod_spec.hpp"
 #include "rod/slot.hpp"
@@ -15,6 +14,8 @@
 #include <vector>
 
 namespace skein {
+
+struct Capsule;
 
 /// Constants of element k, body components: numbers, or packs where they differ from lane to lane (rod/strands.hpp). Those of a
 /// group are shared by all its rods, so they live in cache and cost no bandwidth.

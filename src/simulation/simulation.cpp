@@ -78,7 +78,7 @@ Simulation::Simulation(const Communicator& comm, const Threads& threads, const S
     const std::vector<std::string> kept = interactions_ ? interactions_->kept_names() : std::vector<std::string>();
     std::optional<CheckpointInfo> found;
     if (writes) found = read_checkpoint(comm_, options_.out, groups_, *rods_, physics_, tell_warning, kept);
-    else
+    else if (!options_.from.empty())
         found = load_checkpoint(
             comm_, options_.from, groups_, *rods_, [](const CheckpointInfo&) {}, kept);
     const bool resumes = found.has_value();
@@ -99,7 +99,7 @@ Simulation::Simulation(const Communicator& comm, const Threads& threads, const S
                         plan_.audit && !found->audited_from ? "; it has no audit, which begins here" : "");
     } else {
         on_root(comm_, [&] {
-            directory_->begin(with_ancestry(physics_, ancestry_));
+            if (writes) directory_->begin(with_ancestry(physics_, ancestry_));
             if (found)
                 std::printf("Beginning with %s: step %lld, t = %g s\n", found->file.c_str(), static_cast<long long>(found->step),
                             clock_.time());

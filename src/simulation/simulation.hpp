@@ -55,7 +55,7 @@ struct RunOptions {
     bool quiet = false;     ///< no progress line
     ProgressStyle progress = ProgressStyle::automatic;
     Rewind rewind = Rewind::automatic;
-    std::string from = {}; ///< with no `out`: begin with this checkpoint and write nothing
+    std::string from = {}; ///< with no `out`, where nothing is written: begin with this checkpoint; empty: with the scene
 };
 
 /// How a run ended.
@@ -80,9 +80,17 @@ public:
     bool idle() const { return idle_; }
 
     const Plan& plan() const { return plan_; }
+    const RodGroup& group(int number) const { return groups_[static_cast<std::size_t>(number)]; }
     const Rods& rods() const { return *rods_; }
     std::int64_t step() const { return clock_.done(); }
+    double time() const { return clock_.time(); }
+    double lag() const { return clock_.lag(); }
     std::uint64_t digest() const; ///< of the whole scene; collective
+    /// Names and values of the series; the values are collective.
+    std::vector<std::string> names() const;
+    std::vector<double> observables() const;
+    /// What has made rods of some rank unfit to go on since the start; empty: nothing. Collective.
+    std::string failure() const { return comm_.first_text(failure_); }
 
     /// Steps up to `until` without looking at outputs: what a run does between two events.
     void advance(std::int64_t until);
@@ -128,9 +136,6 @@ private:
     /// The same of a step near the limit that strains leave; collective.
     void warn_of_limit();
     void warn(bool& told, bool bad, const std::string& text);
-    /// Names and values of the series, collective.
-    std::vector<std::string> names() const;
-    std::vector<double> observables() const;
     std::int64_t next_event() const;
     /// The same of overlaps beyond what the step allows for; collective.
     void warn_of_overlap();

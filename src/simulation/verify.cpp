@@ -35,7 +35,7 @@ std::span<const double> numbers(std::span<const Slot<1>> state) {
 } // namespace
 
 std::string Simulation::difference_to(const std::string& checkpoint) {
-    if (const std::string failure = comm_.first_text(failure_); !failure.empty()) return failure;
+    if (const std::string unfit = failure(); !unfit.empty()) return unfit;
     StateCopy computed(groups_, *rods_, interactions_.get()), written(computed);
     computed.take(clock_.done());
     const double audited_from = audited_from_.value_or(0);

@@ -1,5 +1,6 @@
 #!/usr/bin/env python3
-"""Holds every #include against the table of modules in docs/architecture.md, and libraries against the modules that own them.
+"""Holds every #include against the table of modules in docs/architecture.md, and libraries against the modules that own them. From
+the public headers in include/skein no private one is reached.
 
     includes_test.py ROOT
 
@@ -17,6 +18,7 @@ LIBRARIES = {
     r"toml.*": {"scene"},
     r"CLI/.*": set(),
 }
+FRONT = {"load.hpp": "loads", "run.hpp": "simulation"}  # public headers that stand for a module
 ONCE = r"toml.*"  # costs seconds to compile: one source in all
 
 
@@ -46,19 +48,33 @@ def check_table(table):
     return problems
 
 
+def public_module(name):
+    """That of a header below include/skein."""
+    return FRONT.get(name, name.split("/")[0])
+
+
+def module_of(path):
+    """That of a source below the root; None in apps/."""
+    if path.startswith("include/skein/"):
+        return public_module(path.removeprefix("include/skein/"))
+    parts = Path(path).parts
+    return parts[1] if parts[0] == "src" else None
+
+
 def check_sources(table, sources):
-    """`sources`: {path below the root: text} of src/ and apps/."""
+    """`sources`: {path below the root: text} of src/, include/ and apps/."""
     problems, once = [], []
     for path, text in sorted(sources.items()):
-        parts = Path(path).parts
-        module = parts[1] if parts[0] == "src" else None
+        module = module_of(path)
         if module and module not in table:
             problems.append(f"{path}: module '{module}' has no row in the table")
             continue
         for line, header, quoted in includes(text):
             where = f"{path}:{line}"
-            if quoted and "/" in header:
-                other = header.split("/")[0]
+            if not header.startswith("skein/") and path.startswith("include/") and quoted:
+                problems.append(f"{where}: a public header includes the private \"{header}\"")
+            elif quoted and "/" in header:
+                other = public_module(header.removeprefix("skein/")) if header.startswith("skein/") else header.split("/")[0]
                 if other not in table:
                     problems.append(f"{where}: \"{header}\" belongs to no module of the table")
                 elif module and other != module and other not in table[module][1]:
@@ -100,10 +116,16 @@ def try_the_rules():
         "src/other/g.cpp": "",
         "src/scene/h.cpp": "#include <toml++/toml.h>\n",
         "src/scene/i.hpp": "#include <toml++/toml.h>\n",
+        "include/skein/low/j.hpp": '#include "low/k.hpp"\n#include "skein/low/l.hpp"\n#include <vector>\n',
+        "include/skein/low/m.hpp": '#include "skein/scene/n.hpp"\n',
+        "include/skein/low/o.hpp": "#include <mpi.h>\n",
+        "src/low/p.cpp": '#include "skein/low/j.hpp"\n#include "skein/high/q.hpp"\n',
         "apps/main.cpp": '#include <CLI/CLI.hpp>\n#include "high/b.hpp"\n#include "own.hpp"\n',
     }
-    expected = ["may not include 'high'", "may not include 'parallel'", "may not include <mpi.h>", "may not include <CLI/CLI.hpp>",
-                "belongs to no module", "does not name its module", "'other' has no row", "in a header", "more than once"]
+    expected = ["a.cpp:1: 'low' may not include 'high'", "p.cpp:2: 'low' may not include 'high'", "may not include 'parallel'",
+                "may not include 'scene'", "c.cpp:1: 'high' may not include <mpi.h>", "o.hpp:1: 'low' may not include <mpi.h>",
+                "may not include <CLI/CLI.hpp>", "belongs to no module", "does not name its module", "'other' has no row", "in a header",
+                "more than once", "a public header includes the private"]
     found = check_sources(table, broken)
     for text in expected:
         assert sum(text in problem for problem in found) == 1, f"the rule '{text}' does not work: {found}"
@@ -116,7 +138,7 @@ def main():
     try_the_rules()
     root = Path(sys.argv[1])
     table = read_table((root / "docs/architecture.md").read_text())
-    sources = {str(path.relative_to(root)): path.read_text() for folder in ("src", "apps") for path in (root / folder).rglob("*")
+    sources = {str(path.relative_to(root)): path.read_text() for folder in ("src", "include", "apps") for path in (root / folder).rglob("*")
                if path.suffix in (".cpp", ".hpp")}
     cmake = {path.parent.name: path.read_text() for path in (root / "src").glob("*/CMakeLists.txt")}
     problems = check_table(table) + check_sources(table, sources) + check_links(table, cmake)

@@ -1,0 +1,16 @@
+// Ranks, threads and lanes of this run.
+#pragma once
+
+#include "parallel/communicator.hpp"
+#include "scene/plan.hpp"
+
+namespace skein {
+
+/// Lanes that serve where `asked` are wanted; 0: the most that this processor has.
+int lanes_for(int asked);
+
+/// Collective. `threads` 0: the cores that this rank may use; ranks that the launcher left on the same cores share them evenly.
+/// `lanes` as for lanes_for; those of the oldest processor serve for all.
+Machine machine_of(const Communicator& comm, int threads, int lanes, Mapping mapping = Mapping::automatic);
+
+} // namespace skein
