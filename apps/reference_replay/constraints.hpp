@@ -4,7 +4,7 @@
 
 #include "entry.hpp"
 
-#include "rod/tile.hpp"
+#include "skein/rod/tile.hpp"
 
 #include <memory>
 #include <span>

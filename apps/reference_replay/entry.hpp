@@ -1,8 +1,8 @@
 // A value of a JSON file that knows where it stands, so that what is missing or misshapen is named.
 #pragma once
 
-#include "core/error.hpp"
-#include "core/vec3.hpp"
+#include "skein/core/error.hpp"
+#include "skein/core/vec3.hpp"
 
 #include <nlohmann/json.hpp>
 

@@ -1,9 +1,9 @@
 #include "loads.hpp"
 
 #include "loads/gravity.hpp"
-#include "loads/ramp.hpp"
 #include "loads/sinusoidal_end_force.hpp"
 #include "loads/slender_body_drag.hpp"
+#include "skein/loads/ramp.hpp"
 
 #include <cmath>
 #include <numbers>

@@ -5,7 +5,7 @@
 #include "entry.hpp"
 
 #include "loads/load_pass.hpp"
-#include "rod/tile.hpp"
+#include "skein/rod/tile.hpp"
 
 #include <memory>
 

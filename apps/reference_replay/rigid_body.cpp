@@ -2,7 +2,7 @@
 
 #include "drift.hpp"
 
-#include "loads/ramp.hpp"
+#include "skein/loads/ramp.hpp"
 
 #include <cmath>
 

@@ -2,7 +2,7 @@
 // with those on rates, before dampers act: until the next kick the closing element sees node 0 undamped. W = 1.
 #pragma once
 
-#include "rod/tile.hpp"
+#include "skein/rod/tile.hpp"
 
 namespace skein::replay {
 

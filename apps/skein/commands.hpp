@@ -1,8 +1,8 @@
 // The driver's commands; each returns the exit code of the program.
 #pragma once
 
-#include "core/error.hpp"
 #include "simulation/simulation.hpp"
+#include "skein/core/error.hpp"
 
 #include <functional>
 #include <string>

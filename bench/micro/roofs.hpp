@@ -2,8 +2,8 @@
 // memory.
 #pragma once
 
-#include "core/aligned.hpp"
-#include "core/pack.hpp"
+#include "skein/core/aligned.hpp"
+#include "skein/core/pack.hpp"
 
 #include <benchmark/benchmark.h>
 

@@ -1,8 +1,8 @@
 // Tiles in numbers that fill a level of the memory, for passes to run over, and the levels themselves.
 #pragma once
 
-#include "core/aligned.hpp"
 #include "rod/elastic.hpp"
+#include "skein/core/aligned.hpp"
 #include "support/scenes_for_tests.hpp"
 
 #include <unistd.h>

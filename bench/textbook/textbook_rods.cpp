@@ -1,7 +1,7 @@
 #include "textbook/textbook_rods.hpp"
 
-#include "core/error.hpp"
 #include "loads/magnetic_field.hpp"
+#include "skein/core/error.hpp"
 
 #include <algorithm>
 #include <cmath>

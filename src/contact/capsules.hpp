@@ -1,8 +1,8 @@
 // What contact sees of rods: elements as capsules, one after another along their rods.
 #pragma once
 
-#include "core/aligned.hpp"
-#include "core/vec3.hpp"
+#include "skein/core/aligned.hpp"
+#include "skein/core/vec3.hpp"
 
 #include <compare>
 #include <cstdint>

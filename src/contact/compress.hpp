@@ -1,7 +1,7 @@
 // Of numbers side by side, those that are wanted, one after another.
 #pragma once
 
-#include "core/pack.hpp"
+#include "skein/core/pack.hpp"
 
 #include <bit>
 #include <cstdint>

@@ -1,6 +1,6 @@
 #include "contact/contact_law.hpp"
 
-#include "core/error.hpp"
+#include "skein/core/error.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -8,7 +8,7 @@
 // Source: Schwager, Poeschel 2007 (Granular Matter 9, 465) for the linear law.
 #pragma once
 
-#include "core/fields.hpp"
+#include "skein/core/fields.hpp"
 
 #include <cassert>
 #include <string_view>

@@ -5,7 +5,7 @@
 #include "contact/contact_solver.hpp"
 #include "contact/contact_spec.hpp"
 #include "contact/transposed.hpp"
-#include "rod/mapping.hpp"
+#include "skein/rod/mapping.hpp"
 
 #include <memory>
 

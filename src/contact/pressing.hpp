@@ -6,7 +6,7 @@
 #pragma once
 
 #include "contact/contact_law.hpp"
-#include "rod/rod_group.hpp"
+#include "skein/rod/rod_group.hpp"
 
 #include <span>
 

@@ -2,7 +2,7 @@
 // of 32 bytes; a function, as pointers by the dozen would go through memory.
 #pragma once
 
-#include "core/vec3.hpp"
+#include "skein/core/vec3.hpp"
 
 #include <array>
 #include <bit>

@@ -1,6 +1,6 @@
 #include "contact/wall.hpp"
 
-#include "core/error.hpp"
+#include "skein/core/error.hpp"
 
 #include <algorithm>
 

@@ -3,9 +3,9 @@
 #pragma once
 
 #include "contact/wall.hpp"
-#include "core/aligned.hpp"
 #include "rod/rods.hpp"
-#include "rod/tile.hpp"
+#include "skein/core/aligned.hpp"
+#include "skein/rod/tile.hpp"
 
 #include <algorithm>
 

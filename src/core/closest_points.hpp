@@ -5,7 +5,7 @@
 // Source: Ericson 2005, Real-Time Collision Detection, section 5.1.9. Cost: 90 flop and a division.
 #pragma once
 
-#include "core/vec3.hpp"
+#include "skein/core/vec3.hpp"
 
 namespace skein {
 

@@ -1,7 +1,7 @@
 // exp(-z) and (1 - exp(-z))/z over packs, for the exponential kick.                theory.md (22)
 #pragma once
 
-#include "core/pack.hpp"
+#include "skein/core/pack.hpp"
 
 namespace skein {
 

@@ -1,6 +1,6 @@
 #include "core/level.hpp"
 
-#include "core/error.hpp"
+#include "skein/core/error.hpp"
 
 #include <algorithm>
 #include <cstdlib>

@@ -2,7 +2,7 @@
 // as it stretches, theory.md (11)
 #pragma once
 
-#include "core/pack.hpp"
+#include "skein/core/pack.hpp"
 
 namespace skein {
 

@@ -1,4 +1,4 @@
-#include "core/objections.hpp"
+#include "skein/core/objections.hpp"
 
 #include <charconv>
 

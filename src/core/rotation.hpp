@@ -3,7 +3,7 @@
 // Beyond 0.5 rad the lanes concerned, and only they, take libm; a lane's bits never depend on its neighbours.
 #pragma once
 
-#include "core/quaternion.hpp"
+#include "skein/core/quaternion.hpp"
 
 namespace skein {
 

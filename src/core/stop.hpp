@@ -1,7 +1,7 @@
 // The wish that a run stop, which a signal tells and long work looks at.
 #pragma once
 
-#include "core/error.hpp"
+#include "skein/core/error.hpp"
 
 namespace skein {
 

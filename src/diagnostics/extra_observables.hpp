@@ -3,7 +3,7 @@
 #pragma once
 
 #include "parallel/communicator.hpp"
-#include "rod/rod_group.hpp"
+#include "skein/rod/rod_group.hpp"
 
 #include <array>
 #include <span>

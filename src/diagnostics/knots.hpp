@@ -7,7 +7,7 @@
 // arcsin loses half of the digits: with end segments published writhe and link carry noise of some 1e-9.
 #pragma once
 
-#include "core/vec3.hpp"
+#include "skein/core/vec3.hpp"
 
 #include <span>
 #include <vector>

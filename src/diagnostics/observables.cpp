@@ -1,7 +1,7 @@
 #include "diagnostics/observables.hpp"
 
-#include "core/aligned.hpp"
 #include "parallel/exact_sum.hpp"
+#include "skein/core/aligned.hpp"
 
 #include <algorithm>
 #include <numeric>

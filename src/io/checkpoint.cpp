@@ -1,10 +1,10 @@
 #include "io/checkpoint.hpp"
 
-#include "core/error.hpp"
 #include "io/disk.hpp"
 #include "io/h5_file.hpp"
 #include "io/own_files.hpp"
 #include "partition/partition.hpp"
+#include "skein/core/error.hpp"
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>

@@ -1,7 +1,7 @@
 #include "io/disk.hpp"
 
-#include "core/error.hpp"
 #include "io/descriptor.hpp"
+#include "skein/core/error.hpp"
 
 #include <fmt/format.h>
 

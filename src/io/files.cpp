@@ -1,9 +1,9 @@
 #include "io/files.hpp"
 
-#include "core/error.hpp"
 #include "io/descriptor.hpp"
 #include "io/disk.hpp"
 #include "io/own_files.hpp"
+#include "skein/core/error.hpp"
 
 #include <fmt/format.h>
 

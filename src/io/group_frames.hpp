@@ -1,12 +1,12 @@
 // One group's part of trajectory files: frames of its rods wait in memory, in file order, and are written many at a time.
 #pragma once
 
-#include "core/aligned.hpp"
 #include "io/h5_file.hpp"
 #include "io/output_spec.hpp"
 #include "io/xdmf.hpp"
 #include "partition/partition.hpp"
 #include "rod/rods.hpp"
+#include "skein/core/aligned.hpp"
 
 #include <cstddef>
 #include <cstdint>

@@ -1,7 +1,7 @@
 #include "io/h5_file.hpp"
 
-#include "core/error.hpp"
 #include "io/disk.hpp"
+#include "skein/core/error.hpp"
 
 #include <fcntl.h>
 #include <fmt/format.h>

@@ -1,7 +1,7 @@
 // What a scene wants written, and how often.
 #pragma once
 
-#include "core/fields.hpp"
+#include "skein/core/fields.hpp"
 
 #include <cstdint>
 

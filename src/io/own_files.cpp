@@ -1,8 +1,8 @@
 #include "io/own_files.hpp"
 
-#include "core/error.hpp"
 #include "io/disk.hpp"
 #include "io/h5_file.hpp"
+#include "skein/core/error.hpp"
 
 #include <algorithm>
 #include <array>

@@ -1,9 +1,9 @@
 #include "io/pvd.hpp"
 
-#include "core/error.hpp"
 #include "io/descriptor.hpp"
 #include "io/files.hpp"
 #include "io/own_files.hpp"
+#include "skein/core/error.hpp"
 
 #include <fmt/format.h>
 

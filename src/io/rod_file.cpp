@@ -1,7 +1,7 @@
 #include "io/rod_file.hpp"
 
-#include "core/error.hpp"
 #include "io/rod_file_kind.hpp"
+#include "skein/core/error.hpp"
 
 #include <fmt/format.h>
 

@@ -2,7 +2,7 @@
 // rank for itself.
 #pragma once
 
-#include "rod/places.hpp"
+#include "skein/rod/places.hpp"
 
 #include <memory>
 #include <string>

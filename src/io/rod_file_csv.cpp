@@ -1,6 +1,6 @@
 // Files of rods as comma-separated values, whose first line names the columns.
-#include "core/error.hpp"
 #include "io/rod_file_kind.hpp"
+#include "skein/core/error.hpp"
 
 #include <fmt/format.h>
 

@@ -1,6 +1,6 @@
 // Files of rods in HDF5. Read by each rank for itself, without MPI: what it reads is its own part.
-#include "core/error.hpp"
 #include "io/rod_file_kind.hpp"
+#include "skein/core/error.hpp"
 
 #include <fmt/format.h>
 #include <hdf5.h>

@@ -1,7 +1,7 @@
 // What both kinds of files of rods share: which quantities there are, and what their numbers must be.
 #pragma once
 
-#include "rod/places.hpp"
+#include "skein/rod/places.hpp"
 
 #include <array>
 #include <string>

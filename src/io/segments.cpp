@@ -1,7 +1,7 @@
 #include "io/segments.hpp"
 
-#include "core/error.hpp"
 #include "io/own_files.hpp"
+#include "skein/core/error.hpp"
 
 #include <fmt/format.h>
 

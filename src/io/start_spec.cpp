@@ -1,6 +1,6 @@
 #include "io/start_spec.hpp"
 
-#include "core/error.hpp"
+#include "skein/core/error.hpp"
 
 #include <charconv>
 

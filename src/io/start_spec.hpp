@@ -1,7 +1,7 @@
 // What a scene says about where it begins: at rest in the rods' start shapes, or with the state that another run has left.
 #pragma once
 
-#include "core/fields.hpp"
+#include "skein/core/fields.hpp"
 
 #include <cstdint>
 #include <optional>

@@ -1,6 +1,5 @@
 #include "io/trajectory.hpp"
 
-#include "core/error.hpp"
 #include "io/disk.hpp"
 #include "io/files.hpp"
 #include "io/group_frames.hpp"
@@ -8,6 +7,7 @@
 #include "io/own_files.hpp"
 #include "io/segments.hpp"
 #include "io/xdmf.hpp"
+#include "skein/core/error.hpp"
 
 #include <fmt/format.h>
 

@@ -3,7 +3,7 @@
 // side.
 #pragma once
 
-#include "core/vec3.hpp"
+#include "skein/core/vec3.hpp"
 
 #include <cstddef>
 #include <cstdint>

@@ -1,8 +1,8 @@
 #include "io/vtk_series.hpp"
 
-#include "core/error.hpp"
 #include "io/disk.hpp"
 #include "io/own_files.hpp"
+#include "skein/core/error.hpp"
 
 #include <fmt/format.h>
 

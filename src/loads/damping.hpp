@@ -5,8 +5,8 @@
 //   laplacian(p, c): a filter in the middle of the kick: c for what alternates from node to node (loads/laplacian_filter.hpp) [1/s]
 #pragma once
 
-#include "core/fields.hpp"
 #include "rod/kick.hpp"
+#include "skein/core/fields.hpp"
 
 #include <span>
 

@@ -2,10 +2,10 @@
 //   f_0 += r(t) F_start,  f_n += r(t) F_end        [N] lab
 #pragma once
 
-#include "core/fields.hpp"
-#include "loads/load.hpp"
-#include "loads/ramp.hpp"
-#include "rod/mapping.hpp"
+#include "skein/core/fields.hpp"
+#include "skein/loads/load.hpp"
+#include "skein/loads/ramp.hpp"
+#include "skein/rod/mapping.hpp"
 
 namespace skein {
 

@@ -3,8 +3,8 @@
 // Cost: 3 fma per node.
 #pragma once
 
-#include "core/fields.hpp"
-#include "rod/mapping.hpp"
+#include "skein/core/fields.hpp"
+#include "skein/rod/mapping.hpp"
 
 namespace skein {
 

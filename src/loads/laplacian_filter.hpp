@@ -8,8 +8,8 @@
 // spin of the elements are left alone. What an end holds moves as its wall does. Cost: 130 + 180 p flop per element.
 #pragma once
 
-#include "core/aligned.hpp"
 #include "rod/hold.hpp"
+#include "skein/core/aligned.hpp"
 
 #include <cmath>
 #include <vector>

@@ -1,4 +1,4 @@
-#include "loads/load.hpp"
+#include "skein/loads/load.hpp"
 
 #include <algorithm>
 

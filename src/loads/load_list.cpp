@@ -1,6 +1,6 @@
 #include "loads/load_list.hpp"
 
-#include "loads/load.hpp"
+#include "skein/loads/load.hpp"
 
 #include <array>
 

@@ -1,8 +1,8 @@
 // A load of the scene as a pass over the tiles of one group. What a load does not define, it does not pay for.
 #pragma once
 
-#include "loads/load.hpp"
-#include "rod/mapping.hpp"
+#include "skein/loads/load.hpp"
+#include "skein/rod/mapping.hpp"
 
 #include <memory>
 #include <vector>

@@ -2,7 +2,7 @@
 #pragma once
 
 #include "loads/damping.hpp"
-#include "loads/load.hpp"
+#include "skein/loads/load.hpp"
 
 #include <string>
 #include <vector>

@@ -4,11 +4,11 @@
 // Source: Gu et al. 2020 (Nat. Commun. 11, 2637); the paper's Methods. Cost: 45 flop per element.
 #pragma once
 
-#include "core/aligned.hpp"
-#include "core/fields.hpp"
-#include "loads/load.hpp"
-#include "loads/ramp.hpp"
-#include "rod/mapping.hpp"
+#include "skein/core/aligned.hpp"
+#include "skein/core/fields.hpp"
+#include "skein/loads/load.hpp"
+#include "skein/loads/ramp.hpp"
+#include "skein/rod/mapping.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -6,10 +6,10 @@
 // computes it.
 #pragma once
 
-#include "core/fields.hpp"
 #include "loads/bspline.hpp"
-#include "loads/load.hpp"
 #include "loads/vertex_wave.hpp"
+#include "skein/core/fields.hpp"
+#include "skein/loads/load.hpp"
 
 #include <algorithm>
 #include <span>

@@ -5,9 +5,9 @@
 // Source: Gazzola et al. 2018 (snake), in the form of the paper's active matter.
 #pragma once
 
-#include "core/fields.hpp"
-#include "loads/load.hpp"
 #include "loads/vertex_wave.hpp"
+#include "skein/core/fields.hpp"
+#include "skein/loads/load.hpp"
 
 #include <numbers>
 #include <span>

@@ -16,10 +16,10 @@
 // roots and two divisions.
 #pragma once
 
-#include "core/error.hpp"
-#include "core/fields.hpp"
-#include "loads/load.hpp"
-#include "rod/mapping.hpp"
+#include "skein/core/error.hpp"
+#include "skein/core/fields.hpp"
+#include "skein/loads/load.hpp"
+#include "skein/rod/mapping.hpp"
 
 #include <algorithm>
 #include <numbers>

@@ -4,9 +4,9 @@
 // Source: PyElastica's EndpointForcesSinusoidal of its joint cases, where steady = -2 and T = 4 s.
 #pragma once
 
-#include "core/fields.hpp"
-#include "loads/load.hpp"
-#include "rod/mapping.hpp"
+#include "skein/core/fields.hpp"
+#include "skein/loads/load.hpp"
+#include "skein/rod/mapping.hpp"
 
 #include <cmath>
 #include <numbers>

@@ -7,10 +7,10 @@
 // Cost: 100 flop per element, of them 45 for the logarithm, with a square root and two divisions.
 #pragma once
 
-#include "core/fields.hpp"
 #include "core/logarithm.hpp"
-#include "loads/load.hpp"
-#include "rod/mapping.hpp"
+#include "skein/core/fields.hpp"
+#include "skein/loads/load.hpp"
+#include "skein/rod/mapping.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -3,9 +3,9 @@
 // Cost: 12 fma per element.
 #pragma once
 
-#include "core/fields.hpp"
-#include "loads/ramp.hpp"
-#include "rod/mapping.hpp"
+#include "skein/core/fields.hpp"
+#include "skein/loads/ramp.hpp"
+#include "skein/rod/mapping.hpp"
 
 namespace skein {
 

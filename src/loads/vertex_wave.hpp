@@ -5,8 +5,8 @@
 // Cost: 33 flop per element.
 #pragma once
 
-#include "loads/ramp.hpp"
-#include "rod/mapping.hpp"
+#include "skein/loads/ramp.hpp"
+#include "skein/rod/mapping.hpp"
 
 #include <cmath>
 #include <numbers>

@@ -1,6 +1,6 @@
 #include "parallel/communicator.hpp"
 
-#include "core/error.hpp"
+#include "skein/core/error.hpp"
 
 #include <mpi.h>
 

@@ -1,8 +1,8 @@
 #include "partition/partition.hpp"
 
-#include "core/error.hpp"
 #include "core/hilbert.hpp"
 #include "rod/time_limits.hpp"
+#include "skein/core/error.hpp"
 
 #include <algorithm>
 #include <bit>

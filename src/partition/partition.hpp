@@ -2,10 +2,10 @@
 // order depends on the scene alone, so rods keep their neighbours whatever the number of ranks.
 #pragma once
 
-#include "core/aligned.hpp"
 #include "parallel/communicator.hpp"
-#include "rod/rod_group.hpp"
 #include "rod/rods.hpp"
+#include "skein/core/aligned.hpp"
+#include "skein/rod/rod_group.hpp"
 
 #include <cstddef>
 #include <cstdint>

@@ -9,9 +9,9 @@
 // Four passes: before the ends are moved (where they move), after the elastic pass, before the kick, and last of all.
 #pragma once
 
-#include "core/aligned.hpp"
 #include "rod/elastic.hpp"
 #include "rod/rods.hpp"
+#include "skein/core/aligned.hpp"
 
 #include <memory>
 

@@ -2,7 +2,7 @@
 // 9
 #pragma once
 
-#include "rod/rod_group.hpp"
+#include "skein/rod/rod_group.hpp"
 
 namespace skein {
 

@@ -1,8 +1,8 @@
 // What makes a rod unfit to go on: numbers that are not finite, an element turned over, or beyond the tension limit.
 #pragma once
 
-#include "rod/rod_group.hpp"
-#include "rod/slot.hpp"
+#include "skein/rod/rod_group.hpp"
+#include "skein/rod/slot.hpp"
 
 #include <optional>
 #include <span>

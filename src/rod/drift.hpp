@@ -9,7 +9,7 @@
 #pragma once
 
 #include "core/rotation.hpp"
-#include "rod/mapping.hpp"
+#include "skein/rod/mapping.hpp"
 
 namespace skein {
 

@@ -13,12 +13,12 @@
 // Cost: 211 flop per element. Reads x, Q; writes force and couple.
 #pragma once
 
-#include "core/aligned.hpp"
 #include "core/rotation.hpp"
 #include "rod/law.hpp"
-#include "rod/mapping.hpp"
 #include "rod/moving_ends.hpp"
-#include "rod/tile.hpp"
+#include "skein/core/aligned.hpp"
+#include "skein/rod/mapping.hpp"
+#include "skein/rod/tile.hpp"
 
 namespace skein {
 

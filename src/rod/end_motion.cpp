@@ -1,4 +1,4 @@
-#include "rod/end_motion.hpp"
+#include "skein/rod/end_motion.hpp"
 
 #include <algorithm>
 #include <cmath>

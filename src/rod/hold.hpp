@@ -1,7 +1,7 @@
 // Nodes and elements held inside a rod, in any lab directions.                                  theory.md (47)
 #pragma once
 
-#include "rod/tile.hpp"
+#include "skein/rod/tile.hpp"
 
 namespace skein {
 

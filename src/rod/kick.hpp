@@ -9,8 +9,8 @@
 #pragma once
 
 #include "core/exponential.hpp"
-#include "rod/strands.hpp"
-#include "rod/tile.hpp"
+#include "skein/rod/strands.hpp"
+#include "skein/rod/tile.hpp"
 
 #include <algorithm>
 #include <functional>

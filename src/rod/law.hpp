@@ -3,8 +3,8 @@
 #pragma once
 
 #include "core/logarithm.hpp"
-#include "core/vec3.hpp"
-#include "rod/rod_group.hpp"
+#include "skein/core/vec3.hpp"
+#include "skein/rod/rod_group.hpp"
 
 namespace skein {
 

@@ -1,9 +1,9 @@
 // Ends that move as prescribed: node and wall stand where they should at every force evaluation.   theory.md (46)
 #pragma once
 
-#include "core/aligned.hpp"
 #include "core/rotation.hpp"
-#include "rod/tile.hpp"
+#include "skein/core/aligned.hpp"
+#include "skein/rod/tile.hpp"
 
 #include <cmath>
 #include <memory>

@@ -1,10 +1,10 @@
 #include "rod/packing.hpp"
 
 #include "core/closest_points.hpp"
-#include "core/error.hpp"
 #include "core/hilbert.hpp"
 #include "core/stop.hpp"
 #include "rod/capsule_grid.hpp"
+#include "skein/core/error.hpp"
 
 #include <fmt/format.h>
 

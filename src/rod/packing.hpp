@@ -5,8 +5,8 @@
 // at 8.5 %, which is near the most that it reaches; within 10 deg of the horizontal 0.4 s at 8.5 %, 6 s at 11 %.
 #pragma once
 
-#include "core/quaternion.hpp"
-#include "rod/packing_spec.hpp"
+#include "skein/core/quaternion.hpp"
+#include "skein/rod/packing_spec.hpp"
 
 #include <cstdint>
 #include <string>

@@ -1,8 +1,8 @@
 // What a pass does to one rod in a step: for those who ask why a rod came out unfit.
 #pragma once
 
-#include "rod/rod_group.hpp"
-#include "rod/slot.hpp"
+#include "skein/rod/rod_group.hpp"
+#include "skein/rod/slot.hpp"
 
 #include <span>
 #include <string>

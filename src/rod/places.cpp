@@ -1,8 +1,8 @@
-#include "rod/places.hpp"
+#include "skein/rod/places.hpp"
 
-#include "core/error.hpp"
 #include "core/rotation.hpp"
 #include "rod/rods.hpp"
+#include "skein/core/error.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -1,11 +1,11 @@
-#include "rod/rod_group.hpp"
+#include "skein/rod/rod_group.hpp"
 
-#include "core/error.hpp"
 #include "core/rotation.hpp"
 #include "rod/hold.hpp"
 #include "rod/packing.hpp"
 #include "rod/rigid.hpp"
 #include "rod/time_limits.hpp"
+#include "skein/core/error.hpp"
 
 #include <fmt/format.h>
 

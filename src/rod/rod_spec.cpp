@@ -1,4 +1,4 @@
-#include "rod/rod_spec.hpp"
+#include "skein/rod/rod_spec.hpp"
 
 namespace skein {
 

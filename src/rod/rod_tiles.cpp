@@ -1,6 +1,5 @@
 #include "rod/rod_tiles.hpp"
 
-#include "core/error.hpp"
 #include "core/rotation.hpp"
 #include "rod/complaint.hpp"
 #include "rod/drift.hpp"
@@ -9,6 +8,7 @@
 #include "rod/rod_profile.hpp"
 #include "rod/synchronise.hpp"
 #include "rod/time_limits.hpp"
+#include "skein/core/error.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -2,13 +2,13 @@
 // or family of groups the passes that make a step.
 #pragma once
 
-#include "core/aligned.hpp"
 #include "parallel/threads.hpp"
 #include "rod/audit.hpp"
 #include "rod/rods.hpp"
 #include "rod/step_watch.hpp"
-#include "rod/tile.hpp"
 #include "rod/tiling.hpp"
+#include "skein/core/aligned.hpp"
+#include "skein/rod/tile.hpp"
 
 #include <array>
 #include <atomic>

@@ -2,9 +2,9 @@
 #pragma once
 
 #include "rod/pass_effect.hpp"
-#include "rod/rod_group.hpp"
-#include "rod/slot.hpp"
-#include "time/clock.hpp"
+#include "skein/rod/rod_group.hpp"
+#include "skein/rod/slot.hpp"
+#include "skein/time/clock.hpp"
 
 #include <bit>
 #include <cstdint>

@@ -1,8 +1,8 @@
 // How long the step is against what present strains leave of its limit, and where in a rod they leave least.  theory.md (51)
 #pragma once
 
-#include "rod/rod_group.hpp"
-#include "rod/slot.hpp"
+#include "skein/rod/rod_group.hpp"
+#include "skein/rod/slot.hpp"
 
 #include <cmath>
 #include <span>

@@ -1,6 +1,6 @@
 #include "rod/time_limits.hpp"
 
-#include "core/error.hpp"
+#include "skein/core/error.hpp"
 
 #include <fmt/format.h>
 

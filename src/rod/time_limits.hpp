@@ -3,7 +3,7 @@
 // 1.0000 to 1.012 for straight uniform rods, up to 1.027 tapered. Walls do not lower it.
 #pragma once
 
-#include "rod/rod_group.hpp"
+#include "skein/rod/rod_group.hpp"
 
 #include <string_view>
 #include <vector>

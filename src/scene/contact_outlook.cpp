@@ -2,8 +2,8 @@
 
 #include "contact/contact_limits.hpp"
 #include "contact/pressing.hpp"
-#include "core/error.hpp"
 #include "loads/gravity.hpp"
+#include "skein/core/error.hpp"
 
 #include <algorithm>
 #include <cmath>

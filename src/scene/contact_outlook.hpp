@@ -2,8 +2,8 @@
 // stiffness that stiffness = "auto" stands for.                                                          theory.md (58a), (58b)
 #pragma once
 
-#include "rod/rod_group.hpp"
 #include "scene/scene_spec.hpp"
+#include "skein/rod/rod_group.hpp"
 
 #include <span>
 #include <string>

@@ -1,8 +1,8 @@
 // Numbers that are allowed and yet look like slips: so far from their neighbours that a unit or an exponent must be wrong.
 #pragma once
 
-#include "rod/rod_group.hpp"
 #include "scene/scene_spec.hpp"
+#include "skein/rod/rod_group.hpp"
 
 #include <span>
 #include <string>

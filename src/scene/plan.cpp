@@ -3,7 +3,6 @@
 #include "contact/contact_limits.hpp"
 #include "contact/contact_view.hpp"
 #include "contact/wall_pass.hpp"
-#include "core/error.hpp"
 #include "io/rod_file.hpp"
 #include "io/trajectory.hpp"
 #include "io/vtk_series.hpp"
@@ -17,9 +16,10 @@
 #include "rod/packing.hpp"
 #include "rod/rigid.hpp"
 #include "rod/rods.hpp"
-#include "rod/tile.hpp"
 #include "rod/top.hpp"
 #include "scene/doubts.hpp"
+#include "skein/core/error.hpp"
+#include "skein/rod/tile.hpp"
 
 #include <fmt/format.h>
 

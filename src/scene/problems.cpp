@@ -1,6 +1,6 @@
 #include "scene/problems.hpp"
 
-#include "core/error.hpp"
+#include "skein/core/error.hpp"
 
 #include <algorithm>
 

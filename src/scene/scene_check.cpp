@@ -1,10 +1,10 @@
 #include "scene/scene_check.hpp"
 
-#include "core/error.hpp"
-#include "core/objections.hpp"
 #include "scene/nearest.hpp"
 #include "scene/scene_file.hpp"
 #include "scene/scene_keys.hpp"
+#include "skein/core/error.hpp"
+#include "skein/core/objections.hpp"
 
 #include <algorithm>
 #include <cctype>

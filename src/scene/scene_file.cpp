@@ -1,9 +1,9 @@
 #include "scene/scene_file.hpp"
 
-#include "core/error.hpp"
 #include "scene/scene_check.hpp"
 #include "scene/scene_override.hpp"
 #include "scene/scene_reader.hpp"
+#include "skein/core/error.hpp"
 
 #include <charconv>
 #include <filesystem>

@@ -1,7 +1,7 @@
 #include "scene/scene_override.hpp"
 
-#include "core/error.hpp"
 #include "scene/nearest.hpp"
+#include "skein/core/error.hpp"
 
 #include <charconv>
 

@@ -1,11 +1,11 @@
 #include "scene/scene_rebuild.hpp"
 
-#include "core/error.hpp"
 #include "scene/scene_file.hpp"
 #include "scene/scene_keys.hpp"
 #include "scene/scene_override.hpp"
 #include "scene/scene_reader.hpp"
 #include "scene/scene_tables.hpp"
+#include "skein/core/error.hpp"
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>

@@ -1,8 +1,8 @@
 // A scene taken back from what a checkpoint keeps of it, and changed: for branches and for `skein verify`.
 #pragma once
 
-#include "rod/rod_group.hpp"
 #include "scene/scene_spec.hpp"
+#include "skein/rod/rod_group.hpp"
 
 #include <span>
 #include <string>

@@ -6,7 +6,7 @@
 #include "io/output_spec.hpp"
 #include "io/start_spec.hpp"
 #include "loads/load_spec.hpp"
-#include "rod/rod_spec.hpp"
+#include "skein/rod/rod_spec.hpp"
 #include "time/time_spec.hpp"
 
 #include <optional>

@@ -1,6 +1,6 @@
 #include "scene/scene_toml.hpp"
 
-#include "core/error.hpp"
+#include "skein/core/error.hpp"
 
 #include <algorithm>
 #include <cctype>

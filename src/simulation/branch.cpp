@@ -1,8 +1,8 @@
 #include "simulation/branch.hpp"
 
-#include "core/error.hpp"
 #include "scene/scene_file.hpp"
 #include "simulation/summary.hpp"
+#include "skein/core/error.hpp"
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>

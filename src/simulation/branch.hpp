@@ -3,7 +3,7 @@
 
 #include "io/checkpoint.hpp"
 #include "scene/scene_rebuild.hpp"
-#include "time/clock.hpp"
+#include "skein/time/clock.hpp"
 
 #include <functional>
 #include <span>

@@ -1,12 +1,12 @@
 // What a run does about a failure: it goes back to the last copy of the state, makes the steps again looking at each, and says
 // where it began.
-#include "core/error.hpp"
 #include "io/disk.hpp"
 #include "kernels/kernels.hpp"
 #include "rod/complaint.hpp"
 #include "simulation/branch.hpp"
 #include "simulation/simulation.hpp"
 #include "simulation/state_copy.hpp"
+#include "skein/core/error.hpp"
 
 #include <fmt/format.h>
 

@@ -1,7 +1,7 @@
 #include "simulation/interactions.hpp"
 
-#include "core/error.hpp"
 #include "parallel/exact_sum.hpp"
+#include "skein/core/error.hpp"
 
 #include <fmt/format.h>
 

@@ -1,7 +1,7 @@
 #include "simulation/progress.hpp"
 
-#include "core/error.hpp"
 #include "core/timer.hpp"
+#include "skein/core/error.hpp"
 
 #include <fmt/format.h>
 #include <unistd.h>

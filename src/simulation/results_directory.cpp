@@ -1,7 +1,7 @@
 #include "simulation/results_directory.hpp"
 
-#include "core/error.hpp"
 #include "io/own_files.hpp"
+#include "skein/core/error.hpp"
 
 #include <cstdio>
 #include <filesystem>

@@ -5,7 +5,7 @@
 #include "partition/partition.hpp"
 #include "scene/scene_file.hpp"
 #include "simulation/interactions.hpp"
-#include "time/clock.hpp"
+#include "skein/time/clock.hpp"
 
 namespace skein {
 

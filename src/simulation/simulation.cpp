@@ -1,6 +1,5 @@
 #include "simulation/simulation.hpp"
 
-#include "core/error.hpp"
 #include "core/memory.hpp"
 #include "core/stop.hpp"
 #include "diagnostics/energy_audit.hpp"
@@ -12,6 +11,7 @@
 #include "simulation/branch.hpp"
 #include "simulation/state_copy.hpp"
 #include "simulation/summary.hpp"
+#include "skein/core/error.hpp"
 
 #include <fmt/format.h>
 #include <unistd.h>

@@ -1,7 +1,6 @@
 // A run: owns rods, clock and outputs, and carries out the plan. The readable step is Simulation::advance.
 #pragma once
 
-#include "core/error.hpp"
 #include "core/timer.hpp"
 #include "diagnostics/extra_observables.hpp"
 #include "io/checkpoint.hpp"
@@ -17,7 +16,8 @@
 #include "simulation/progress.hpp"
 #include "simulation/results_directory.hpp"
 #include "simulation/wall_meshes.hpp"
-#include "time/clock.hpp"
+#include "skein/core/error.hpp"
+#include "skein/time/clock.hpp"
 
 #include <memory>
 #include <optional>

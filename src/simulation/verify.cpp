@@ -1,7 +1,7 @@
 // Looks for what differs between a state that was computed again and the checkpoint that was written of it.
-#include "core/error.hpp"
 #include "simulation/simulation.hpp"
 #include "simulation/state_copy.hpp"
+#include "skein/core/error.hpp"
 
 #include <fmt/format.h>
 

@@ -4,7 +4,7 @@
 
 #include "contact/wall.hpp"
 #include "io/vtk_polydata.hpp"
-#include "rod/rod_group.hpp"
+#include "skein/rod/rod_group.hpp"
 
 #include <span>
 #include <vector>

@@ -1,8 +1,8 @@
 // What a scene says about time.
 #pragma once
 
-#include "core/fields.hpp"
-#include "time/integrator.hpp"
+#include "skein/core/fields.hpp"
+#include "skein/time/integrator.hpp"
 
 namespace skein {
 

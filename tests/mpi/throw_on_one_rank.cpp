@@ -1,6 +1,6 @@
 // Ends badly on rank 1 while the others wait for it: all must end, with rank 1's message.
-#include "core/error.hpp"
 #include "parallel/communicator.hpp"
+#include "skein/core/error.hpp"
 
 #include <cstddef>
 #include <limits>

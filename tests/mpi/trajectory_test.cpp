@@ -1,11 +1,11 @@
 #include "io/trajectory.hpp"
 
-#include "core/error.hpp"
 #include "io/disk.hpp"
 #include "io/files.hpp"
 #include "io/h5_file.hpp"
 #include "io/xdmf.hpp"
 #include "partition/partition.hpp"
+#include "skein/core/error.hpp"
 #include "support/fake_rods.hpp"
 #include "support/shared_directory.hpp"
 

@@ -1,6 +1,6 @@
 // Energy of free undamped rods: bounded, of second order in the step, without trend.         theory.md (8), (20)
 // Bars of three sets of rods that the published law, having no potential, makes gain energy at any step.
-#include "core/error.hpp"
+#include "skein/core/error.hpp"
 #include "stress/stress_support.hpp"
 #include "support/free_rods.hpp"
 

@@ -1,6 +1,6 @@
 // Twist to the last turn that frames can tell, compression to 0.3 and stretch to 3 of the length.
-#include "core/error.hpp"
 #include "loads/end_force.hpp"
+#include "skein/core/error.hpp"
 #include "stress/stress_support.hpp"
 
 #include <gtest/gtest.h>

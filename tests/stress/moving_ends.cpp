@@ -1,6 +1,6 @@
 // Ends that walls move to the limits of rods: twist to the last turn that frames can tell, 0.3 and 3 of the length.
-#include "core/error.hpp"
 #include "diagnostics/energy_audit.hpp"
+#include "skein/core/error.hpp"
 #include "stress/stress_support.hpp"
 
 #include <gtest/gtest.h>

@@ -2,8 +2,8 @@
 #pragma once
 
 #include "core/rotation.hpp"
-#include "rod/rod_group.hpp"
-#include "rod/tile.hpp"
+#include "skein/rod/rod_group.hpp"
+#include "skein/rod/tile.hpp"
 
 #include <random>
 #include <vector>

@@ -4,7 +4,7 @@
 //   under a tip force F:  w(s) = F s/(alpha_c G A) + F (L s^2/2 - s^3/6)/(E I)
 #pragma once
 
-#include "rod/rod_spec.hpp"
+#include "skein/rod/rod_spec.hpp"
 
 #include <array>
 #include <cmath>

@@ -1,6 +1,6 @@
 // Skein's step against the same discrete model written as a textbook code: other loops, other operations, same trajectory.
-#include "core/error.hpp"
 #include "loads/magnetic_field.hpp"
+#include "skein/core/error.hpp"
 #include "support/scenes_for_tests.hpp"
 #include "textbook/textbook_rods.hpp"
 

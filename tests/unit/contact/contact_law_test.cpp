@@ -1,7 +1,7 @@
 // Laws say what scenes ask of them; energy goes where it is said to go; one lane does as eight do.
 #include "contact/response.hpp"
 
-#include "core/error.hpp"
+#include "skein/core/error.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,7 +1,7 @@
 // A lid that compresses a bed between two stresses; boxes and steady walls.
 #include "contact/servo.hpp"
 
-#include "core/error.hpp"
+#include "skein/core/error.hpp"
 
 #include <gtest/gtest.h>
 

@@ -2,7 +2,7 @@
 #include "contact/compress.hpp"
 #include "contact/transposed.hpp"
 #include "core/logarithm.hpp"
-#include "core/pack.hpp"
+#include "skein/core/pack.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,6 +1,6 @@
 #include "io/files.hpp"
 
-#include "core/error.hpp"
+#include "skein/core/error.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,8 +1,8 @@
 // Packed rods: apart, inside, straight, alike for a seed, and pointing as their law says.
 #include "rod/packing.hpp"
 
-#include "core/error.hpp"
 #include "core/rotation.hpp"
+#include "skein/core/error.hpp"
 #include "support/rods_for_tests.hpp"
 
 #include <gtest/gtest.h>

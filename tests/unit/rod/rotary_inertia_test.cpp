@@ -1,10 +1,10 @@
 // Scaled rotary inertia: how far it lifts the step, and how far it slows bending.
-#include "core/error.hpp"
 #include "rod/bending_shift.hpp"
 #include "rod/elastic.hpp"
 #include "rod/kick.hpp"
 #include "rod/time_limits.hpp"
 #include "rod/top.hpp"
+#include "skein/core/error.hpp"
 #include "support/rods_for_tests.hpp"
 
 #include <gtest/gtest.h>

@@ -1,8 +1,8 @@
 // What the tests of this folder share: a good scene, and the message of a bad one.
 #pragma once
 
-#include "core/error.hpp"
 #include "scene/scene_file.hpp"
+#include "skein/core/error.hpp"
 
 #include <string>
 #include <vector>

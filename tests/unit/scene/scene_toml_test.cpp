@@ -1,6 +1,6 @@
 // What the reader makes of TOML beyond what the library promises: places, what is given twice, depth, bytes that are no text.
-#include "core/error.hpp"
 #include "scene/scene_toml.hpp"
+#include "skein/core/error.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,6 +1,6 @@
 // Order of the integrators, rings that keep their momenta, ends that move.
-#include "core/error.hpp"
 #include "core/rotation.hpp"
+#include "skein/core/error.hpp"
 #include "support/scenes_for_tests.hpp"
 
 #include <gtest/gtest.h>

@@ -1,5 +1,4 @@
 // Rods along tiles, in stretches or beside rods of other lengths, have the bits of rods across.
-#include "core/error.hpp"
 #include "loads/end_force.hpp"
 #include "loads/gravity.hpp"
 #include "loads/muscle_torques.hpp"
@@ -10,6 +9,7 @@
 #include "loads/uniform_couple.hpp"
 #include "loads/uniform_force.hpp"
 #include "rod/present_eigenvalues.hpp"
+#include "skein/core/error.hpp"
 #include "support/scenes_for_tests.hpp"
 
 #include <gtest/gtest.h>

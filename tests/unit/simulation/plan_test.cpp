@@ -1,8 +1,8 @@
 // Plans are what they are printed to be: snapshots for every scene in apps/, absent physics absent, steps within limits.
-#include "core/error.hpp"
 #include "loads/gravity.hpp"
 #include "loads/slender_body_drag.hpp"
 #include "scene/scene_file.hpp"
+#include "skein/core/error.hpp"
 #include "support/scenes_for_tests.hpp"
 
 #include <gtest/gtest.h>

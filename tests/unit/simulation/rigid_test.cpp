@@ -1,5 +1,4 @@
 // Rigid bodies among walls, rods and each other: they roll, slip, bounce and collide; what scenes may not say of them.
-#include "core/error.hpp"
 #include "diagnostics/observables.hpp"
 #include "loads/end_force.hpp"
 #include "loads/gravity.hpp"
@@ -10,6 +9,7 @@
 #include "rod/rigid.hpp"
 #include "scene/scene_file.hpp"
 #include "simulation/interactions.hpp"
+#include "skein/core/error.hpp"
 #include "support/meeting.hpp"
 
 #include <gtest/gtest.h>

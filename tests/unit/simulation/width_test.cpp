@@ -1,5 +1,4 @@
 // The state has the same bits for every SIMD width, thread count and batch length.
-#include "core/error.hpp"
 #include "loads/end_force.hpp"
 #include "loads/gravity.hpp"
 #include "loads/muscle_torques.hpp"
@@ -9,6 +8,7 @@
 #include "loads/uniform_couple.hpp"
 #include "loads/uniform_force.hpp"
 #include "rod/present_eigenvalues.hpp"
+#include "skein/core/error.hpp"
 #include "support/scenes_for_tests.hpp"
 
 #include <gtest/gtest.h>

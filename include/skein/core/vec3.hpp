@@ -2,7 +2,7 @@
 // A director frame Q as a matrix has rows d1, d2, d3 (lab components): body vector = Q * lab vector. Rods store quaternions.
 #pragma once
 
-#include "core/pack.hpp"
+#include "skein/core/pack.hpp"
 
 namespace skein {
 

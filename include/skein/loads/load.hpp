@@ -11,9 +11,9 @@
 // A member of one of these names that cannot be called like this does not compile.
 #pragma once
 
-#include "core/fields.hpp"
-#include "core/objections.hpp"
-#include "rod/rod_spec.hpp"
+#include "skein/core/fields.hpp"
+#include "skein/core/objections.hpp"
+#include "skein/rod/rod_spec.hpp"
 
 #include <array>
 #include <concepts>

@@ -2,8 +2,8 @@
 // lists is kept of some rods alone: of a block while rods are given to ranks, then of this rank's own.
 #pragma once
 
-#include "core/quaternion.hpp"
-#include "rod/rod_spec.hpp"
+#include "skein/core/quaternion.hpp"
+#include "skein/rod/rod_spec.hpp"
 
 #include <cstdint>
 #include <memory>

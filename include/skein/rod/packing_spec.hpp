@@ -1,7 +1,7 @@
 // What a scene says about rods that are packed at random: how many, into what, and which way they may point.
 #pragma once
 
-#include "core/fields.hpp"
+#include "skein/core/fields.hpp"
 
 #include <string_view>
 #include <vector>

@@ -2,7 +2,7 @@
 // them from a scene file, print them into the reference page, or echo them as JSON. Nothing else knows a key's name.
 #pragma once
 
-#include "core/vec3.hpp"
+#include "skein/core/vec3.hpp"
 
 #include <cmath>
 #include <limits>

@@ -4,7 +4,7 @@
 // Physics is written once for both, and gives the same bits.
 #pragma once
 
-#include "rod/tile.hpp"
+#include "skein/rod/tile.hpp"
 
 namespace skein {
 

@@ -6,8 +6,8 @@
 // that of rest. The last node's slot has no element; its frame is that of the wall a clamped end is held by.
 #pragma once
 
-#include "core/aligned.hpp"
-#include "rod/rod_group.hpp"
+#include "skein/core/aligned.hpp"
+#include "skein/rod/rod_group.hpp"
 
 #include <algorithm>
 #include <array>

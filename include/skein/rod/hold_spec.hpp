@@ -1,7 +1,7 @@
 // Nodes and elements held inside a rod, as a scene says it.
 #pragma once
 
-#include "core/fields.hpp"
+#include "skein/core/fields.hpp"
 
 #include <string>
 #include <vector>

@@ -1,7 +1,7 @@
 // The state of one element and its first node, for W rods side by side: the record that is streamed through the step.
 #pragma once
 
-#include "core/quaternion.hpp"
+#include "skein/core/quaternion.hpp"
 
 namespace skein {
 

@@ -3,7 +3,7 @@
 // Written like the matrices they stand for: q * a is Q a (lab to body), and r * q the frame R Q.
 #pragma once
 
-#include "core/vec3.hpp"
+#include "skein/core/vec3.hpp"
 
 namespace skein {
 

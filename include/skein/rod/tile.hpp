@@ -2,10 +2,10 @@
 // what acts on it.
 #pragma once
 
-#include "rod/rod_group.hpp"
-#include "rod/slot.hpp"
-#include "rod/strands.hpp"
-#include "time/clock.hpp"
+#include "skein/rod/rod_group.hpp"
+#include "skein/rod/slot.hpp"
+#include "skein/rod/strands.hpp"
+#include "skein/time/clock.hpp"
 
 #include <cstdint>
 #include <span>

@@ -1,10 +1,10 @@
 // What a scene says about one group of rods: all alike in shape, material and ends, each at its own place.
 #pragma once
 
-#include "core/fields.hpp"
-#include "rod/end_motion.hpp"
-#include "rod/hold_spec.hpp"
-#include "rod/packing_spec.hpp"
+#include "skein/core/fields.hpp"
+#include "skein/rod/end_motion.hpp"
+#include "skein/rod/hold_spec.hpp"
+#include "skein/rod/packing_spec.hpp"
 
 #include <optional>
 #include <string>

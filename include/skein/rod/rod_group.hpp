@@ -1,10 +1,10 @@
 // A group of rods made ready: the constants of its one rod, worked out once, and the start state of each of its rods.
 #pragma once
 
-#include "core/quaternion.hpp"
-#include "rod/places.hpp"
-#include "rod/rod_spec.hpp"
-#include "rod/slot.hpp"
+#include "skein/core/quaternion.hpp"
+#include "skein/rod/places.hpp"
+#include "skein/rod/rod_spec.hpp"
+#include "skein/rod/slot.hpp"
 
 #include <algorithm>
 #include <array>

@@ -3,7 +3,7 @@
 // has no lag to make up for (theory.md (20)-(21)).
 #pragma once
 
-#include "time/integrator.hpp"
+#include "skein/time/integrator.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -4,7 +4,7 @@
 // U and R go from entry to entry of their tables linearly, or smoothly (3 s^2 - 2 s^3), and stay at the last entry after it.
 #pragma once
 
-#include "core/fields.hpp"
+#include "skein/core/fields.hpp"
 
 #include <vector>
 

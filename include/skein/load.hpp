@@ -1,0 +1,6 @@
+// All that the author of a load includes: keys of a scene, tiles of rods and their constants, times of steps.
+#pragma once
+
+#include "skein/loads/load.hpp"
+#include "skein/loads/ramp.hpp"
+#include "skein/rod/mapping.hpp"
