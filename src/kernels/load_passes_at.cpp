@@ -4,8 +4,6 @@
 namespace skein {
 
 template std::unique_ptr<TilePass<SKEIN_WIDTH>> make_pass<SKEIN_WIDTH, Across<SKEIN_WIDTH>>(const Load&, const RodGroup&);
-#if SKEIN_WIDTH > 1
 template std::unique_ptr<TilePass<SKEIN_WIDTH>> make_pass<SKEIN_WIDTH, Along<SKEIN_WIDTH>>(const Load&, const RodGroup&);
-#endif
 
 } // namespace skein

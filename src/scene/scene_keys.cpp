@@ -146,8 +146,7 @@ std::string scene_toml(const SceneSpec& scene, Keys which) {
     if (!scene.start.from.empty()) out.table("[start]", "start", scene.start, StartSpec{});
     out.table("[time]", "time", scene.time, TimeSpec{});
     for (const RodSpec& rods : scene.rods) out.table("[[rods]]", "rods", rods, RodSpec{});
-    for (const LoadSpec& load : scene.loads)
-        out.table("[[load]]", "load", load, LoadSpec{.load = make_load(static_cast<int>(load.load.index()))});
+    for (const LoadSpec& load : scene.loads) out.table("[[load]]", "load", load, LoadSpec{.load = make_load(load.load.number())});
     for (const DampingSpec& damping : scene.damping) out.table("[[damping]]", "damping", damping, DampingSpec{});
     if (scene.contact) out.table("[contact]", "contact", *scene.contact, ContactSpec{});
     for (const ContactPair& pair : scene.contact_pairs) out.table("[[contact_pair]]", "contact_pair", pair, ContactPair{});
