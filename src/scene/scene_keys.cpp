@@ -37,7 +37,9 @@ public:
     explicit KeyLister(std::string table) : table_(std::move(table)) {}
     std::vector<KeyEntry> keys;
 
-    void visit(const Field& f, double& x) override { add(f, "number", text_of(x)); }
+    void visit(const Field& f, double& x) override {
+        add(f, "number", what_auto_means(table_, f.name) == x ? "\"auto\"" : text_of(x));
+    }
     void visit(const Field& f, long& i) override { add(f, "integer", text_of(i)); }
     void visit(const Field& f, bool& b) override { add(f, "true or false", b ? "true" : "false"); }
     void visit(const Field& f, std::string& s) override { add(f, "text", text_of(s)); }

@@ -6,7 +6,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <optional>
 
 #include <fmt/format.h>
 
@@ -30,14 +29,6 @@ std::string elsewhere(std::string_view key) {
         if (other.field.name == key && !other.table.empty())
             return fmt::format("; {} has a key of this name", table_heading(other.table));
     return "";
-}
-
-/// The number that stands for the word "auto", where a key of a table takes it.
-std::optional<double> what_auto_means(std::string_view table, std::string_view key) {
-    if (table == "time" && key == "dt") return 0;
-    const bool has_law = table == "contact" || table == "contact_pair" || table == "wall";
-    if (has_law && key == "stiffness") return ContactLaw::automatic;
-    return std::nullopt;
 }
 
 class TomlReader : public FieldVisitor {

@@ -15,4 +15,11 @@ void damping_fields(FieldVisitor& f, DampingSpec& spec) {
     f.visit({.name = "rods", .unit = "", .text = "groups it acts on; all where absent"}, spec.rods);
 }
 
+std::optional<double> what_auto_means(std::string_view table, std::string_view key) {
+    if (table == "time" && key == "dt") return 0;
+    const bool has_law = table == "contact" || table == "contact_pair" || table == "wall";
+    if (has_law && key == "stiffness") return ContactLaw::automatic;
+    return std::nullopt;
+}
+
 } // namespace skein

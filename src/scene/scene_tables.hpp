@@ -3,6 +3,7 @@
 
 #include "scene/scene_spec.hpp"
 
+#include <optional>
 #include <string_view>
 
 namespace skein {
@@ -14,5 +15,8 @@ void load_fields(FieldVisitor& f, LoadSpec& spec);
 
 /// Keys of a [[damping]].
 void damping_fields(FieldVisitor& f, DampingSpec& spec);
+
+/// The number that stands for the word "auto", where a key of a table takes it.
+std::optional<double> what_auto_means(std::string_view table, std::string_view key);
 
 } // namespace skein

@@ -107,6 +107,13 @@ TEST(Mapping, GivesTheSameBits) {
         }
 }
 
+TEST(Mapping, IsTriedWithEveryLoad) {
+    const SceneSpec scene = mixed(Law::incompressible);
+    for (int kind = 0; kind < static_cast<int>(load_kinds().size()); ++kind)
+        EXPECT_TRUE(std::any_of(scene.loads.begin(), scene.loads.end(), [&](const LoadSpec& l) { return l.load.number() == kind; }))
+            << load_kinds()[static_cast<std::size_t>(kind)];
+}
+
 TEST(Mapping, OfALadderOfLengths) {
     test::Stage across(ladder(40), 8, 1, Mapping::across), along(ladder(40), 8, 1, Mapping::along), automatic(ladder(40));
     EXPECT_EQ(along.plan.families, 1);
