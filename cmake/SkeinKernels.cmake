@@ -6,7 +6,7 @@
 # entry points (src/kernels/kernels.hpp) are made local, and its code goes into a section with the name of the level:
 # tests/architecture/levels_test.py looks for its instructions in all others, and for packs in the names that a level wants of others.
 
-set(SKEIN_LANES 1 2 4 8 CACHE STRING "Widths to build kernels for; those that are missing are served by others")
+set(SKEIN_WIDTHS 1 2 4 8 CACHE STRING "Widths to build kernels for; those that are missing are served by others")
 set(SKEIN_LEVEL_MARCH_x86_64 x86-64)
 set(SKEIN_LEVEL_MARCH_x86_64_v3 x86-64-v3)
 set(SKEIN_LEVEL_MARCH_x86_64_v4 x86-64-v4)
@@ -54,7 +54,7 @@ function(skein_level level)
   set(parts skein_contact_${level})
   set(entries "")
   foreach(width ${SKEIN_LEVEL_WIDTHS_${level}})
-    if(NOT width IN_LIST SKEIN_LANES)
+    if(NOT width IN_LIST SKEIN_WIDTHS)
       continue()
     endif()
     add_library(skein_rods_${level}_w${width} STATIC ${SKEIN_ROD_KERNELS})

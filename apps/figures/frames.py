@@ -15,7 +15,7 @@ def frames(directory):
 
 
 def read_rods(path, number):
-    """Nodes [rods, nodes, 3] and radius [nodes] of the first group, m."""
+    """Nodes [rods, nodes, 3] and radius of the first group, m: [nodes], or [rods, nodes] of rods with sizes of their own."""
     with h5py.File(path) as file:
         group = next(iter(file["groups"].values()))
         return group["position"][number].astype(float), group["radius"][:]

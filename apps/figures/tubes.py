@@ -37,7 +37,8 @@ class Camera:
 
 
 def rings(nodes, radius, sides=SIDES, both_ends=False):
-    """Surface of the tubes: points and outward normals [rods, rings, sides, 3], a half sphere at the last node included, or at both."""
+    """Surface of the tubes: points and outward normals [rods, rings, sides, 3], a half sphere at the last node included, or at both.
+    Radius [nodes] of rods that are alike, or [rods, nodes]."""
     angle = np.linspace(0, np.pi / 2, CAP_RINGS + 1)[1:]
     tangent = unit(np.gradient(nodes, axis=1))
     first = np.zeros_like(tangent)  # normal of the tube, carried along without twist
@@ -50,17 +51,18 @@ def rings(nodes, radius, sides=SIDES, both_ends=False):
 
     around = np.linspace(0, 2 * np.pi, sides, endpoint=False)
     side = first[:, :, None] * np.cos(around)[:, None] + second[:, :, None] * np.sin(around)[:, None]
-    points = nodes[:, :, None] + np.asarray(radius)[None, :, None, None] * side
+    radius = np.broadcast_to(radius, nodes.shape[:2])[..., None, None]
+    points = nodes[:, :, None] + radius * side
     slope = angle[None, :, None, None]
 
     def cap(end, sign):
         return np.cos(slope) * side[:, end, None] + sign * np.sin(slope) * tangent[:, end, None, None]
 
     last = cap(-1, 1)
-    surface, normal = [points, nodes[:, -1:, None] + radius[-1] * last], [side, last]
+    surface, normal = [points, nodes[:, -1:, None] + radius[:, -1:] * last], [side, last]
     if both_ends:
         start = cap(0, -1)[:, ::-1]
-        surface.insert(0, nodes[:, :1, None] + radius[0] * start)
+        surface.insert(0, nodes[:, :1, None] + radius[:, :1] * start)
         normal.insert(0, start)
     return np.concatenate(surface, axis=1), np.concatenate(normal, axis=1)
 
@@ -107,7 +109,7 @@ def draw_shadows(axes, camera, nodes, radius, plate):
     around = np.linspace(0, 2 * np.pi, 24)
     disc = np.stack([np.cos(around), np.sin(around), 0 * around], axis=-1)
     for colour, scale in zip(SHADOWS, (1.35, 1.1, 0.85)):
-        width = scale * np.asarray(radius)[None, :, None]
+        width = scale * np.broadcast_to(radius, nodes.shape[:2])[..., None]
         left, right = ground + width * across, ground - width * across
         strips = np.stack([left[:, :-1], left[:, 1:], right[:, 1:], right[:, :-1]], axis=2).reshape(-1, 4, 3)
         discs = (ground[:, :, None] + width[..., None] * disc).reshape(-1, len(around), 3)
@@ -127,7 +129,7 @@ def draw_plate(axes, camera, low, high):
 
 
 def draw(axes, nodes, radius, colours):
-    """Rods of nodes [rods, nodes, 3], radius [nodes], colours [rods, 3], on a plate through z = 0; returns the camera."""
+    """Rods of nodes [rods, nodes, 3], radius [nodes] or [rods, nodes], colours [rods, 3], on a plate through z = 0; returns the camera."""
     low, high = nodes[:, 0].min(axis=0), nodes[:, 0].max(axis=0)
     length = np.linalg.norm(np.diff(nodes[0], axis=0), axis=1).sum()
     camera = Camera(0.5 * (low + high), np.linalg.norm(high - low) + 2 * length)

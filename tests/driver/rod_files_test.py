@@ -344,6 +344,14 @@ class RodFiles(DriverTest):
             self.assertIn("bad.csv:", said.stderr)
             self.assertIn(told, said.stderr)
 
+    def test_the_shipped_traces_are_those_of_their_program(self):
+        folder = pathlib.Path(__file__).parents[2] / "apps/traced"
+        subprocess.run([sys.executable, str(folder / "make_traces.py"), "--file", str(self.directory / "traces.h5")], check=True, timeout=60)
+        with h5py.File(folder / "traces.h5") as shipped, h5py.File(self.directory / "traces.h5") as made:
+            self.assertEqual(set(shipped), {"nodes", "radii"})
+            for name in shipped:
+                self.assertTrue(numpy.array_equal(shipped[name][:], made[name][:]), name)
+
     def test_the_example_of_the_page(self):
         page = (pathlib.Path(__file__).parents[2] / "docs/files.md").read_text()
         section = page[page.index("## Files of rods"):]

@@ -38,7 +38,9 @@ TEST(Plan, SnapshotOfEveryScene) {
     ASSERT_FALSE(app_scenes().empty());
     for (const fs::path& path : app_scenes()) {
         const SceneSpec scene = read_scene(path.string());
-        const std::string text = to_text(make_plan(scene, make_groups(scene), {2, 1, 1, 8}));
+        std::vector<RodGroup> groups = make_groups(scene);
+        for (RodGroup& group : groups) group.read_all();
+        const std::string text = to_text(make_plan(scene, groups, {2, 1, 1, 8}));
         const fs::path snapshot = fs::path(SKEIN_SOURCE_DIR) / "tests/unit/simulation/plans" / (path.stem().string() + ".txt");
         if (std::getenv("SKEIN_UPDATE_SNAPSHOTS")) std::ofstream(snapshot) << text;
         EXPECT_EQ(text, text_of(snapshot)) << path << " against " << snapshot;

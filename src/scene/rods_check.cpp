@@ -1,0 +1,157 @@
+#include "scene/rods_check.hpp"
+
+#include "scene/placement_check.hpp"
+#include "scene/table_objections.hpp"
+
+#include <algorithm>
+#include <functional>
+#include <utility>
+
+#include <fmt/format.h>
+
+namespace skein {
+
+namespace {
+
+void rotary_inertia(const RodSpec& rods, Objections& of_group) {
+    if (rods.material.rotary_inertia_for_dt > 0)
+        TableObjections(of_group, "material").unused({"rotary_inertia_scale"}, "beside 'rotary_inertia_for_dt', which chooses it");
+}
+
+void rigid(const RodSpec& rods, Objections& objections) {
+    if (rods.material.law != Law::rigid) return;
+    const char* const where = "in a rigid body";
+    TableObjections(objections, "material")
+        .unused({"youngs_modulus", "shear_modulus", "shear_factor", "rotary_inertia_scale", "rotary_inertia_for_dt"}, where);
+    TableObjections(objections, "section")
+        .unused({"taper", "profile", "torsion_constant", "shear_factors", "bending_stiffness"}, where);
+    TableObjections(objections, "shape")
+        .unused({"length_profile", "rest_curvature", "rest_curvature_profile", "rest_strain", "closed", "start_curvature",
+                 "start_curvature_profile", "element_spin"},
+                where);
+    if (rods.shape.elements != 1)
+        objections.add("shape.elements", fmt::format("a rigid body is one element, and not {}", rods.shape.elements));
+    if (rods.section.kind != SectionKind::circular) objections.add("section.kind", "a rigid body has a circular section");
+    if (rods.start != EndKind::free || rods.end != EndKind::free) objections.add("", "the ends of a rigid body must be free");
+    if (rods.hold.any()) objections.add("hold", "a rigid body cannot be held");
+}
+
+void section(const RodSpec& rods, Objections& of_group) {
+    TableObjections objections(of_group, "section");
+    const Section& s = rods.section;
+    if (s.kind == SectionKind::elliptic && s.radius_2 == 0)
+        objections.add("", "an elliptic section needs 'radius_2', its semi-axis along d2 [m]");
+    if (s.kind == SectionKind::circular)
+        objections.unused({"radius_2"}, "in a circular section; kind = \"elliptic\" has two radii");
+    if (!s.shear_factors.empty()) {
+        objections.length("shear_factors", s.shear_factors.size(), 2, "one along d1 and one along d2");
+        TableObjections(of_group, "material").unused({"shear_factor"}, "beside 'shear_factors' of the section");
+    }
+    if (!s.bending_stiffness.empty())
+        objections.length("bending_stiffness", s.bending_stiffness.size(), 2, "E I1 about d1 and E I2 about d2");
+    if (s.profile.empty()) return;
+    objections.unused({"taper"}, "beside 'profile', which says the radius of every element");
+    objections.length("profile", s.profile.size(), rods.shape.elements, "one for each of the elements");
+}
+
+void shape(const RodSpec& rods, Objections& of_group) {
+    TableObjections objections(of_group, "shape");
+    const Shape& s = rods.shape;
+    if (s.closed && s.elements < 3) objections.add("elements", "a ring needs at least 3 elements");
+    if (s.closed && (rods.start != EndKind::free || rods.end != EndKind::free))
+        objections.add("closed", "a ring has no ends: 'start' and 'end' must be free");
+    const auto clamped = [](EndKind end) { return end == EndKind::clamped || end == EndKind::clamped_frozen; };
+    const bool both = rods.start != EndKind::free && rods.end != EndKind::free;
+    if (!zero(s.angular_velocity) && (both || clamped(rods.start) || clamped(rods.end)))
+        objections.add("angular_velocity", "'angular_velocity' turns a rod as a whole, which must be free or pinned at one end "
+                                           "only; 'element_spin' is that of elements in their places");
+    if (s.rest_strain.z <= -1)
+        objections.add("rest_strain",
+                       fmt::format("'rest_strain' of {} along d3 leaves no length: it must be above -1", s.rest_strain.z));
+    if (!s.length_profile.empty())
+        objections.length("length_profile", s.length_profile.size(), s.elements, "one for each of the elements");
+    if (!s.start_curvature_profile.empty()) {
+        objections.unused({"start_curvature"}, "beside 'start_curvature_profile'");
+        objections.length("start_curvature_profile", s.start_curvature_profile.size(), s.closed ? s.elements : s.elements - 1,
+                          s.closed ? "one for each vertex of the ring" : "one for each inner vertex (elements - 1)");
+    }
+    if (s.rest_curvature_profile.empty()) return;
+    objections.unused({"rest_curvature"}, "beside 'rest_curvature_profile'");
+    objections.length("rest_curvature_profile", s.rest_curvature_profile.size(), s.closed ? s.elements : s.elements - 1,
+                      s.closed ? "one for each vertex of the ring" : "one for each inner vertex (elements - 1)");
+}
+
+void motion(const EndMotion& m, EndKind end, Law law, TableObjections objections) {
+    if (!m.moves() && !m.turns()) {
+        objections.unused({"times", "amplitude", "rotation_amplitude", "period", "phase", "smooth"},
+                          "in a motion that neither moves nor turns its end");
+        return;
+    }
+    if (end == EndKind::free) objections.add("", "a free end cannot be moved: hold it (\"pinned\" or \"clamped\")");
+    if (end == EndKind::pinned && m.turns())
+        objections.add("", "a pinned end turns freely: to prescribe its rotation it must be clamped");
+    if (law == Law::elastica && end == EndKind::clamped)
+        objections.add("", "the walls of the law \"elastica\" stand still: use \"clamped_frozen\"");
+    if (std::adjacent_find(m.times.begin(), m.times.end(), std::greater_equal<>()) != m.times.end())
+        objections.add("times", "'times' must rise from entry to entry");
+    if (!m.translation.empty())
+        objections.length("translation", m.translation.size(), static_cast<long>(m.times.size()), "one for each of 'times'");
+    if (!m.rotation.empty())
+        objections.length("rotation", m.rotation.size(), static_cast<long>(m.times.size()), "one for each of 'times'");
+}
+
+void hold(const RodSpec& rods, Objections& of_group) {
+    TableObjections objections(of_group, "hold");
+    const auto within = [&](const std::vector<long>& numbers, const char* key, long count) {
+        for (const long i : numbers)
+            if (i >= count || i < -count) {
+                objections.add(key, fmt::format("'{}' names {}, but there are {}: give 0 to {}, or -1 to {} from the end", key, i,
+                                                count, count - 1, -count));
+                return;
+            }
+    };
+    within(rods.hold.nodes, "nodes", rods.shape.closed ? rods.shape.elements : rods.shape.elements + 1);
+    within(rods.hold.elements, "elements", rods.shape.elements);
+    for (const auto& [key, letters] : {std::pair{"directions", &rods.hold.directions}, std::pair{"axes", &rods.hold.axes}})
+        if (letters->empty() || letters->find_first_not_of("xyz") != std::string::npos)
+            objections.add(key, fmt::format("'{}' is \"{}\"; it names lab axes, such as \"x\" or \"xy\"", key, *letters));
+    if (rods.hold.nodes.empty()) objections.unused({"directions"}, "without 'nodes'");
+    if (rods.hold.elements.empty()) objections.unused({"axes"}, "without 'elements'");
+}
+
+void magnetisation(const RodSpec& rods, Objections& of_group) {
+    TableObjections objections(of_group, "magnetisation");
+    const Magnetisation& m = rods.magnetisation;
+    const std::string where =
+        fmt::format("for a magnetisation of pattern \"{}\"", magnetisation_names[static_cast<std::size_t>(m.pattern)]);
+    if (m.pattern == MagnetisationPattern::none) {
+        objections.unused({"strength", "direction", "wavelength_x", "wavelength_y", "phase"}, where);
+        return;
+    }
+    if (m.strength == 0) objections.add("", fmt::format("'strength' [A/m] is needed {}", where));
+    if (m.pattern == MagnetisationPattern::uniform) {
+        objections.unused({"wavelength_x", "wavelength_y", "phase"}, where);
+        if (zero(m.direction)) objections.add("direction", "'direction' has no direction");
+        return;
+    }
+    objections.unused({"direction"}, where);
+    if (m.wavelength_x == 0) objections.add("", fmt::format("'wavelength_x' [m], not 0, is needed {}", where));
+    if (m.pattern == MagnetisationPattern::wave_x) objections.unused({"wavelength_y"}, where);
+    else if (m.wavelength_y == 0) objections.add("", fmt::format("'wavelength_y' [m], not 0, is needed {}", where));
+}
+
+} // namespace
+
+void check_rods(const RodSpec& rods, Objections& objections) {
+    rotary_inertia(rods, objections);
+    rigid(rods, objections);
+    section(rods, objections);
+    shape(rods, objections);
+    check_placement(rods, objections);
+    magnetisation(rods, objections);
+    motion(rods.start_motion, rods.start, rods.material.law, {objections, "start_motion"});
+    motion(rods.end_motion, rods.end, rods.material.law, {objections, "end_motion"});
+    hold(rods, objections);
+}
+
+} // namespace skein
