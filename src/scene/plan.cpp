@@ -442,6 +442,7 @@ std::vector<RodGroup> make_groups(const SceneSpec& scene) {
                                          spec.placement.file, source->elements(), spec.name, spec.shape.elements));
         groups.emplace_back(spec, static_cast<int>(g), first, directory, &occupied, std::move(source));
         first += groups.back().count();
+        if (scene.contact || !scene.walls.empty()) groups.back().read_all(); // how hard rods press is told from all of them
         if (packed(scene.rods[g]) || std::none_of(scene.rods.begin() + static_cast<long>(g), scene.rods.end(), packed)) continue;
         groups.back().read_all(); // what is packed keeps clear of all of them
         for (std::int64_t i = 0; i < groups.back().count(); ++i) groups.back().append_capsules(i, occupied);

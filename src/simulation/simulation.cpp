@@ -299,7 +299,8 @@ void Simulation::open_polydata(const SceneSpec& scene, std::int64_t resume_step)
         forces = [this](std::int64_t gid, std::span<Vec3d> out) { interactions_->contact_forces(gid, out); };
     polydata_ = std::make_unique<VtkSeries>(comm_, options_.out, scene.output, groups_, *rods_, resume_step, std::move(forces),
                                             tell_warning);
-    if (interactions_ && interactions_->walls()) wall_meshes_ = std::make_unique<WallMeshes>(*interactions_->walls(), groups_);
+    if (interactions_ && interactions_->walls())
+        wall_meshes_ = std::make_unique<WallMeshes>(comm_, *interactions_->walls(), groups_, rods_->local());
 }
 
 void Simulation::write_polydata() {

@@ -48,15 +48,20 @@ bool bounds(const Wall& plane, const Wall& wall) {
 
 } // namespace
 
-WallMeshes::WallMeshes(const Walls& walls, std::span<const RodGroup> groups) : walls_(walls) {
+WallMeshes::WallMeshes(const Communicator& comm, const Walls& walls, std::span<const RodGroup> groups,
+                       std::span<const LocalRod> own)
+    : walls_(walls) {
     Bounds bounds;
     std::vector<Capsule> elements;
-    for (const RodGroup& group : groups)
-        for (std::int64_t i = 0; i < group.count(); i += group.count() / looked_at + 1) {
-            elements.clear();
-            group.append_capsules(i, elements);
-            for (const Capsule& c : elements) bounds.take(c.start, c.radius), bounds.take(c.end, c.radius);
-        }
+    for (const LocalRod& rod : own) {
+        const RodGroup& group = groups[static_cast<std::size_t>(rod.group)];
+        if (rod.index % (group.count() / looked_at + 1) != 0) continue;
+        elements.clear();
+        group.append_capsules(rod.index, elements);
+        for (const Capsule& c : elements) bounds.take(c.start, c.radius), bounds.take(c.end, c.radius);
+    }
+    for (double* x : {&bounds.lower.x, &bounds.lower.y, &bounds.lower.z}) *x = comm.min(*x);
+    for (double* x : {&bounds.upper.x, &bounds.upper.y, &bounds.upper.z}) *x = comm.max(*x);
     for (const Wall& wall : walls.wall) {
         if (wall.kind == WallKind::ball) bounds.take(wall.point, wall.radius);
         if (wall.kind == WallKind::tube) {

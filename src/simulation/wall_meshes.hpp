@@ -4,6 +4,8 @@
 
 #include "contact/wall.hpp"
 #include "io/vtk_polydata.hpp"
+#include "parallel/communicator.hpp"
+#include "rod/rods.hpp"
 #include "skein/rod/rod_group.hpp"
 
 #include <span>
@@ -14,8 +16,8 @@ namespace skein {
 class WallMeshes {
 public:
     /// The scene reaches as far as rods do at the start, tubes and balls around them, and half as far again. `walls` must outlive
-    /// it.
-    WallMeshes(const Walls& walls, std::span<const RodGroup> groups);
+    /// it. `own`: the rods of this rank. Collective.
+    WallMeshes(const Communicator& comm, const Walls& walls, std::span<const RodGroup> groups, std::span<const LocalRod> own);
 
     bool move() const { return move_; }
     /// Numbers of polygons are those of the walls. `time`: s, for walls that move steadily.

@@ -111,6 +111,17 @@ class RodFiles(DriverTest):
                         for dataset in theirs:
                             self.assertTrue(numpy.array_equal(mine[dataset], theirs[dataset]), dataset)
 
+    def test_rods_that_touch(self):
+        """Their weight, and so an automatic stiffness, is that of all rods on every rank."""
+        touch = '[contact]\nstiffness = "auto"\n'
+        self.origin[:, 2] *= 0.05
+        self.write_list(more=touch)
+        self.run_skein("list")
+        self.write_file(options={"more": touch})
+        for ranks in 1, 3:
+            self.run_skein(f"file_{ranks}", ranks=ranks)
+            self.assertEqual(self.digest(f"file_{ranks}"), self.digest("list"))
+
     def test_each_rod_moves_as_a_group_of_its_own(self):
         """But for round-off, since its start shape is turned and not worked out in its own frame."""
         self.end = "clamped"
