@@ -24,10 +24,10 @@ public:
         if constexpr (fits) load_.prepare(steps);
     }
     void expect(std::size_t tiles) override {
-        if constexpr (has_tile_data) tile_data_.resize(tiles);
+        if constexpr (binds) tile_data_.resize(tiles);
     }
     void bind(const RodTile<W>& rod) override {
-        if constexpr (has_tile_data) {
+        if constexpr (binds) {
             if (rod.number >= tile_data_.size()) tile_data_.resize(rod.number + 1); // of a pass that stands alone
             tile_data_[rod.number] = load_.template bind<W>(rod);
         }
@@ -37,16 +37,18 @@ public:
             if constexpr (Map::along) load_.template add<W, Map>(rod, data..., load, step);
             else load_.add(rod, data..., load, step);
         };
-        if constexpr (has_tile_data) add(tile_data_[rod.number]);
+        if constexpr (binds) add(tile_data_[rod.number]);
+        else if constexpr (has_tile_data) add(typename L::template TileData<W>{});
         else add();
     }
 
 private:
     static constexpr bool has_tile_data = requires { typename L::template TileData<W>; };
+    static constexpr bool binds = has_tile_data && (Map::along || !requires { requires L::data_along_only; });
     struct Nothing {};
     L load_;
     std::vector<decltype([] {
-        if constexpr (has_tile_data) return typename L::template TileData<W>{};
+        if constexpr (binds) return typename L::template TileData<W>{};
         else return Nothing{};
     }())>
         tile_data_;

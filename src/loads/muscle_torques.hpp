@@ -76,6 +76,7 @@ struct MuscleTorques {
     void prepare(std::span<const Step> steps) { wave.prepare(steps, period, ramp); }
     VertexWave wave;
 
+    static constexpr bool data_along_only = true;
     template <int W> using TileData = LaneRows<VertexWave::Parts<Pack<W>>>;
     template <int W> TileData<W> bind(const RodTile<W>& rod) const { return wave.bind(rod); }
     template <int W, class Map = Across<W>>

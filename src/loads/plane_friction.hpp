@@ -89,6 +89,7 @@ struct PlaneFriction {
         }
     }
 
+    static constexpr bool data_along_only = true;
     template <int W> using TileData = LaneRows<Row<Pack<W>>>;
     template <int W> TileData<W> bind(const RodTile<W>& rod) const { return in_lanes<Row>(rod, rows); }
 

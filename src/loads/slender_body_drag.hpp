@@ -71,6 +71,7 @@ struct SlenderBodyDrag {
         return largest;
     }
 
+    static constexpr bool data_along_only = true;
     /// Of a tile along: constants by lane, and lengths of the moment, which are added up along each rod in its own order.
     template <int W> struct TileData {
         LaneRows<Row<Pack<W>>> rows;
