@@ -1,7 +1,7 @@
 // Couple of a uniform, rotating magnetic field on rods magnetised in their material.   theory.md (34)-(35)
 //   b(t) = r(t) ( B0 + B (u sin wt + v cos wt) )        [T] lab, w = 2 pi/T; r(t) rises from `onset` and falls from `until`
 //   c_k += V_k m_k x Q_k b(t)                           [N m] body; m_k = M Q_k(0) m_hat, fixed in the body [A/m]
-// Source: Gu et al. 2020 (Nat. Commun. 11, 2637); the paper's Methods. Cost: 45 flop per element.
+// Source: Gu et al. 2020 (Nat. Commun. 11, 2637), Methods. Cost: 45 flop per element.
 #pragma once
 
 #include "skein/core/aligned.hpp"

@@ -2,7 +2,7 @@
 //   m_j(t) = r(t) A_j sin(2 pi t/T - 2 pi s_j/lambda + phi)       [N m], vertex j between elements j-1 and j, s_j its arc length
 //   c_j += Q_j m_j d,   c_{j-1} -= Q_{j-1} m_j d                  [N m] body; d a lab direction           theory.md (36)
 // A ring's last vertex, j = n, is where it closes.
-// Source: Gazzola et al. 2018 (snake), in the form of the paper's active matter.
+// Source: Gazzola et al. 2018 (snake), in the form of the active matter of Parthasarathy et al. 2026.
 #pragma once
 
 #include "loads/vertex_wave.hpp"

@@ -98,7 +98,7 @@ struct Placement {
     void fields(FieldVisitor& f);
 };
 
-/// A magnetisation fixed in the material, pattern over the rods of a group (Gu et al. 2020; cases of the paper):
+/// A magnetisation fixed in the material, pattern over the rods of a group (Gu et al. 2020; carpets of Parthasarathy et al. 2026):
 ///   uniform  m = M direction
 ///   wave_x   m = M (sin px, 0, cos px)                                px = phase + 2 pi x / lambda_x
 ///   wave_xy  m = M (sin px, sin py, cos px + cos py)/|...|            py = phase + 2 pi y / lambda_y
