@@ -1,11 +1,11 @@
 #include "io/h5_file.hpp"
 
 #include "io/disk.hpp"
+#include "io/h5_handle.hpp"
 #include "skein/core/error.hpp"
 
 #include <fcntl.h>
 #include <fmt/format.h>
-#include <hdf5.h>
 #include <mpi.h>
 #include <unistd.h>
 
@@ -17,23 +17,6 @@ namespace skein {
 static_assert(sizeof(hid_t) == sizeof(std::int64_t) && sizeof(hsize_t) == sizeof(std::uint64_t));
 
 namespace {
-
-/// An HDF5 object, closed with the function of its kind.
-class Handle {
-public:
-    Handle(hid_t id, herr_t (*close)(hid_t)) : id_(id), close_(close) {}
-    ~Handle() {
-        if (id_ >= 0) close_(id_);
-    }
-    Handle(Handle&& other) noexcept : id_(std::exchange(other.id_, -1)), close_(other.close_) {}
-    Handle& operator=(Handle&&) = delete;
-    operator hid_t() const { return id_; }
-    bool valid() const { return id_ >= 0; }
-
-private:
-    hid_t id_;
-    herr_t (*close_)(hid_t);
-};
 
 /// What HDF5 found wrong in the last call that failed, where it found it. Taken down as the call fails: closing a handle on the
 /// way out would wipe HDF5's own record.
@@ -75,8 +58,8 @@ hid_t type_id(H5Type type) {
 // Pieces of this size suit both ParaView, which reads single frames, and file systems with stripes of 1 to 4 MB.
 constexpr std::uint64_t largest_chunk = 4 << 20;
 
-Handle file_access() {
-    Handle access(H5Pcreate(H5P_FILE_ACCESS), H5Pclose);
+H5Handle file_access() {
+    H5Handle access(H5Pcreate(H5P_FILE_ACCESS), H5Pclose);
     // The newer format has checksums on all metadata, so that damage there is an error and not a wrong number.
     H5Pset_libver_bounds(access, H5F_LIBVER_V110, H5F_LIBVER_LATEST);
     H5Pset_fclose_degree(access, H5F_CLOSE_STRONG);
@@ -86,8 +69,8 @@ Handle file_access() {
     return access;
 }
 
-Handle file_access(const Communicator& comm) {
-    Handle access = file_access();
+H5Handle file_access(const Communicator& comm) {
+    H5Handle access = file_access();
     H5Pset_fapl_mpio(access, MPI_Comm_f2c(comm.handle()), MPI_INFO_NULL);
     H5Pset_coll_metadata_write(access, true);
     H5Pset_all_coll_metadata_ops(access, true);
@@ -95,23 +78,23 @@ Handle file_access(const Communicator& comm) {
 }
 
 hid_t open_file(const Communicator& comm, const std::string& path, H5File::Mode mode) {
-    const Handle access = file_access(comm);
+    const H5Handle access = file_access(comm);
     if (mode == H5File::Mode::read) return H5Fopen(path.c_str(), H5F_ACC_RDONLY, access);
     if (mode == H5File::Mode::modify) return H5Fopen(path.c_str(), H5F_ACC_RDWR, access);
-    const Handle creation(H5Pcreate(H5P_FILE_CREATE), H5Pclose);
+    const H5Handle creation(H5Pcreate(H5P_FILE_CREATE), H5Pclose);
     H5Pset_obj_track_times(creation, false);
     return H5Fcreate(path.c_str(), H5F_ACC_TRUNC, creation, access);
 }
 
-Handle new_group(hid_t parent, const std::string& path) {
-    const Handle creation(H5Pcreate(H5P_GROUP_CREATE), H5Pclose);
+H5Handle new_group(hid_t parent, const std::string& path) {
+    const H5Handle creation(H5Pcreate(H5P_GROUP_CREATE), H5Pclose);
     H5Pset_obj_track_times(creation, false);
-    return Handle(H5Gcreate2(parent, path.c_str(), H5P_DEFAULT, creation, H5P_DEFAULT), H5Gclose);
+    return H5Handle(H5Gcreate2(parent, path.c_str(), H5P_DEFAULT, creation, H5P_DEFAULT), H5Gclose);
 }
 
 /// Space for all elements at once and no fill values: every element is written.
-Handle dataset_creation() {
-    Handle creation(H5Pcreate(H5P_DATASET_CREATE), H5Pclose);
+H5Handle dataset_creation() {
+    H5Handle creation(H5Pcreate(H5P_DATASET_CREATE), H5Pclose);
     H5Pset_alloc_time(creation, H5D_ALLOC_TIME_EARLY);
     H5Pset_fill_time(creation, H5D_FILL_TIME_NEVER);
     H5Pset_obj_track_times(creation, false);
@@ -134,13 +117,13 @@ std::vector<hsize_t> chunk_shape(H5Type type, const std::vector<std::uint64_t>& 
 
 /// A dataset of frames, open.
 struct Frames {
-    Handle dataset;
+    H5Handle dataset;
     std::vector<hsize_t> size, chunk;
     bool valid = false;
 
     Frames(hid_t file, const std::string& path) : dataset(H5Dopen2(file, path.c_str(), H5P_DEFAULT), H5Dclose) {
         if (!dataset.valid()) return;
-        const Handle space(H5Dget_space(dataset), H5Sclose), creation(H5Dget_create_plist(dataset), H5Pclose);
+        const H5Handle space(H5Dget_space(dataset), H5Sclose), creation(H5Dget_create_plist(dataset), H5Pclose);
         const int dimensions = H5Sget_simple_extent_ndims(space);
         if (dimensions < 1) return;
         size.resize(static_cast<std::size_t>(dimensions));
@@ -155,7 +138,7 @@ struct Frames {
 };
 
 struct Selection {
-    Handle memory, file;
+    H5Handle memory, file;
     bool valid;
 
     Selection(hid_t dataset, const H5Box& box)
@@ -175,14 +158,14 @@ private:
     static std::vector<hsize_t> dimensions(const H5Box& box) { return dimensions(box.count); }
 };
 
-Handle collective_transfer() {
-    Handle transfer(H5Pcreate(H5P_DATASET_XFER), H5Pclose);
+H5Handle collective_transfer() {
+    H5Handle transfer(H5Pcreate(H5P_DATASET_XFER), H5Pclose);
     H5Pset_dxpl_mpio(transfer, H5FD_MPIO_COLLECTIVE);
     return transfer;
 }
 
-Handle text_type(std::size_t length) {
-    Handle type(H5Tcopy(H5T_C_S1), H5Tclose);
+H5Handle text_type(std::size_t length) {
+    H5Handle type(H5Tcopy(H5T_C_S1), H5Tclose);
     H5Tset_size(type, std::max<std::size_t>(length, 1));
     H5Tset_strpad(type, H5T_STR_NULLPAD);
     H5Tset_cset(type, H5T_CSET_UTF8);
@@ -190,8 +173,8 @@ Handle text_type(std::size_t length) {
 }
 
 bool make_attribute(hid_t file, const std::string& object, const std::string& name, hid_t type, const void* value) {
-    const Handle space(H5Screate(H5S_SCALAR), H5Sclose);
-    const Handle attribute(
+    const H5Handle space(H5Screate(H5S_SCALAR), H5Sclose);
+    const H5Handle attribute(
         H5Acreate_by_name(file, object.c_str(), name.c_str(), type, space, H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT), H5Aclose);
     return attribute.valid() && H5Awrite(attribute, type, value) >= 0;
 }
@@ -244,9 +227,9 @@ void H5File::make_group(const std::string& path) { agree(new_group(id_, path).va
 
 void H5File::make_dataset(const std::string& path, H5Type type, const std::vector<std::uint64_t>& shape) {
     const std::vector<hsize_t> size(shape.begin(), shape.end());
-    const Handle space(H5Screate_simple(static_cast<int>(size.size()), size.data(), nullptr), H5Sclose);
-    const Handle dataset(H5Dcreate2(id_, path.c_str(), type_id(type), space, H5P_DEFAULT, dataset_creation(), H5P_DEFAULT),
-                         H5Dclose);
+    const H5Handle space(H5Screate_simple(static_cast<int>(size.size()), size.data(), nullptr), H5Sclose);
+    const H5Handle dataset(H5Dcreate2(id_, path.c_str(), type_id(type), space, H5P_DEFAULT, dataset_creation(), H5P_DEFAULT),
+                           H5Dclose);
     agree(dataset.valid(), path + " cannot be made");
 }
 
@@ -254,11 +237,11 @@ void H5File::make_frames(const std::string& path, H5Type type, const std::vector
     std::vector<hsize_t> size{0}, largest{H5S_UNLIMITED};
     size.insert(size.end(), frame_shape.begin(), frame_shape.end());
     largest.insert(largest.end(), frame_shape.begin(), frame_shape.end());
-    const Handle space(H5Screate_simple(static_cast<int>(size.size()), size.data(), largest.data()), H5Sclose);
-    const Handle creation = dataset_creation();
+    const H5Handle space(H5Screate_simple(static_cast<int>(size.size()), size.data(), largest.data()), H5Sclose);
+    const H5Handle creation = dataset_creation();
     const auto chunk = chunk_shape(type, frame_shape);
     H5Pset_chunk(creation, static_cast<int>(chunk.size()), chunk.data());
-    const Handle dataset(H5Dcreate2(id_, path.c_str(), type_id(type), space, H5P_DEFAULT, creation, H5P_DEFAULT), H5Dclose);
+    const H5Handle dataset(H5Dcreate2(id_, path.c_str(), type_id(type), space, H5P_DEFAULT, creation, H5P_DEFAULT), H5Dclose);
     agree(dataset.valid(), path + " cannot be made");
 }
 
@@ -279,9 +262,9 @@ void H5File::set_frames(const std::vector<std::string>& paths, std::uint64_t fra
 }
 
 std::vector<std::uint64_t> H5File::shape(const std::string& path) const {
-    const Handle dataset(H5Dopen2(id_, path.c_str(), H5P_DEFAULT), H5Dclose);
+    const H5Handle dataset(H5Dopen2(id_, path.c_str(), H5P_DEFAULT), H5Dclose);
     agree(dataset.valid(), path + " cannot be opened");
-    const Handle space(H5Dget_space(dataset), H5Sclose);
+    const H5Handle space(H5Dget_space(dataset), H5Sclose);
     const int dimensions = space.valid() ? H5Sget_simple_extent_ndims(space) : -1;
     std::vector<hsize_t> size(static_cast<std::size_t>(std::max(dimensions, 0)));
     agree(dimensions >= 0 && H5Sget_simple_extent_dims(space, size.data(), nullptr) >= 0, path + " has no readable size");
@@ -289,9 +272,9 @@ std::vector<std::uint64_t> H5File::shape(const std::string& path) const {
 }
 
 H5Type H5File::type(const std::string& path) const {
-    const Handle dataset(H5Dopen2(id_, path.c_str(), H5P_DEFAULT), H5Dclose);
+    const H5Handle dataset(H5Dopen2(id_, path.c_str(), H5P_DEFAULT), H5Dclose);
     agree(dataset.valid(), path + " cannot be opened");
-    const Handle found(H5Dget_type(dataset), H5Tclose);
+    const H5Handle found(H5Dget_type(dataset), H5Tclose);
     for (const H5Type known : {H5Type::float32, H5Type::float64, H5Type::int64, H5Type::uint64})
         if (H5Tequal(found, type_id(known)) > 0) return known;
     throw IoError(path_ + ": " + path + " has numbers of another type");
@@ -315,7 +298,7 @@ bool H5File::has(const std::string& object, const std::string& attribute) const 
 }
 
 void H5File::write(const std::string& path, H5Type type, const H5Box& box, const void* data) {
-    const Handle dataset(H5Dopen2(id_, path.c_str(), H5P_DEFAULT), H5Dclose);
+    const H5Handle dataset(H5Dopen2(id_, path.c_str(), H5P_DEFAULT), H5Dclose);
     agree(dataset.valid(), path + " cannot be opened");
     const Selection selection(dataset, box);
     agree(selection.valid, path + " has no such part");
@@ -338,7 +321,7 @@ void H5File::start_flush(std::uint64_t bytes) {
 }
 
 void H5File::read(const std::string& path, H5Type type, const H5Box& box, void* data) const {
-    const Handle dataset(H5Dopen2(id_, path.c_str(), H5P_DEFAULT), H5Dclose);
+    const H5Handle dataset(H5Dopen2(id_, path.c_str(), H5P_DEFAULT), H5Dclose);
     agree(dataset.valid(), path + " cannot be opened");
     const Selection selection(dataset, box);
     agree(selection.valid, path + " has no such part");
@@ -362,10 +345,10 @@ void H5File::set(const std::string& object, const std::string& name, const std::
 }
 
 void H5File::get(const std::string& object, const std::string& name, H5Type type, void* value) const {
-    const Handle attribute(H5Aopen_by_name(id_, object.c_str(), name.c_str(), H5P_DEFAULT, H5P_DEFAULT), H5Aclose);
+    const H5Handle attribute(H5Aopen_by_name(id_, object.c_str(), name.c_str(), H5P_DEFAULT, H5P_DEFAULT), H5Aclose);
     bool well = attribute.valid();
     if (well) {
-        const Handle found(H5Aget_type(attribute), H5Tclose);
+        const H5Handle found(H5Aget_type(attribute), H5Tclose);
         well = H5Tequal(found, type_id(type)) > 0 && H5Aread(attribute, type_id(type), value) >= 0;
     }
     agree(well, attribute_name(object, name) + " cannot be read");
@@ -380,10 +363,10 @@ void H5File::get(const std::string& object, const std::string& name, double& val
     get(object, name, H5Type::float64, &value);
 }
 void H5File::get(const std::string& object, const std::string& name, std::string& value) const {
-    const Handle attribute(H5Aopen_by_name(id_, object.c_str(), name.c_str(), H5P_DEFAULT, H5P_DEFAULT), H5Aclose);
+    const H5Handle attribute(H5Aopen_by_name(id_, object.c_str(), name.c_str(), H5P_DEFAULT, H5P_DEFAULT), H5Aclose);
     bool well = attribute.valid();
     if (well) {
-        const Handle found(H5Aget_type(attribute), H5Tclose);
+        const H5Handle found(H5Aget_type(attribute), H5Tclose);
         well = H5Tget_class(found) == H5T_STRING && H5Tis_variable_str(found) == 0;
         if (well) {
             value.assign(H5Tget_size(found), '\0');
@@ -401,11 +384,11 @@ bool make_view(hid_t file, const std::string& path, const Frames& frames, const 
     box.start[0] = frame;
     box.count[0] = 1;
     const Selection part(frames.dataset, box);
-    const Handle space(H5Screate_simple(static_cast<int>(frames.size.size()) - 1, frames.size.data() + 1, nullptr), H5Sclose);
-    const Handle type(H5Dget_type(frames.dataset), H5Tclose), creation(H5Pcreate(H5P_DATASET_CREATE), H5Pclose);
+    const H5Handle space(H5Screate_simple(static_cast<int>(frames.size.size()) - 1, frames.size.data() + 1, nullptr), H5Sclose);
+    const H5Handle type(H5Dget_type(frames.dataset), H5Tclose), creation(H5Pcreate(H5P_DATASET_CREATE), H5Pclose);
     H5Pset_obj_track_times(creation, false);
     if (!part.valid || H5Pset_virtual(creation, space, ".", frames_path.c_str(), part.file) < 0) return false;
-    return Handle(H5Dcreate2(file, path.c_str(), type, space, H5P_DEFAULT, creation, H5P_DEFAULT), H5Dclose).valid();
+    return H5Handle(H5Dcreate2(file, path.c_str(), type, space, H5P_DEFAULT, creation, H5P_DEFAULT), H5Dclose).valid();
 }
 
 bool make_views(hid_t file, const std::string& group, const std::vector<std::string>& names, std::uint64_t count) {

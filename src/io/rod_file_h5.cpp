@@ -1,9 +1,9 @@
 // Files of rods in HDF5. Read by each rank for itself, without MPI: what it reads is its own part.
+#include "io/h5_handle.hpp"
 #include "io/rod_file_kind.hpp"
 #include "skein/core/error.hpp"
 
 #include <fmt/format.h>
-#include <hdf5.h>
 
 #include <algorithm>
 #include <utility>
@@ -17,23 +17,6 @@ std::string quantity_names() {
     for (const RodQuantity& q : RodFile::quantities) names.push_back(q.name);
     return fmt::format("{}", fmt::join(names, ", "));
 }
-
-/// An HDF5 object, closed with the function of its kind.
-class Handle {
-public:
-    Handle(hid_t id, herr_t (*close)(hid_t)) : id_(id), close_(close) {}
-    ~Handle() {
-        if (id_ >= 0) close_(id_);
-    }
-    Handle(Handle&& other) noexcept : id_(std::exchange(other.id_, -1)), close_(other.close_) {}
-    Handle& operator=(Handle&&) = delete;
-    operator hid_t() const { return id_; }
-    bool valid() const { return id_ >= 0; }
-
-private:
-    hid_t id_;
-    herr_t (*close_)(hid_t);
-};
 
 /// HDF5 prints what fails unless it is told not to; here the caller says it.
 template <class F> auto quietly(F&& call) {
@@ -65,16 +48,16 @@ public:
     }
 
 private:
-    Handle dataset(std::size_t q) const {
+    H5Handle dataset(std::size_t q) const {
         return {quietly([&] { return H5Dopen2(file_, std::string(quantities[q].name).c_str(), H5P_DEFAULT); }), H5Dclose};
     }
 
     void look_at(std::size_t q) {
         const std::string name(quantities[q].name);
         if (H5Lexists(file_, name.c_str(), H5P_DEFAULT) <= 0) return;
-        const Handle data = dataset(q);
+        const H5Handle data = dataset(q);
         if (!data.valid()) complain(fmt::format("'{}' is not a dataset", name));
-        const Handle type(H5Dget_type(data), H5Tclose), space(H5Dget_space(data), H5Sclose);
+        const H5Handle type(H5Dget_type(data), H5Tclose), space(H5Dget_space(data), H5Sclose);
         const auto kind = H5Tget_class(type);
         if (kind != H5T_FLOAT && kind != H5T_INTEGER) complain(fmt::format("dataset '{}' does not hold numbers", name));
         std::vector<hsize_t> shape(static_cast<std::size_t>(std::max(0, H5Sget_simple_extent_ndims(space))));
@@ -105,13 +88,13 @@ private:
     void read_numbers(std::int64_t begin, std::int64_t end, Numbers& numbers) const override {
         for (std::size_t q = 0; q < all; ++q) {
             if (!has_[q]) continue;
-            const Handle data = dataset(q), space(H5Dget_space(data), H5Sclose);
+            const H5Handle data = dataset(q), space(H5Dget_space(data), H5Sclose);
             std::vector<hsize_t> count(static_cast<std::size_t>(H5Sget_simple_extent_ndims(space)));
             H5Sget_simple_extent_dims(space, count.data(), nullptr);
             count[0] = static_cast<hsize_t>(end - begin);
             std::vector<hsize_t> start(count.size(), 0);
             start[0] = static_cast<hsize_t>(begin);
-            const Handle memory(H5Screate_simple(static_cast<int>(count.size()), count.data(), nullptr), H5Sclose);
+            const H5Handle memory(H5Screate_simple(static_cast<int>(count.size()), count.data(), nullptr), H5Sclose);
             H5Sselect_hyperslab(space, H5S_SELECT_SET, start.data(), nullptr, count.data(), nullptr);
             const herr_t status =
                 quietly([&] { return H5Dread(data, H5T_NATIVE_DOUBLE, memory, space, H5P_DEFAULT, numbers[q].data()); });
@@ -123,7 +106,7 @@ private:
         return fmt::format("{}: dataset '{}', row {}", path_, quantities[quantity].name, rod);
     }
 
-    Handle file_;
+    H5Handle file_;
     std::string first_; ///< the first quantity found, which says how many rods there are
 };
 
