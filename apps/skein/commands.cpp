@@ -169,8 +169,7 @@ int plan_command(PlanArguments arguments) {
         const int ranks = arguments.ranks > 0 ? arguments.ranks : environment_int("OMPI_COMM_WORLD_SIZE", 1);
         const int cores = Threads::available_cores();
         const int threads = arguments.threads > 0 ? arguments.threads : std::max(1, cores / ranks);
-        std::vector<RodGroup> groups = make_groups(scene);
-        for (RodGroup& group : groups) group.read_all();
+        const std::vector<RodGroup> groups = make_whole_groups(scene);
         const Plan plan = make_plan(
             scene, groups, {ranks, threads, std::max(threads, cores / ranks), lanes_for(arguments.lanes), {}, arguments.mapping});
         std::printf("%s", (arguments.json ? to_json(plan) : to_text(plan)).c_str());
@@ -182,8 +181,7 @@ int check_command(SceneArguments arguments) {
     look_into_directory(arguments, out);
     return alone([&] {
         const SceneSpec scene = read_scene(arguments.file, arguments.overrides);
-        std::vector<RodGroup> groups = make_groups(scene);
-        for (RodGroup& group : groups) group.read_all();
+        const std::vector<RodGroup> groups = make_whole_groups(scene);
         const Plan plan = make_plan(scene, groups, {});
         std::printf("%s: good; %lld rods, %lld elements, %lld steps of %.6g s\n", arguments.file.c_str(),
                     static_cast<long long>(plan.rods), static_cast<long long>(plan.elements), static_cast<long long>(plan.steps),
@@ -232,8 +230,7 @@ int info_command(const std::string& scene) {
         std::printf("this process may use %d of %u cores\n", Threads::available_cores(), std::thread::hardware_concurrency());
         if (scene.empty()) return;
         const SceneSpec spec = read_scene(scene);
-        std::vector<RodGroup> groups = make_groups(spec);
-        for (RodGroup& group : groups) group.read_all();
+        const std::vector<RodGroup> groups = make_whole_groups(spec);
         const Plan plan = make_plan(spec, groups, {});
         const std::string out = default_out(scene);
         std::int64_t newest = -1;

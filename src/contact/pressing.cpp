@@ -57,8 +57,7 @@ double pressure_of_weight(std::span<const RodGroup> groups, std::span<const Vec3
     const double whole = norm(all.weight);
     if (!(whole > 0)) return 0;
     const Vec3d down = (1 / whole) * all.weight;
-    const Vec3d other = std::abs(down.x) < 0.5 ? Vec3d{1, 0, 0} : Vec3d{0, 1, 0};
-    const Vec3d u = (1 / norm(cross(down, other))) * cross(down, other), v = cross(down, u);
+    const auto [u, v] = directions_across(down);
 
     struct Place {
         double u, v, weight;

@@ -9,8 +9,6 @@ namespace {
 
 constexpr double pi = std::numbers::pi;
 
-Vec3d unit(const Vec3d& a) { return (1 / norm(a)) * a; }
-
 std::size_t segments(std::span<const Vec3d> node, Curve curve) { return curve == Curve::closed ? node.size() : node.size() - 1; }
 
 const Vec3d& after(std::span<const Vec3d> node, std::size_t i) { return node[i + 1 < node.size() ? i + 1 : 0]; }

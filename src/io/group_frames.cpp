@@ -43,12 +43,9 @@ struct Directors {
     }
 };
 
-/// d1 at nodes: mean of the elements that meet there.
 struct Normals {
     template <class T> static void fill(const RodCopy& rod, T* out) {
-        const std::size_t last = rod.frames.size() - 1;
-        for (std::size_t node = 0; node < rod.state.size(); ++node)
-            out = put(out, 0.5 * (rod.frames[node > 0 ? node - 1 : 0].d1 + rod.frames[std::min(node, last)].d1));
+        for (std::size_t node = 0; node < rod.state.size(); ++node) out = put(out, rod.normal(node));
     }
 };
 

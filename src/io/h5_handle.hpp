@@ -1,4 +1,4 @@
-// Objects of HDF5 that close themselves. Of sources that call HDF5: its header is long.
+// Objects of HDF5 that close themselves. For sources that call HDF5 only: its header is long.
 #pragma once
 
 #include <hdf5.h>

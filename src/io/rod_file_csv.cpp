@@ -22,7 +22,7 @@ public:
         std::getline(file, line);
         read_header(line);
         std::int64_t at = static_cast<std::int64_t>(line.size()) + 1;
-        // Where each block of lines begins; empty lines count for nothing.
+        // Beginnings of blocks of lines; empty lines count for nothing.
         std::vector<char> buffer(1 << 20);
         bool begins = true;
         while (file.read(buffer.data(), static_cast<std::streamsize>(buffer.size())), file.gcount() > 0) {
@@ -42,6 +42,7 @@ private:
     static constexpr std::int64_t block = 1 << 12;
 
     void read_header(std::string line) {
+        if (line.starts_with("\xEF\xBB\xBF")) line.erase(0, 3); // of a spreadsheet's UTF-8
         std::erase_if(line, [](char c) { return c == ' ' || c == '\t' || c == '\r' || c == '"'; });
         std::size_t from = 0;
         do {

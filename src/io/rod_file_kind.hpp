@@ -1,4 +1,4 @@
-// What both kinds of files of rods share: which quantities there are, and what their numbers must be.
+// Quantities of a file of rods and bounds of their numbers, for both kinds of files.
 #pragma once
 
 #include "skein/rod/places.hpp"
@@ -10,7 +10,7 @@
 
 namespace skein {
 
-/// What a file may say of its rods.
+/// A quantity that a file may give of its rods.
 struct RodQuantity {
     enum class Per { rod, node, element };
     std::string_view name;
@@ -32,7 +32,7 @@ public:
                                                  {"radii", Per::node, 1}};
     enum Which : std::size_t { origin, tangent, normal, length, radius, nodes, directors, radii, all };
     static_assert(std::size(quantities) == all);
-    /// Of consecutive rods, rod by rod; empty where the file is silent.
+    /// By quantity, numbers of consecutive rods; none of quantities that the file has not.
     using Numbers = std::array<std::vector<double>, all>;
 
     explicit RodFile(std::string path) : path_(std::move(path)) {}

@@ -20,7 +20,7 @@ constexpr std::string_view opening =
     "<?xml version=\"1.0\"?>\n<!-- skein -->\n<VTKFile type=\"PolyData\" version=\"1.0\" header_type=\"UInt64\" byte_order=";
 constexpr std::string_view before_time = "Name=\"TimeValue\" NumberOfTuples=\"1\" format=\"ascii\">";
 
-/// What the arrays of a part stand in, in the order of VtkPart.
+/// Elements of XML around the arrays of each VtkPart, in their order.
 constexpr std::string_view part_names[] = {"PointData", "CellData", "Points", "Lines", "Polys"};
 
 } // namespace

@@ -29,7 +29,7 @@ struct VtkArray {
     std::uint64_t bytes() const { return tuples * static_cast<std::uint64_t>(components) * bytes_of(type); }
 };
 
-/// What is where in one file.
+/// Layout of one file: head, and where its arrays are.
 class VtkPolyData {
 public:
     VtkPolyData(std::uint64_t points, std::uint64_t lines, std::uint64_t polygons, std::vector<VtkArray> arrays, double time);
@@ -37,7 +37,7 @@ public:
     const std::vector<VtkArray>& arrays() const { return arrays_; }
     const std::string& head() const { return head_; }
     static const std::string tail;
-    /// Of the count of bytes that stands before an array, and of the array itself, from the beginning of the file.
+    /// Offset of the count of bytes before an array, and of the array itself, from the beginning of the file.
     std::uint64_t count_at(std::size_t array) const { return at_[array]; }
     std::uint64_t numbers_at(std::size_t array) const { return at_[array] + sizeof(std::uint64_t); }
     std::uint64_t tail_at() const { return at_.back(); }
@@ -51,7 +51,7 @@ private:
 
 /// Whether a text, or what there is of it, begins as these files do.
 bool begins_vtk_polydata(std::string_view text);
-/// Of such a file that is whole from head to tail; none of any other.
+/// Time of a file that is whole from head to tail, s; none of any other.
 std::optional<double> time_of_vtk_polydata(const std::string& path);
 
 /// Polygons in space, each with the number of what it belongs to.

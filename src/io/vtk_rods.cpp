@@ -1,6 +1,5 @@
 #include "io/vtk_rods.hpp"
 
-#include <algorithm>
 #include <cstring>
 #include <string_view>
 
@@ -16,8 +15,9 @@ double* put(double* out, double x) {
 }
 double* put(double* out, const Vec3d& v) { return put(put(put(out, v.x), v.y), v.z); }
 
-/// As numbers of a file.
+/// Numbers as a file has them.
 void convert(std::span<const double> numbers, VtkType real, std::byte* out) {
+    if (numbers.empty()) return;
     if (real == VtkType::float64) {
         std::memcpy(out, numbers.data(), numbers.size_bytes());
         return;
@@ -89,15 +89,13 @@ void VtkRods::describe(std::size_t place, const RodCopy& rod, const VtkContent& 
         for (std::size_t i = 0; i < nodes; ++i) out = put(out, number(i));
     };
     const double* radius = radius_.data() + (group_.sized() ? place * nodes : 0);
-    const auto before = [](std::size_t node) { return node > 0 ? node - 1 : 0; }; // elements beside a node
-    const auto after = [nodes](std::size_t node) { return std::min(node, nodes - 2); };
     each([&](std::size_t i) { return lane(rod.state[i].position, 0); });
     each([&](std::size_t i) { return radius[i]; });
     each([&](std::size_t i) { return lane(rod.state[i].velocity, 0); });
     each([&](std::size_t i) { return rod.profile[i].strain; });
     each([&](std::size_t i) { return rod.profile[i].curvature; });
     each([&](std::size_t i) { return rod.profile[i].energy; });
-    if (content.normals) each([&](std::size_t i) { return 0.5 * (rod.frames[before(i)].d1 + rod.frames[after(i)].d1); });
+    if (content.normals) each([&](std::size_t i) { return rod.normal(i); });
     if (content.forces) each([&](std::size_t i) { return scratch.force[i]; });
 }
 

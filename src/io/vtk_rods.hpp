@@ -19,7 +19,7 @@ namespace skein {
 /// Forces on the nodes of a rod of this rank by its number in the scene, lab, N. Any thread.
 using NodeForces = std::function<void(std::int64_t gid, std::span<Vec3d> out)>;
 
-/// What a frame has of rods, whichever their group.
+/// Arrays and sizes of a frame, of all groups together.
 struct VtkContent {
     VtkType real = VtkType::float32;
     bool normals = false, forces = false, magnetised = false;
@@ -44,7 +44,7 @@ public:
     void write(Descriptor& file, const VtkPolyData& layout, const VtkContent& content, std::span<const std::byte> block) const;
 
 private:
-    /// What a thread works a rod out in.
+    /// Memory of a thread for one rod.
     struct Scratch {
         std::vector<Vec3d> force;
         std::vector<double> numbers;
@@ -53,7 +53,7 @@ private:
         return content.bytes_per_node() * static_cast<std::size_t>(group_.slots());
     }
     void describe(std::size_t place, const RodCopy& rod, const VtkContent& content, Scratch& scratch) const;
-    /// What does not change from frame to frame.
+    /// Arrays that are alike in all frames.
     void write_constants(Descriptor& file, const VtkPolyData& layout, const VtkContent& content) const;
 
     const RodGroup& group_;
@@ -62,7 +62,7 @@ private:
     IndexBlocks blocks_;
     std::uint64_t first_rod_, first_node_; ///< of the group, in a frame
     std::vector<double> radius_;           ///< at nodes; of rods with sizes of their own one after the other
-    std::vector<double> magnetisation_;    ///< of this rank's block, lab, A/m; none where the group has none
+    std::vector<double> magnetisation_;    ///< of this rank's block, lab, unit vectors; none where the group has none
     std::vector<Scratch> scratch_;         ///< by thread
 };
 

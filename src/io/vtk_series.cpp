@@ -85,7 +85,6 @@ void VtkSeries::end_file(List& list, const std::string& name, double time) {
     const std::string path = path_of(name), temporary = path + ".tmp";
     if (fs::exists(path) && !time_of_vtk_polydata(path)) set_aside(path, path + ".foreign");
     if (std::rename(temporary.c_str(), path.c_str()) != 0) throw_system_error(temporary, "cannot be renamed", errno);
-    unflushed_.push_back(path);
     list.file.append({time, name});
 }
 
@@ -124,6 +123,7 @@ void VtkSeries::write(std::int64_t step, double time, double lag) {
             });
         }
         on_root(comm_, [&] { end_file(rods_, name, time); });
+        unflushed_.push_back(path_of(name)); // of all ranks: each has written to it on its own machine
     });
 }
 
@@ -135,17 +135,20 @@ void VtkSeries::write_walls(std::int64_t step, double time, const PolygonMesh& w
             file.write(text);
             file.close();
             end_file(walls_, name, time);
+            unflushed_.push_back(path_of(name));
         });
     });
 }
 
 void VtkSeries::flush() {
-    on_root(comm_, [&] {
+    on_all(comm_, [&] {
         if (unflushed_.empty()) return;
-        for (const List* list : {&rods_, &walls_})
-            if (const std::string path = path_of(list->kind + ".pvd"); fs::exists(path)) unflushed_.push_back(path);
-        unflushed_.push_back(path_of(frames_folder));
-        for (const std::string& path : unflushed_) Descriptor(path, O_RDONLY).flush();
+        if (comm_.root()) {
+            for (const List* list : {&rods_, &walls_}) unflushed_.push_back(path_of(list->kind + ".pvd"));
+            unflushed_.push_back(path_of(frames_folder));
+        }
+        for (const std::string& path : unflushed_)
+            if (fs::exists(path)) Descriptor(path, O_RDONLY).flush(); // its reader may have moved it
         unflushed_.clear();
     });
 }

@@ -1,7 +1,7 @@
 // Frames as poly data for ParaView, whose Tube filter takes them as they are: rods.pvd lists vtp/rods_<step>.vtp, walls.pvd lists
 // vtp/walls_<step>.vtp. A frame is written under a temporary name by all ranks, each its share of the rods in file order, so its
-// bytes do not depend on their number. Of a step its bytes are always the same, so a run that resumes lists those up to its step
-// and writes later ones over what it finds.
+// bytes do not depend on their number. Its bytes depend on its step alone (but for contact forces where a run resumes), so a run
+// that resumes lists those up to its step and writes later ones over what it finds.
 #pragma once
 
 #include "io/output_spec.hpp"
@@ -29,14 +29,14 @@ public:
     /// Appends the state at time t (synchronised copies: positions drifted on by `lag`). A step that is already there is left
     /// alone. Collective.
     void write(std::int64_t step, double time, double lag);
-    /// The walls of a scene, which is one frame alone where none moves. Collective.
+    /// Walls of a scene: one frame in all where none moves. Collective.
     void write_walls(std::int64_t step, double time, const PolygonMesh& walls);
     bool has_walls() const { return walls_.last >= 0; }
 
     /// Waits until all frames are on the disk. Called before each checkpoint. Collective.
     void flush();
 
-    /// Of one frame, about.
+    /// Size of one frame, about.
     static double frame_bytes(const OutputSpec& spec, double rods, double nodes, bool forces);
 
 private:
@@ -61,7 +61,7 @@ private:
     std::vector<VtkRods> groups_;
     RecordBuffers buffers_;
     List rods_, walls_;
-    std::vector<std::string> unflushed_; ///< root's
+    std::vector<std::string> unflushed_; ///< files that this rank has written to
 };
 
 } // namespace skein

@@ -9,18 +9,30 @@
 
 namespace skein {
 
+namespace detail {
+
+// Optional members by name, whatever their signature.
+template <class L> inline constexpr bool names_bind_group = requires { &L::bind_group; };
+template <class L> inline constexpr bool names_prepare = requires { &L::prepare; };
+
+template <class L> inline constexpr bool data_along_only = requires { requires L::data_along_only; };
+/// What the pass keeps of a tile, where the load binds to it.
+struct Nothing {};
+template <class L, int W, bool binds> struct KeptOfTile { using Type = Nothing; };
+template <class L, int W> struct KeptOfTile<L, W, true> { using Type = typename L::template TileData<W>; };
+
+} // namespace detail
+
 template <class L, int W, class Map = Across<W>> class LoadPass final : public TilePass<W> {
 public:
     LoadPass(L load, const RodGroup& group) : load_(std::move(load)) {
-        static_assert(
-            keeps_tables_of_group<L> || !requires { &L::bind_group; }, "bind_group(const RodGroup&)");
+        static_assert(keeps_tables_of_group<L> || !detail::names_bind_group<L>, "bind_group(const RodGroup&)");
         if constexpr (keeps_tables_of_group<L>) load_.bind_group(group);
     }
     std::string_view name() const override { return L::kind; }
     void prepare(std::span<const Step> steps) override {
         constexpr bool fits = requires { load_.prepare(steps); };
-        static_assert(
-            fits || !requires { &L::prepare; }, "prepare(std::span<const Step>)");
+        static_assert(fits || !detail::names_prepare<L>, "prepare(std::span<const Step>)");
         if constexpr (fits) load_.prepare(steps);
     }
     void expect(std::size_t tiles) override {
@@ -43,15 +55,10 @@ public:
     }
 
 private:
-    static constexpr bool has_tile_data = requires { typename L::template TileData<W>; };
-    static constexpr bool binds = has_tile_data && (Map::along || !requires { requires L::data_along_only; });
-    struct Nothing {};
+    static constexpr bool has_tile_data = detail::has_tile_data<L>;
+    static constexpr bool binds = has_tile_data && (Map::along || !detail::data_along_only<L>);
     L load_;
-    std::vector<decltype([] {
-        if constexpr (binds) return typename L::template TileData<W>{};
-        else return Nothing{};
-    }())>
-        tile_data_;
+    std::vector<typename detail::KeptOfTile<L, W, binds>::Type> tile_data_;
 };
 
 /// Null for a load whose rods lie across, where Map is along. `group`: of an along mapping any of its family; a load that keeps

@@ -72,7 +72,7 @@ Traced traced(std::span<const Vec3d> nodes, std::span<const Vec3d> element_norma
     for (std::size_t k = 0; k + 1 < nodes.size(); ++k) {
         const Vec3d edge = nodes[k + 1] - nodes[k];
         rod.lengths.push_back(norm(edge));
-        const Vec3d d3 = (1 / norm(edge)) * edge;
+        const Vec3d d3 = unit(edge);
         if (!element_normals.empty()) {
             frames.push_back(frame_of(d3, element_normals[k]));
         } else if (k == 0) {
@@ -107,11 +107,11 @@ void forget_consecutive(std::int64_t& begin, std::vector<std::int64_t>& held) {
 } // namespace
 
 Quaterniond frame_of(const Vec3d& tangent, const std::optional<Vec3d>& normal) {
-    const Vec3d d3 = (1 / norm(tangent)) * tangent;
+    const Vec3d d3 = unit(tangent);
     const bool along_x = std::abs(d3.x) > 0.99;
     const Vec3d given = normal.value_or(along_x ? Vec3d{0, 1, 0} : Vec3d{1, 0, 0});
     const Vec3d across = given - dot(given, d3) * d3;
-    const Vec3d d1 = (1 / norm(across)) * across;
+    const Vec3d d1 = unit(across);
     return quaternion({d1, cross(d3, d1), d3});
 }
 

@@ -14,9 +14,8 @@
 
 namespace skein {
 
-/// Eigenvalues of one element, 1/s^2; the order is that of `present_modes`.
+/// Eigenvalues of one element, 1/s^2; the order is that of limiting_modes.
 template <class P> struct PresentEigenvalues { P axial, about_d1, about_d2, twist; };
-inline constexpr const char* present_modes[] = {"axial", "shear-rotation about d1", "shear-rotation about d2", "twist"};
 
 namespace detail {
 

@@ -20,7 +20,6 @@ namespace {
 
 constexpr double pi = std::numbers::pi;
 
-bool is_zero(const Vec3d& v) { return v.x == 0 && v.y == 0 && v.z == 0; }
 bool same(const Quaterniond& a, const Quaterniond& b) { return std::memcmp(&a, &b, sizeof a) == 0; }
 bool is_no_turn(const Quaterniond& q) { return same(q, no_turn); }
 
@@ -223,7 +222,7 @@ void RodGroup::work_out_constants() {
     };
     // Straight rods that are turned one by one stay as they are: of a million, most of the work.
     const auto bent = [&](const Quaterniond& q, const Vec3d& curvature, double length) {
-        return is_no_turn(q) && is_zero(curvature) ? q : rotation(length * curvature) * q;
+        return is_no_turn(q) && zero(curvature) ? q : rotation(length * curvature) * q;
     };
     Quaterniond q = bent(frame_, start_curvature(0), 0.5 * element[0].rest_length);
     Vec3d x{0, 0, 0}, sum{0, 0, 0};
@@ -293,7 +292,7 @@ void RodGroup::start_state(std::int64_t i, std::span<Slot<1>> out) const {
     if (sized()) return single(i).start_state(i, out);
     const int n = elements();
     const Vec3d turning = spec_.shape.angular_velocity;
-    const bool turns = !is_zero(turning);
+    const bool turns = !zero(turning);
     const Vec3d about = turns ? pivot() : Vec3d{0, 0, 0};
     const Vec3d start = origin(i);
     const Quaterniond turn = turned() ? places_.turn(i) : no_turn;
@@ -332,7 +331,7 @@ Vec3d RodGroup::magnetisation(std::int64_t i) const {
     case MagnetisationPattern::none:
         return {0, 0, 0};
     case MagnetisationPattern::uniform:
-        return (1 / norm(m.direction)) * m.direction;
+        return unit(m.direction);
     case MagnetisationPattern::wave_x:
         return {std::sin(px), 0, std::cos(px)};
     case MagnetisationPattern::wave_xy: {

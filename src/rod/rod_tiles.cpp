@@ -354,7 +354,7 @@ template <int W> void RodTiles<W>::take_apart(const RodTile<W>& tile, Copy copy,
     at_least(reading.state, W * slots);
     to_rows(&own.slot->position.x, slots * slot_doubles, reinterpret_cast<double*>(reading.state.data()), slots * slot_doubles);
     if (copy == Copy::canonical) reading.hash = hashes(tile, rods);
-    if (copy != Copy::frames && copy != Copy::strained) return;
+    if (!has_frames(copy)) return;
     at_least(reading.frames, W * n);
     constexpr std::size_t numbers = sizeof(Mat3d) / sizeof(double);
     for (std::size_t k = 0; k < n; ++k) {
@@ -378,7 +378,7 @@ template <int W> void RodTiles<W>::take_along(std::size_t i, Copy copy, double l
     if (copy == Copy::canonical) reading.hash[0] = hash_rod(local_[i].gid, state);
     else if (copy == Copy::positions) skein::synchronise_positions(tile_of(group, state), lag);
     else skein::synchronise(tile_of(group, state), lag);
-    if (copy != Copy::frames && copy != Copy::strained) return;
+    if (!has_frames(copy)) return;
     at_least(reading.frames, slots - 1);
     for (std::size_t k = 0; k + 1 < slots; ++k) reading.frames[k] = frame(state[k]);
     if (copy != Copy::strained) return;
@@ -407,8 +407,7 @@ void RodTiles<W>::read(std::span<const std::size_t> rods, Copy copy, double lag,
             const auto lane_ = tile.strands ? 0 : static_cast<std::size_t>(place(i).lane);
             RodCopy one{.state = std::span(reading.state).subspan(lane_ * slots, slots), .hash = reading.hash[lane_]};
             if (copy == Copy::strained) one.profile = std::span(reading.profiles).subspan(lane_ * slots, slots);
-            if (copy == Copy::frames || copy == Copy::strained)
-                one.frames = std::span(reading.frames).subspan(lane_ * (slots - 1), slots - 1);
+            if (has_frames(copy)) one.frames = std::span(reading.frames).subspan(lane_ * (slots - 1), slots - 1);
             reader(thread, i, one);
         }
     });

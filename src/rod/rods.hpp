@@ -6,6 +6,7 @@
 #include "skein/rod/slot.hpp"
 #include "skein/time/clock.hpp"
 
+#include <algorithm>
 #include <bit>
 #include <cstdint>
 #include <functional>
@@ -43,6 +44,7 @@ enum class Copy {
     frames,       ///< the same, and directors as matrices
     strained      ///< the same, and strains at nodes
 };
+constexpr bool has_frames(Copy copy) { return copy == Copy::frames || copy == Copy::strained; }
 
 /// How a rod is strained at a node; see rod/rod_profile.hpp.
 template <class P> struct NodeProfileOf {
@@ -55,9 +57,14 @@ using NodeProfile = NodeProfileOf<double>;
 /// A rod's state, put together from the lanes; valid while the reader is called.
 struct RodCopy {
     std::span<const Slot<1>> state;       ///< [n + 1]
-    std::span<const Mat3d> frames;        ///< [n], rows d1 d2 d3; of Copy::frames and Copy::strained
+    std::span<const Mat3d> frames;        ///< [n], rows d1 d2 d3; where has_frames(copy)
     std::span<const NodeProfile> profile; ///< [n + 1]; of Copy::strained
     std::uint64_t hash = 0;               ///< hash_rod; of Copy::canonical
+
+    /// d1 at a node, of a copy with frames: mean of the elements that meet there.
+    Vec3d normal(std::size_t node) const {
+        return 0.5 * (frames[node > 0 ? node - 1 : 0].d1 + frames[std::min(node, frames.size() - 1)].d1);
+    }
 };
 using RodReader = std::function<void(int thread, std::size_t i, const RodCopy& copy)>;
 

@@ -11,7 +11,7 @@ Tightest tightest(const RodGroup& group, std::span<Slot<1>> state) {
     present_eigenvalues(tile_of(group, state), [&](int k, const PresentEigenvalues<Pack<1>>& l) {
         const double all[] = {l.axial[0], l.about_d1[0], l.about_d2[0], l.twist[0]};
         for (std::size_t mode = 0; mode < std::size(all); ++mode)
-            if (all[mode] > found.eigenvalue) found = {all[mode], k, present_modes[mode]};
+            if (all[mode] > found.eigenvalue) found = {all[mode], k, limiting_modes[mode]};
     });
     const auto at = static_cast<std::size_t>(found.element);
     const Vec3d edge = lane(state[at + 1].position, 0) - lane(state[at].position, 0);

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <span>
 #include <string>
+#include <string_view>
 
 namespace skein {
 
@@ -29,7 +30,7 @@ struct StepWatch {
 struct Tightest {
     double eigenvalue = 0; ///< the rod's largest, 1/s^2
     int element = 0;
-    const char* mode = "";
+    std::string_view mode; ///< of limiting_modes
     double dilatation = 1; ///< of the element
 };
 Tightest tightest(const RodGroup& group, std::span<Slot<1>> state);

@@ -13,6 +13,8 @@ namespace skein {
 
 namespace {
 
+constexpr double infinite = std::numeric_limits<double>::infinity();
+
 /// What the law divides B by at dilatation e.
 double bending_divisor(const RodGroup& g, double e) { return g.law() == Law::linear ? 1 : e * e * e; }
 
@@ -66,15 +68,10 @@ double scale_at(const RodGroup& g, int k, double Vec3d::*axis, double Vec3d::*al
     return aim > a ? (d + b_squared / (aim - a)) / (aim - others) : -1;
 }
 
-} // namespace
-
-std::vector<TimeLimit> time_limits(const RodGroup& g) {
-    constexpr double infinite = std::numeric_limits<double>::infinity();
-    if (g.law() == Law::rigid) return {{"none (rigid)", infinite, 0}};
-    std::vector<TimeLimit> limits = {{"axial", infinite, 0},
-                                     {"shear-rotation about d1", infinite, 0},
-                                     {"shear-rotation about d2", infinite, 0},
-                                     {"twist", infinite, 0}};
+/// In the order of limiting_modes, of a group whose rods have its sizes.
+std::vector<TimeLimit> limits_by_mode(const RodGroup& g) {
+    std::vector<TimeLimit> limits;
+    for (const std::string_view mode : limiting_modes) limits.push_back({mode, infinite, 0});
     const auto lower = [](TimeLimit& limit, double eigenvalue, int k) {
         const double dt = 2 / std::sqrt(eigenvalue);
         // A limit that is no number stays, to be refused.
@@ -89,6 +86,14 @@ std::vector<TimeLimit> time_limits(const RodGroup& g) {
         lower(limits[2], shear_rotation(g, k, &Vec3d::y, &Vec3d::x, inverse_mass), k);
         lower(limits[3], cell_term(g, k, &Vec3d::z), k);
     }
+    return limits;
+}
+
+} // namespace
+
+std::vector<TimeLimit> time_limits(const RodGroup& g) {
+    if (g.law() == Law::rigid) return {{"none (rigid)", infinite, 0}};
+    std::vector<TimeLimit> limits = limits_by_mode(g);
     if (g.sized())
         for (std::size_t mode = 0; mode < limits.size(); ++mode) limits[mode].dt = g.least_limits()[mode];
     std::stable_sort(limits.begin(), limits.end(),
@@ -97,16 +102,15 @@ std::vector<TimeLimit> time_limits(const RodGroup& g) {
 }
 
 LeastLimits least_limits_of_rods(const RodGroup& g) {
-    constexpr std::string_view modes[] = {"axial", "shear-rotation about d1", "shear-rotation about d2", "twist"};
     LeastLimits least;
-    least.fill(std::numeric_limits<double>::infinity());
+    least.fill(infinite);
     std::optional<RodGroup> rod;
     const auto consider = [&](std::int64_t i) {
         if (rod) rod->become(g, i);
         else rod.emplace(g.single(i));
-        for (const TimeLimit& limit : time_limits(*rod))
-            for (std::size_t mode = 0; mode < least.size(); ++mode)
-                if (limit.mode == modes[mode] && !(limit.dt >= least[mode])) least[mode] = limit.dt;
+        const std::vector<TimeLimit> limits = limits_by_mode(*rod);
+        for (std::size_t mode = 0; mode < least.size(); ++mode)
+            if (!(limits[mode].dt >= least[mode])) least[mode] = limits[mode].dt;
     };
     const Places& places = g.places();
     if (places.columns().nodes || places.columns().radii) {
@@ -156,7 +160,6 @@ std::vector<double> rotary_inertia_for(const RodGroup& g, double dt) {
     scale = alike;
     for (int k = 0; k < g.elements(); ++k)
         raise_both(scale[static_cast<std::size_t>(k)], k, [&](double Vec3d::*axis) {
-            constexpr double infinite = std::numeric_limits<double>::infinity();
             const auto at = [&](int i) { return g.element[static_cast<std::size_t>(i)].inertia.*axis; };
             const double own = cell_term(g, k, axis, [&](int i) { return i == k ? at(i) : infinite; });
             const double others =
@@ -167,16 +170,15 @@ std::vector<double> rotary_inertia_for(const RodGroup& g, double dt) {
 }
 
 double tension_limit(const RodGroup& g) {
-    if (g.law() == Law::rigid) return std::numeric_limits<double>::infinity();
+    if (g.law() == Law::rigid) return infinite;
     const Material& m = g.spec().material;
     const auto& factors = g.spec().section.shear_factors;
     const double factor = factors.empty() ? m.shear_factor : std::min(factors[0], factors[1]);
     const double shear = factor * (m.shear_modulus > 0 ? m.shear_modulus : m.youngs_modulus / 3);
     const double e0 = 1 + g.spec().shape.rest_strain.z;
-    if (g.law() != Law::incompressible)
-        return shear < m.youngs_modulus ? e0 / (1 - shear / m.youngs_modulus) : std::numeric_limits<double>::infinity();
+    if (g.law() != Law::incompressible) return shear < m.youngs_modulus ? e0 / (1 - shear / m.youngs_modulus) : infinite;
     const double discriminant = 1 - 4 * e0 * shear / m.youngs_modulus;
-    if (discriminant <= 0) return std::numeric_limits<double>::infinity();
+    if (discriminant <= 0) return infinite;
     return (1 - std::sqrt(discriminant)) * m.youngs_modulus / (2 * shear);
 }
 

@@ -11,7 +11,7 @@
 namespace skein {
 
 struct TimeLimit {
-    std::string_view mode; ///< "axial", "shear-rotation about d1", "... d2", "twist"
+    std::string_view mode; ///< of limiting_modes
     double dt;             ///< s
     int element;           ///< where it is smallest
 };

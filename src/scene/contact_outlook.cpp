@@ -3,6 +3,7 @@
 #include "contact/contact_limits.hpp"
 #include "contact/pressing.hpp"
 #include "loads/gravity.hpp"
+#include "scene/group_names.hpp"
 #include "skein/core/error.hpp"
 
 #include <algorithm>
@@ -14,16 +15,12 @@ namespace skein {
 
 namespace {
 
-bool named(const std::vector<std::string>& names, const std::string& group) {
-    return names.empty() || std::find(names.begin(), names.end(), group) != names.end();
-}
-
 Pressing pressing_of(const SceneSpec& scene, std::span<const RodGroup> groups) {
     std::vector<Vec3d> gravity(groups.size(), Vec3d{0, 0, 0});
     for (const LoadSpec& load : scene.loads)
         if (const auto* g = load.load.get_if<Gravity>())
             for (std::size_t i = 0; i < groups.size(); ++i)
-                if (named(load.rods, groups[i].name())) gravity[i] = gravity[i] + g->acceleration;
+                if (names_group(load.rods, groups[i].name())) gravity[i] = gravity[i] + g->acceleration;
     double pressure = 0, area = 0;
     for (const Wall& wall : scene.walls)
         if (wall.servo.drives() && wall.servo.turn_back_above > pressure)
@@ -31,11 +28,11 @@ Pressing pressing_of(const SceneSpec& scene, std::span<const RodGroup> groups) {
     return pressing(groups, gravity, pressure, area);
 }
 
-/// Of the thinnest of some groups.
+/// Diameter of the thinnest of some groups, m.
 double smaller_diameter(std::span<const RodGroup> groups, const std::vector<std::string>& names) {
     double least = HUGE_VAL;
     for (const RodGroup& group : groups)
-        if (named(names, group.name())) least = std::min(least, mean_diameter(group));
+        if (names_group(names, group.name())) least = std::min(least, mean_diameter(group));
     return least;
 }
 
@@ -58,11 +55,11 @@ public:
     }
 
 private:
-    /// As real rods of the softest material would push at this overlap; 0 where all are rigid.
+    /// Force with which real rods of the softest material would push at this overlap, N; 0 where all are rigid.
     double softest_force(const std::vector<std::string>& names, double overlap) const {
         double least = HUGE_VAL;
         for (const RodGroup& group : groups_)
-            if (const double young = group.spec().material.youngs_modulus; named(names, group.name()) && young > 0)
+            if (const double young = group.spec().material.youngs_modulus; names_group(names, group.name()) && young > 0)
                 least = std::min(least, own_force(young, 0.5 * mean_diameter(group), overlap));
         return std::isfinite(least) ? least : 0;
     }

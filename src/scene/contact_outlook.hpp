@@ -1,5 +1,5 @@
-// How hard rods will press each other and how far they will then overlap, from what a scene says before a step is taken; and the
-// stiffness that stiffness = "auto" stands for.                                                          theory.md (58a), (58b)
+// Forces and overlaps of contacts expected before a step is taken, from what a scene says; and the stiffness that
+// stiffness = "auto" stands for.                                                                         theory.md (58a), (58b)
 #pragma once
 
 #include "scene/scene_spec.hpp"
@@ -18,7 +18,7 @@ struct ContactOutlook {
     std::vector<double> wall_overlaps; ///< the same of walls, in the order of expanded()
 };
 
-/// Of a scene whose stiffnesses are numbers. `laws`: by pair of groups; null where rods do not feel each other.
+/// Outlook of a scene whose stiffnesses are numbers. `laws`: by pair of groups; null where rods do not feel each other.
 ContactOutlook contact_outlook(const SceneSpec& scene, const ContactLaws* laws, std::span<const RodGroup> groups);
 
 /// The scene with a number in place of every automatic stiffness. Throws InputError where there is nothing to find it from.

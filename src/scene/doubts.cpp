@@ -32,14 +32,19 @@ public:
     void visit(const Field&, std::vector<Vec3d>&) override {} // places may lie anywhere
     void visit(const Field&, std::vector<std::string>&) override {}
     void visit_choice(const Field&, int&, std::span<const std::string_view>) override {}
-    bool enter(const Field&) override { return true; }
-    void leave() override {}
+    bool enter(const Field& f) override {
+        inner_.emplace_back(f.name);
+        return true;
+    }
+    void leave() override { inner_.pop_back(); }
 
 private:
     void look(const Field& f, double x) {
         const auto compare = [&](std::string_view unit, double scale, std::string_view what) {
-            if (f.unit == unit && x > beyond * scale && std::isfinite(x) && scale > 0)
-                found_.push_back(fmt::format("{}.{} = {:g} {} is {:.0e} times {}", table_, f.name, x, unit, x / scale, what));
+            if (f.unit != unit || !(x > beyond * scale) || !std::isfinite(x) || !(scale > 0)) return;
+            std::string key = table_;
+            for (const std::string& table : inner_) key += "." + table;
+            found_.push_back(fmt::format("{}.{} = {:g} {} is {:.0e} times {}", key, f.name, x, unit, x / scale, what));
         };
         compare("s", duration_, "the duration");
         compare("m/s", speed_, "the speed of sound in the fastest rod");
@@ -48,6 +53,7 @@ private:
     double duration_, speed_;
     std::vector<std::string>& found_;
     std::string table_;
+    std::vector<std::string> inner_; ///< tables within it
 };
 
 } // namespace

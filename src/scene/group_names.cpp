@@ -24,6 +24,10 @@ const RodSpec* group_named(const SceneSpec& scene, const std::string& name, Obje
     return nullptr;
 }
 
+bool names_group(const std::vector<std::string>& names, const std::string& group) {
+    return names.empty() || std::find(names.begin(), names.end(), group) != names.end();
+}
+
 std::vector<const RodSpec*> acted_on(const SceneSpec& scene, const std::vector<std::string>& names, Objections& objections) {
     std::vector<const RodSpec*> groups;
     if (names.empty()) {

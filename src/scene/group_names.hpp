@@ -1,4 +1,4 @@
-// Names of groups of rods: which are names, and whom those in other tables mean.
+// Names of groups of rods: their letters, and the groups that names in other tables mean.
 #pragma once
 
 #include "scene/scene_spec.hpp"
@@ -14,6 +14,9 @@ bool good_name(const std::string& name);
 
 /// Null where there is none, which is told of `key`.
 const RodSpec* group_named(const SceneSpec& scene, const std::string& name, Objections& objections, const std::string& key);
+
+/// Whether a list of names, as of the key `rods`, means a group: all groups where it is empty.
+bool names_group(const std::vector<std::string>& names, const std::string& group);
 
 /// The groups that the key `rods` of a table stands for: all where it names none.
 std::vector<const RodSpec*> acted_on(const SceneSpec& scene, const std::vector<std::string>& names, Objections& objections);

@@ -18,6 +18,7 @@
 #include "rod/rods.hpp"
 #include "rod/top.hpp"
 #include "scene/doubts.hpp"
+#include "scene/group_names.hpp"
 #include "skein/core/error.hpp"
 #include "skein/rod/tile.hpp"
 
@@ -43,10 +44,6 @@ constexpr double filter_ns = 9, filter_order_ns = 1.5; // by the ratio of runs w
 /// Undamped rods are lost after 1e5 steps and more above 0.707 of the limit, where modes go round in four steps or fewer and strain
 /// drives them (tests/stress/resonance.cpp); at 0.6 their energy settles.
 constexpr double undamped_share = 0.6;
-
-bool acts_on(const std::vector<std::string>& names, const std::string& group) {
-    return names.empty() || std::find(names.begin(), names.end(), group) != names.end();
-}
 
 KickKind kick_of(const RodGroup& group, const DampingRates& rates, DampingScheme scheme) {
     if (group.law() == Law::elastica) return KickKind::elastica;
@@ -117,7 +114,7 @@ void limit_by_contact(GroupPlan& p, const RodGroup& group, const SceneSpec& scen
     };
     if (scene.contact) consider(scene.contact->law, scene.contact->overlap, reduced_mass(group, group));
     for (const ContactPair& pair : scene.contact_pairs)
-        if (acts_on(pair.between, group.name())) consider(pair.law, scene.contact->overlap, reduced_mass(group, group));
+        if (names_group(pair.between, group.name())) consider(pair.law, scene.contact->overlap, reduced_mass(group, group));
     for (const Wall& wall : scene.walls)
         if (wall.acts_on(group.name())) consider(wall.law, ContactSpec{}.overlap, mass_at_wall(group));
     if (!std::isfinite(least.dt)) return;
@@ -130,12 +127,12 @@ GroupPlan plan_group(const SceneSpec& scene, const RodGroup& group) {
     GroupPlan p{.name = group.name(), .rods = group.count(), .elements = group.elements()};
     for (std::size_t i = 0; i < scene.loads.size(); ++i) {
         const LoadSpec& l = scene.loads[i];
-        if (!acts_on(l.rods, group.name()) || !l.load.acts_on(group.spec())) continue;
+        if (!names_group(l.rods, group.name()) || !l.load.acts_on(group.spec())) continue;
         p.loads.push_back(l.load);
         p.load_numbers.push_back(i);
     }
     for (const DampingSpec& d : scene.damping)
-        if (acts_on(d.rods, group.name())) p.damping.push_back(d.damping);
+        if (names_group(d.rods, group.name())) p.damping.push_back(d.damping);
     const DampingRates rates = damping_rates(group, p.damping);
     p.damping_scheme = damping_scheme_of(group, scene.time);
     p.kick = kick_of(group, rates, p.damping_scheme);
@@ -215,8 +212,7 @@ void refuse_in_sized(const GroupPlan& p, const RodGroup& group, bool can_lie_alo
             refuse(fmt::format("a load of kind {} cannot act on them yet", load.kind()));
     if (!can_lie_along)
         refuse("contact, walls, rings, rigid bodies, the law \"elastica\", moved ends, 'hold', the laplacian damping and audits "
-               "need rods "
-               "that are alike");
+               "need rods that are alike");
     if (group.spec().material.rotary_inertia_for_dt > 0) refuse("'rotary_inertia_for_dt' needs rods that are alike");
 }
 
@@ -447,6 +443,12 @@ std::vector<RodGroup> make_groups(const SceneSpec& scene) {
         groups.back().read_all(); // what is packed keeps clear of all of them
         for (std::int64_t i = 0; i < groups.back().count(); ++i) groups.back().append_capsules(i, occupied);
     }
+    return groups;
+}
+
+std::vector<RodGroup> make_whole_groups(const SceneSpec& scene) {
+    std::vector<RodGroup> groups = make_groups(scene);
+    for (RodGroup& group : groups) group.read_all();
     return groups;
 }
 

@@ -111,8 +111,10 @@ Tiling tiling_of(const Plan& plan, std::span<const std::int64_t> counts, int lan
 /// Rods must wait for each other in every step: they touch, or a wall heeds what all of them do to it.
 bool steps_together(const Plan& plan);
 
-/// The groups of a scene with their constants worked out.
+/// The groups of a scene with their constants worked out. What files say of single rods is not read yet, unless rods press.
 std::vector<RodGroup> make_groups(const SceneSpec& scene);
+/// The same, with all that files say of their rods.
+std::vector<RodGroup> make_whole_groups(const SceneSpec& scene);
 
 std::string to_text(const Plan& plan);
 std::string to_json(const Plan& plan);

@@ -69,15 +69,18 @@ std::string law_text(const ContactLaw& law) {
     return text;
 }
 
-/// Where something presses: how far contacts are expected to overlap, and what would hold them where that is too far.
-std::string overlap_text(const ContactOutlook& outlook, const ContactLaw& law, double assumed) {
+/// Overlap expected where something presses, and the stiffness that would hold it where that is too far. `only_law`: of all
+/// contacts.
+std::string overlap_text(const ContactOutlook& outlook, const ContactLaw& law, bool only_law, double assumed) {
     if (outlook.force == 0)
         return fmt::format("neither weight nor a lid presses; the step allows for up to {:g} of the diameter", assumed);
     std::string text = fmt::format("{:.2g} of the diameter expected under {:.3g} N ({}); the step allows for up to {:g}",
                                    outlook.overlap, outlook.force, outlook.by, assumed);
     const double ratio = outlook.overlap / assumed, power = law.normal == ContactNormal::linear ? 1 : 1.5;
-    if (ratio > 1 && law.restitution == 0)
-        text += fmt::format(", which stiffness = {:.2g} would hold", law.stiffness * std::pow(ratio, power));
+    if (ratio <= 1) return text;
+    const double times = std::pow(ratio, power);
+    if (only_law && law.restitution == 0) text += fmt::format(", which stiffness = {:.2g} would hold", times * law.stiffness);
+    else text += fmt::format(", which {:.2g} times the stiffness would hold", times);
     return text;
 }
 
@@ -129,7 +132,7 @@ std::string to_text(const Plan& p) {
     if (p.contact) {
         line("contact", law_text(p.contact->law) + (p.automatic_stiffness ? " (auto)" : "") +
                             (p.contact->self ? ", of rods with themselves too" : ""));
-        line("  overlap", overlap_text(p.outlook, p.contact->law, p.contact->overlap));
+        line("  overlap", overlap_text(p.outlook, p.contact->law, p.contact_laws->materials() == 1, p.contact->overlap));
     }
     for (std::size_t w = 0; w < p.walls.size(); ++w) line("wall", wall_text(p.walls[w], p.outlook.wall_overlaps[w]));
     if (steps_together(p)) line("protocol", "one step per visit: rods wait for each other");

@@ -27,9 +27,9 @@ bool is_blank(char c) { return c == ' ' || c == '\t'; }
 bool is_bare(char c) { return std::isalnum(static_cast<unsigned char>(c)) || c == '_' || c == '-'; }
 
 /// From the parser's places, which count characters, to those of messages, which count bytes.
-class Places {
+class TomlPlaces {
 public:
-    explicit Places(Source source) : source_(std::move(source)) {}
+    explicit TomlPlaces(Source source) : source_(std::move(source)) {}
 
     Place operator()(const toml::source_position& at, int length = 1) {
         if (source_->lines.empty()) return {source_};
@@ -61,7 +61,7 @@ private:
     std::unordered_map<toml::source_index, std::vector<int>> starts_;
 };
 
-TomlValue convert(const toml::node& in, Places& places) {
+TomlValue convert(const toml::node& in, TomlPlaces& places) {
     TomlValue out{TomlDate{}, places(in.source())};
     if (const auto* b = in.as_boolean()) out.value = b->get();
     if (const auto* i = in.as_integer()) out.value = i->get();
@@ -179,7 +179,7 @@ int line_of_first(std::string_view text, int at, const Source& source) {
     std::size_t begin = 0;
     for (int line = 1; line < at; ++line) begin = text.find('\n', begin) + 1;
     try {
-        Places places(source);
+        TomlPlaces places(source);
         const TomlValue above = convert(toml::parse(text.substr(0, begin)), places);
         const TomlValue again = convert(toml::parse(text.substr(begin, text.find('\n', begin) - begin)), places);
         const bool header = text.substr(begin, text.find_first_not_of(" \t", begin) + 1 - begin).ends_with('[');
@@ -219,7 +219,7 @@ std::string reworded(std::string said, bool at_end) {
 
 [[noreturn]] void raise_syntax_error(const toml::parse_error& e, std::string_view text, const Source& source) {
     const std::string said(e.description());
-    Place place = Places(source)(e.source().begin);
+    Place place = TomlPlaces(source)(e.source().begin);
     const bool known = place.line >= 1 && place.line <= static_cast<int>(source->lines.size());
     if (!known || (said.find("cannot redefine") == npos && said.find("cannot insert") == npos))
         throw InputError(message_at(
@@ -263,7 +263,7 @@ std::string found(const TomlValue& value) {
 TomlValue parse_toml(const std::string& text, Source source) {
     refuse_long_keys(text, source);
     try {
-        Places places(source);
+        TomlPlaces places(source);
         return convert(toml::parse(text), places);
     } catch (const toml::parse_error& e) {
         raise_syntax_error(e, text, source);

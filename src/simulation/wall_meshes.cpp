@@ -20,13 +20,6 @@ struct Bounds {
     }
 };
 
-/// Two directions of length 1 across a third.
-std::pair<Vec3d, Vec3d> across(const Vec3d& axis) {
-    const Vec3d other = std::abs(axis.x) < 0.5 ? Vec3d{1, 0, 0} : Vec3d{0, 1, 0};
-    const Vec3d u = (1 / norm(cross(axis, other))) * cross(axis, other);
-    return {u, cross(axis, u)};
-}
-
 /// What of a convex polygon lies on the side of a plane that its normal points to (Sutherland, Hodgman).
 std::vector<Vec3d> cut(const std::vector<Vec3d>& polygon, const Vec3d& point, const Vec3d& normal, double tolerance) {
     std::vector<Vec3d> kept;
@@ -76,13 +69,13 @@ WallMeshes::WallMeshes(const Communicator& comm, const Walls& walls, std::span<c
 
 WallMeshes::Polygon WallMeshes::quad(const Vec3d& point, const Vec3d& normal) const {
     const Vec3d foot = centre_ - dot(centre_ - point, normal) * normal;
-    const auto [u, v] = across(normal);
+    const auto [u, v] = directions_across(normal);
     return {foot - reach_ * u - reach_ * v, foot + reach_ * u - reach_ * v, foot + reach_ * u + reach_ * v,
             foot - reach_ * u + reach_ * v};
 }
 
 std::vector<WallMeshes::Polygon> WallMeshes::tube(const Wall& wall) const {
-    const auto [u, v] = across(wall.axis);
+    const auto [u, v] = directions_across(wall.axis);
     const Vec3d middle = wall.point + dot(centre_ - wall.point, wall.axis) * wall.axis;
     std::vector<Polygon> all;
     for (int i = 0; i < around; ++i) {

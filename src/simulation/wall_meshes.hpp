@@ -1,5 +1,5 @@
 // Walls as polygons for those who look: planes as quads about as large as the scene, tubes and balls in facets, cut off where
-// planes that stand still bound them. A box is its planes, each cut by its neighbours.
+// planes that stand still, or move along, bound them. A box is its planes, each cut by its neighbours.
 #pragma once
 
 #include "contact/wall.hpp"

@@ -186,6 +186,37 @@ class ParaView(DriverTest):
         self.assertGreater(numpy.abs(vtp["PointData", "curvature"]).max(), 0.05)
         self.assertGreater(numpy.abs(vtp["PointData", "velocity"]).max(), 1e-3)
 
+    def test_velocity_and_strain_are_those_of_the_frame(self):
+        rods = CURVES.split("[[rods]]")[1]
+        hanging = rods.replace('"straight"', '"hanging"\nstart = "clamped"').replace("counts = [3]", "counts = [3]\ntangent = [0.0, 0.0, -1.0]")
+        self.scene.write_text(f"""
+[time]
+duration = 0.03
+[[rods]]{rods}
+[[rods]]{hanging}
+[[load]]
+kind = "gravity"
+acceleration = [0.0, 0.0, -9.81]
+[output]
+trajectory = 0.01
+precision = "double"
+""")
+        self.run_skein("out")
+        folder = self.directory / "out"
+        frames = listed(folder / "rods.pvd")
+        self.assertEqual(len(frames), 4)
+        for time, name in frames:
+            vtp = read_vtp(folder / name)
+            node, velocity, strain = (vtp[key].reshape(6, 11, -1) for key in (("Points", "Points"), ("PointData", "velocity"), ("PointData", "strain")))
+            # Rods that fall freely, up to rounding of many steps.
+            self.assertTrue(numpy.allclose(velocity[:3], [0, 0, -9.81 * time], rtol=1e-10, atol=1e-12), velocity[0, 0])
+            self.assertTrue(numpy.allclose(strain[:3], 0, atol=1e-9))
+            # Rods that hang are stretched along a line: their strain is what their nodes say.
+            stretch = numpy.linalg.norm(numpy.diff(node[3:], axis=1), axis=2) / 0.1 - 1
+            at_nodes = 0.5 * (numpy.concatenate([stretch[:, :1], stretch], axis=1) + numpy.concatenate([stretch, stretch[:, -1:]], axis=1))
+            self.assertTrue(numpy.allclose(strain[3:, :, 0], at_nodes, atol=1e-12))
+        self.assertGreater(strain[3:].max(), 1e-3)
+
     def test_contact_forces_balance_walls_stand_where_they_are_and_energy_sums_up(self):
         self.scene.write_text(BED)
         self.run_skein("out")

@@ -111,6 +111,17 @@ class RodFiles(DriverTest):
                         for dataset in theirs:
                             self.assertTrue(numpy.array_equal(mine[dataset], theirs[dataset]), dataset)
 
+    def test_tables_of_spreadsheets(self):
+        self.end = "free"
+        self.write_file("rods.csv")
+        self.run_skein("plain")
+        table = self.directory / "rods.csv"
+        names, *rows = table.read_text().splitlines()
+        names = ", ".join(f'"{name}"' for name in names.split(","))
+        table.write_bytes(b"\xef\xbb\xbf" + "\r\n".join([names, *rows, "", ""]).encode())
+        self.run_skein("spreadsheet")
+        self.assertEqual(self.digest("spreadsheet"), self.digest("plain"))
+
     def test_rods_that_touch(self):
         """Their weight, and so an automatic stiffness, is that of all rods on every rank."""
         touch = '[contact]\nstiffness = "auto"\n'

@@ -5,7 +5,7 @@ import sys
 
 
 def blocks(page, heading, language):
-    """Those of a language below a heading, up to the next heading of its rank."""
+    """Blocks of a language below a heading, up to the next heading of its rank."""
     text = page.read_text()
     rank = heading.split()[0]
     start = text.index(f"\n{heading}\n")

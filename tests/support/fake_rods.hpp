@@ -88,7 +88,7 @@ public:
             std::vector<NodeProfile> profile(copy == Copy::strained ? state.size() : 0);
             if (copy == Copy::positions) synchronise_positions(group, state, lag);
             else if (copy != Copy::canonical) synchronise(group, state, lag);
-            if (copy == Copy::frames || copy == Copy::strained)
+            if (has_frames(copy))
                 for (std::size_t k = 0; k + 1 < state.size(); ++k) frames.push_back(frame(state[k]));
             if (copy == Copy::strained) rod_profile(group, state, time, profile);
             reader(0, i, {state, frames, profile, copy == Copy::canonical ? hash_rod(local_[rods[i]].gid, state) : 0});

@@ -25,6 +25,8 @@ def changed(count, elements, **others):
     """Options of a run of the carpet with these numbers of cilia and elements; nothing is written but what `others` ask for."""
     keys = {"rods.cilia.placement.counts": list(count), "rods.cilia.shape.elements": elements, "time.duration": 1e3, "time.divide": 0}
     keys |= {f"output.{key}": others.get(key, 0) for key in ("trajectory", "tips", "series", "checkpoint", "checkpoint_wall")}
+    if others.get("trajectory"):
+        keys["output.paraview"] = "xdmf"
     return [word for key, value in keys.items() for word in ("--set", f"{key}={value!r}")]
 
 

@@ -4,6 +4,8 @@
 
 #include "skein/core/pack.hpp"
 
+#include <utility>
+
 namespace skein {
 
 inline double fma(double a, double b, double c) { return __builtin_fma(a, b, c); }
@@ -58,6 +60,14 @@ using Vec3d = Vec3<double>;
 using Mat3d = Mat3<double>;
 
 inline bool zero(const Vec3d& v) { return v.x == 0 && v.y == 0 && v.z == 0; }
+/// Of length 1 along a, which is not zero.
+inline Vec3d unit(const Vec3d& a) { return (1 / norm(a)) * a; }
+/// Directions u, v that make a right-handed basis u, v, axis with an `axis` of length 1.
+inline std::pair<Vec3d, Vec3d> directions_across(const Vec3d& axis) {
+    const Vec3d other = axis.x < 0.5 && axis.x > -0.5 ? Vec3d{1, 0, 0} : Vec3d{0, 1, 0};
+    const Vec3d u = unit(cross(axis, other));
+    return {u, cross(axis, u)};
+}
 inline bool parallel(const Vec3d& a, const Vec3d& b) { return norm(cross(a, b)) <= 1e-9 * norm(a) * norm(b); }
 
 /// A scalar vector in every lane.

@@ -33,10 +33,12 @@ template <int W> struct SlotLoad;
 template <int W> struct Along;
 
 template <class L>
-concept LoadStruct = requires {
+concept HasFields = requires(L load, FieldVisitor& f) {
     std::string_view(L::kind);
-}
-&&std::copyable<L>&& requires(L load, FieldVisitor& f) { load.fields(f); };
+    load.fields(f);
+};
+template <class L>
+concept LoadStruct = HasFields<L> && std::copyable<L>;
 
 /// A rate of decay and the element that has it.
 struct DragRate {
@@ -52,22 +54,45 @@ template <class L> inline constexpr bool keeps_tables_of_group = requires(L l, c
 
 namespace detail {
 
-template <class L> inline constexpr bool adds_along = [] {
-    if constexpr (requires { typename L::template TileData<2>; })
-        return requires(const L l, const RodTile<2>& t, const typename L::template TileData<2>& data, SlotLoad<2>* s,
-                        const Step& step) {
-            l.template add<2, Along<2>>(t, data, s, step);
-        };
-    else return requires(const L l, const RodTile<2>& t, SlotLoad<2>* s, const Step& step) {
-            l.template add<2, Along<2>>(t, s, step);
-        };
+template <class L> inline constexpr bool says_whole_rods = requires { requires L::needs_whole_rods; };
+template <class L> inline constexpr bool says_feels_all = requires { requires L::feels_all; };
+template <class L> inline constexpr bool not_for_rigid_bodies = requires { requires !L::for_rigid_bodies; };
+template <class L> inline constexpr bool not_for_rings = requires { requires !L::for_rings; };
+
+template <class L> inline constexpr bool has_tile_data = requires { typename L::template TileData<2>; };
+template <class L>
+concept AddsAlong = requires(const L l, const RodTile<2>& t, SlotLoad<2>* s, const Step& step) {
+    l.template add<2, Along<2>>(t, s, step);
+};
+template <class L, class Data>
+concept AddsDataAlong = requires(const L l, const RodTile<2>& t, const Data& data, SlotLoad<2>* s, const Step& step) {
+    l.template add<2, Along<2>>(t, data, s, step);
+};
+template <class L> consteval bool adds_along() {
+    if constexpr (has_tile_data<L>) return AddsDataAlong<L, typename L::template TileData<2>>;
+    else return AddsAlong<L>;
+}
+
+// Optional members by name, whatever their signature.
+template <class L> inline constexpr bool names_label = requires { L::label; };
+template <class L> inline constexpr bool names_check = requires { &L::check; };
+template <class L> inline constexpr bool names_acts_on = requires { &L::acts_on; };
+template <class L> inline constexpr bool names_largest_rate = requires { &L::largest_rate; };
+
+template <class L> inline constexpr auto words_of_kind = [] {
+    std::array<char, L::kind.size()> text{};
+    for (std::size_t i = 0; i < text.size(); ++i) text[i] = L::kind[i] == '_' ? ' ' : L::kind[i];
+    return text;
 }();
+template <class L> constexpr std::string_view label_of() {
+    if constexpr (names_label<L>) return L::label;
+    else return {words_of_kind<L>.data(), words_of_kind<L>.size()};
+}
 
 } // namespace detail
 
 /// Its rods lie across: it says so, or its add() takes no mapping.
-template <class L> inline constexpr bool needs_whole_rods = requires { requires L::needs_whole_rods; }
-|| !detail::adds_along<L>;
+template <class L> inline constexpr bool needs_whole_rods = detail::says_whole_rods<L> || !detail::adds_along<L>();
 
 class Load {
 public:
@@ -123,64 +148,46 @@ private:
         virtual DragRate largest_rate(const RodGroup& group) const = 0;
     };
 
+    template <class L> static constexpr Traits traits_of{.kind = L::kind,
+                                                         .label = detail::label_of<L>(),
+                                                         .needs_whole_rods = skein::needs_whole_rods<L>,
+                                                         .keeps_tables_of_group = skein::keeps_tables_of_group<L>,
+                                                         .feels_all = detail::says_feels_all<L>,
+                                                         .for_rigid_bodies = !detail::not_for_rigid_bodies<L>,
+                                                         .for_rings = !detail::not_for_rings<L>};
+
     template <class L> class Held final : public AnyHeld {
     public:
         explicit Held(L load) : load_(std::move(load)) {}
         std::unique_ptr<AnyHeld> copy() const override { return std::make_unique<Held>(load_); }
-        const Traits& traits() const override {
-            static constexpr Traits traits{.kind = L::kind,
-                                           .label =
-                                               [] {
-                                                   if constexpr (requires { L::label; }) return std::string_view(L::label);
-                                                   else return std::string_view(words.data(), words.size());
-                                               }(),
-                                           .needs_whole_rods = skein::needs_whole_rods<L>,
-                                           .keeps_tables_of_group = skein::keeps_tables_of_group<L>,
-                                           .feels_all = requires {requires L::feels_all;
+        const Traits& traits() const override { return traits_of<L>; }
+        void* address() override { return &load_; }
+        const void* address() const override { return &load_; }
+        void fields(FieldVisitor& f) override { load_.fields(f); }
+        void check(RodSpecs groups, Objections& objections) const override {
+            constexpr bool fits = requires { load_.check(groups, objections); };
+            static_assert(fits || !detail::names_check<L>, "check(RodSpecs, Objections&) const");
+            if constexpr (fits) load_.check(groups, objections);
         }
-        , .for_rigid_bodies = !requires { requires !L::for_rigid_bodies; }
-        , .for_rings = !requires { requires !L::for_rings; }
-        ,
+        bool acts_on(const RodSpec& rods) const override {
+            constexpr bool fits = requires { static_cast<bool>(load_.acts_on(rods)); };
+            static_assert(fits || !detail::names_acts_on<L>, "bool acts_on(const RodSpec&) const");
+            if constexpr (fits) return load_.acts_on(rods);
+            else return true;
+        }
+        DragRate largest_rate(const RodGroup& group) const override {
+            constexpr bool fits = requires { DragRate(load_.largest_rate(group)); };
+            static_assert(fits || !detail::names_largest_rate<L>, "DragRate largest_rate(const RodGroup&) const");
+            if constexpr (fits) return load_.largest_rate(group);
+            else return {};
+        }
+
+    private:
+        L load_;
     };
-    return traits;
-} void* address() override {
-    return &load_;
-}
-const void* address() const override { return &load_; }
-void fields(FieldVisitor& f) override { load_.fields(f); }
-void check(RodSpecs groups, Objections& objections) const override {
-    constexpr bool fits = requires { load_.check(groups, objections); };
-    static_assert(
-        fits || !requires { &L::check; }, "check(RodSpecs, Objections&) const");
-    if constexpr (fits) load_.check(groups, objections);
-}
-bool acts_on(const RodSpec& rods) const override {
-    constexpr bool fits = requires { static_cast<bool>(load_.acts_on(rods)); };
-    static_assert(
-        fits || !requires { &L::acts_on; }, "bool acts_on(const RodSpec&) const");
-    if constexpr (fits) return load_.acts_on(rods);
-    else return true;
-}
-DragRate largest_rate(const RodGroup& group) const override {
-    constexpr bool fits = requires { DragRate(load_.largest_rate(group)); };
-    static_assert(
-        fits || !requires { &L::largest_rate; }, "DragRate largest_rate(const RodGroup&) const");
-    if constexpr (fits) return load_.largest_rate(group);
-    else return {};
-}
 
-private:
-static constexpr auto words = [] {
-    std::array<char, L::kind.size()> text{};
-    for (std::size_t i = 0; i < text.size(); ++i) text[i] = L::kind[i] == '_' ? ' ' : L::kind[i];
-    return text;
-}();
-L load_;
-}; // namespace skein
-
-std::unique_ptr<AnyHeld> held_;
-}
-;
+    std::unique_ptr<AnyHeld> held_;
+};
 
 /// Objects to rods which bend nowhere among the groups; `what`, e.g. "a damping of kind \"legacy\"".
 void object_to_rigid_bodies(const std::string& what, RodSpecs groups, Objections& objections);

@@ -11,6 +11,7 @@
 #include <cstdint>
 #include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace skein {
@@ -44,8 +45,11 @@ template <class P> struct VoronoiConstantsOf {
 };
 using VoronoiConstants = VoronoiConstantsOf<double>;
 
-/// Of rods with sizes of their own: the smallest time-step limit of each mode over all rods, s, in the order of time_limits.cpp.
-using LeastLimits = std::array<double, 4>;
+/// Modes of an element that limit the time step, theory.md (26)-(29).
+inline constexpr std::array<std::string_view, 4> limiting_modes = {"axial", "shear-rotation about d1", "shear-rotation about d2",
+                                                                   "twist"};
+/// Of rods with sizes of their own: the smallest time-step limit of each mode over all rods, s.
+using LeastLimits = std::array<double, limiting_modes.size()>;
 
 class RodGroup {
 public:

@@ -16,8 +16,6 @@ namespace {
 constexpr double pi = std::numbers::pi;
 using Line = std::vector<Vec3d>;
 
-Vec3d unit(const Vec3d& a) { return (1 / norm(a)) * a; }
-
 /// n points of a curve over one period of its parameter.
 Line closed(int n, const std::function<Vec3d(double)>& at) {
     Line line;

@@ -21,7 +21,7 @@ struct Told : Objections {
     bool given(std::string_view key) const override { return given_keys.contains(key); }
 };
 
-/// Of nothing but what a load must have; without a mapping.
+/// A load with nothing but what it must have; without a mapping.
 struct Bare {
     static constexpr std::string_view kind = "of_no_use";
     double strength = 1;
@@ -29,7 +29,7 @@ struct Bare {
     template <int W> void add(const RodTile<W>&, SlotLoad<W>* load, const Step&) const { load[0].force.x += Pack<W>(strength); }
 };
 
-/// Of all that it may have.
+/// A load with all that it may have.
 struct Full : Bare {
     static constexpr std::string_view kind = "full", label = "in full";
     static constexpr bool feels_all = true, for_rigid_bodies = false, for_rings = false;

@@ -107,7 +107,7 @@ TEST(PresentLimits, AtRestAreThoseOfTheRestShape) {
                 });
                 for (const TimeLimit& limit : time_limits(group))
                     for (int i = 0; i < 4; ++i)
-                        if (limit.mode == present_modes[i]) {
+                        if (limit.mode == limiting_modes[i]) {
                             // A ring's frames turn from cell to cell by 2 pi/9: phi/2 over its sine, squared, on bending; its
                             // chords are straight.
                             EXPECT_NEAR(2 / std::sqrt(most[i]) / limit.dt, 1, closed ? 0.03 : 1e-9)

@@ -4,6 +4,7 @@
 #include "scene/scene_file.hpp"
 #include "skein/core/error.hpp"
 
+#include <filesystem>
 #include <string>
 #include <vector>
 
@@ -11,6 +12,14 @@ namespace skein {
 
 inline const std::string test_data = SCENE_TEST_DATA;
 inline const std::string good_scene = test_data + "/good/cilia.toml";
+
+/// The good scene, and all that are shipped.
+inline std::vector<std::string> all_scenes() {
+    std::vector<std::string> files = {good_scene};
+    for (const auto& entry : std::filesystem::recursive_directory_iterator(SHIPPED_SCENES))
+        if (entry.path().extension() == ".toml") files.push_back(entry.path().string());
+    return files;
+}
 
 /// What read_scene says to a scene; empty where it is content.
 inline std::string complaint(const std::string& file, const std::vector<std::string>& overrides = {}) {

@@ -1,4 +1,4 @@
-// What the reader makes of TOML beyond what the library promises: places, what is given twice, depth, bytes that are no text.
+// TOML beyond what the library promises: places, keys given twice, depth, bytes that are no text.
 #include "scene/scene_toml.hpp"
 #include "skein/core/error.hpp"
 
@@ -97,7 +97,7 @@ TEST(SceneToml, TellsOfBytesThatAreNoText) {
     EXPECT_EQ(complaint("\xef\xbb\xbf# \xc3\xa4 \xf0\x9f\x98\x80\na = 1\n"), "");
 }
 
-/// By places counted from the start of the text this takes hours.
+/// Places counted from the start of the text for each value would take hours.
 TEST(SceneToml, LongListsOnOneLineAndOnMany) {
     for (const char* separator : {", ", ",\n# comment\n"}) {
         std::string text = "# \xc3\xa4\na = [\"\xc3\xa4\", ";

@@ -5,6 +5,7 @@
 #include "skein/core/error.hpp"
 #include "support/scenes_for_tests.hpp"
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -305,6 +306,22 @@ TEST(Plan, AutomaticStiffnessGivesTheAcceptedOverlapUnderTheForceExpected) {
             scene.contact->law.stiffness = 2 * plan.contact->law.stiffness;
             EXPECT_EQ(make_plan(scene, groups, {}).contact->law.stiffness, 2 * plan.contact->law.stiffness);
         }
+}
+
+TEST(Plan, NamesAStiffnessOnlyWhereOneHoldsForAllContacts) {
+    SceneSpec scene = crossed_rods();
+    scene.loads = {{.load = Gravity{}}};
+    scene.contact->law.normal = ContactNormal::linear;
+    const auto groups = make_groups(scene);
+    const double firm = make_plan(scene, groups, {}).contact->law.stiffness,
+                 needed = 0.5 * firm; // accepted: half of what is allowed
+    scene.contact->law.stiffness = 0.01 * firm;
+    const std::string alone = to_text(make_plan(scene, groups, {}));
+    EXPECT_NE(alone.find(fmt::format("which stiffness = {:.2g} would hold", needed)), std::string::npos) << alone;
+    scene.contact_pairs = {{.between = {"below", "above"}, .law = scene.contact->law}};
+    scene.contact->law.stiffness = firm;
+    const std::string pair = to_text(make_plan(scene, groups, {}));
+    EXPECT_NE(pair.find("which 50 times the stiffness would hold"), std::string::npos) << pair;
 }
 
 TEST(Plan, AutomaticStiffnessIsThatOfTheMaterialWhereNothingPresses) {
