@@ -39,16 +39,28 @@ TEST(Plan, SnapshotOfEveryScene) {
     ASSERT_FALSE(app_scenes().empty());
     for (const fs::path& path : app_scenes()) {
         const SceneSpec scene = read_scene(path.string());
-        std::vector<RodGroup> groups = make_groups(scene);
-        for (RodGroup& group : groups) group.read_all();
-        const std::string text = to_text(make_plan(scene, groups, {2, 1, 1, 8}));
+        const std::string text = to_text(make_plan(scene, make_whole_groups(scene), {2, 1, 1, 8}));
         const fs::path snapshot = fs::path(SKEIN_SOURCE_DIR) / "tests/unit/simulation/plans" / (path.stem().string() + ".txt");
         if (std::getenv("SKEIN_UPDATE_SNAPSHOTS")) std::ofstream(snapshot) << text;
         EXPECT_EQ(text, text_of(snapshot)) << path << " against " << snapshot;
     }
 }
 
-/// What rods run is what the plan says.
+/// The plan that docs/tour.md explains, line by line, in blocks of code.
+TEST(Plan, IsThatOfTheTour) {
+    const SceneSpec scene = read_scene((fs::path(SKEIN_SOURCE_DIR) / "apps/cilia_carpet/row_8.toml").string());
+    std::ifstream page(fs::path(SKEIN_SOURCE_DIR) / "docs/tour.md");
+    std::string told;
+    bool in_section = false, in_block = false;
+    for (std::string line; std::getline(page, line);) {
+        if (line.starts_with("## ")) in_section = line.starts_with("## 3 ");
+        else if (in_section && line.starts_with("```")) in_block = !in_block;
+        else if (in_section && in_block) told += line + "\n";
+    }
+    EXPECT_EQ(told, to_text(make_plan(scene, make_whole_groups(scene), {1, 2, 2, 8})));
+}
+
+/// The passes that rods run are those of the plan.
 void expect_planned_passes(SceneSpec scene) {
     const test::Stage stage(std::move(scene), 8, 1, Mapping::across);
     for (std::size_t g = 0; g < stage.groups.size(); ++g) {
