@@ -1,5 +1,11 @@
 # Tests by kind. A test of unit kind is one process; one of mpi kind runs on 1, 2, 3 and 4 ranks, whatever the cores here.
 
+# Flags like -march=native ask for instructions of this machine in all code, which then runs on no older one.
+set(SKEIN_PORTABLE ON)
+if(CMAKE_CXX_FLAGS MATCHES "-m(arch|avx|fma)")
+  set(SKEIN_PORTABLE OFF)
+endif()
+
 # The main() of mpi kind, compiled once, and with it the headers that all tests read.
 add_library(skein_test_main OBJECT ${CMAKE_SOURCE_DIR}/tests/mpi/main.cpp)
 target_link_libraries(skein_test_main PUBLIC skein_parallel GTest::gtest)
