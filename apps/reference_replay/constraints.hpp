@@ -26,7 +26,6 @@ std::shared_ptr<const Constraint> make_constraint(const Entry& entry, std::span<
 class ValuesPass final : public TilePass<1> {
 public:
     explicit ValuesPass(std::shared_ptr<const Constraint> constraint) : constraint_(std::move(constraint)) {}
-    std::string_view name() const override { return "constraint on values"; }
     void run(const RodTile<1>& rod, SlotLoad<1>*, const Step& step) const override { constraint_->values(rod.slot, step.time); }
 
 private:
@@ -36,7 +35,6 @@ private:
 class RatesPass final : public TilePass<1> {
 public:
     explicit RatesPass(std::shared_ptr<const Constraint> constraint) : constraint_(std::move(constraint)) {}
-    std::string_view name() const override { return "constraint on rates"; }
     void run(const RodTile<1>& rod, SlotLoad<1>*, const Step& step) const override { constraint_->rates(rod.slot, step.time); }
 
 private:

@@ -15,7 +15,6 @@ public:
     Decay(const RodGroup& group, const Damping& damping, double time_step)
         : kick_(std::vector(largest_stages,
                             KickConstants(group, damping_rates(group, {&damping, 1}), time_step, DampingScheme::after))) {}
-    std::string_view name() const override { return "damper"; }
     void run(const RodTile<1>& rod, SlotLoad<1>* load, const Step& step) const override {
         for (int k = 0; k <= rod.n; ++k) load[k].force = {}, load[k].couple = {};
         kick_.run(rod, load, step);
@@ -32,7 +31,6 @@ private:
 class OpenFilter final : public TilePass<1> {
 public:
     explicit OpenFilter(long order) : order_(order) {}
-    std::string_view name() const override { return "laplacian filter (as published)"; }
     void run(const RodTile<1>& rod, SlotLoad<1>*, const Step&) const override {
         filter<&Slot<1>::velocity>(rod, rod.n + 1);
         filter<&Slot<1>::spin>(rod, rod.n);
@@ -59,7 +57,6 @@ private:
 class RingFilter final : public TilePass<1> {
 public:
     explicit RingFilter(long order) : order_(order) {}
-    std::string_view name() const override { return "laplacian filter (ring, as published)"; }
     void run(const RodTile<1>& rod, SlotLoad<1>*, const Step&) const override {
         filter<&Slot<1>::velocity>(rod);
         filter<&Slot<1>::spin>(rod);

@@ -29,7 +29,6 @@ class PublishedDrift final : public TilePass<1> {
 public:
     /// `stages`: of a step.
     explicit PublishedDrift(std::size_t stages) : stages_(stages) {}
-    std::string_view name() const override { return "drift (as published)"; }
     void run(const RodTile<1>& rod, SlotLoad<1>*, const Step& step) const override {
         const auto [count, length] = drifts_of(step, stages_);
         for (int i = 0; i < count; ++i) drift<PublishedTop>(rod, length);

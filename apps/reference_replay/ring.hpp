@@ -8,13 +8,11 @@ namespace skein::replay {
 
 class ClosePositionPass final : public TilePass<1> {
 public:
-    std::string_view name() const override { return "close ring: position"; }
     void run(const RodTile<1>& rod, SlotLoad<1>*, const Step&) const override { rod.slot[rod.n].position = rod.slot[0].position; }
 };
 
 class CloseVelocityPass final : public TilePass<1> {
 public:
-    std::string_view name() const override { return "close ring: velocity"; }
     void run(const RodTile<1>& rod, SlotLoad<1>*, const Step&) const override { rod.slot[rod.n].velocity = rod.slot[0].velocity; }
 };
 

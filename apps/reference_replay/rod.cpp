@@ -85,12 +85,12 @@ RodProgram::RodProgram(Rod& rod, const Stepping& stepping, const std::vector<Ent
     for (const auto& c : constraints_) kick_.push_back(std::make_unique<RatesPass>(c));
     if (group.closed()) kick_.push_back(std::make_unique<CloseVelocityPass>());
     for (const Entry& e : dampers) kick_.push_back(make_damper(e, group));
-    for (TileProgram<1>* program : {&move_, &kick_})
+    for (TilePasses<1>* program : {&move_, &kick_})
         for (const auto& pass : *program) pass->bind(rod.tile());
 }
 
 void RodProgram::prepare(std::span<const Step> steps) {
-    for (TileProgram<1>* program : {&move_, &kick_})
+    for (TilePasses<1>* program : {&move_, &kick_})
         for (const auto& pass : *program) pass->prepare(steps);
 }
 

@@ -46,7 +46,7 @@ public:
 
 private:
     Rod& rod_;
-    TileProgram<1> move_, kick_;
+    TilePasses<1> move_, kick_;
     std::vector<std::shared_ptr<const Constraint>> constraints_;
     mutable std::vector<SlotLoad<1>> load_; ///< internal and external; passes of the kick use it as scratch
 };

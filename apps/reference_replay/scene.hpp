@@ -40,7 +40,7 @@ private:
     std::vector<System> systems_; ///< as in the file; what follows refers to them
     std::vector<RodProgram> rods_;
     std::vector<BodyProgram> bodies_;
-    TileProgram<1> passes_; ///< of loads on one rod
+    TilePasses<1> passes_; ///< of loads on one rod
     std::vector<Load> loads_;
     bool answers_ = false; ///< a load reads internal loads
     std::int64_t step_ = 0;

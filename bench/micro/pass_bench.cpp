@@ -65,7 +65,7 @@ const RodGroup& group_of(const SceneSpec& scene) {
 }
 
 template <int W>
-void run_program(benchmark::State& state, const RodGroup& group, TileProgram<W> program, Cost cost, double bytes, int per_visit) {
+void run_program(benchmark::State& state, const RodGroup& group, TilePasses<W> program, Cost cost, double bytes, int per_visit) {
     WorkingSet<W>& set = working_set<W>(group, bytes);
     for (const RodTile<W>& tile : set.tiles())
         for (const auto& pass : program) pass->bind(tile);
@@ -118,7 +118,7 @@ template <int W, class Make>
 void add_pass(const char* name, long n, const Level& level, Cost cost, const SceneSpec& scene, Make make) {
     const RodGroup& group = group_of(scene);
     add(fmt::format("{}/W{}/n{}/{}", name, W, n, level.name), [=, &group](benchmark::State& state) {
-        TileProgram<W> program;
+        TilePasses<W> program;
         program.emplace_back(make(group));
         run_program<W>(state, group, std::move(program), cost, level.state_bytes, 1);
     });
@@ -128,8 +128,16 @@ template <int W> void add_step(const char* name, long n, const Level& level, Cos
     const RodGroup& group = group_of(scene);
     const GroupPlan plan = make_plan(scene, {&group, 1}, {1, 1, 1, W}).groups[0];
     add(fmt::format("step/{}/visit{}/W{}/n{}/{}", name, per_visit, W, n, level.name), [=, &group](benchmark::State& state) {
-        run_program<W>(state, group, make_program<W>(plan, group, scheme_of(Integrator::verlet), dt), cost, level.state_bytes,
-                       per_visit);
+        const Surroundings around;
+        const PassParts<W> parts{.plan = plan,
+                                 .group = group,
+                                 .scheme = scheme_of(Integrator::verlet),
+                                 .dt = dt,
+                                 .around = around,
+                                 .walls = nullptr,
+                                 .audit = nullptr,
+                                 .moving = nullptr};
+        run_program<W>(state, group, make_program<W>(plan.program, PassMaker<W>(parts)).passes, cost, level.state_bytes, per_visit);
     });
 }
 

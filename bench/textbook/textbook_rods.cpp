@@ -85,11 +85,11 @@ std::size_t TextbookRod::bytes() const {
 TextbookRods::TextbookRods(const RodGroup& group, const GroupPlan& plan, double dt, std::int64_t count, TextbookBuild build)
     : build_(build) {
     const RodSpec& spec = group.spec();
-    const auto is_zero = [](const Vec3d& a) { return a.x == 0 && a.y == 0 && a.z == 0; };
-    const bool same_model =
-        plan.circular && spec.start == EndKind::clamped && spec.end == EndKind::free && is_zero(spec.shape.rest_strain) &&
-        is_zero(spec.shape.rest_curvature) && spec.shape.rest_curvature_profile.empty() && plan.damping.size() == 1 &&
-        plan.damping[0].kind == DampingKind::legacy && plan.loads.size() == 1 && plan.loads[0].get_if<MagneticField>();
+    const bool same_model = top_of(group) == TopKind::circular && spec.start == EndKind::clamped && spec.end == EndKind::free &&
+                            zero(spec.shape.rest_strain) && zero(spec.shape.rest_curvature) &&
+                            spec.shape.rest_curvature_profile.empty() && plan.damping.size() == 1 &&
+                            plan.damping[0].kind == DampingKind::legacy && plan.loads.size() == 1 &&
+                            plan.loads[0].get_if<MagneticField>();
     if (!same_model)
         throw InputError("group '" + group.name() + "' is not what bench/textbook is written for: see textbook_rods.hpp");
     field_ = plan.loads[0].as<MagneticField>();

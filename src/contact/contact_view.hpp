@@ -29,10 +29,7 @@ struct ContactView {
 /// do work on it that no force takes.
 template <int W> class ShowPass final : public TilePass<W> {
 public:
-    static constexpr std::string_view pass_name = "show to others";
     explicit ShowPass(std::shared_ptr<ContactView> view) : view_(std::move(view)) {}
-    std::string_view name() const override { return pass_name; }
-    bool rods_meet() const override { return true; }
 
     void run(const RodTile<W>& rod, SlotLoad<W>*, const Step&) const override {
         using P = Pack<W>;
@@ -65,9 +62,7 @@ private:
 /// Before the kick: forces and couples of the others.
 template <int W> class FeelPass final : public TilePass<W> {
 public:
-    static constexpr std::string_view pass_name = "contact";
     explicit FeelPass(std::shared_ptr<const ContactView> view) : view_(std::move(view)) {}
-    std::string_view name() const override { return pass_name; }
 
     void run(const RodTile<W>& rod, SlotLoad<W>* load, const Step&) const override {
         static constexpr ContactLoad none{};

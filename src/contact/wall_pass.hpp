@@ -29,8 +29,6 @@ struct WallNow {
 
 template <int W> class WallPass final : public TilePass<W> {
 public:
-    static constexpr std::string_view pass_name = "walls";
-
     WallPass(std::shared_ptr<const Walls> walls, const RodGroup& group, std::shared_ptr<WallBook<W>> book)
         : walls_(std::move(walls)), book_(std::move(book)) {
         for (const int w : book_->acting()) {
@@ -39,7 +37,6 @@ public:
         }
         for (const ElementConstants& e : group.element) largest_radius_ = std::max(largest_radius_, e.radius);
     }
-    std::string_view name() const override { return pass_name; }
 
     void bind(const RodTile<W>& rod) override { book_->add_page(rod); }
 

@@ -51,7 +51,6 @@ template <class P> SKEIN_INLINE Symmetric<P> in_lab(const Mat3<P>& q, const Vec3
 
 template <int W> class LaplacianFilterPass final : public TilePass<W> {
 public:
-    static constexpr std::string_view pass_name = "laplacian filter";
     /// order: p; rate: c, 1/s; h: length of the step, s.
     LaplacianFilterPass(const RodGroup& group, long order, double rate, double h) : order_(order), closed_(group.closed()) {
         const double s = -std::expm1(-rate * h);
@@ -65,7 +64,6 @@ public:
         }
         for (int k = 0; k < n; ++k) held_.push_back(group.holds_element(k));
     }
-    std::string_view name() const override { return pass_name; }
 
     void run(const RodTile<W>& rod, SlotLoad<W>*, const Step&) const override {
         static thread_local AlignedVector<Row> rows;

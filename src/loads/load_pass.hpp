@@ -29,7 +29,6 @@ public:
         static_assert(keeps_tables_of_group<L> || !detail::names_bind_group<L>, "bind_group(const RodGroup&)");
         if constexpr (keeps_tables_of_group<L>) load_.bind_group(group);
     }
-    std::string_view name() const override { return L::kind; }
     void prepare(std::span<const Step> steps) override {
         constexpr bool fits = requires { load_.prepare(steps); };
         static_assert(fits || !detail::names_prepare<L>, "prepare(std::span<const Step>)");

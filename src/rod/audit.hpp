@@ -71,9 +71,7 @@ private:
 /// Before moving ends take their new rates.
 template <int W> class AuditEndsPass final : public TilePass<W> {
 public:
-    static constexpr std::string_view pass_name = "audit ends";
     explicit AuditEndsPass(std::shared_ptr<AuditBook<W>> book) : book_(std::move(book)) {}
-    std::string_view name() const override { return pass_name; }
     void run(const RodTile<W>& rod, SlotLoad<W>*, const Step&) const override {
         book_->pages[rod.number].held_before = book_->held_energy(rod);
     }
@@ -85,10 +83,8 @@ private:
 /// After the elastic pass, when the load is the internal one.
 template <class Law, int W> class AuditInnerPass final : public TilePass<W> {
 public:
-    static constexpr std::string_view pass_name = "audit inner";
     AuditInnerPass(std::shared_ptr<AuditBook<W>> book, Ends ends, std::shared_ptr<const MovingEnds> moving)
         : book_(std::move(book)), elastic_(ends, moving), moving_(std::move(moving)) {}
-    std::string_view name() const override { return pass_name; }
 
     void bind(const RodTile<W>& rod) override {
         const auto slots = static_cast<std::size_t>(rod.n) + 1;
@@ -116,9 +112,7 @@ private:
 /// Before the kick, when the load is complete.
 template <int W> class AuditLoadsPass final : public TilePass<W> {
 public:
-    static constexpr std::string_view pass_name = "audit loads";
     explicit AuditLoadsPass(std::shared_ptr<AuditBook<W>> book) : book_(std::move(book)) {}
-    std::string_view name() const override { return pass_name; }
     void run(const RodTile<W>& rod, SlotLoad<W>* load, const Step&) const override {
         typename AuditBook<W>::Page& page = book_->pages[rod.number];
         std::copy(load, load + rod.n + 1, page.all.begin());
@@ -132,9 +126,7 @@ private:
 /// At the end of the step.
 template <int W> class AuditBalancePass final : public TilePass<W> {
 public:
-    static constexpr std::string_view pass_name = "audit balance";
     AuditBalancePass(std::shared_ptr<AuditBook<W>> book, bool moving) : book_(std::move(book)), moving_(moving) {}
-    std::string_view name() const override { return pass_name; }
 
     void run(const RodTile<W>& rod, SlotLoad<W>*, const Step& step) const override {
         using P = Pack<W>;

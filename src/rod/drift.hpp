@@ -36,7 +36,6 @@ template <int Axis, int W> SKEIN_INLINE void turn_about(Quaternion<Pack<W>>& q, 
 
 /// J1 = J2; J3/J1 is 2 for the inertia of the section itself, less where the rotary inertia is scaled.
 struct CircularTop {
-    static constexpr std::string_view name = "drift (circular)";
     template <class C, int W> SKEIN_INLINE static void turn(const C& c, Quaternion<Pack<W>>& q, Vec3<Pack<W>>& w, Pack<W> h) {
         const Pack<W> ratio(c.inertia_ratio);
         const Vec3<Pack<W>> half = (Pack<W>(0.5) * h) * w;
@@ -48,7 +47,6 @@ struct CircularTop {
 
 /// J1 != J2; SmallAxis is the axis of the smaller one, 0 or 1. J3 = J1 + J2 is the largest unless the others are scaled.
 template <int SmallAxis> struct EllipticTop {
-    static constexpr std::string_view name = "drift (elliptic)";
     template <class C, int W> SKEIN_INLINE static void turn(const C& c, Quaternion<Pack<W>>& q, Vec3<Pack<W>>& w, Pack<W> h) {
         using P = Pack<W>;
         const auto small = SmallAxis == 0 ? c.inv_inertia.x : c.inv_inertia.y,
@@ -77,7 +75,6 @@ template <class Top, int W, class Map = Across<W>> SKEIN_INLINE void drift(const
 
 template <class Top, int W, class Map = Across<W>> class DriftPass final : public TilePass<W> {
 public:
-    std::string_view name() const override { return Top::name; }
     void run(const RodTile<W>& rod, SlotLoad<W>*, const Step& step) const override { drift<Top, W, Map>(rod, step.drift); }
 };
 
@@ -85,8 +82,6 @@ public:
 template <int W, class Map = Across<W>> class OrthonormalisePass final : public TilePass<W> {
 public:
     static constexpr std::int64_t interval = 512; ///< steps; a top that turns steadily gains up to 1e-16 in each
-    static constexpr std::string_view pass_name = "orthonormalise";
-    std::string_view name() const override { return pass_name; }
     void run(const RodTile<W>& rod, SlotLoad<W>*, const Step& step) const override {
         if (step.index % interval != 0 || !step.completes) return;
         using P = Pack<W>;
@@ -106,14 +101,11 @@ template <int W> void close_ring(const RodTile<W>& rod) {
 }
 template <int W> class CloseRingPass final : public TilePass<W> {
 public:
-    static constexpr std::string_view pass_name = "close ring";
-    std::string_view name() const override { return pass_name; }
     void run(const RodTile<W>& rod, SlotLoad<W>*, const Step&) const override { close_ring(rod); }
 };
 template <int W> class FoldRingPass final : public TilePass<W> {
 public:
-    static constexpr std::string_view pass_name = "fold ring";
-    std::string_view name() const override { return pass_name; }
+    bool adds_loads() const override { return false; }
     void run(const RodTile<W>& rod, SlotLoad<W>* load, const Step&) const override { load[0].force += load[rod.n].force; }
 };
 

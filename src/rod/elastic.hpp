@@ -64,7 +64,6 @@ template <class Law, int W, class Map = Across<W>> class ElasticPass final : pub
 public:
     /// `moving`: where the walls are, if they move.
     explicit ElasticPass(Ends ends, std::shared_ptr<const MovingEnds> moving = nullptr) : ends_(ends), moving_(std::move(moving)) {}
-    std::string_view name() const override { return Law::name; }
 
     /// Rods with directions of their own have walls of their own.
     void bind(const RodTile<W>& rod) override {

@@ -14,7 +14,6 @@ namespace skein {
 
 /// The frame turns at the body's angular velocity, whatever its inertia.
 struct PlainTop {
-    static constexpr std::string_view name = "drift (elastica)";
     template <class C, int W> SKEIN_INLINE static void turn(const C&, Quaternion<Pack<W>>& q, Vec3<Pack<W>>& w, Pack<W> h) {
         q = rotation<W>(h * w) * q;
     }
@@ -22,9 +21,7 @@ struct PlainTop {
 
 template <int W> class ElasticaPass final : public TilePass<W> {
 public:
-    static constexpr std::string_view pass_name = "elastica (as published)";
     explicit ElasticaPass(Ends ends) : ends_(ends) {}
-    std::string_view name() const override { return pass_name; }
 
     void run(const RodTile<W>& rod, SlotLoad<W>* load, const Step&) const override {
         const int n = rod.n;

@@ -30,8 +30,6 @@ template <int W> void apply_hold(const RodGroup& group, Slot<W>* slot) {
 /// After the kick.
 template <int W> class HoldPass final : public TilePass<W> {
 public:
-    static constexpr std::string_view pass_name = "hold";
-    std::string_view name() const override { return pass_name; }
     void run(const RodTile<W>& rod, SlotLoad<W>*, const Step&) const override { apply_hold<W>(*rod.group, rod.slot); }
 };
 

@@ -52,13 +52,14 @@ struct KickConstants {
     KickConstants(const RodGroup& group, const DampingRates& rates, double h, DampingScheme scheme = DampingScheme::midpoint);
 };
 
-enum class KickKind { undamped, constant_rates, stretched_rates, stretched_exponential, stretched_after, elastica };
+enum class KickKind { undamped, constant_rates, stretched_rates, stretched_exponential, stretched_after, elastica, rigid };
 inline constexpr std::string_view kick_names[] = {"kick",
                                                   "kick (damped)",
                                                   "kick (damped, rates follow stretch)",
                                                   "kick (damped exponentially, rates follow stretch)",
                                                   "kick, then damping (rates follow stretch)",
-                                                  "kick (elastica: J/e, damping after)"};
+                                                  "kick (elastica: J/e, damping after)",
+                                                  "kick (rigid)"};
 
 /// Constants of a group for every kick length of the scheme.
 using KicksOfGroup = std::vector<KickConstants>;
@@ -74,7 +75,6 @@ inline bool rates_alike(const KicksOfGroup& kicks) {
 template <KickKind Kind, int W> class KickPass final : public TilePass<W> {
 public:
     explicit KickPass(KicksOfGroup constants) : constants_(std::move(constants)), alike_(rates_alike(constants_)) {}
-    std::string_view name() const override { return kick_names[static_cast<std::size_t>(Kind)]; }
 
     void run(const RodTile<W>& rod, SlotLoad<W>* load, const Step& step) const override {
         const KickConstants& c = constants_[static_cast<std::size_t>(step.kick_length)];
@@ -148,7 +148,6 @@ public:
         : constants_(std::move(constants)), of_rod_(std::move(of_rod)) {
         for (const auto& [group, kicks] : constants_) alike_ = alike_ && rates_alike(kicks);
     }
-    std::string_view name() const override { return kick_names[static_cast<std::size_t>(Kind)]; }
 
     void expect(std::size_t tiles) override { tiles_.resize(tiles); }
     void bind(const RodTile<W>& rod) override {

@@ -12,7 +12,6 @@ namespace skein {
 /// model, from an energy:  U = sum l0 [EA(e - e0 - e0 ln(e/e0)) + aGA d^2/2] + sum D/2 (kappa-kappa0).B(kappa-kappa0)/E^3.
 /// Stable in tension for every e where aG >= E/4.
 struct IncompressibleLaw {
-    static constexpr std::string_view name = "elastic (incompressible)";
     static constexpr bool bending_pulls = true;
 
     /// n = dWs/dnu [N, body] of element strain nu = Q dx/l0; C: ElementConstants of numbers or of packs.
@@ -39,7 +38,6 @@ struct IncompressibleLaw {
 /// Section and stiffness as at rest:  U = sum l0 [EA(e - e0)^2 + aGA d^2]/2 + sum D/2 (kappa-kappa0).B(kappa-kappa0).
 /// 16 % off the published moment at 5 % stretch. Loses stability in tension at e0/(1 - aG/E).
 struct LinearLaw {
-    static constexpr std::string_view name = "elastic (linear)";
     static constexpr bool bending_pulls = false;
 
     template <class C, class P> SKEIN_INLINE static Vec3<P> stress(const C& c, const Vec3<P>& nu) {
@@ -53,6 +51,10 @@ struct LinearLaw {
         return Pack<W>(0.5 * c.stiffness.z) * strain * strain;
     }
 };
+
+/// Passes that set internal loads, in the order of Law.
+inline constexpr std::string_view elastic_names[] = {"elastic (incompressible)", "elastic (linear)", "elastica (as published)",
+                                                     "rigid"};
 
 /// Calls f(Law{}) for a law that has an energy; those that have none are for the caller to tell apart.
 template <class F> auto with_energy_law(Law law, F&& f) { return law == Law::linear ? f(LinearLaw{}) : f(IncompressibleLaw{}); }

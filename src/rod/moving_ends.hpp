@@ -61,9 +61,7 @@ private:
 /// After the drift: moved nodes go where the motion says, with its velocity; frozen elements take the wall's frame and spin.
 template <int W> class MoveEndsPass final : public TilePass<W> {
 public:
-    static constexpr std::string_view pass_name = "move ends";
     explicit MoveEndsPass(std::shared_ptr<MovingEnds> ends) : ends_(std::move(ends)) {}
-    std::string_view name() const override { return pass_name; }
     void prepare(std::span<const Step> steps) override { ends_->prepare(steps); }
 
     void bind(const RodTile<W>& rod) override {

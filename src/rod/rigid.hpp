@@ -53,16 +53,12 @@ template <int W> SKEIN_INLINE void rigid_drift(const RodTile<W>& rod, double len
 
 template <int W> class RigidDriftPass final : public TilePass<W> {
 public:
-    static constexpr std::string_view pass_name = "drift (rigid)";
-    std::string_view name() const override { return pass_name; }
     void run(const RodTile<W>& rod, SlotLoad<W>*, const Step& step) const override { rigid_drift(rod, step.drift); }
 };
 
 /// In the place of the elastic pass: there is no load yet, and no stretch ever.
 template <int W> class RigidRestPass final : public TilePass<W> {
 public:
-    static constexpr std::string_view pass_name = "rigid";
-    std::string_view name() const override { return pass_name; }
     void run(const RodTile<W>&, SlotLoad<W>* load, const Step&) const override { load[0] = load[1] = {{}, {}, Pack<W>(1.0)}; }
 };
 
@@ -75,10 +71,8 @@ inline DampingRates rigid_rates(DampingRates rates) {
 
 template <int W> class RigidKickPass final : public TilePass<W> {
 public:
-    static constexpr std::string_view pass_name = "kick (rigid)";
     /// Of rigid_rates.
     explicit RigidKickPass(KicksOfGroup constants) : constants_(std::move(constants)) {}
-    std::string_view name() const override { return pass_name; }
 
     void run(const RodTile<W>& rod, SlotLoad<W>* load, const Step& step) const override {
         using P = Pack<W>;

@@ -64,10 +64,6 @@ template <int W> RodTiles<W>::RodTiles(std::span<const RodGroup> groups, std::ve
     : groups_(groups), local_(std::move(rods)), programs_(std::move(programs)), audits_(std::move(audits)), threads_(threads),
       watch_(watch), reading_(static_cast<std::size_t>(threads.count())) {
     std::vector<Boarding> boardings = lay_out(tiling);
-    for (const TileProgram<W>& program : programs_) {
-        const auto meet = std::find_if(program.begin(), program.end(), [](const auto& pass) { return pass->rods_meet(); });
-        meeting_.push_back(meet == program.end() ? 0 : static_cast<std::size_t>(meet - program.begin()) + 1);
-    }
     take_start_states(std::move(boardings));
 
     int most_slots = 0;
@@ -79,7 +75,7 @@ template <int W> RodTiles<W>::RodTiles(std::span<const RodGroup> groups, std::ve
     advance_tile_ = [this](std::size_t t, int thread) {
         const RodTile<W>& tile = tiles_[t];
         SlotLoad<W>* load = scratch_[static_cast<std::size_t>(thread)].data();
-        const TileProgram<W>& program = programs_[tile.program];
+        const TilePasses<W>& program = programs_[tile.program].passes;
         for (const Stretch& stretch : visit_) {
             const auto [first, behind] = passes(tile.program, stretch.part);
             for (const Step& step : stretch.steps)
@@ -89,11 +85,7 @@ template <int W> RodTiles<W>::RodTiles(std::span<const RodGroup> groups, std::ve
     };
 }
 
-template <int W> std::vector<std::string_view> RodTiles<W>::passes(std::size_t group) const {
-    std::vector<std::string_view> names;
-    for (const auto& pass : programs_[group]) names.push_back(pass->name());
-    return names;
-}
+template <int W> std::vector<std::string_view> RodTiles<W>::passes(std::size_t group) const { return programs_[group].names; }
 
 template <int W> bool RodTiles<W>::healthy(const RodTile<W>& tile) {
     if (!fit(tile)) return false;
@@ -150,9 +142,9 @@ template <int W> std::vector<typename RodTiles<W>::Boarding> RodTiles<W>::lay_ou
         open({.n = along.rows, .lanes = static_cast<int>(seats.size())}, groups_.size() + static_cast<std::size_t>(along.family));
     }
     for (std::size_t p = 0; p < programs_.size(); ++p) // of groups that all lie along, or that have no rod here
-        if (tiles_of_program[p] == 0) programs_[p].clear();
+        if (tiles_of_program[p] == 0) programs_[p] = {};
     for (std::size_t p = 0; p < programs_.size(); ++p)
-        for (auto& pass : programs_[p]) pass->expect(tiles_of_program[p]);
+        for (auto& pass : programs_[p].passes) pass->expect(tiles_of_program[p]);
     slots_ = UnsetArray<Slot<W>>(slots);
     for (std::size_t t = 0; t < tiles_.size(); ++t) tiles_[t].slot = slots_.data() + first_slot[t];
     return boardings;
@@ -169,7 +161,7 @@ template <int W> void RodTiles<W>::take_start_states(std::vector<Boarding> board
     });
     for (Reading& reading : reading_) reading.own = {};
     for (std::size_t t = 0; t < across; ++t)
-        for (auto& pass : programs_[tiles_[t].program]) pass->bind(tiles_[t]);
+        for (auto& pass : programs_[tiles_[t].program].passes) pass->bind(tiles_[t]);
 }
 
 template <int W>
@@ -205,7 +197,7 @@ void RodTiles<W>::board(RodTile<W>& tile, Boarding& boarding, std::optional<Stra
         seats[s].group->start_state(seats[s].index, state);
         import_rod(rods[s], state);
     }
-    for (auto& pass : programs_[tile.program]) pass->bind(tile);
+    for (auto& pass : programs_[tile.program].passes) pass->bind(tile);
     if (group.sized()) strands->settle(group);
     boarding = {};
 }
@@ -245,33 +237,33 @@ template <int W> bool RodTiles<W>::visit(std::span<const Step> steps, bool check
 }
 
 template <int W> void RodTiles<W>::move(const Step& step) {
-    const Stretch there{Part::until_they_meet, {&step, 1}};
+    const Stretch there{Part::before, {&step, 1}};
     prepare(there);
     run(there, {}, false);
 }
 
 template <int W> bool RodTiles<W>::act(const Step& step, bool check) {
-    const Stretch back{Part::from_there, {&step, 1}};
+    const Stretch back{Part::after, {&step, 1}};
     prepare(back);
     return run(back, {}, check);
 }
 
 template <int W> void RodTiles<W>::act_and_move(const Step& step, const Step& next) {
-    const Stretch back{Part::from_there, {&step, 1}}, there{Part::until_they_meet, {&next, 1}};
+    const Stretch back{Part::after, {&step, 1}}, there{Part::before, {&next, 1}};
     prepare(back);
     prepare(there);
     run(back, there, false);
 }
 
 template <int W> std::pair<std::size_t, std::size_t> RodTiles<W>::passes(std::size_t program, Part part) const {
-    return {part == Part::from_there ? meeting_[program] : 0,
-            part == Part::until_they_meet ? meeting_[program] : programs_[program].size()};
+    const TileProgram<W>& all = programs_[program];
+    return {part == Part::after ? all.before : 0, part == Part::before ? all.before : all.passes.size()};
 }
 
 template <int W> void RodTiles<W>::prepare(const Stretch& stretch) {
     for (std::size_t program = 0; program < programs_.size(); ++program) {
         const auto [first, behind] = passes(program, stretch.part);
-        for (std::size_t pass = first; pass < behind; ++pass) programs_[program][pass]->prepare(stretch.steps);
+        for (std::size_t pass = first; pass < behind; ++pass) programs_[program].passes[pass]->prepare(stretch.steps);
     }
 }
 
@@ -465,7 +457,7 @@ template <int W> void RodTiles<W>::set_works(std::size_t i, const RodWorks& work
 template <int W> std::vector<double> RodTiles<W>::memory(std::size_t i) const {
     std::vector<double> numbers;
     const auto [t, l] = place_[i];
-    for (const auto& pass : programs_[tiles_[t].program])
+    for (const auto& pass : programs_[tiles_[t].program].passes)
         for (const Pack<W>& p : pass->memory(tiles_[t])) numbers.push_back(p[l]);
     return numbers;
 }
@@ -475,7 +467,7 @@ template <int W> void RodTiles<W>::set_memory(std::size_t i, std::span<const dou
     const RodTile<W>& tile = tiles_[t];
     const int last = first == tile.lanes - 1 ? W - 1 : first; // spare lanes do what the last rod does
     std::size_t at = 0;
-    for (const auto& pass : programs_[tile.program]) {
+    for (const auto& pass : programs_[tile.program].passes) {
         for (Pack<W>& p : pass->memory(tile)) {
             for (int l = first; l <= last; ++l) p.set(l, numbers[at]);
             ++at;
@@ -559,22 +551,23 @@ template <int W> std::vector<PassEffect> RodTiles<W>::dissect(std::size_t i, con
     SlotLoad<W>* load = scratch_[0].data();
     std::vector<Slot<1>> state(static_cast<std::size_t>(group.slots()));
     std::vector<Vec3d> force(state.size()), couple(state.size());
+    const TileProgram<W>& program = programs_[tile.program];
     std::vector<PassEffect> effects;
-    for (const auto& pass : programs_[tile.program]) effects.push_back({pass->name()});
+    for (const std::string_view name : program.names) effects.push_back({name});
     PassWatch watch(group);
     prepare({Part::whole, stages});
     for (const Step& step : stages) {
         std::fill(load, load + tile.n + 1, SlotLoad<W>{});
         watch.begin();
         for (std::size_t p = 0; p < effects.size(); ++p) {
-            programs_[tile.program][p]->run(tile, load, step);
+            program.passes[p]->run(tile, load, step);
             for (int k = 0; k < group.slots(); ++k) {
                 const auto [row, lane_] = tile.strands ? tile.strands->place(first, k) : typename Strands<W>::Place{k, first};
                 const auto at = static_cast<std::size_t>(k);
                 force[at] = lane(load[row].force, lane_), couple[at] = lane(load[row].couple, lane_);
             }
             export_rod(i, state);
-            watch.look(effects[p], state, force, couple, step.dt, effects[p].pass != FoldRingPass<W>::pass_name);
+            watch.look(effects[p], state, force, couple, step.dt, program.passes[p]->adds_loads());
         }
     }
     return effects;

@@ -20,7 +20,11 @@
 namespace skein {
 
 /// The passes of a step, in order.
-template <int W> using TileProgram = std::vector<std::unique_ptr<TilePass<W>>>;
+template <int W> struct TileProgram {
+    TilePasses<W> passes;
+    std::vector<std::string_view> names; ///< of passes, as plans have them
+    std::size_t before = 0;              ///< passes before rods feel each other
+};
 
 template <int W> class RodTiles final : public Rods {
 public:
@@ -53,7 +57,7 @@ public:
     std::size_t bytes() const override;
 
 private:
-    enum class Part { whole, until_they_meet, from_there };
+    enum class Part { whole, before, after }; // rods feel each other
     /// A part of every step of a batch.
     struct Stretch {
         Part part = Part::whole;
@@ -125,7 +129,6 @@ private:
     std::vector<std::size_t> along_;                          ///< rods that lie along, in local()
     mutable std::vector<Reading> reading_;                    ///< per thread
     mutable std::vector<AlignedVector<SlotLoad<W>>> scratch_; ///< per thread
-    std::vector<std::size_t> meeting_;                        ///< by program: passes until rods meet
     std::array<Stretch, 2> visit_;                            ///< under way
     bool check_ = false;                                      ///< of the visit under way
     std::atomic<bool> fit_ = true, near_ = false;

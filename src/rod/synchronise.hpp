@@ -15,7 +15,7 @@ template <int W> void synchronise_positions(const RodTile<W>& rod, double h) {
 
 template <int W> void synchronise(const RodTile<W>& rod, double h) {
     if (is_rigid(*rod.group)) return rigid_drift(rod, h);
-    with_top(*rod.group, [&]<class Top>(Top) { drift<Top>(rod, h); });
+    with_top(top_of(*rod.group), [&]<class Top>(Top) { drift<Top>(rod, h); });
     if (rod.group->closed()) close_ring(rod);
 }
 

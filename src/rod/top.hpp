@@ -1,4 +1,4 @@
-// Which free top a group's elements are, as a template argument.
+// Free tops that a group's elements are in the drift, as a choice and as a template argument.
 #pragma once
 
 #include "rod/drift.hpp"
@@ -6,13 +6,39 @@
 
 namespace skein {
 
-/// Calls f(Top{}) with the drift for the group's section.
-template <class F> auto with_top(const RodGroup& group, F&& f) {
-    if (group.law() == Law::elastica) return f(PlainTop{});
+enum class TopKind {
+    circular,
+    elliptic_d1, ///< J1 is the smallest
+    elliptic_d2, ///< J2 is
+    plain,       ///< of the published law
+    rigid        ///< of rigid bodies, which turn as circular tops
+};
+inline constexpr std::string_view drift_names[] = {"drift (circular)", "drift (elliptic)", "drift (elliptic)", "drift (elastica)",
+                                                   "drift (rigid)"};
+
+inline TopKind top_of(const RodGroup& group) {
+    if (group.law() == Law::elastica) return TopKind::plain;
+    if (group.law() == Law::rigid) return TopKind::rigid;
     const Section& s = group.spec().section;
-    if (s.kind == SectionKind::circular || s.radius == s.radius_2) return f(CircularTop{});
+    if (s.kind == SectionKind::circular || s.radius == s.radius_2) return TopKind::circular;
     // I1 = pi/4 a b^3 is the smaller one where the semi-axis b along d2 is the shorter.
-    return s.radius_2 < s.radius ? f(EllipticTop<0>{}) : f(EllipticTop<1>{});
+    return s.radius_2 < s.radius ? TopKind::elliptic_d1 : TopKind::elliptic_d2;
+}
+
+/// Calls f(Top{}) with the drift of such tops.
+template <class F> auto with_top(TopKind kind, F&& f) {
+    switch (kind) {
+    case TopKind::elliptic_d1:
+        return f(EllipticTop<0>{});
+    case TopKind::elliptic_d2:
+        return f(EllipticTop<1>{});
+    case TopKind::plain:
+        return f(PlainTop{});
+    case TopKind::circular:
+    case TopKind::rigid:
+        break;
+    }
+    return f(CircularTop{});
 }
 
 } // namespace skein

@@ -2,21 +2,17 @@
 
 #include "contact/contact_limits.hpp"
 #include "contact/contact_view.hpp"
-#include "contact/wall_pass.hpp"
+#include "contact/wall_book.hpp"
 #include "io/rod_file.hpp"
 #include "io/trajectory.hpp"
 #include "io/vtk_series.hpp"
 #include "loads/gravity.hpp"
-#include "loads/laplacian_filter.hpp"
 #include "rod/audit.hpp"
 #include "rod/bending_shift.hpp"
-#include "rod/hold.hpp"
 #include "rod/law.hpp"
-#include "rod/moving_ends.hpp"
 #include "rod/packing.hpp"
 #include "rod/rigid.hpp"
 #include "rod/rods.hpp"
-#include "rod/top.hpp"
 #include "scene/doubts.hpp"
 #include "scene/group_names.hpp"
 #include "skein/core/error.hpp"
@@ -33,22 +29,15 @@ namespace skein {
 
 namespace {
 
-// Prediction only: ns per element-step and core at 8 lanes, medians of bench/micro on a 2.5 GHz Cascade Lake core.
-constexpr double drift_ns = 3.2, elliptic_drift_ns = 9, elastic_ns = 5.6, kick_ns = 1, stretched_kick_ns = 1.6, load_ns = 1;
-// Of bench/scenes/nest: contacts at its density, half a candidate per element, and what rods show and feel; a box with floor and
-// lid.
-constexpr double contact_ns = 55, walls_ns = 12;
-constexpr double rigid_ns = 12;                        // all of a body: by the ratio of runs with bodies and with rods
-constexpr double filter_ns = 9, filter_order_ns = 1.5; // by the ratio of runs with and without a filter of order 1, 2 and 4
-
 /// Undamped rods are lost after 1e5 steps and more above 0.707 of the limit, where modes go round in four steps or fewer and strain
 /// drives them (tests/stress/resonance.cpp); at 0.6 their energy settles.
 constexpr double undamped_share = 0.6;
 
 KickKind kick_of(const RodGroup& group, const DampingRates& rates, DampingScheme scheme) {
+    if (is_rigid(group)) return KickKind::rigid;
     if (group.law() == Law::elastica) return KickKind::elastica;
     if (rates.none()) return KickKind::undamped;
-    if (!rates.follow_stretch() || is_rigid(group)) return KickKind::constant_rates;
+    if (!rates.follow_stretch()) return KickKind::constant_rates;
     switch (scheme) {
     case DampingScheme::midpoint:
         return KickKind::stretched_rates;
@@ -133,47 +122,16 @@ GroupPlan plan_group(const SceneSpec& scene, const RodGroup& group) {
     }
     for (const DampingSpec& d : scene.damping)
         if (names_group(d.rods, group.name())) p.damping.push_back(d.damping);
-    const DampingRates rates = damping_rates(group, p.damping);
     p.damping_scheme = damping_scheme_of(group, scene.time);
-    p.kick = kick_of(group, rates, p.damping_scheme);
-    p.circular = with_top(group, []<class Top>(Top) { return std::is_same_v<Top, CircularTop>; });
-
-    const auto pass = [&](std::string_view name) { p.passes.emplace_back(name); };
-    pass(is_rigid(group) ? RigidDriftPass<1>::pass_name : with_top(group, []<class Top>(Top) { return Top::name; }));
-    if (group.closed()) pass(CloseRingPass<1>::pass_name);
-    const bool audit = scene.output.audit;
-    if (audit && group.spec().ends_move()) pass(AuditEndsPass<1>::pass_name);
-    if (group.spec().ends_move()) pass(MoveEndsPass<1>::pass_name);
-    pass(OrthonormalisePass<1>::pass_name);
-    if (scene.contact) pass(ShowPass<1>::pass_name);
-    pass(is_rigid(group)                ? RigidRestPass<1>::pass_name
-         : group.law() == Law::elastica ? ElasticaPass<1>::pass_name
-                                        : with_energy_law(group.law(), []<class L>(L) { return L::name; }));
-    if (audit) pass(AuditInnerPass<IncompressibleLaw, 1>::pass_name);
-    for (const Load& load : p.loads)
-        if (!load.feels_all()) pass(load.kind());
+    p.kick = kick_of(group, damping_rates(group, p.damping), p.damping_scheme);
     p.walls = std::any_of(scene.walls.begin(), scene.walls.end(), [&](const Wall& wall) { return wall.acts_on(group.name()); });
-    if (p.walls) pass(WallPass<1>::pass_name);
-    if (scene.contact) pass(FeelPass<1>::pass_name);
-    for (const Load& load : p.loads)
-        if (load.feels_all()) pass(load.kind());
-    if (group.closed()) pass(FoldRingPass<1>::pass_name);
-    if (audit) pass(AuditLoadsPass<1>::pass_name);
-    const std::string_view of_kick = is_rigid(group) ? RigidKickPass<1>::pass_name : kick_names[static_cast<std::size_t>(p.kick)];
-    pass(of_kick);
-    for (const Damping& d : p.damping)
-        if (is_filter(d)) pass(LaplacianFilterPass<1>::pass_name);
-    if (std::any_of(p.damping.begin(), p.damping.end(), is_filter)) pass(of_kick); // a half before the filters, a half after
-    if (group.spec().hold.any()) pass(HoldPass<1>::pass_name);
-    if (audit) pass(AuditBalancePass<1>::pass_name);
-
-    const double kick = p.kick == KickKind::undamped || p.kick == KickKind::constant_rates ? kick_ns : stretched_kick_ns;
-    const double all = is_rigid(group) ? rigid_ns : (p.circular ? drift_ns : elliptic_drift_ns) + elastic_ns + kick;
-    double filters = 0;
-    for (const Damping& d : p.damping)
-        if (is_filter(d)) filters += filter_ns + filter_order_ns * static_cast<double>(d.order);
-    p.ns_per_element_step =
-        all + filters + load_ns * static_cast<double>(p.loads.size()) + (scene.contact ? contact_ns : 0) + (p.walls ? walls_ns : 0);
+    p.program = program_of(group, {.loads = p.loads,
+                                   .damping = p.damping,
+                                   .kick = p.kick,
+                                   .walls = p.walls,
+                                   .coupled = scene.contact.has_value(),
+                                   .audit = scene.output.audit});
+    for (std::size_t i = 0; i < p.program.size(); ++i) p.ns_per_element_step += predicted_ns(p.program[i]);
     p.limits = time_limits(group);
     limit_by_contact(p, group, scene);
     limit_by_drag(p, group, scheme_of(scene.time.integrator));
@@ -191,14 +149,9 @@ GroupPlan plan_group(const SceneSpec& scene, const RodGroup& group) {
     return p;
 }
 
-/// Strands are open, at rest at their ends, and looked at from slot to slot alone.
-bool can_lie_along(const GroupPlan& p, const RodGroup& group, const SceneSpec& scene) {
-    const RodSpec& spec = group.spec();
-    if (scene.contact || p.walls || group.closed() || group.law() == Law::elastica || is_rigid(group) || spec.ends_move() ||
-        spec.hold.any() || scene.output.audit)
-        return false;
-    if (std::any_of(p.loads.begin(), p.loads.end(), [](const Load& load) { return load.needs_whole_rods(); })) return false;
-    return std::none_of(p.damping.begin(), p.damping.end(), is_filter);
+bool can_lie_along(const GroupProgram& program) {
+    return std::all_of(program.before.begin(), program.before.end(), may_lie_along) &&
+           std::all_of(program.after.begin(), program.after.end(), may_lie_along);
 }
 
 /// What has constants of a group where rods have their own.
@@ -217,15 +170,15 @@ void refuse_in_sized(const GroupPlan& p, const RodGroup& group, bool can_lie_alo
 }
 
 /// Groups with the same passes under the same loads; those whose loads keep tables of their group stand alone.
-void find_families(Plan& plan, std::span<const RodGroup> groups, const SceneSpec& scene) {
+void find_families(Plan& plan, std::span<const RodGroup> groups) {
     std::vector<std::string> keys;
     for (std::size_t g = 0; g < groups.size(); ++g) {
         GroupPlan& p = plan.groups[g];
-        const bool can = can_lie_along(p, groups[g], scene);
+        const bool can = can_lie_along(p.program);
         p.sized = groups[g].sized();
         if (p.sized) refuse_in_sized(p, groups[g], can);
         if (!can) continue;
-        std::string key = fmt::format("{} of {}", fmt::join(p.passes, "|"), fmt::join(p.load_numbers, ","));
+        std::string key = fmt::format("{} of {}", fmt::join(p.program.names(), "|"), fmt::join(p.load_numbers, ","));
         for (const Load& load : p.loads)
             if (load.keeps_tables_of_group()) key += fmt::format(" in {}", g);
         if (p.sized) key += fmt::format(" in {}", g);
@@ -478,7 +431,7 @@ Plan make_plan(const SceneSpec& as_given, std::span<const RodGroup> groups, cons
     plan.walls = expanded(scene.walls);
     if (plan.contact || !plan.walls.empty())
         plan.outlook = contact_outlook(scene, plan.contact_laws ? &*plan.contact_laws : nullptr, groups);
-    find_families(plan, groups, scene);
+    find_families(plan, groups);
     weigh(plan, groups, scene);
     const double ns = lay_out(plan);
     for (const GroupPlan& p : plan.groups) {

@@ -10,6 +10,7 @@
 #include "rod/tiling.hpp"
 #include "rod/time_limits.hpp"
 #include "scene/contact_outlook.hpp"
+#include "scene/program.hpp"
 #include "scene/scene_spec.hpp"
 
 #include <cstdint>
@@ -40,15 +41,14 @@ struct GroupPlan {
     int family = -1;        ///< groups with the same passes, which may share tiles along; -1: across only
     bool sized = false;     ///< rods have lengths, radii or shapes of their own: they lie along, each with its constants
     std::vector<std::size_t> load_numbers; ///< of `loads` in the scene
-    bool circular = true;
-    bool walls = false; ///< it may touch some
+    bool walls = false;                    ///< it may touch some
     KickKind kick = KickKind::undamped;
     DampingScheme damping_scheme = DampingScheme::exponential;
-    std::vector<Damping> damping;    ///< that act on this group
-    std::vector<Load> loads;         ///< that act on this group, in scene order
-    std::vector<std::string> passes; ///< names, in the order they run over a tile
-    double ns_per_element_step = 0;  ///< predicted, where all lanes of a tile carry a rod
-    std::vector<TimeLimit> limits;   ///< smallest first
+    std::vector<Damping> damping;   ///< that act on this group
+    std::vector<Load> loads;        ///< that act on this group, in scene order
+    GroupProgram program;           ///< passes of a step, in the order they run over a tile
+    double ns_per_element_step = 0; ///< predicted, where all lanes of a tile carry a rod
+    std::vector<TimeLimit> limits;  ///< smallest first
     double tension_limit = 0;
     double least_rotary_scale = 1, largest_rotary_scale = 1; ///< j of the elements
     double packed_fill = 0, packed_top = 0;                  ///< of packed rods: share of the region's volume; its upper end, m

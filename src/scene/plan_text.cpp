@@ -111,7 +111,7 @@ std::string to_text(const Plan& p) {
                           along = g.along > 0 ? fmt::format("{} along tiles, {}", counted(g.along, "rod"), g.seats) : "";
         fmt::format_to(out, "  group '{}': {} x {} elements, {}{}{}, ends {} / {}\n", g.name, counted(g.rods, "rod"), g.elements,
                        across, across.empty() || along.empty() ? "" : " and ", along, g.start, g.end);
-        line("  passes", joined(g.passes, " | "));
+        line("  passes", fmt::format("{}", fmt::join(g.program.names(), " | ")));
         std::vector<std::string> limits;
         for (const TimeLimit& l : g.limits) limits.push_back(fmt::format("{} {:.4g}", l.mode, l.dt));
         line("  limits [s]", joined(limits, ", "));
@@ -173,7 +173,7 @@ std::string to_json(const Plan& p) {
                           {"along", g.along},
                           {"start", g.start},
                           {"end", g.end},
-                          {"passes", g.passes},
+                          {"passes", g.program.names()},
                           {"limits", limits},
                           {"ns_per_element_step", g.ns_per_element_step},
                           {"hints", g.hints},

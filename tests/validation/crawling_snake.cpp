@@ -37,7 +37,7 @@ public:
         group.start_state(0, state_);
         const std::vector<Damping> damping{{.kind = DampingKind::legacy, .rate = 2e-3}};
         const bool published = group.law() == Law::elastica;
-        with_top(group, [&]<class Top>(Top) { program_.push_back(std::make_unique<DriftPass<Top, 1>>()); });
+        with_top(top_of(group), [&]<class Top>(Top) { program_.push_back(std::make_unique<DriftPass<Top, 1>>()); });
         program_.push_back(std::make_unique<OrthonormalisePass<1>>());
         if (published) program_.push_back(std::make_unique<ElasticaPass<1>>(Ends{}));
         else program_.push_back(std::make_unique<ElasticPass<IncompressibleLaw, 1>>(Ends{}));
@@ -78,7 +78,7 @@ private:
     std::vector<SlotLoad<1>> load_;
     RodTile<1> tile_;
     Clock clock_;
-    std::vector<std::unique_ptr<TilePass<1>>> program_;
+    TilePasses<1> program_;
 };
 
 struct Crawl {

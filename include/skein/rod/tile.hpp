@@ -8,8 +8,9 @@
 #include "skein/time/clock.hpp"
 
 #include <cstdint>
+#include <memory>
 #include <span>
-#include <string>
+#include <vector>
 
 namespace skein {
 
@@ -47,11 +48,11 @@ inline RodTile<1> tile_of(const RodGroup& group, std::span<Slot<1>> state, std::
     return {state.data(), group.element.data(), group.voronoi.data(), &group, group.elements(), 0, {index}, 1};
 }
 
-/// One stage of the step, run over a tile while it is in cache. The plan strings passes together, per group or family of groups.
+/// One stage of the step, run over a tile while it is in cache. The plan strings passes together and names them, per group or
+/// family of groups.
 template <int W> class TilePass {
 public:
     virtual ~TilePass() = default;
-    virtual std::string_view name() const = 0;
     /// How many tiles of the program will be bound.
     virtual void expect(std::size_t) {}
     /// Called once for every tile of the program when tiles are laid out: of tiles across in order of number, of tiles along from
@@ -60,12 +61,14 @@ public:
     /// Called once before the tiles of a batch of steps are visited; serial. What it finds for a step is kept by the step's slot.
     virtual void prepare(std::span<const Step>) {}
     virtual void run(const RodTile<W>& rod, SlotLoad<W>* load, const Step& step) const = 0;
-    /// Rods that feel each other meet after this pass: all must have come here before any goes on.
-    virtual bool rods_meet() const { return false; }
+    /// False where it moves loads from slot to slot and brings none.
+    virtual bool adds_loads() const { return true; }
     /// What the pass remembers of a tile from step to step, lane by lane, for checkpoints.
     virtual std::span<Pack<W>> memory(const RodTile<W>&) { return {}; }
     /// Called when it has been put back.
     virtual void recall(const RodTile<W>&) {}
 };
+
+template <int W> using TilePasses = std::vector<std::unique_ptr<TilePass<W>>>;
 
 } // namespace skein

@@ -30,7 +30,7 @@ public:
         for (std::size_t k = 0; k < slot_.size(); ++k)
             for (int i = 0; i < W; ++i) set_lane(slot_[k], i, states[static_cast<std::size_t>(i)][k]);
         tile_ = {slot_.data(), group.element.data(), group.voronoi.data(), &group, group.elements(), 0, {}, W};
-        with_top(group, [&]<class Top>(Top) { program_.push_back(std::make_unique<DriftPass<Top, W>>()); });
+        with_top(top_of(group), [&]<class Top>(Top) { program_.push_back(std::make_unique<DriftPass<Top, W>>()); });
         with_energy_law(group.law(), [&]<class L>(L) { program_.push_back(std::make_unique<ElasticPass<L, W>>(ends_of(group))); });
         program_.push_back(make_pass<W>(Gravity{gravity}, group));
         for (const Load& load : more) program_.push_back(make_pass<W>(load, group));
@@ -76,7 +76,7 @@ private:
     AlignedVector<SlotLoad<W>> load_;
     Clock clock_;
     RodTile<W> tile_;
-    TileProgram<W> program_;
+    TilePasses<W> program_;
 };
 
 constexpr double radius = 0.02, gravity = 9.81;

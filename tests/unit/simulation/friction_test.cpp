@@ -119,7 +119,7 @@ TEST(PlaneFriction, IsAPassAfterContactsAndWalls) {
     lid.law = scene.contact->law;
     scene.walls = {lid};
     const auto groups = make_groups(scene);
-    const auto passes = make_plan(scene, groups, {1, 1, 1, 1, {}, Mapping::automatic}).groups[0].passes;
+    const auto passes = make_plan(scene, groups, {1, 1, 1, 1, {}, Mapping::automatic}).groups[0].program.names();
     const auto place = [&](std::string_view name) { return std::find(passes.begin(), passes.end(), name) - passes.begin(); };
     EXPECT_GT(place("anisotropic_plane"), place("contact"));
     EXPECT_GT(place("anisotropic_plane"), place("walls"));

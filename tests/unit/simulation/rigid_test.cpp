@@ -270,7 +270,8 @@ TEST(RigidBody, NeedsAStepWhereNothingLimitsIt) {
     EXPECT_THROW(test::Stage{scene}, InputError);
     scene.time.dt = 1e-3;
     test::Stage stage(scene);
-    EXPECT_EQ(stage.plan.groups[0].passes, (std::vector<std::string>{"drift (rigid)", "orthonormalise", "rigid", "kick (rigid)"}));
+    EXPECT_EQ(stage.plan.groups[0].program.names(),
+              (std::vector<std::string_view>{"drift (rigid)", "orthonormalise", "rigid", "kick (rigid)"}));
     EXPECT_NE(to_text(stage.plan).find("none (rigid)"), std::string::npos);
     stage.advance(100);
     EXPECT_TRUE(stage.rods->visit({}, true));

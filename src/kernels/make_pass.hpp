@@ -1,0 +1,155 @@
+// From a pass of the plan (scene/program.hpp) to one that runs over tiles, at one width: the one place where run-time choices of
+// the scene become template arguments.
+#pragma once
+
+#include "contact/wall_pass.hpp"
+#include "kernels/surroundings.hpp"
+#include "loads/laplacian_filter.hpp"
+#include "loads/load_pass.hpp"
+#include "rod/audit.hpp"
+#include "rod/elastic.hpp"
+#include "rod/hold.hpp"
+#include "rod/kick.hpp"
+#include "rod/rigid.hpp"
+#include "rod/top.hpp"
+
+#include <map>
+#include <memory>
+#include <stdexcept>
+
+namespace skein {
+
+inline KicksOfGroup kicks_of(const pass::Kick& kick, const GroupPlan& plan, const RodGroup& group, const Scheme& scheme,
+                             double dt) {
+    KicksOfGroup kicks;
+    DampingRates rates = damping_rates(group, plan.damping);
+    if (kick.kind == KickKind::rigid) rates = rigid_rates(std::move(rates));
+    for (const double share : scheme.kicks) kicks.emplace_back(group, rates, share * (kick.share * dt), plan.damping_scheme);
+    return kicks;
+}
+
+/// Calls make.operator()<Kind>() with the kind of kick of rods whose law has an energy.
+template <class F> auto with_kick(KickKind kind, F&& make) {
+    switch (kind) {
+    case KickKind::undamped:
+        return make.template operator()<KickKind::undamped>();
+    case KickKind::constant_rates:
+        return make.template operator()<KickKind::constant_rates>();
+    case KickKind::stretched_rates:
+        return make.template operator()<KickKind::stretched_rates>();
+    case KickKind::stretched_exponential:
+        return make.template operator()<KickKind::stretched_exponential>();
+    case KickKind::stretched_after:
+    case KickKind::elastica:
+    case KickKind::rigid:
+        break;
+    }
+    return make.template operator()<KickKind::stretched_after>();
+}
+
+/// Parts that passes of a group's program share, and what they are made from.
+template <int W> struct PassParts {
+    const GroupPlan& plan;
+    const RodGroup& group;
+    const Scheme scheme;
+    double dt; ///< s
+    const Surroundings& around;
+    std::shared_ptr<WallBook<W>> walls;  ///< null where none act
+    std::shared_ptr<AuditBook<W>> audit; ///< null where there is none
+    std::shared_ptr<MovingEnds> moving;  ///< null where ends are still
+};
+
+/// Makes the passes of a group whose rods lie across.
+template <int W> class PassMaker {
+public:
+    using Made = std::unique_ptr<TilePass<W>>;
+    explicit PassMaker(const PassParts<W>& parts) : parts_(parts) {}
+
+    Made operator()(const pass::Drift& p) const {
+        if (p.top == TopKind::rigid) return std::make_unique<RigidDriftPass<W>>();
+        return with_top(p.top, []<class Top>(Top) -> Made { return std::make_unique<DriftPass<Top, W>>(); });
+    }
+    Made operator()(pass::CloseRing) const { return std::make_unique<CloseRingPass<W>>(); }
+    Made operator()(pass::AuditEnds) const { return std::make_unique<AuditEndsPass<W>>(parts_.audit); }
+    Made operator()(pass::MoveEnds) const { return std::make_unique<MoveEndsPass<W>>(parts_.moving); }
+    Made operator()(pass::Orthonormalise) const { return std::make_unique<OrthonormalisePass<W>>(); }
+    Made operator()(pass::Expose) const { return std::make_unique<ShowPass<W>>(parts_.around.others); }
+    Made operator()(const pass::Elastic& p) const {
+        if (p.law == Law::rigid) return std::make_unique<RigidRestPass<W>>();
+        if (p.law == Law::elastica) return std::make_unique<ElasticaPass<W>>(ends_of(parts_.group));
+        return with_energy_law(
+            p.law, [&]<class L>(L) -> Made { return std::make_unique<ElasticPass<L, W>>(ends_of(parts_.group), parts_.moving); });
+    }
+    Made operator()(pass::AuditInner) const {
+        return with_energy_law(parts_.group.law(), [&]<class L>(L) -> Made {
+            return std::make_unique<AuditInnerPass<L, W>>(parts_.audit, ends_of(parts_.group), parts_.moving);
+        });
+    }
+    Made operator()(const pass::ApplyLoad& p) const { return make_pass<W>(parts_.plan.loads[p.number], parts_.group); }
+    Made operator()(pass::Walls) const { return std::make_unique<WallPass<W>>(parts_.around.walls, parts_.group, parts_.walls); }
+    Made operator()(pass::TakeLoads) const { return std::make_unique<FeelPass<W>>(parts_.around.others); }
+    Made operator()(pass::FoldRing) const { return std::make_unique<FoldRingPass<W>>(); }
+    Made operator()(pass::AuditLoads) const { return std::make_unique<AuditLoadsPass<W>>(parts_.audit); }
+    Made operator()(const pass::Kick& p) const {
+        KicksOfGroup kicks = kicks_of(p, parts_.plan, parts_.group, parts_.scheme, parts_.dt);
+        if (p.kind == KickKind::rigid) return std::make_unique<RigidKickPass<W>>(std::move(kicks));
+        if (p.kind == KickKind::elastica) return std::make_unique<KickPass<KickKind::elastica, W>>(std::move(kicks));
+        return with_kick(p.kind, [&]<KickKind Kind>() -> Made { return std::make_unique<KickPass<Kind, W>>(std::move(kicks)); });
+    }
+    Made operator()(const pass::Filter& p) const {
+        return std::make_unique<LaplacianFilterPass<W>>(parts_.group, p.order, p.rate, parts_.dt);
+    }
+    Made operator()(pass::Hold) const { return std::make_unique<HoldPass<W>>(); }
+    Made operator()(pass::AuditBalance) const {
+        return std::make_unique<AuditBalancePass<W>>(parts_.audit, parts_.moving != nullptr);
+    }
+
+private:
+    const PassParts<W>& parts_;
+};
+
+/// Makes the passes of a family of groups that differ in constants alone, whose rods lie along.
+template <int W> class AlongPassMaker {
+public:
+    using Made = std::unique_ptr<TilePass<W>>;
+    using Map = Along<W>;
+    AlongPassMaker(const Plan& plan, std::span<const RodGroup> groups, int family) : plan_(plan) {
+        for (std::size_t g = 0; g < groups.size(); ++g)
+            if (plan.groups[g].family == family) family_.push_back(&groups[g]);
+    }
+    /// The plan that all of them have.
+    const GroupPlan& plan() const { return plan_of(*family_.front()); }
+
+    Made operator()(const pass::Drift& p) const {
+        return with_top(p.top, []<class Top>(Top) -> Made { return std::make_unique<DriftPass<Top, W, Map>>(); });
+    }
+    Made operator()(pass::Orthonormalise) const { return std::make_unique<OrthonormalisePass<W, Map>>(); }
+    Made operator()(const pass::Elastic& p) const {
+        Ends ends;
+        for (const RodGroup* group : family_) ends.start_wall |= ends_of(*group).start_wall;
+        return with_energy_law(p.law, [&]<class L>(L) -> Made { return std::make_unique<ElasticPass<L, W, Map>>(ends); });
+    }
+    Made operator()(const pass::ApplyLoad& p) const { return make_pass<W, Map>(plan().loads[p.number], *family_.front()); }
+    Made operator()(const pass::Kick& p) const {
+        const Scheme scheme = scheme_of(plan_.integrator);
+        std::map<int, KicksOfGroup> kicks;
+        for (const RodGroup* group : family_) kicks.emplace(group->id(), kicks_of(p, plan_of(*group), *group, scheme, plan_.dt));
+        std::function<KicksOfGroup(const RodGroup&)> of_rod;
+        if (family_.front()->sized())
+            of_rod = [p, one = plan(), scheme, dt = plan_.dt](const RodGroup& rod) { return kicks_of(p, one, rod, scheme, dt); };
+        return with_kick(p.kind, [&]<KickKind Kind>() -> Made {
+            return std::make_unique<KickAlongPass<Kind, W>>(std::move(kicks), std::move(of_rod));
+        });
+    }
+    template <class Other> Made operator()(const Other&) const {
+        throw std::logic_error("a pass that looks at whole rods, in a family"); // see may_lie_along
+    }
+
+private:
+    const GroupPlan& plan_of(const RodGroup& group) const { return plan_.groups[static_cast<std::size_t>(group.id())]; }
+
+    const Plan& plan_;
+    std::vector<const RodGroup*> family_;
+};
+
+} // namespace skein

@@ -1,0 +1,102 @@
+#include "scene/program.hpp"
+
+#include "rod/law.hpp"
+#include "rod/rigid.hpp"
+
+#include <algorithm>
+
+namespace skein {
+
+namespace {
+
+// Medians of bench/micro at 8 lanes on a 2.5 GHz Cascade Lake core, ns per element-step.
+constexpr double drift_ns = 3.2, elliptic_drift_ns = 9, elastic_ns = 5.6, kick_ns = 1, stretched_kick_ns = 1.6, load_ns = 1;
+// Those of bench/scenes/nest: contacts at its density, half a candidate per element, with their exposure; a box with floor and lid.
+constexpr double contact_ns = 55, walls_ns = 12;
+constexpr double rigid_ns = 12;                        // all of a body: by the ratio of runs with bodies and with rods
+constexpr double filter_ns = 9, filter_order_ns = 1.5; // by the ratio of runs with and without a filter of order 1, 2 and 4
+
+template <class... F> struct Overloaded : F... { using F::operator()...; };
+
+} // namespace
+
+std::string_view name_of(const PassSpec& pass) {
+    return std::visit(Overloaded{[](const pass::Drift& p) { return drift_names[static_cast<std::size_t>(p.top)]; },
+                                 [](const pass::Elastic& p) { return elastic_names[static_cast<std::size_t>(p.law)]; },
+                                 [](const pass::ApplyLoad& p) { return p.kind; },
+                                 [](const pass::Kick& p) { return kick_names[static_cast<std::size_t>(p.kind)]; },
+                                 []<class Named>(const Named&) { return Named::name; }},
+                      pass);
+}
+
+bool may_lie_along(const PassSpec& pass) {
+    return std::visit(Overloaded{[](const pass::Drift& p) { return p.top != TopKind::plain && p.top != TopKind::rigid; },
+                                 [](pass::Orthonormalise) { return true; },
+                                 [](const pass::Elastic& p) { return p.law != Law::elastica && p.law != Law::rigid; },
+                                 [](const pass::ApplyLoad& p) { return !p.needs_whole_rods; },
+                                 [](const pass::Kick& p) { return p.kind != KickKind::elastica && p.kind != KickKind::rigid; },
+                                 [](const auto&) { return false; }},
+                      pass);
+}
+
+double predicted_ns(const PassSpec& pass) {
+    return std::visit(Overloaded{[](const pass::Drift& p) {
+                                     if (p.top == TopKind::rigid) return rigid_ns;
+                                     return p.top == TopKind::circular ? drift_ns : elliptic_drift_ns;
+                                 },
+                                 [](const pass::Elastic& p) { return p.law == Law::rigid ? 0 : elastic_ns; },
+                                 [](const pass::ApplyLoad&) { return load_ns; }, [](pass::Walls) { return walls_ns; },
+                                 [](pass::TakeLoads) { return contact_ns; },
+                                 [](const pass::Kick& p) {
+                                     if (p.kind == KickKind::rigid) return 0.0;
+                                     const bool plain = p.kind == KickKind::undamped || p.kind == KickKind::constant_rates;
+                                     return p.share * (plain ? kick_ns : stretched_kick_ns);
+                                 },
+                                 [](const pass::Filter& p) { return filter_ns + filter_order_ns * static_cast<double>(p.order); },
+                                 [](const auto&) { return 0.0; }},
+                      pass);
+}
+
+std::vector<std::string_view> GroupProgram::names() const {
+    std::vector<std::string_view> names;
+    for (std::size_t i = 0; i < size(); ++i) names.push_back(name_of((*this)[i]));
+    return names;
+}
+
+GroupProgram program_of(const RodGroup& group, const ProgramNeeds& needs) {
+    const bool moving = group.spec().ends_move(), ring = group.closed(), audit = needs.audit;
+    const bool filtered = std::any_of(needs.damping.begin(), needs.damping.end(), is_filter);
+    const double share = filtered ? 0.5 : 1.0; // of a kick: one before the filters, one after
+
+    std::vector<PassSpec> before;
+    before.push_back(pass::Drift{top_of(group)});
+    if (ring) before.push_back(pass::CloseRing{});
+    if (moving && audit) before.push_back(pass::AuditEnds{});
+    if (moving) before.push_back(pass::MoveEnds{});
+    before.push_back(pass::Orthonormalise{});
+    if (needs.coupled) before.push_back(pass::Expose{});
+
+    std::vector<PassSpec> after;
+    const auto apply_loads = [&](bool that_feel_all) {
+        for (std::size_t i = 0; i < needs.loads.size(); ++i)
+            if (const Load& load = needs.loads[i]; load.feels_all() == that_feel_all)
+                after.push_back(pass::ApplyLoad{i, load.kind(), load.needs_whole_rods()});
+    };
+    after.push_back(pass::Elastic{group.law()});
+    if (audit) after.push_back(pass::AuditInner{});
+    apply_loads(false);
+    if (needs.walls) after.push_back(pass::Walls{});
+    if (needs.coupled) after.push_back(pass::TakeLoads{});
+    apply_loads(true);
+    if (ring) after.push_back(pass::FoldRing{});
+    if (audit) after.push_back(pass::AuditLoads{});
+    after.push_back(pass::Kick{needs.kick, share});
+    for (const Damping& d : needs.damping)
+        if (is_filter(d)) after.push_back(pass::Filter{d.order, d.rate});
+    if (filtered) after.push_back(pass::Kick{needs.kick, share});
+    if (group.spec().hold.any()) after.push_back(pass::Hold{});
+    if (audit) after.push_back(pass::AuditBalance{});
+    return {std::move(before), std::move(after)};
+}
+
+} // namespace skein

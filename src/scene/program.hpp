@@ -1,0 +1,122 @@
+// The step of one group as data: passes over its tiles, in order. The plan prints these lists, and kernels/make_pass.hpp makes
+// exactly what they name. A new stage is a struct here, a line in program.cpp and a line in make_pass.hpp.        theory.md (20)
+#pragma once
+
+#include "loads/damping.hpp"
+#include "rod/top.hpp"
+#include "skein/loads/load.hpp"
+#include "skein/rod/rod_group.hpp"
+
+#include <span>
+#include <string_view>
+#include <variant>
+#include <vector>
+
+namespace skein {
+
+namespace pass {
+
+/// Positions and frames at constant rates.
+struct Drift {
+    TopKind top;
+};
+/// A ring's last node takes the place of its first.
+struct CloseRing {
+    static constexpr std::string_view name = "close ring";
+};
+/// Audit: kinetic energy of ends before they are moved.
+struct AuditEnds {
+    static constexpr std::string_view name = "audit ends";
+};
+struct MoveEnds {
+    static constexpr std::string_view name = "move ends";
+};
+struct Orthonormalise {
+    static constexpr std::string_view name = "orthonormalise";
+};
+/// Places, rates and radii go where other rods look.
+struct Expose {
+    static constexpr std::string_view name = "expose";
+};
+/// Sets internal loads.
+struct Elastic {
+    Law law;
+};
+/// Audit: internal loads by themselves.
+struct AuditInner {
+    static constexpr std::string_view name = "audit inner";
+};
+/// Adds a load of the scene; `number`: its place among those that act on the group.
+struct ApplyLoad {
+    std::size_t number;
+    std::string_view kind;
+    bool needs_whole_rods;
+};
+struct Walls {
+    static constexpr std::string_view name = "walls";
+};
+/// Adds the loads that interactions have found.
+struct TakeLoads {
+    static constexpr std::string_view name = "contact";
+};
+/// The load on a ring's last node goes to its first.
+struct FoldRing {
+    static constexpr std::string_view name = "fold ring";
+};
+/// Audit: all loads.
+struct AuditLoads {
+    static constexpr std::string_view name = "audit loads";
+};
+/// Rates, over a `share` of the step.
+struct Kick {
+    KickKind kind;
+    double share;
+};
+/// Laplacian filter of the rates.
+struct Filter {
+    static constexpr std::string_view name = "laplacian filter";
+    long order;
+    double rate; ///< 1/s
+};
+struct Hold {
+    static constexpr std::string_view name = "hold";
+};
+/// Audit: what the step has done.
+struct AuditBalance {
+    static constexpr std::string_view name = "audit balance";
+};
+
+} // namespace pass
+
+using PassSpec = std::variant<pass::Drift, pass::CloseRing, pass::AuditEnds, pass::MoveEnds, pass::Orthonormalise, pass::Expose,
+                              pass::Elastic, pass::AuditInner, pass::ApplyLoad, pass::Walls, pass::TakeLoads, pass::FoldRing,
+                              pass::AuditLoads, pass::Kick, pass::Filter, pass::Hold, pass::AuditBalance>;
+
+std::string_view name_of(const PassSpec& pass);
+/// Whether the pass can run over rods cut into strands (rod/strands.hpp).
+bool may_lie_along(const PassSpec& pass);
+/// Expected time per element-step and core where all lanes carry a rod, ns: for predictions only.
+double predicted_ns(const PassSpec& pass);
+
+/// Passes of a step before rods feel each other, and after.
+struct GroupProgram {
+    std::vector<PassSpec> before, after;
+
+    std::size_t size() const { return before.size() + after.size(); }
+    const PassSpec& operator[](std::size_t i) const { return i < before.size() ? before[i] : after[i - before.size()]; }
+    /// Names of all, in order.
+    std::vector<std::string_view> names() const;
+};
+
+/// Parts of a scene that decide which passes a group has, besides its own.
+struct ProgramNeeds {
+    std::span<const Load> loads;      ///< that act on the group
+    std::span<const Damping> damping; ///< that act on the group
+    KickKind kick = KickKind::undamped;
+    bool walls = false;   ///< some act on the group
+    bool coupled = false; ///< rods feel each other
+    bool audit = false;
+};
+GroupProgram program_of(const RodGroup& group, const ProgramNeeds& needs);
+
+} // namespace skein
