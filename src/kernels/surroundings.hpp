@@ -1,4 +1,4 @@
-// What rods meet besides their own loads, shared by their passes and by Interactions.
+// Parts of a run outside of the tiles that passes and interactions share.
 #pragma once
 
 #include "contact/contact_view.hpp"

@@ -81,7 +81,7 @@ void Simulation::keep_copy() {
     if (copy_ && clock_.done() - copy_->step() < copy_every) return;
     if (!copy_) {
         if (options_.rewind == Rewind::never || (options_.rewind == Rewind::automatic && plan_.copy_bytes == 0)) return;
-        copy_ = std::make_unique<StateCopy>(groups_, *rods_, interactions_.get());
+        copy_ = std::make_unique<StateCopy>(groups_, *rods_, interactions_);
     }
     const auto timing = timers_.time(Phase::checkpoint);
     copy_->take(clock_.done());
@@ -97,7 +97,7 @@ bool Simulation::redo(std::int64_t until, bool look) {
     while (clock_.done() < until) {
         const auto steps = clock_.next(until);
         const bool check = look && steps.back().index == until;
-        fit = (interactions_ && steps_together(plan_) ? step_together(steps, check) : step_alone(steps, check)) || !check;
+        fit = (steps_together(plan_) ? step_together(steps, check) : step_alone(steps, check)) || !check;
         clock_.advance(steps);
     }
     return comm_.max(static_cast<std::int64_t>(!fit)) == 0;
@@ -138,15 +138,14 @@ double Simulation::present_limit() const {
             if (!complaint(own, state)) least = std::min(least, watch.limit(tightest(own, state).eigenvalue));
         });
     }
-    if (interactions_) least = std::min(least, interactions_->step_limit());
-    return comm_.min(least);
+    return comm_.min(std::min(least, step_limit(interactions_)));
 }
 
 /// From the copy 64 steps at a time until a rod comes out unfit, and those steps again one at a time.
 Simulation::Failure Simulation::find_failure() {
     const std::int64_t failed_by = comm_.max(failure_.empty() ? std::int64_t{0} : clock_.done());
     const auto copy_here = [&] {
-        auto copy = std::make_unique<StateCopy>(groups_, *rods_, interactions_.get());
+        auto copy = std::make_unique<StateCopy>(groups_, *rods_, interactions_);
         copy->take(clock_.done());
         return copy;
     };
@@ -173,13 +172,8 @@ Simulation::Failure Simulation::find_failure() {
     const std::int64_t gid = comm_.min(mine.gid);
     const bool here = gid != nobody && mine.gid == gid;
     if (gid == nobody) { // contacts alone
-        std::string text;
-        try {
-            if (interactions_) interactions_->inspect(found.step);
-        } catch (const NumericalError& e) {
-            text = e.what();
-        }
-        found.text = comm_.first_text(text);
+        const std::string reason = invalid(interactions_);
+        found.text = comm_.first_text(reason.empty() ? reason : fmt::format("{} at step {}", reason, found.step));
     } else {
         found.text = comm_.first_text(
             here ? fmt::format("{} at step {} (t = {:.6g} s, dt = {:.6g} s)", mine.text, found.step, clock_.time(), plan_.dt)
@@ -209,8 +203,9 @@ Simulation::Failure Simulation::find_failure() {
             const auto before = copy_here();
             if (step == last) limit = std::min(limit, present_limit());
             redo(step, false); // so that contacts are those of this step
-            if (interactions_)
-                if (const Touch now = interactions_->strongest_touch(gid); now.force > touch.force) touch = now, touched = step;
+            if (!interactions_.empty())
+                if (const Touch now = strongest_touch(comm_, interactions_, gid); now.force > touch.force)
+                    touch = now, touched = step;
             go_back(*before);
             if (here) {
                 auto effects = rods_->dissect(mine.rod, clock_.next(step, 1));
@@ -232,12 +227,7 @@ Simulation::Failure Simulation::find_failure() {
 
 void Simulation::begin_again(const StateCopy& start, const Clock& was, const std::vector<LocalRod>& owned) {
     clock_ = continued(was, plan_.dt, plan_.integrator);
-    interactions_.reset();
-    rods_.reset();
-    Surroundings around = make_surroundings(plan_, groups_);
-    rods_ = make_rods(plan_, groups_, owned, threads_, around);
-    if (around.others || around.walls)
-        interactions_ = std::make_unique<Interactions>(comm_, threads_, plan_, groups_, *rods_, around);
+    make_bodies(owned);
     for (std::size_t i = 0; i < owned.size(); ++i) {
         std::vector<Slot<1>> state(start.state(i).begin(), start.state(i).end());
         with_rod(groups_[static_cast<std::size_t>(owned[i].group)], owned[i].index,
@@ -245,7 +235,7 @@ void Simulation::begin_again(const StateCopy& start, const Clock& was, const std
         rods_->import_rod(i, state);
         if (!start.memory(i).empty()) rods_->set_memory(i, start.memory(i));
     }
-    if (interactions_) interactions_->restore(start.kept());
+    recall(interactions_, start.kept());
 }
 
 void Simulation::try_shorter_steps(Failure& failure, const StateCopy& start, double until, double dt) {

@@ -4,7 +4,7 @@
 #include "loads/magnetic_field.hpp"
 #include "partition/partition.hpp"
 #include "scene/scene_file.hpp"
-#include "simulation/interactions.hpp"
+#include "simulation/interaction.hpp"
 #include "skein/time/clock.hpp"
 
 namespace skein {
@@ -61,12 +61,14 @@ std::uint64_t self_check(const Communicator& comm, const Threads& threads, int l
     const Plan plan = make_plan(scene, groups, {.ranks = comm.size(), .threads = threads.count(), .lanes = lanes});
     Surroundings around = make_surroundings(plan, groups);
     const std::unique_ptr<Rods> rods = make_rods(plan, groups, partition(comm, groups), threads, around);
-    Interactions interactions(comm, threads, plan, groups, *rods, around);
+    Neighbourhood neighbourhood(comm, groups, *rods, around.others);
+    const Interactions interactions = make_interactions({comm, threads, plan, groups, *rods, around, neighbourhood});
     Timers timers;
     for (Clock clock(plan.dt, 0, plan.integrator); clock.done() < plan.steps;) {
         const auto steps = clock.next(plan.steps, 1);
         rods->move(steps.front());
-        interactions.meet(steps.front(), timers);
+        if (neighbourhood.exchanges()) neighbourhood.exchange();
+        for (const auto& interaction : interactions) interaction->add(steps.front(), timers);
         rods->act(steps.front(), false);
         clock.advance(steps);
     }

@@ -68,14 +68,11 @@ Simulation::Simulation(const Communicator& comm, const Threads& threads, const S
     on_root(comm_, [&] {
         if (writes) directory_ = std::make_unique<ResultsDirectory>(options_.out, options_.overwrite);
     });
-    Surroundings around = make_surroundings(plan_, groups_);
     std::vector<LocalRod> own = partition(comm_, groups_);
     keep_own_rods(comm_, groups_, own);
-    rods_ = make_rods(plan_, groups_, std::move(own), threads_, around);
-    if (around.others || around.walls)
-        interactions_ = std::make_unique<Interactions>(comm_, threads_, plan_, groups_, *rods_, around);
+    make_bodies(std::move(own));
 
-    const std::vector<std::string> kept = interactions_ ? interactions_->kept_names() : std::vector<std::string>();
+    const std::vector<std::string> kept = kept_names(interactions_);
     std::optional<CheckpointInfo> found;
     if (writes) found = read_checkpoint(comm_, options_.out, groups_, *rods_, physics_, tell_warning, kept);
     else if (!options_.from.empty())
@@ -85,7 +82,7 @@ Simulation::Simulation(const Communicator& comm, const Threads& threads, const S
     if (!resumes && !scene.start.from.empty())
         found = begin_branch(comm_, {scene, plan_.dt, physics_}, groups_, *rods_, kept, tell_warning);
     if (found) {
-        if (interactions_) interactions_->restore(found->kept);
+        recall(interactions_, found->kept);
         clock_ = Clock(plan_.dt, found->step, plan_.integrator, found->shift);
         ancestry_ = found->ancestry;
         if (found->shift != 0) plan_.steps = std::max<std::int64_t>(1, clock_.step_at(scene.time.duration));
@@ -125,6 +122,19 @@ Simulation::Simulation(const Communicator& comm, const Threads& threads, const S
 
 Simulation::~Simulation() = default;
 
+void Simulation::make_bodies(std::vector<LocalRod> owned) {
+    interactions_.clear();
+    neighbourhood_.reset();
+    rods_.reset();
+    Surroundings around = make_surroundings(plan_, groups_);
+    rods_ = make_rods(plan_, groups_, std::move(owned), threads_, around);
+    walls_ = around.walls;
+    if (!around.others && !around.walls) return;
+    neighbourhood_ = std::make_unique<Neighbourhood>(comm_, groups_, *rods_, around.others);
+    interactions_ = make_interactions({comm_, threads_, plan_, groups_, *rods_, around, *neighbourhood_});
+    contacts_ = contacts_of(interactions_);
+}
+
 bool Simulation::is_told(std::uint64_t digest) const {
     EarlierSummary earlier;
     on_root(comm_, [&] { earlier = read_summary(options_.out + "/summary.json", digest, output_); });
@@ -146,7 +156,7 @@ void Simulation::begin_audit(std::optional<double> audited_from) {
 std::uint64_t Simulation::digest() const { return comm_.sum_wrapping(rods_->digest()); }
 
 void Simulation::advance(std::int64_t until) {
-    const bool coupled = interactions_ && steps_together(plan_), together = coupled || options_.protocol == Protocol::synchronous;
+    const bool coupled = steps_together(plan_), together = coupled || options_.protocol == Protocol::synchronous;
     bool going = true;
     while (clock_.done() < until && going) {
         const std::int64_t next_check = (clock_.done() / check_every + 1) * check_every;
@@ -160,13 +170,9 @@ void Simulation::advance(std::int64_t until) {
             near_limit_ = rods_->near_limit();
             if (!near_limit_.empty()) near_limit_ += fmt::format(" at step {}", clock_.done());
         }
-        if (check && interactions_) interactions_->look_at_walls(steps.back());
-        if (!fit) try {
-                rods_->inspect(clock_.done(), plan_.dt);
-                if (interactions_) interactions_->inspect(clock_.done());
-            } catch (const NumericalError& e) {
-                failure_ = e.what();
-            } // the other ranks learn of it when they meet
+        for (const auto& interaction : interactions_)
+            if (check) interaction->look(steps.back());
+        if (!fit) failure_ = reason_of_failure(); // the other ranks learn of it when they meet
         going = (together ? meet() : failure_.empty()) && !ended();
     }
 }
@@ -177,24 +183,37 @@ bool Simulation::step_alone(std::span<const Step> steps, bool check) {
 }
 
 bool Simulation::step_together(std::span<const Step> steps, bool check) {
-    const auto timed = [&](auto&& work) {
-        const auto timing = timers_.time(Phase::rods);
+    const auto timed = [&](Phase phase, auto&& work) {
+        const auto timing = timers_.time(phase);
         work();
     };
     bool fit = true;
-    timed([&] { rods_->move(steps.front()); }); // per tile: drift
+    timed(Phase::rods, [&] { rods_->move(steps.front()); }); // per tile: drift, expose
     for (std::size_t i = 0; i < steps.size(); ++i) {
-        interactions_->meet(steps[i], timers_); // contacts
-        timed([&] {                             // per tile: forces, loads, walls, kick; then the next drift
+        if (neighbourhood_->exchanges()) timed(Phase::exchange, [&] { neighbourhood_->exchange(); });
+        for (const auto& interaction : interactions_) interaction->add(steps[i], timers_); // contacts
+        timed(Phase::rods, [&] { // per tile: forces, loads, walls, kick; then the next drift
             if (i + 1 < steps.size()) rods_->act_and_move(steps[i], steps[i + 1]);
             else fit = rods_->act(steps[i], check);
         });
-        interactions_->steer(steps[i], timers_); // servos
+        timed(Phase::exchange, [&] {
+            for (const auto& interaction : interactions_) interaction->steer(steps[i]); // servos
+        });
     }
-    return fit && (!check || interactions_->fit());
+    return fit && (!check || invalid(interactions_).empty());
 }
 
-bool Simulation::ended() const { return at_rest_ || (interactions_ && interactions_->finished()); }
+std::string Simulation::reason_of_failure() const {
+    try {
+        rods_->inspect(clock_.done(), plan_.dt);
+    } catch (const NumericalError& e) {
+        return e.what();
+    }
+    const std::string reason = invalid(interactions_);
+    return reason.empty() ? reason : fmt::format("{} at step {}", reason, clock_.done());
+}
+
+bool Simulation::ended() const { return at_rest_ || finished(interactions_); }
 
 void Simulation::look_for_rest() {
     at_rest_ = plan_.rest_speed > 0 && clock_.done() > 0 && last_sample_[observed_speed] < plan_.rest_speed;
@@ -251,7 +270,7 @@ Simulation::Verdict Simulation::agree() {
     const double wall = wall_seconds() - started_;
     checkpoints_.look();
     const bool late = options_.walltime > 0 && checkpoints_.late(options_.walltime);
-    const bool tells = (!near_limit_.empty() && !told_limit_) || (interactions_ && interactions_->passed());
+    const bool tells = (!near_limit_.empty() && !told_limit_) || overlaps_untold(interactions_);
     const Verdict mine = !failure_.empty()          ? Verdict::fail
                          : stop_requested() || late ? Verdict::stop_at_limit
                          : tells                    ? Verdict::warn
@@ -295,12 +314,10 @@ void Simulation::open_outputs(const SceneSpec& scene, const CheckpointInfo* resu
 void Simulation::open_polydata(const SceneSpec& scene, std::int64_t resume_step) {
     if (!plan_.vtp) return;
     NodeForces forces;
-    if (interactions_ && interactions_->rods_touch())
-        forces = [this](std::int64_t gid, std::span<Vec3d> out) { interactions_->contact_forces(gid, out); };
+    if (contacts_) forces = [this](std::int64_t gid, std::span<Vec3d> out) { contacts_->forces(gid, out); };
     polydata_ = std::make_unique<VtkSeries>(comm_, options_.out, scene.output, groups_, *rods_, resume_step, std::move(forces),
                                             tell_warning);
-    if (interactions_ && interactions_->walls())
-        wall_meshes_ = std::make_unique<WallMeshes>(comm_, *interactions_->walls(), groups_, rods_->local());
+    if (walls_) wall_meshes_ = std::make_unique<WallMeshes>(comm_, *walls_, groups_, rods_->local());
 }
 
 void Simulation::write_polydata() {
@@ -315,7 +332,7 @@ void Simulation::write_due() {
     {
         const auto timing = timers_.time(Phase::output);
         if (clock_.done() > 0 && due(plan_.cadence.contacts)) {
-            const std::string table = interactions_->contact_table();
+            const std::string table = contacts_->table();
             on_root(comm_, [&] { write_file(fmt::format("{}/contacts_{:012d}.csv", options_.out, clock_.done()), table); });
         }
     }
@@ -346,8 +363,7 @@ void Simulation::show_progress(bool last) {
 std::vector<std::string> Simulation::names() const {
     auto all = observable_names(sets_);
     if (plan_.audit) all.insert(all.end(), std::begin(audit_names), std::end(audit_names));
-    if (interactions_)
-        for (std::string& name : interactions_->names()) all.push_back(std::move(name));
+    for (std::string& name : names_of_figures(interactions_)) all.push_back(std::move(name));
     if (plan_.gravity) all.emplace_back("potential[J]");
     return all;
 }
@@ -359,8 +375,7 @@ std::vector<double> Simulation::observables() const {
         values.insert(values.end(), {a.loads, a.walls, a.dissipated, a.defect(*audited_from_)});
     }
     const Vec3d centre{values[observed_centre], values[observed_centre + 1], values[observed_centre + 2]};
-    if (interactions_)
-        for (const double x : interactions_->values()) values.push_back(x);
+    for (const double x : values_of_figures(comm_, interactions_)) values.push_back(x);
     if (plan_.gravity) values.push_back(-plan_.mass * dot(*plan_.gravity, centre));
     return values;
 }
@@ -399,9 +414,8 @@ void Simulation::warn_of_limit() {
 }
 
 void Simulation::warn_of_overlap() {
-    if (!interactions_) return;
     bool told = false;
-    const std::string text = interactions_->tell_of_overlaps();
+    const std::string text = tell_of_overlaps(comm_, interactions_);
     warn(told, !text.empty(), text);
 }
 
@@ -440,7 +454,7 @@ void Simulation::keep_state() {
     checkpoint_digest_ = digest();
     CheckpointInfo info{clock_.done(), plan_.dt, checkpoint_digest_, physics_, {}, audited_from_};
     info.shift = clock_.shift(), info.settings = settings_, info.ancestry = ancestry_;
-    if (interactions_) info.kept = interactions_->kept();
+    info.kept = kept(interactions_);
     mark_outputs(info);
     write_checkpoint(comm_, options_.out, groups_, *rods_, info, plan_.keeping);
     last_checkpoint_ = clock_.done();
@@ -467,7 +481,7 @@ void Simulation::write_summary(const RunResult& result) {
     }
     figures.rod_bytes = comm_.sum(static_cast<std::int64_t>(rods_->bytes()));
     figures.resident_bytes = comm_.sum(resident_bytes());
-    if (interactions_) figures.overlaps = interactions_->largest_overlaps();
+    figures.overlaps = largest_overlaps(comm_, interactions_);
     on_root(comm_, [&] {
         write_file(options_.out + "/summary.json", summary_json(figures));
         if (!options_.quiet) std::printf("%s", timing_table(figures).c_str());

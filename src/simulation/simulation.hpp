@@ -12,7 +12,7 @@
 #include "rod/rods.hpp"
 #include "scene/plan.hpp"
 #include "simulation/checkpoint_clock.hpp"
-#include "simulation/interactions.hpp"
+#include "simulation/contact_interaction.hpp"
 #include "simulation/progress.hpp"
 #include "simulation/results_directory.hpp"
 #include "simulation/wall_meshes.hpp"
@@ -100,10 +100,14 @@ public:
     std::string difference_to(const std::string& checkpoint);
 
 private:
-    /// Steps of rods that do not, many in a visit.
+    /// Steps of rods that do not wait for each other, many in a visit. With `check`, false where a rod came out unfit.
     bool step_alone(std::span<const Step> steps, bool check);
-    /// Steps of rods that wait for each other. With `check`, false where a rod came out unfit.
+    /// Steps of rods that do. With `check` as before.
     bool step_together(std::span<const Step> steps, bool check);
+    /// Why rods or interactions of this rank cannot go on; empty where they can.
+    std::string reason_of_failure() const;
+    /// Rods in their start state, and what they do to each other. Collective.
+    void make_bodies(std::vector<LocalRod> owned);
     enum class Verdict { go_on, warn, stop_at_limit, fail };
 
     /// `resumed`: the checkpoint of this directory that the run goes on from; null: none, and of a branch that begins.
@@ -191,7 +195,10 @@ private:
     bool save_now_ = false, saving_ = false, idle_ = false;
     std::unique_ptr<ResultsDirectory> directory_; ///< root only; null where nothing is written
     std::unique_ptr<Rods> rods_;
-    std::unique_ptr<Interactions> interactions_; ///< null where rods heed nothing but their own loads
+    std::shared_ptr<Walls> walls_;                 ///< null where there are none
+    std::unique_ptr<Neighbourhood> neighbourhood_; ///< null where nothing interacts
+    Interactions interactions_;
+    ContactInteraction* contacts_ = nullptr; ///< of interactions_; null where rods do not feel each other
     Clock clock_;
     std::int64_t first_step_ = 0, last_step_ = 0; ///< of this run
     std::int64_t next_tick_ = 0;                  ///< step at which ranks agree next

@@ -5,7 +5,7 @@
 
 namespace skein {
 
-StateCopy::StateCopy(std::span<const RodGroup> groups, Rods& rods, Interactions* interactions)
+StateCopy::StateCopy(std::span<const RodGroup> groups, Rods& rods, const Interactions& interactions)
     : rods_(rods), interactions_(interactions), all_(rods.local().size()), first_{0} {
     std::iota(all_.begin(), all_.end(), std::size_t{0});
     bool remembers = false;
@@ -26,7 +26,7 @@ void StateCopy::take(std::int64_t step) {
         works_[i] = rods_.works(i);
         if (!memory_.empty()) memory_[i] = rods_.memory(i);
     });
-    if (interactions_) kept_ = interactions_->kept();
+    kept_ = skein::kept(interactions_);
     step_ = step;
 }
 
@@ -36,7 +36,7 @@ void StateCopy::put_back() const {
         rods_.set_works(i, works_[i]);
         if (!memory_.empty()) rods_.set_memory(i, memory_[i]);
     }
-    if (interactions_) interactions_->restore(kept_);
+    recall(interactions_, kept_);
 }
 
 } // namespace skein

@@ -2,7 +2,7 @@
 // again.
 #pragma once
 
-#include "simulation/interactions.hpp"
+#include "simulation/interaction.hpp"
 
 #include <cstdint>
 #include <span>
@@ -12,8 +12,8 @@ namespace skein {
 
 class StateCopy {
 public:
-    /// `interactions` may be null. All must outlive it.
-    StateCopy(std::span<const RodGroup> groups, Rods& rods, Interactions* interactions);
+    /// All must outlive it.
+    StateCopy(std::span<const RodGroup> groups, Rods& rods, const Interactions& interactions);
 
     /// Collective where rods interact.
     void take(std::int64_t step);
@@ -27,7 +27,7 @@ public:
 
 private:
     Rods& rods_;
-    Interactions* interactions_;
+    const Interactions& interactions_;
     std::int64_t step_ = -1;
     std::vector<std::size_t> all_;   ///< places in local()
     std::vector<std::size_t> first_; ///< slot of each rod, and behind the last

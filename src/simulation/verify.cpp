@@ -36,16 +36,16 @@ std::span<const double> numbers(std::span<const Slot<1>> state) {
 
 std::string Simulation::difference_to(const std::string& checkpoint) {
     if (const std::string unfit = failure(); !unfit.empty()) return unfit;
-    StateCopy computed(groups_, *rods_, interactions_.get()), written(computed);
+    StateCopy computed(groups_, *rods_, interactions_), written(computed);
     computed.take(clock_.done());
     const double audited_from = audited_from_.value_or(0);
     const auto same_run = [&](const CheckpointInfo& info) {
         if (info.scene != physics_ || info.ancestry != ancestry_ || info.shift != clock_.shift())
             throw InputError(checkpoint + ": is not of the run that the checkpoint before it is of");
     };
-    const auto kept = interactions_ ? interactions_->kept_names() : std::vector<std::string>();
+    const auto kept = kept_names(interactions_);
     const CheckpointInfo info = load_checkpoint(comm_, checkpoint, groups_, *rods_, same_run, kept);
-    if (interactions_) interactions_->restore(info.kept);
+    recall(interactions_, info.kept);
     written.take(info.step);
 
     constexpr std::int64_t nobody = std::numeric_limits<std::int64_t>::max();

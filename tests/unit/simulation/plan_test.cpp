@@ -136,10 +136,14 @@ TEST(Plan, AutomaticStepDividesTheIntervalsOfAllOutputs) {
         const bool alike = trajectory != 70;
         for (const double interval : {trajectory, series}) {
             const double steps = interval * limit / plan.dt;
-            if (alike) EXPECT_NEAR(steps, std::round(steps), 1e-9) << interval;
+            if (alike) {
+                EXPECT_NEAR(steps, std::round(steps), 1e-9) << interval;
+            }
         }
         EXPECT_EQ(plan.notes.empty(), alike) << trajectory;
-        if (!alike) EXPECT_NE(plan.notes[0].find("time.divide"), std::string::npos) << plan.notes[0];
+        if (!alike) {
+            EXPECT_NE(plan.notes[0].find("time.divide"), std::string::npos) << plan.notes[0];
+        }
     }
     SceneSpec scene = test::cilia_scene(1);
     scene.output.series = 3.5 * limit;

@@ -1,4 +1,5 @@
 // Rigid bodies among walls, rods and each other: they roll, slip, bounce and collide; what scenes may not say of them.
+#include "contact/contact_limits.hpp"
 #include "diagnostics/observables.hpp"
 #include "loads/end_force.hpp"
 #include "loads/gravity.hpp"
@@ -8,7 +9,6 @@
 #include "loads/uniform_force.hpp"
 #include "rod/rigid.hpp"
 #include "scene/scene_file.hpp"
-#include "simulation/interactions.hpp"
 #include "skein/core/error.hpp"
 #include "support/meeting.hpp"
 

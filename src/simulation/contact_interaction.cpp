@@ -1,0 +1,187 @@
+#include "simulation/contact_interaction.hpp"
+
+#include "parallel/exact_sum.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <functional>
+#include <limits>
+#include <tuple>
+
+namespace skein {
+
+namespace {
+
+constexpr std::size_t contact_size = 11; ///< two slots, what, memory
+
+/// Rows of numbers of all ranks, put in order.
+template <std::size_t columns, class Before = std::less<>> std::vector<std::array<double, columns>>
+gathered_rows(const Communicator& comm, const std::vector<std::array<double, columns>>& mine, Before before = {}) {
+    const std::vector<double> all = comm.all_gather(std::span(mine.empty() ? nullptr : mine.front().data(), columns * mine.size()));
+    std::vector<std::array<double, columns>> rows(all.size() / columns);
+    for (std::size_t i = 0; i < all.size(); ++i) rows[i / columns][i % columns] = all[i];
+    std::sort(rows.begin(), rows.end(), before);
+    return rows;
+}
+
+std::string name_of(std::span<const RodGroup> groups, std::int64_t gid) {
+    for (const RodGroup& group : groups)
+        if (gid < group.first_gid() + group.count()) return fmt::format("rod {} of '{}'", gid - group.first_gid(), group.name());
+    return {};
+}
+
+} // namespace
+
+ContactInteraction::ContactInteraction(const InteractionParts& parts)
+    : comm_(parts.comm), plan_(parts.plan), groups_(parts.groups), view_(parts.around.others),
+      all_rods_(parts.neighbourhood.all_rods()),
+      contacts_(kernels(plan_.machine.lanes)
+                    .make_contacts(view_->capsules, *plan_.contact_laws, parts.threads, parts.neighbourhood.owned())) {
+    for (const RodGroup& group : groups_) mobility_.push_back(contact_mobility(group));
+    const ContactLaws& laws = *plan_.contact_laws;
+    const std::size_t materials = laws.materials();
+    for (std::size_t i = 0; i < materials * materials; ++i)
+        soft_until_ = std::max(soft_until_, laws.between(i / materials, i % materials).soft_until);
+    overlap_ = {.of = "rods",
+                .allowed = plan_.contact->overlap,
+                .normal = laws.normal(),
+                .stiffness = materials == 1 ? laws.between(0, 0).stiffness : 0};
+}
+
+void ContactInteraction::add(const Step& step, Timers& timers) {
+    const auto timing = timers.time(Phase::contacts);
+    const double searched = contacts_->figures().search_s;
+    contacts_->evaluate(view_->capsules, step.time, step.kick, view_->load);
+    timers.move(Phase::contacts, Phase::search, contacts_->figures().search_s - searched);
+    view_->touched = contacts_->touched_rods();
+    forces_lost_ = false;
+    if (step.time >= soft_until_) overlap_.take(contacts_->figures().deepest, step.index);
+}
+
+double ContactInteraction::step_limit() const {
+    double limit = HUGE_VAL;
+    const ContactFigures f = contacts_->figures();
+    for (std::size_t g = 0; g < groups_.size(); ++g)
+        limit = std::min(limit, contact_limit(mobility_[g], plan_.contact_laws->between(g, g), f.stiffest, 0, 1));
+    return limit;
+}
+
+std::string ContactInteraction::invalid() const {
+    if (plan_.force_dt) return {};
+    const ContactFigures f = contacts_->figures();
+    const double limit = step_limit();
+    if (plan_.dt <= limit) return {};
+    return fmt::format("contacts are as stiff as {:.4g} N/m, where rods overlap by {:.3g} of their diameter: the step of {:.4g} s "
+                       "is beyond the {:.4g} s that they leave",
+                       f.stiffest, f.deepest, plan_.dt, limit);
+}
+
+Touch ContactInteraction::strongest_touch(std::int64_t gid) const {
+    Touch most;
+    const Capsules& c = view_->capsules;
+    for (const Contact& contact : contacts_->active(c)) {
+        const auto [a, b] = contact.pair;
+        const bool first = c.rod[a] == gid;
+        if (!first && c.rod[b] != gid) continue;
+        const double force = norm(contact.force);
+        if (force < most.force) continue; // a force that is not finite is told
+        const auto element = [&](std::uint32_t slot) {
+            return static_cast<std::int64_t>(slot) - c.first_slot[static_cast<std::size_t>(c.rod[slot])];
+        };
+        const std::uint32_t own = first ? a : b, other = first ? b : a;
+        const double diameter = 2 * std::min(c.node[a].radius, c.node[b].radius);
+        most = {force,
+                fmt::format("its element {} and element {} of {} press each other with {:.3g} N, {:.3g} of the diameter deep",
+                            element(own), element(other), name_of(groups_, c.rod[other]), force, contact.overlap / diameter)};
+    }
+    return most;
+}
+
+std::vector<Figure> ContactInteraction::figures() const {
+    using Of = Figure::Of;
+    const ContactFigures f = contacts_->figures();
+    const auto contacts = static_cast<double>(f.active);
+    return {{"contacts[-]", Of::sum, {contacts}},
+            {"coordination[-]", Of::sum, {contacts}, 2, static_cast<double>(all_rods_)},
+            {"deepest_overlap[-]", Of::largest, {f.deepest}},
+            {"contact_energy[J]", Of::sum, {f.stored}},
+            {"contact_rubbed[J]", Of::sum, {f.rubbed}},
+            {"contact_damped[J]", Of::sum, {f.damped}},
+            {"candidates[-]", Of::sum, {static_cast<double>(f.listed)}},
+            {"renewals[-]", Of::largest, {static_cast<double>(f.renewals)}},
+            {"skin[m]", Of::same, {f.skin}}};
+}
+
+std::string ContactInteraction::table() const {
+    const Capsules& c = view_->capsules;
+    std::vector<std::array<double, 16>> mine;
+    for (const Contact& contact : contacts_->active(c)) {
+        const auto [a, b] = contact.pair;
+        const auto rod = [&](std::uint32_t slot) { return c.rod[slot]; };
+        const auto element = [&](std::uint32_t slot) {
+            return static_cast<std::int32_t>(slot) - c.first_slot[static_cast<std::size_t>(c.rod[slot])];
+        };
+        const CapsuleNode &a0 = c.node[a], &a1 = c.node[a + 1], &b0 = c.node[b], &b1 = c.node[b + 1];
+        const Vec3d at_a = a0.position + contact.s * (a1.position - a0.position),
+                    at_b = b0.position + contact.t * (b1.position - b0.position);
+        const Vec3d apart = at_b - at_a, normal = (1 / std::max(norm(apart), 1e-300)) * apart;
+        const Vec3d arm_a = (a0.radius - 0.5 * contact.overlap) * normal, arm_b = -(b0.radius - 0.5 * contact.overlap) * normal;
+        const auto velocity = [&](std::uint32_t slot, double share, const Vec3d& arm) {
+            const CapsuleMotion &first = c.motion[slot], &second = c.motion[slot + 1];
+            return first.velocity + share * (second.velocity - first.velocity) + cross(first.spin, arm);
+        };
+        const Vec3d slip = velocity(a, contact.s, arm_a) - velocity(b, contact.t, arm_b);
+        const Vec3d place = at_a + arm_a, &f = contact.force;
+        const double push = -dot(f, normal);
+        mine.push_back({double(rod(a)), double(element(a)), contact.s, double(rod(b)), double(element(b)), contact.t, place.x,
+                        place.y, place.z, f.x, f.y, f.z, push, norm(f + push * normal), contact.overlap,
+                        norm(slip - dot(slip, normal) * normal)});
+    }
+    std::string text = "rod_1,element_1,share_1,rod_2,element_2,share_2,x[m],y[m],z[m],force_x[N],force_y[N],force_z[N],normal[N],"
+                       "friction[N],overlap[m],slip[m/s]\n";
+    const auto by_pair = [](const auto& x, const auto& y) {
+        return std::tie(x[0], x[1], x[3], x[4]) < std::tie(y[0], y[1], y[3], y[4]);
+    };
+    for (const auto& row : gathered_rows(comm_, mine, by_pair)) text += fmt::format("{}\n", fmt::join(row, ","));
+    return text;
+}
+
+void ContactInteraction::forces(std::int64_t gid, std::span<Vec3d> out) const {
+    const auto rod = static_cast<std::size_t>(gid);
+    const double none = forces_lost_ ? std::numeric_limits<double>::quiet_NaN() : 0.0;
+    const bool touched = !forces_lost_ && rod < view_->touched.size() && view_->touched[rod];
+    for (std::size_t i = 0; i < out.size(); ++i)
+        out[i] = touched ? view_->load[view_->first_slot(gid) + i].force : Vec3d{none, none, none};
+}
+
+KeptNumbers ContactInteraction::kept() const {
+    const ContactFigures f = contacts_->figures();
+    std::vector<std::array<double, contact_size>> mine;
+    for (const KeptContact& c : contacts_->kept()) {
+        const ContactMemory<double>& m = c.memory;
+        mine.push_back({double(c.a), double(c.b), double(c.what), m.x.x, m.x.y, m.x.z, m.stiffness, m.beside.x, m.beside.y,
+                        m.beside.z, m.dashpot});
+    }
+    std::vector<double> numbers = exact_sums(comm_, std::vector<std::vector<double>>{{f.rubbed}, {f.damped}});
+    for (const auto& r : gathered_rows(comm_, mine)) numbers.insert(numbers.end(), r.begin(), r.end());
+    return {kept_name(), std::move(numbers), 2};
+}
+
+void ContactInteraction::recall(std::span<const double> numbers) {
+    forces_lost_ = true;
+    std::vector<KeptContact> contacts;
+    for (std::size_t i = 2; i + contact_size <= numbers.size(); i += contact_size) {
+        const double* n = numbers.data() + i;
+        contacts.push_back({static_cast<std::uint32_t>(n[0]),
+                            static_cast<std::uint32_t>(n[1]),
+                            static_cast<std::uint32_t>(n[2]),
+                            {{n[3], n[4], n[5]}, n[6], {n[7], n[8], n[9]}, n[10]}});
+    }
+    if (comm_.root()) contacts_->restore(contacts, numbers[0], numbers[1]); // sums of all ranks
+    else contacts_->restore(contacts);
+}
+
+} // namespace skein

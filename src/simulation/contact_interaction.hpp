@@ -1,0 +1,44 @@
+// Contacts between rods as an interaction: their loads, figures, tables and memory.
+#pragma once
+
+#include "contact/contact_limits.hpp"
+#include "contact/contact_solver.hpp"
+#include "simulation/interaction.hpp"
+
+namespace skein {
+
+class ContactInteraction final : public Interaction {
+public:
+    explicit ContactInteraction(const InteractionParts& parts);
+
+    void add(const Step& step, Timers& timers) override;
+    std::string invalid() const override;
+    double step_limit() const override;
+    Touch strongest_touch(std::int64_t gid) const override;
+    std::span<OverlapWatch> overlaps() override { return {&overlap_, 1}; }
+    std::vector<Figure> figures() const override;
+    std::string kept_name() const override { return "contact_memory"; }
+    /// Energies of all contacts, then the memory of those of all ranks, by pair. Collective.
+    KeptNumbers kept() const override;
+    void recall(std::span<const double> numbers) override;
+
+    /// Every contact of the scene, a line each, in order of pairs. Collective.
+    std::string table() const;
+    /// Forces of the last step's contacts on the nodes of a rod of this rank, lab, N: zeros before the first step, and not numbers
+    /// before the first one after a checkpoint, which does not keep them.
+    void forces(std::int64_t gid, std::span<Vec3d> out) const;
+
+private:
+    const Communicator comm_;
+    const Plan& plan_;
+    std::span<const RodGroup> groups_;
+    std::shared_ptr<ContactView> view_;
+    std::size_t all_rods_;
+    std::unique_ptr<ContactSolver> contacts_;
+    std::vector<ContactMobility> mobility_; ///< by group
+    double soft_until_ = 0;                 ///< s; the last of the laws
+    OverlapWatch overlap_;
+    bool forces_lost_ = false; ///< since a checkpoint was loaded
+};
+
+} // namespace skein

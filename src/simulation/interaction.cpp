@@ -1,0 +1,132 @@
+#include "simulation/interaction.hpp"
+
+#include "parallel/exact_sum.hpp"
+#include "simulation/contact_interaction.hpp"
+#include "simulation/wall_interaction.hpp"
+
+#include <algorithm>
+
+namespace skein {
+
+Interactions make_interactions(const InteractionParts& parts) {
+    Interactions all;
+    if (parts.around.others) all.push_back(std::make_unique<ContactInteraction>(parts));
+    if (parts.around.walls) all.push_back(std::make_unique<WallInteraction>(parts));
+    return all;
+}
+
+ContactInteraction* contacts_of(const Interactions& all) {
+    for (const auto& one : all)
+        if (auto* contacts = dynamic_cast<ContactInteraction*>(one.get())) return contacts;
+    return nullptr;
+}
+
+bool finished(const Interactions& all) {
+    bool any = false;
+    for (const auto& one : all) {
+        const auto ending = one->ending();
+        if (ending == Interaction::Ending::not_yet) return false;
+        any |= ending == Interaction::Ending::now;
+    }
+    return any;
+}
+
+std::string invalid(const Interactions& all) {
+    for (const auto& one : all)
+        if (std::string reason = one->invalid(); !reason.empty()) return reason;
+    return {};
+}
+
+double step_limit(const Interactions& all) {
+    double least = HUGE_VAL;
+    for (const auto& one : all) least = std::min(least, one->step_limit());
+    return least;
+}
+
+Touch strongest_touch(const Communicator& comm, const Interactions& all, std::int64_t gid) {
+    Touch most;
+    for (const auto& one : all)
+        if (const Touch touch = one->strongest_touch(gid); !touch.text.empty() && !(touch.force < most.force)) most = touch;
+    const double strongest = comm.max(std::isnan(most.force) ? HUGE_VAL : most.force);
+    const bool here = !most.text.empty() && !(most.force < strongest);
+    return {strongest, comm.first_text(here ? most.text : std::string())};
+}
+
+std::vector<std::string> names_of_figures(const Interactions& all) {
+    std::vector<std::string> names;
+    for (const auto& one : all)
+        for (Figure& figure : one->figures()) names.push_back(std::move(figure.name));
+    return names;
+}
+
+std::vector<double> values_of_figures(const Communicator& comm, const Interactions& all) {
+    std::vector<Figure> figures;
+    std::vector<std::vector<double>> terms;
+    for (const auto& one : all)
+        for (Figure& figure : one->figures()) {
+            if (figure.of == Figure::Of::sum) terms.push_back(std::move(figure.terms));
+            figures.push_back(std::move(figure));
+        }
+    if (figures.empty()) return {};
+    const std::vector<double> sums = exact_sums(comm, terms);
+    std::size_t next_sum = 0;
+    std::vector<double> values;
+    for (const Figure& figure : figures) switch (figure.of) {
+        case Figure::Of::sum:
+            values.push_back(figure.times * sums[next_sum++] / figure.over);
+            break;
+        case Figure::Of::largest:
+            values.push_back(comm.max(figure.terms.front()));
+            break;
+        case Figure::Of::same:
+            values.push_back(figure.terms.front());
+            break;
+        }
+    return values;
+}
+
+bool overlaps_untold(const Interactions& all) {
+    for (const auto& one : all)
+        for (const OverlapWatch& watch : one->overlaps())
+            if (watch.untold()) return true;
+    return false;
+}
+
+std::string tell_of_overlaps(const Communicator& comm, const Interactions& all) {
+    std::string text;
+    for (const auto& one : all)
+        for (OverlapWatch& watch : one->overlaps()) {
+            const std::string complaint = watch.largest(comm).complaint();
+            if (watch.told || complaint.empty()) continue;
+            watch.told = true;
+            text += (text.empty() ? "" : "\n  ") + complaint;
+        }
+    return text;
+}
+
+std::vector<LargestOverlap> largest_overlaps(const Communicator& comm, const Interactions& all) {
+    std::vector<LargestOverlap> largest;
+    for (const auto& one : all)
+        for (const OverlapWatch& watch : one->overlaps()) largest.push_back(watch.largest(comm));
+    return largest;
+}
+
+std::vector<std::string> kept_names(const Interactions& all) {
+    std::vector<std::string> names;
+    for (const auto& one : all) names.push_back(one->kept_name());
+    return names;
+}
+
+std::vector<KeptNumbers> kept(const Interactions& all) {
+    std::vector<KeptNumbers> numbers;
+    for (const auto& one : all) numbers.push_back(one->kept());
+    return numbers;
+}
+
+void recall(const Interactions& all, std::span<const KeptNumbers> kept) {
+    for (const auto& one : all)
+        for (const KeptNumbers& k : kept)
+            if (k.name == one->kept_name()) one->recall(k.numbers);
+}
+
+} // namespace skein

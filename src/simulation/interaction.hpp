@@ -1,0 +1,113 @@
+// Anything that bodies do to each other, or that answers what they do, between the two halves of a step. A new kind is a class
+// here and a line in make_interactions.
+#pragma once
+
+#include "core/timer.hpp"
+#include "io/checkpoint.hpp"
+#include "kernels/kernels.hpp"
+#include "parallel/communicator.hpp"
+#include "rod/rods.hpp"
+#include "simulation/neighbourhood.hpp"
+#include "simulation/overlap_watch.hpp"
+
+#include <cmath>
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+namespace skein {
+
+/// The strongest force on a body.
+struct Touch {
+    double force = 0; ///< N
+    std::string text; ///< of what, and how; empty: there is none
+};
+
+/// A column of the time series, a number of the whole scene, by what this rank knows of it.
+struct Figure {
+    enum class Of { sum, largest, same };
+    std::string name; ///< with its unit
+    Of of = Of::sum;
+    std::vector<double> terms;  ///< those of a sum, or one number
+    double times = 1, over = 1; ///< of a sum
+};
+
+class Interaction {
+public:
+    virtual ~Interaction() = default;
+
+    /// Adds loads to those of the slots, when all bodies have exposed themselves. Collective, as all that follows, but where it
+    /// says otherwise.
+    virtual void add(const Step& step, Timers& timers) { static_cast<void>(step), static_cast<void>(timers); }
+    /// After the kick: moves what bodies drive.
+    virtual void steer(const Step& step) { static_cast<void>(step); }
+    /// Every 64 steps and at events: watches that are too dear for every step. This rank alone.
+    virtual void look(const Step& step) { static_cast<void>(step); }
+
+    /// Whether it ends runs, and has done so here. Not collective.
+    enum class Ending { never, not_yet, now };
+    virtual Ending ending() const { return Ending::never; }
+    /// Reason why this rank cannot go on; empty: there is none. Not collective.
+    virtual std::string invalid() const { return {}; }
+    /// The longest step that it leaves this rank as bodies are now, s. Not collective.
+    virtual double step_limit() const { return HUGE_VAL; }
+    /// What presses a body of this rank most, by this interaction. Not collective.
+    virtual Touch strongest_touch(std::int64_t gid) const { return static_cast<void>(gid), Touch{}; }
+    /// Overlaps that it has seen on this rank.
+    virtual std::span<OverlapWatch> overlaps() { return {}; }
+    /// Its columns of the time series. Not collective.
+    virtual std::vector<Figure> figures() const { return {}; }
+
+    /// Name of its numbers in checkpoints.
+    virtual std::string kept_name() const = 0;
+    /// Numbers that its next steps depend on, the same on any number of ranks.
+    virtual KeptNumbers kept() const = 0;
+    virtual void recall(std::span<const double> numbers) = 0;
+};
+
+using Interactions = std::vector<std::unique_ptr<Interaction>>;
+
+/// Parts of a run that interactions are made from, which must outlive them.
+struct InteractionParts {
+    const Communicator& comm;
+    const Threads& threads;
+    const Plan& plan;
+    std::span<const RodGroup> groups;
+    const Rods& rods;
+    const Surroundings& around;
+    const Neighbourhood& neighbourhood;
+};
+
+/// The interactions of a plan, in the order in which they add loads. Collective.
+Interactions make_interactions(const InteractionParts& parts);
+
+class ContactInteraction;
+/// Contacts among them; null where rods do not feel each other.
+ContactInteraction* contacts_of(const Interactions& all);
+
+/// Whether some interaction ends the run, and all that do have come to their end.
+bool finished(const Interactions& all);
+/// The reason of the first that cannot go on; empty: there is none.
+std::string invalid(const Interactions& all);
+double step_limit(const Interactions& all);
+/// Of all that touch a body what presses it most, on any rank. Collective.
+Touch strongest_touch(const Communicator& comm, const Interactions& all, std::int64_t gid);
+
+/// Names and values of all columns of the time series; the values are collective.
+std::vector<std::string> names_of_figures(const Interactions& all);
+std::vector<double> values_of_figures(const Communicator& comm, const Interactions& all);
+
+/// Something of this rank overlaps by more than the step allows for, and has not been told of.
+bool overlaps_untold(const Interactions& all);
+/// What is to be told of that, a line for rods and for each wall, each once. Collective.
+std::string tell_of_overlaps(const Communicator& comm, const Interactions& all);
+/// Of contacts, then of each wall: the largest overlap of this run, but of times with soft_until to come. Collective.
+std::vector<LargestOverlap> largest_overlaps(const Communicator& comm, const Interactions& all);
+
+/// For checkpoints.
+std::vector<std::string> kept_names(const Interactions& all);
+std::vector<KeptNumbers> kept(const Interactions& all);
+void recall(const Interactions& all, std::span<const KeptNumbers> kept);
+
+} // namespace skein

@@ -1,0 +1,40 @@
+// Overlaps of contacts against those that the time step allows for.
+#pragma once
+
+#include "contact/contact_law.hpp"
+#include "parallel/communicator.hpp"
+
+#include <cstdint>
+#include <string>
+
+namespace skein {
+
+/// The largest overlap of contacts or with a wall so far.
+struct LargestOverlap {
+    std::string of;                  ///< "rods" or a wall's name
+    double overlap = 0, allowed = 0; ///< over the diameter
+    std::int64_t passed = -1;        ///< step that was the first beyond what the time step allows for; -1: none
+    double times = 0;                ///< the stiffness, at which the same force would push no deeper than allowed
+    double stiffness = 0;            ///< of the law; 0: there are several, or it is said otherwise
+
+    /// Text for the user where the allowed overlap has been passed; empty otherwise.
+    std::string complaint() const;
+};
+
+/// Looks at the overlaps of this rank.
+struct OverlapWatch {
+    std::string of;
+    double allowed = 0;
+    ContactNormal normal = ContactNormal::hertz;
+    double stiffness = 0;
+    double overlap = 0;
+    std::int64_t passed = -1;
+    bool told = false; ///< to the user, that the allowed overlap has been passed
+
+    void take(double now, std::int64_t step);
+    bool untold() const { return passed >= 0 && !told; }
+    /// Of all ranks. Collective.
+    LargestOverlap largest(const Communicator& comm) const;
+};
+
+} // namespace skein

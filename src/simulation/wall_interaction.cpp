@@ -1,0 +1,129 @@
+#include "simulation/wall_interaction.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+
+namespace skein {
+
+WallInteraction::WallInteraction(const InteractionParts& parts)
+    : rods_(parts.rods), neighbourhood_(parts.neighbourhood), walls_(parts.around.walls), accounts_(parts.around.accounts),
+      work_(walls_->count(), 0), of_rod_(parts.neighbourhood.all_rods()) {
+    for (std::size_t w = 0; w < walls_->count(); ++w) {
+        const Wall& wall = walls_->wall[w];
+        overlaps_.push_back({.of = wall.name,
+                             .allowed = ContactSpec{}.overlap,
+                             .normal = wall.law.normal,
+                             .stiffness = wall.law.restitution > 0 ? 0 : wall.law.stiffness});
+        if (wall.servo.drives()) driven_.push_back({static_cast<int>(w), walls_->find(wall.servo.watch), Servo(wall)});
+    }
+}
+
+double WallInteraction::pressed(int wall, const Vec3d* along) {
+    std::fill(of_rod_.begin(), of_rod_.end(), 0.0);
+    for (const auto& accounts : accounts_)
+        if (accounts) along ? accounts->add_force(wall, *along, of_rod_) : accounts->add_normal(wall, of_rod_);
+    neighbourhood_.share(of_rod_);
+    return std::accumulate(of_rod_.begin(), of_rod_.end(), 0.0);
+}
+
+void WallInteraction::steer(const Step& step) {
+    for (DrivenWall& d : driven_) {
+        const auto w = static_cast<std::size_t>(d.wall);
+        const Vec3d velocity = walls_->state[w].velocity;
+        if (d.servo.direction() != 0) work_[w] -= step.kick * pressed(d.wall, &velocity);
+        d.servo.step(pressed(d.watched), step.kick);
+        walls_->state[w] = d.servo.wall_state();
+    }
+}
+
+void WallInteraction::look(const Step& step) {
+    for (std::size_t w = 0; w < overlaps_.size(); ++w) {
+        if (step.time < walls_->wall[w].law.soft_until) continue;
+        for (const auto& accounts : accounts_)
+            if (accounts) overlaps_[w].take(accounts->deepest(static_cast<int>(w)), step.index);
+    }
+}
+
+Interaction::Ending WallInteraction::ending() const {
+    Ending ending = Ending::never;
+    for (const DrivenWall& d : driven_) {
+        if (!wall(d).servo.ends_run) continue;
+        if (!d.servo.finished()) return Ending::not_yet;
+        ending = Ending::now;
+    }
+    return ending;
+}
+
+Touch WallInteraction::strongest_touch(std::int64_t gid) const {
+    Touch most;
+    const auto local = rods_.local();
+    for (std::size_t i = 0; i < local.size(); ++i) {
+        const WallAccounts* accounts = accounts_[static_cast<std::size_t>(local[i].group)].get();
+        if (local[i].gid != gid || !accounts) continue;
+        for (std::size_t w = 0; w < walls_->count(); ++w) {
+            const WallAccount a = accounts->account(rods_.place(i), static_cast<int>(w));
+            if (a.touching == 0 || norm(a.force) < most.force) continue;
+            most = {norm(a.force), fmt::format("it presses the wall '{}' with {:.3g} N, {:.3g} of the diameter deep",
+                                               walls_->wall[w].name, norm(a.force), a.deepest)};
+        }
+    }
+    return most;
+}
+
+std::vector<Figure> WallInteraction::figures() const {
+    using Of = Figure::Of;
+    const std::size_t count = walls_->count();
+    std::vector<std::vector<double>> normal(count);
+    Figure touching{"wall_contacts[-]", Of::sum, {}}, overlap{"wall_overlap[-]", Of::largest, {0}},
+        stored{"wall_energy[J]", Of::sum, {}}, rubbed{"wall_rubbed[J]", Of::sum, {}}, damped{"wall_damped[J]", Of::sum, {}};
+    const auto local = rods_.local();
+    for (std::size_t i = 0; i < local.size(); ++i)
+        for (std::size_t w = 0; w < count; ++w) {
+            const WallAccounts* accounts = accounts_[static_cast<std::size_t>(local[i].group)].get();
+            if (!accounts) continue;
+            const WallAccount a = accounts->account(rods_.place(i), static_cast<int>(w));
+            normal[w].push_back(a.normal);
+            touching.terms.push_back(a.touching);
+            stored.terms.push_back(a.stored);
+            rubbed.terms.push_back(a.rubbed);
+            damped.terms.push_back(a.damped);
+            overlap.terms.front() = std::max(overlap.terms.front(), a.deepest);
+        }
+    std::vector<Figure> figures;
+    for (std::size_t w = 0; w < count; ++w) figures.push_back({walls_->wall[w].name + "_force[N]", Of::sum, std::move(normal[w])});
+    for (const DrivenWall& d : driven_) {
+        const std::string& name = wall(d).name;
+        figures.push_back({name + "_height[m]", Of::same, {d.servo.height()}});
+        figures.push_back({name + "_work[J]", Of::same, {work_[static_cast<std::size_t>(d.wall)]}});
+        figures.push_back({name + "_turns[-]", Of::same, {static_cast<double>(d.servo.turns())}});
+    }
+    for (Figure* figure : {&touching, &overlap, &stored, &rubbed, &damped}) figures.push_back(std::move(*figure));
+    return figures;
+}
+
+KeptNumbers WallInteraction::kept() const {
+    std::vector<double> numbers;
+    for (const DrivenWall& d : driven_) {
+        const std::vector<double> state = d.servo.state();
+        numbers.push_back(work_[static_cast<std::size_t>(d.wall)]);
+        numbers.push_back(static_cast<double>(state.size()));
+        numbers.insert(numbers.end(), state.begin(), state.end());
+    }
+    return {kept_name(), std::move(numbers), 0};
+}
+
+void WallInteraction::recall(std::span<const double> numbers) {
+    std::size_t at = 0;
+    for (DrivenWall& d : driven_) {
+        work_[static_cast<std::size_t>(d.wall)] = numbers[at];
+        const auto count = static_cast<std::size_t>(numbers[at + 1]);
+        d.servo.restore(numbers.subspan(at + 2, count));
+        at += 2 + count;
+        walls_->state[static_cast<std::size_t>(d.wall)] = d.servo.wall_state();
+    }
+}
+
+} // namespace skein

@@ -1,0 +1,45 @@
+// Walls as an interaction: rods push them in a pass of their own (contact/wall_pass.hpp); here servos answer, and accounts are
+// read.
+#pragma once
+
+#include "contact/servo.hpp"
+#include "simulation/interaction.hpp"
+
+namespace skein {
+
+class WallInteraction final : public Interaction {
+public:
+    explicit WallInteraction(const InteractionParts& parts);
+
+    void steer(const Step& step) override;
+    void look(const Step& step) override;
+    Ending ending() const override;
+    Touch strongest_touch(std::int64_t gid) const override;
+    std::span<OverlapWatch> overlaps() override { return overlaps_; }
+    std::vector<Figure> figures() const override;
+    std::string kept_name() const override { return "walls"; }
+    /// Per driven wall its work, how many numbers its servo has, and these.
+    KeptNumbers kept() const override;
+    void recall(std::span<const double> numbers) override;
+
+private:
+    struct DrivenWall {
+        int wall, watched;
+        Servo servo;
+    };
+
+    /// Sum over all rods, in their order, of their normal forces on a wall, N; or, with `along`, of their forces times that.
+    double pressed(int wall, const Vec3d* along = nullptr);
+    const Wall& wall(const DrivenWall& driven) const { return walls_->wall[static_cast<std::size_t>(driven.wall)]; }
+
+    const Rods& rods_;
+    const Neighbourhood& neighbourhood_;
+    std::shared_ptr<Walls> walls_;
+    std::vector<std::shared_ptr<const WallAccounts>> accounts_; ///< by group; null where no wall acts
+    std::vector<OverlapWatch> overlaps_;                        ///< by wall
+    std::vector<DrivenWall> driven_;
+    std::vector<double> work_;   ///< of every wall on the rods since the start, J
+    std::vector<double> of_rod_; ///< scratch: by gid
+};
+
+} // namespace skein
