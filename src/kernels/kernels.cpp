@@ -36,7 +36,10 @@ const Kernels& kernels(int lanes) {
 
 Surroundings make_surroundings(const Plan& plan, std::span<const RodGroup> groups) {
     Surroundings around;
-    if (plan.contact) around.others = std::make_shared<ContactView>(groups, *plan.contact, plan.contact_laws->materials());
+    if (plan.contact) {
+        around.exposure = std::make_shared<Exposure>(groups, *plan.contact, plan.contact_laws->materials());
+        around.loads = std::make_shared<SlotLoads>(around.exposure->capsules.slots());
+    }
     if (!plan.walls.empty()) around.walls = std::make_shared<Walls>(plan.walls);
     return around;
 }

@@ -73,7 +73,7 @@ public:
     Made operator()(pass::AuditEnds) const { return std::make_unique<AuditEndsPass<W>>(parts_.audit); }
     Made operator()(pass::MoveEnds) const { return std::make_unique<MoveEndsPass<W>>(parts_.moving); }
     Made operator()(pass::Orthonormalise) const { return std::make_unique<OrthonormalisePass<W>>(); }
-    Made operator()(pass::Expose) const { return std::make_unique<ShowPass<W>>(parts_.around.others); }
+    Made operator()(pass::Expose) const { return std::make_unique<ExposePass<W>>(parts_.around.exposure); }
     Made operator()(const pass::Elastic& p) const {
         if (p.law == Law::rigid) return std::make_unique<RigidRestPass<W>>();
         if (p.law == Law::elastica) return std::make_unique<ElasticaPass<W>>(ends_of(parts_.group));
@@ -87,7 +87,9 @@ public:
     }
     Made operator()(const pass::ApplyLoad& p) const { return make_pass<W>(parts_.plan.loads[p.number], parts_.group); }
     Made operator()(pass::Walls) const { return std::make_unique<WallPass<W>>(parts_.around.walls, parts_.group, parts_.walls); }
-    Made operator()(pass::TakeLoads) const { return std::make_unique<FeelPass<W>>(parts_.around.others); }
+    Made operator()(pass::TakeLoads) const {
+        return std::make_unique<TakeLoadsPass<W>>(parts_.around.exposure, parts_.around.loads);
+    }
     Made operator()(pass::FoldRing) const { return std::make_unique<FoldRingPass<W>>(); }
     Made operator()(pass::AuditLoads) const { return std::make_unique<AuditLoadsPass<W>>(parts_.audit); }
     Made operator()(const pass::Kick& p) const {

@@ -1,7 +1,7 @@
 // Parts of a run outside of the tiles that passes and interactions share.
 #pragma once
 
-#include "contact/contact_view.hpp"
+#include "contact/exposure.hpp"
 #include "contact/wall_book.hpp"
 #include "scene/plan.hpp"
 
@@ -13,7 +13,8 @@ namespace skein {
 
 /// Parts that the plan has no use for are absent.
 struct Surroundings {
-    std::shared_ptr<ContactView> others;
+    std::shared_ptr<Exposure> exposure; ///< where rods feel each other
+    std::shared_ptr<SlotLoads> loads;   ///< where rods feel each other
     std::shared_ptr<Walls> walls;
     std::vector<std::shared_ptr<const WallAccounts>> accounts; ///< by group, once the rods are made; null where no wall acts
 };

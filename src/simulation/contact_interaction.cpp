@@ -36,10 +36,10 @@ std::string name_of(std::span<const RodGroup> groups, std::int64_t gid) {
 } // namespace
 
 ContactInteraction::ContactInteraction(const InteractionParts& parts)
-    : comm_(parts.comm), plan_(parts.plan), groups_(parts.groups), view_(parts.around.others),
+    : comm_(parts.comm), plan_(parts.plan), groups_(parts.groups), exposure_(parts.around.exposure), loads_(parts.around.loads),
       all_rods_(parts.neighbourhood.all_rods()),
       contacts_(kernels(plan_.machine.lanes)
-                    .make_contacts(view_->capsules, *plan_.contact_laws, parts.threads, parts.neighbourhood.owned())) {
+                    .make_contacts(exposure_->capsules, *plan_.contact_laws, parts.threads, parts.neighbourhood.owned())) {
     for (const RodGroup& group : groups_) mobility_.push_back(contact_mobility(group));
     const ContactLaws& laws = *plan_.contact_laws;
     const std::size_t materials = laws.materials();
@@ -54,9 +54,9 @@ ContactInteraction::ContactInteraction(const InteractionParts& parts)
 void ContactInteraction::add(const Step& step, Timers& timers) {
     const auto timing = timers.time(Phase::contacts);
     const double searched = contacts_->figures().search_s;
-    contacts_->evaluate(view_->capsules, step.time, step.kick, view_->load);
+    contacts_->evaluate(exposure_->capsules, step.time, step.kick, loads_->load);
     timers.move(Phase::contacts, Phase::search, contacts_->figures().search_s - searched);
-    view_->touched = contacts_->touched_rods();
+    loads_->touched = contacts_->touched_rods();
     forces_lost_ = false;
     if (step.time >= soft_until_) overlap_.take(contacts_->figures().deepest, step.index);
 }
@@ -81,7 +81,7 @@ std::string ContactInteraction::invalid() const {
 
 Touch ContactInteraction::strongest_touch(std::int64_t gid) const {
     Touch most;
-    const Capsules& c = view_->capsules;
+    const Capsules& c = exposure_->capsules;
     for (const Contact& contact : contacts_->active(c)) {
         const auto [a, b] = contact.pair;
         const bool first = c.rod[a] == gid;
@@ -116,7 +116,7 @@ std::vector<Figure> ContactInteraction::figures() const {
 }
 
 std::string ContactInteraction::table() const {
-    const Capsules& c = view_->capsules;
+    const Capsules& c = exposure_->capsules;
     std::vector<std::array<double, 16>> mine;
     for (const Contact& contact : contacts_->active(c)) {
         const auto [a, b] = contact.pair;
@@ -152,9 +152,9 @@ std::string ContactInteraction::table() const {
 void ContactInteraction::forces(std::int64_t gid, std::span<Vec3d> out) const {
     const auto rod = static_cast<std::size_t>(gid);
     const double none = forces_lost_ ? std::numeric_limits<double>::quiet_NaN() : 0.0;
-    const bool touched = !forces_lost_ && rod < view_->touched.size() && view_->touched[rod];
+    const bool touched = !forces_lost_ && rod < loads_->touched.size() && loads_->touched[rod];
     for (std::size_t i = 0; i < out.size(); ++i)
-        out[i] = touched ? view_->load[view_->first_slot(gid) + i].force : Vec3d{none, none, none};
+        out[i] = touched ? loads_->load[exposure_->first_slot(gid) + i].force : Vec3d{none, none, none};
 }
 
 KeptNumbers ContactInteraction::kept() const {

@@ -32,7 +32,8 @@ private:
     const Communicator comm_;
     const Plan& plan_;
     std::span<const RodGroup> groups_;
-    std::shared_ptr<ContactView> view_;
+    std::shared_ptr<const Exposure> exposure_;
+    std::shared_ptr<SlotLoads> loads_;
     std::size_t all_rods_;
     std::unique_ptr<ContactSolver> contacts_;
     std::vector<ContactMobility> mobility_; ///< by group

@@ -10,7 +10,7 @@ namespace skein {
 
 Interactions make_interactions(const InteractionParts& parts) {
     Interactions all;
-    if (parts.around.others) all.push_back(std::make_unique<ContactInteraction>(parts));
+    if (parts.around.exposure) all.push_back(std::make_unique<ContactInteraction>(parts));
     if (parts.around.walls) all.push_back(std::make_unique<WallInteraction>(parts));
     return all;
 }

@@ -6,7 +6,7 @@
 namespace skein {
 
 Neighbourhood::Neighbourhood(const Communicator& comm, std::span<const RodGroup> groups, const Rods& rods,
-                             std::shared_ptr<ContactView> exposure)
+                             std::shared_ptr<Exposure> exposure)
     : comm_(comm), rods_(rods), exposure_(std::move(exposure)) {
     for (const RodGroup& group : groups) all_rods_ += static_cast<std::size_t>(group.count());
     if (comm_.size() == 1) return;

@@ -2,7 +2,7 @@
 // exposure of the whole scene.
 #pragma once
 
-#include "contact/contact_view.hpp"
+#include "contact/exposure.hpp"
 #include "parallel/communicator.hpp"
 #include "rod/rods.hpp"
 
@@ -16,8 +16,7 @@ namespace skein {
 class Neighbourhood {
 public:
     /// `exposure`: of all rods; null where nothing looks at it. Collective.
-    Neighbourhood(const Communicator& comm, std::span<const RodGroup> groups, const Rods& rods,
-                  std::shared_ptr<ContactView> exposure);
+    Neighbourhood(const Communicator& comm, std::span<const RodGroup> groups, const Rods& rods, std::shared_ptr<Exposure> exposure);
 
     /// The exposure of own rods goes to all ranks, and that of theirs comes. Collective.
     void exchange();
@@ -32,7 +31,7 @@ public:
 private:
     const Communicator comm_;
     const Rods& rods_;
-    std::shared_ptr<ContactView> exposure_;
+    std::shared_ptr<Exposure> exposure_;
     std::size_t all_rods_ = 0;
     // Of several ranks: rods of each, and their slots, in the order in which they are sent.
     std::vector<std::vector<std::int64_t>> rods_of_rank_;

@@ -61,7 +61,7 @@ std::uint64_t self_check(const Communicator& comm, const Threads& threads, int l
     const Plan plan = make_plan(scene, groups, {.ranks = comm.size(), .threads = threads.count(), .lanes = lanes});
     Surroundings around = make_surroundings(plan, groups);
     const std::unique_ptr<Rods> rods = make_rods(plan, groups, partition(comm, groups), threads, around);
-    Neighbourhood neighbourhood(comm, groups, *rods, around.others);
+    Neighbourhood neighbourhood(comm, groups, *rods, around.exposure);
     const Interactions interactions = make_interactions({comm, threads, plan, groups, *rods, around, neighbourhood});
     Timers timers;
     for (Clock clock(plan.dt, 0, plan.integrator); clock.done() < plan.steps;) {

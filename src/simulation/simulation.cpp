@@ -129,8 +129,8 @@ void Simulation::make_bodies(std::vector<LocalRod> owned) {
     Surroundings around = make_surroundings(plan_, groups_);
     rods_ = make_rods(plan_, groups_, std::move(owned), threads_, around);
     walls_ = around.walls;
-    if (!around.others && !around.walls) return;
-    neighbourhood_ = std::make_unique<Neighbourhood>(comm_, groups_, *rods_, around.others);
+    if (!around.exposure && !around.walls) return;
+    neighbourhood_ = std::make_unique<Neighbourhood>(comm_, groups_, *rods_, around.exposure);
     interactions_ = make_interactions({comm_, threads_, plan_, groups_, *rods_, around, *neighbourhood_});
     contacts_ = contacts_of(interactions_);
 }

@@ -18,7 +18,7 @@ public:
           plan(make_plan(scene, groups, {1, thread_count, thread_count, lanes, {}, Mapping::automatic})), threads(thread_count),
           around(make_surroundings(plan, groups)), rods(make_rods(plan, groups, all_rods(groups), threads, around)),
           clock(plan.dt, 0) {
-        if (around.others) contacts = kernels(lanes).make_contacts(around.others->capsules, *plan.contact_laws, threads, {});
+        if (around.exposure) contacts = kernels(lanes).make_contacts(around.exposure->capsules, *plan.contact_laws, threads, {});
     }
     void advance(std::int64_t steps) {
         for (std::int64_t until = clock.done() + steps; clock.done() < until;) {
@@ -26,8 +26,8 @@ public:
             const Step& step = batch.front();
             rods->move(step);
             if (contacts) {
-                contacts->evaluate(around.others->capsules, step.time, step.kick, around.others->load);
-                around.others->touched = contacts->touched_rods();
+                contacts->evaluate(around.exposure->capsules, step.time, step.kick, around.loads->load);
+                around.loads->touched = contacts->touched_rods();
                 touched = touched || contacts->figures().active > 0;
             }
             EXPECT_TRUE(rods->act(step, true)) << clock.done();

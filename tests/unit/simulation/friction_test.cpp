@@ -86,7 +86,7 @@ TEST(PlaneFriction, OfAStackIsThatOfItsWholeWeight) {
     test::Meeting first(stack(guess, weight));
     first.advance(1);
     double carried = 0;
-    for (std::size_t i = 0; i <= elements; ++i) carried += first.around.others->load[elements + 1 + i].force.z;
+    for (std::size_t i = 0; i <= elements; ++i) carried += first.around.loads->load[elements + 1 + i].force.z;
     const Sliding s = slide(stack(guess * alone / carried, weight));
     EXPECT_NEAR(s.friction, friction * weight, 1e-6 * friction * weight);
     EXPECT_GT(s.lowest, 1 - 5e-3) << "the plane carries what lies on the rod too";

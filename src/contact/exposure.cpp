@@ -1,4 +1,4 @@
-#include "contact/contact_view.hpp"
+#include "contact/exposure.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -6,7 +6,7 @@
 
 namespace skein {
 
-ContactView::ContactView(std::span<const RodGroup> groups, const ContactSpec& spec, std::size_t materials) {
+Exposure::Exposure(std::span<const RodGroup> groups, const ContactSpec& spec, std::size_t materials) {
     for (const RodGroup& group : groups) {
         double widest = 0, shortest = HUGE_VAL;
         for (const ElementConstants& c : group.element) {
@@ -30,7 +30,6 @@ ContactView::ContactView(std::span<const RodGroup> groups, const ContactSpec& sp
     }
     capsules.first_slot.push_back(static_cast<std::int32_t>(capsules.node.size()));
     capsules.motion.resize(capsules.node.size());
-    load.resize(capsules.node.size());
 }
 
 } // namespace skein
