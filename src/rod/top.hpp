@@ -13,8 +13,9 @@ enum class TopKind {
     plain,       ///< of the published law
     rigid        ///< of rigid bodies, which turn as circular tops
 };
-inline constexpr std::string_view drift_names[] = {"drift (circular)", "drift (elliptic)", "drift (elliptic)", "drift (elastica)",
-                                                   "drift (rigid)"};
+/// Each its own: groups whose passes have the same names share tiles along.
+inline constexpr std::string_view drift_names[] = {"drift (circular)", "drift (elliptic, J1 < J2)", "drift (elliptic, J2 < J1)",
+                                                   "drift (elastica)", "drift (rigid)"};
 
 inline TopKind top_of(const RodGroup& group) {
     if (group.law() == Law::elastica) return TopKind::plain;

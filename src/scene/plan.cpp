@@ -123,7 +123,9 @@ GroupPlan plan_group(const SceneSpec& scene, const RodGroup& group) {
     for (const DampingSpec& d : scene.damping)
         if (names_group(d.rods, group.name())) p.damping.push_back(d.damping);
     p.damping_scheme = damping_scheme_of(group, scene.time);
-    p.kick = kick_of(group, damping_rates(group, p.damping), p.damping_scheme);
+    const DampingRates rates = damping_rates(group, p.damping);
+    p.kick = kick_of(group, rates, p.damping_scheme);
+    p.undamped = group.law() == Law::elastica ? p.damping.empty() : rates.none();
     p.walls = std::any_of(scene.walls.begin(), scene.walls.end(), [&](const Wall& wall) { return wall.acts_on(group.name()); });
     p.program = program_of(group, {.loads = p.loads,
                                    .damping = p.damping,
@@ -301,8 +303,7 @@ void choose_step(Plan& plan, const SceneSpec& scene) {
                 scene.file));
         double longest = plan.limit;
         for (const GroupPlan& g : plan.groups) {
-            const bool undamped = g.kick == KickKind::undamped || (g.kick == KickKind::elastica && g.damping.empty());
-            const double share = undamped ? std::min(undamped_share, t.safety * t.e_min) : t.safety * t.e_min;
+            const double share = g.undamped ? std::min(undamped_share, t.safety * t.e_min) : t.safety * t.e_min;
             longest = std::min(longest, share * g.limits.front().dt * scheme_of(t.integrator).stability);
         }
         const double interval = interval_to_divide(scene, longest);

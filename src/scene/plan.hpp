@@ -43,6 +43,7 @@ struct GroupPlan {
     std::vector<std::size_t> load_numbers; ///< of `loads` in the scene
     bool walls = false;                    ///< it may touch some
     KickKind kick = KickKind::undamped;
+    bool undamped = true; ///< nothing takes energy from its modes: a shorter step
     DampingScheme damping_scheme = DampingScheme::exponential;
     std::vector<Damping> damping;   ///< that act on this group
     std::vector<Load> loads;        ///< that act on this group, in scene order

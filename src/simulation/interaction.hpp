@@ -41,7 +41,7 @@ public:
     /// says otherwise.
     virtual void add(const Step& step, Timers& timers) { static_cast<void>(step), static_cast<void>(timers); }
     /// After the kick: moves what bodies drive.
-    virtual void steer(const Step& step) { static_cast<void>(step); }
+    virtual void steer(const Step& step, Timers& timers) { static_cast<void>(step), static_cast<void>(timers); }
     /// Every 64 steps and at events: watches that are too dear for every step. This rank alone.
     virtual void look(const Step& step) { static_cast<void>(step); }
 
@@ -54,15 +54,16 @@ public:
     virtual double step_limit() const { return HUGE_VAL; }
     /// What presses a body of this rank most, by this interaction. Not collective.
     virtual Touch strongest_touch(std::int64_t gid) const { return static_cast<void>(gid), Touch{}; }
-    /// Overlaps that it has seen on this rank.
+    /// Overlaps that it has seen on this rank. Not collective.
     virtual std::span<OverlapWatch> overlaps() { return {}; }
     /// Its columns of the time series. Not collective.
     virtual std::vector<Figure> figures() const { return {}; }
 
     /// Name of its numbers in checkpoints.
     virtual std::string kept_name() const = 0;
-    /// Numbers that its next steps depend on, the same on any number of ranks.
+    /// Numbers that its next steps depend on, the same on any number of ranks. Collective.
     virtual KeptNumbers kept() const = 0;
+    /// Goes on from these. Not collective.
     virtual void recall(std::span<const double> numbers) = 0;
 };
 

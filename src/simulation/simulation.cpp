@@ -123,6 +123,7 @@ Simulation::Simulation(const Communicator& comm, const Threads& threads, const S
 Simulation::~Simulation() = default;
 
 void Simulation::make_bodies(std::vector<LocalRod> owned) {
+    contacts_ = nullptr;
     interactions_.clear();
     neighbourhood_.reset();
     rods_.reset();
@@ -196,9 +197,7 @@ bool Simulation::step_together(std::span<const Step> steps, bool check) {
             if (i + 1 < steps.size()) rods_->act_and_move(steps[i], steps[i + 1]);
             else fit = rods_->act(steps[i], check);
         });
-        timed(Phase::exchange, [&] {
-            for (const auto& interaction : interactions_) interaction->steer(steps[i]); // servos
-        });
+        for (const auto& interaction : interactions_) interaction->steer(steps[i], timers_); // servos
     }
     return fit && (!check || invalid(interactions_).empty());
 }

@@ -29,7 +29,9 @@ double WallInteraction::pressed(int wall, const Vec3d* along) {
     return std::accumulate(of_rod_.begin(), of_rod_.end(), 0.0);
 }
 
-void WallInteraction::steer(const Step& step) {
+void WallInteraction::steer(const Step& step, Timers& timers) {
+    if (driven_.empty()) return;
+    const auto timing = timers.time(Phase::exchange);
     for (DrivenWall& d : driven_) {
         const auto w = static_cast<std::size_t>(d.wall);
         const Vec3d velocity = walls_->state[w].velocity;

@@ -11,7 +11,7 @@ class WallInteraction final : public Interaction {
 public:
     explicit WallInteraction(const InteractionParts& parts);
 
-    void steer(const Step& step) override;
+    void steer(const Step& step, Timers& timers) override;
     void look(const Step& step) override;
     Ending ending() const override;
     Touch strongest_touch(std::int64_t gid) const override;

@@ -123,6 +123,20 @@ TEST(Mapping, OfALadderOfLengths) {
     EXPECT_EQ(difference(across, automatic), "");
 }
 
+/// Sections that lie flat and upright turn as different tops, and share no tile.
+TEST(Mapping, OfFlatAndUprightSections) {
+    SceneSpec scene = ladder(12);
+    for (std::size_t i = 0; i < scene.rods.size(); ++i) {
+        const bool flat = i % 2 == 0;
+        scene.rods[i].section = {.kind = SectionKind::elliptic, .radius = flat ? 0.02 : 0.01, .radius_2 = flat ? 0.01 : 0.02};
+        scene.rods[i].shape.element_spin = {3, 2, 5};
+    }
+    test::Stage across(scene, 8, 1, Mapping::across), along(scene, 8, 1, Mapping::along);
+    EXPECT_EQ(along.plan.families, 2);
+    for (test::Stage* stage : {&across, &along}) stage->advance(100);
+    EXPECT_EQ(difference(across, along), "");
+}
+
 TEST(Mapping, SurvivesExportAndImport) {
     test::Stage whole(mixed(Law::incompressible), 8, 1, Mapping::along), half(mixed(Law::incompressible), 8, 1, Mapping::along);
     whole.advance(200);

@@ -208,6 +208,21 @@ TEST(Plan, ALoadActsOnlyOnTheGroupsItNames) {
     EXPECT_EQ(plan.groups[1].loads[0].kind(), "gravity");
 }
 
+TEST(Plan, AutomaticStepOfUndampedBodiesAndRodsIsShorter) {
+    for (const bool body : {true, false})
+        for (const bool damped : {false, true}) {
+            SceneSpec scene;
+            scene.time = {.duration = 1};
+            scene.rods = {body ? test::rigid_body(0, 0.02) : test::simple_rod()};
+            scene.rods[0].placement.origin = {0, 0, 1};
+            scene.walls = {{.name = "floor", .law = {.stiffness = 1e5}}};
+            if (damped) scene.damping = {{.damping = {.kind = DampingKind::uniform, .rate = 1}}};
+            const Plan plan = make_plan(scene, make_groups(scene), {});
+            EXPECT_LE(plan.dt, (damped ? 0.855 : 0.6) * plan.limit);
+            EXPECT_GT(plan.dt, (damped ? 0.6 : 0.5) * plan.limit) << body;
+        }
+}
+
 TEST(Plan, AutomaticStepDividesTheMostFrequentOutput) {
     SceneSpec scene = test::cilia_scene(1);
     scene.output.tips = 0.36;
