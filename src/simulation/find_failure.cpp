@@ -172,8 +172,7 @@ Simulation::Failure Simulation::find_failure() {
     const std::int64_t gid = comm_.min(mine.gid);
     const bool here = gid != nobody && mine.gid == gid;
     if (gid == nobody) { // contacts alone
-        const std::string reason = invalid(interactions_);
-        found.text = comm_.first_text(reason.empty() ? reason : fmt::format("{} at step {}", reason, found.step));
+        found.text = comm_.first_text(reason_of_failure());
     } else {
         found.text = comm_.first_text(
             here ? fmt::format("{} at step {} (t = {:.6g} s, dt = {:.6g} s)", mine.text, found.step, clock_.time(), plan_.dt)

@@ -123,7 +123,6 @@ Simulation::Simulation(const Communicator& comm, const Threads& threads, const S
 Simulation::~Simulation() = default;
 
 void Simulation::make_bodies(std::vector<LocalRod> owned) {
-    contacts_ = nullptr;
     interactions_.clear();
     neighbourhood_.reset();
     rods_.reset();
@@ -133,7 +132,6 @@ void Simulation::make_bodies(std::vector<LocalRod> owned) {
     if (!around.exposure && !around.walls) return;
     neighbourhood_ = std::make_unique<Neighbourhood>(comm_, groups_, *rods_, around.exposure);
     interactions_ = make_interactions({comm_, threads_, plan_, groups_, *rods_, around, *neighbourhood_});
-    contacts_ = contacts_of(interactions_);
 }
 
 bool Simulation::is_told(std::uint64_t digest) const {
@@ -313,7 +311,8 @@ void Simulation::open_outputs(const SceneSpec& scene, const CheckpointInfo* resu
 void Simulation::open_polydata(const SceneSpec& scene, std::int64_t resume_step) {
     if (!plan_.vtp) return;
     NodeForces forces;
-    if (contacts_) forces = [this](std::int64_t gid, std::span<Vec3d> out) { contacts_->forces(gid, out); };
+    if (contacts_of(interactions_))
+        forces = [this](std::int64_t gid, std::span<Vec3d> out) { contacts_of(interactions_)->forces(gid, out); };
     polydata_ = std::make_unique<VtkSeries>(comm_, options_.out, scene.output, groups_, *rods_, resume_step, std::move(forces),
                                             tell_warning);
     if (walls_) wall_meshes_ = std::make_unique<WallMeshes>(comm_, *walls_, groups_, rods_->local());
@@ -331,7 +330,7 @@ void Simulation::write_due() {
     {
         const auto timing = timers_.time(Phase::output);
         if (clock_.done() > 0 && due(plan_.cadence.contacts)) {
-            const std::string table = contacts_->table();
+            const std::string table = contacts_of(interactions_)->table();
             on_root(comm_, [&] { write_file(fmt::format("{}/contacts_{:012d}.csv", options_.out, clock_.done()), table); });
         }
     }

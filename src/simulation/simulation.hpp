@@ -198,7 +198,6 @@ private:
     std::shared_ptr<Walls> walls_;                 ///< null where there are none
     std::unique_ptr<Neighbourhood> neighbourhood_; ///< null where nothing interacts
     Interactions interactions_;
-    ContactInteraction* contacts_ = nullptr; ///< of interactions_; null where rods do not feel each other
     Clock clock_;
     std::int64_t first_step_ = 0, last_step_ = 0; ///< of this run
     std::int64_t next_tick_ = 0;                  ///< step at which ranks agree next
