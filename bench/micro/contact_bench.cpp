@@ -2,6 +2,7 @@
 // of one length. Candidates by the grids and by looking at all pairs; then all that contacts cost a step while the list lasts.
 //   names: candidates/<grids or all_pairs>/N<rods>[/threads<T>],  contacts/N<rods>/threads<T>
 #include "contact/contacts.hpp"
+#include "support/exposed_bodies.hpp"
 
 #include <benchmark/benchmark.h>
 #include <fmt/format.h>
@@ -16,7 +17,7 @@ constexpr int elements = 20;
 constexpr double diameter = 1.0 / 31;
 
 /// Along a space-filling order, as a run has them: the box in slices, to and fro.
-Capsules nest(int rods) {
+test::BodiesByHand nest(int rods) {
     std::mt19937 random(1);
     std::uniform_real_distribution<double> uniform;
     std::normal_distribution<double> normal;
@@ -34,31 +35,27 @@ Capsules nest(int rods) {
         places.emplace_back((at[0] * static_cast<std::size_t>(cells) + at[1]) * static_cast<std::size_t>(cells) + at[2], x);
     }
     std::stable_sort(places.begin(), places.end(), [](const auto& a, const auto& b) { return a.first < b.first; });
-    Capsules c;
+    test::BodiesByHand bodies;
     for (int r = 0; r < rods; ++r) {
-        c.first_slot.push_back(static_cast<std::int32_t>(c.node.size()));
-        c.skip.push_back(-1);
         const Vec3d along{normal(random), normal(random), normal(random)};
-        for (int k = 0; k <= elements; ++k) {
-            c.node.push_back({places[static_cast<std::size_t>(r)].second + ((k - 0.5 * elements) / elements / norm(along)) * along,
-                              k < elements ? 0.5 * diameter : -1});
-            c.rod.push_back(r);
-        }
+        std::vector<Vec3d> nodes;
+        for (int k = 0; k <= elements; ++k)
+            nodes.push_back(places[static_cast<std::size_t>(r)].second + ((k - 0.5 * elements) / elements / norm(along)) * along);
+        bodies.add(nodes, 0.5 * diameter);
     }
-    c.first_slot.push_back(static_cast<std::int32_t>(c.node.size()));
-    c.motion.resize(c.node.size());
-    return c;
+    return bodies;
 }
 
 void candidates(benchmark::State& state, int rods, int thread_count, bool exhaustively) {
     const Threads threads(thread_count);
-    const Capsules c = nest(rods);
-    BroadPhase search(c, threads);
+    const test::BodiesByHand bodies = nest(rods);
+    const Exposure c = bodies.exposure();
+    BroadPhase search(threads);
     Candidates found;
     const double skin = 0.25 * diameter;
     for (auto _ : state) {
-        if (exhaustively) BroadPhase::build_exhaustively(c, skin, found);
-        else search.build(c, skin, found);
+        if (exhaustively) BroadPhase::build_exhaustively(c, bodies.gaps, skin, found);
+        else search.build(c, bodies.gaps, skin, found);
         benchmark::DoNotOptimize(found.partner.data());
     }
     const double count = static_cast<double>(rods) * elements;
@@ -70,23 +67,23 @@ void candidates(benchmark::State& state, int rods, int thread_count, bool exhaus
 /// Closest points, forces with friction that remembers, loads gathered by rod; nothing moves, so the list stays.
 void contacts(benchmark::State& state, int rods, int thread_count) {
     const Threads threads(thread_count);
-    Capsules c = nest(rods);
+    const test::BodiesByHand bodies = nest(rods);
+    Exposure c = bodies.exposure();
     std::mt19937 random(2);
     std::normal_distribution<double> normal;
-    for (CapsuleMotion& m : c.motion) m.velocity = {normal(random), normal(random), normal(random)};
-    Contacts all(c,
-                 ContactLaw{.normal = ContactNormal::hertz,
-                            .stiffness = 1e3,
-                            .damping = 1,
-                            .friction = ContactFriction::memory,
-                            .static_friction = 0.4,
-                            .kinetic_friction = 0.4},
+    for (ExposedMotion& m : c.motion) m.velocity = {normal(random), normal(random), normal(random)};
+    Contacts all(bodies.scene(ContactLaw{.normal = ContactNormal::hertz,
+                                         .stiffness = 1e3,
+                                         .damping = 1,
+                                         .friction = ContactFriction::memory,
+                                         .static_friction = 0.4,
+                                         .kinetic_friction = 0.4}),
                  threads);
-    AlignedVector<ContactLoad> loads;
+    SlotLoads loads;
     all.evaluate(c, 0, 1e-6, loads);
     for (auto _ : state) {
         all.evaluate(c, 0, 1e-6, loads);
-        benchmark::DoNotOptimize(loads.data());
+        benchmark::DoNotOptimize(loads.load.data());
     }
     const ContactFigures figures = all.figures();
     const auto per = [&](double count) {

@@ -15,25 +15,38 @@ namespace skein {
 
 namespace {
 
-Vec3d middle(const Capsules& c, std::size_t slot) { return 0.5 * (c.node[slot].position + c.node[slot + 1].position); }
-double half_length(const Capsules& c, std::size_t slot) { return 0.5 * norm(c.node[slot + 1].position - c.node[slot].position); }
+Vec3d middle(const Exposure& c, std::size_t slot) { return 0.5 * (c.node[slot].position + c.node[slot + 1].position); }
+double half_length(const Exposure& c, std::size_t slot) { return 0.5 * norm(c.node[slot + 1].position - c.node[slot].position); }
 Vec3d least_of(const Vec3d& a, const Vec3d& b) { return {std::min(a.x, b.x), std::min(a.y, b.y), std::min(a.z, b.z)}; }
 Vec3d most_of(const Vec3d& a, const Vec3d& b) { return {std::max(a.x, b.x), std::max(a.y, b.y), std::max(a.z, b.z)}; }
 
+/// Elements that may touch, by what they are and not where.
+bool may_touch(const Exposure& c, const SelfGaps& gaps, std::uint32_t a, std::uint32_t b) {
+    if (c.window_of[a] != c.window_of[b]) return true;
+    const std::int32_t gap = gaps[static_cast<std::size_t>(c.at(a).group)],
+                       apart = static_cast<std::int32_t>(a) - static_cast<std::int32_t>(b);
+    return gap >= 0 && (apart > gap || -apart > gap);
+}
+
 } // namespace
 
-/// Of pairs (a[i], b[i]) those that may touch and whose capsules are less than `skin` apart. a and b have room for a tile more.
-void BroadPhase::append_near(const Capsules& c, double skin, std::span<const std::uint8_t> owned, std::uint32_t* a,
-                             std::uint32_t* b, std::size_t count, Near& near) {
+/// Of pairs (a[i], b[i]) those that may touch, whose capsules are less than `skin` apart, and one of which is own. a and b have
+/// room for a tile more. The lower slot is put first before any arithmetic, so all ranks that see a pair come to the same bits.
+void BroadPhase::append_near(const Exposure& c, const SelfGaps& gaps, double skin, std::uint32_t* a, std::uint32_t* b,
+                             std::size_t count, Near& near) {
     constexpr std::size_t W = CapsuleTile::width;
     if (count == 0) return;
     std::fill(a + count, a + count + W, a[0]);
     std::fill(b + count, b + count + W, b[0]);
+    for (std::size_t i = 0; i < count + W; ++i) {
+        const std::uint32_t low = std::min(a[i], b[i]), high = std::max(a[i], b[i]);
+        a[i] = low, b[i] = high;
+    }
     const auto node = [&](std::uint32_t slot) { return &c.node[slot]; };
     for_capsule_tiles(
         count, [&](std::size_t i) { return std::pair(node(a[i]), node(b[i])); },
         [&](std::size_t i) {
-            const CapsuleNode* later = node(b[std::min(i + 64, count)]);
+            const ExposedNode* later = node(b[std::min(i + 64, count)]);
             __builtin_prefetch(later);
             __builtin_prefetch(later + 1);
         },
@@ -45,12 +58,11 @@ void BroadPhase::append_near(const Capsules& c, double skin, std::span<const std
             for (; bits != 0; bits &= bits - 1) {
                 const int lane = std::countr_zero(bits);
                 const std::size_t l = i + static_cast<std::size_t>(lane);
-                if (!c.may_touch(a[l], b[l])) continue;
-                near.idle += ~touching >> lane & 1;
-                if (!owned.empty() && !owned[static_cast<std::size_t>(c.rod[a[l]])] &&
-                    !owned[static_cast<std::size_t>(c.rod[b[l]])])
-                    continue;
-                near.pairs.push_back({std::min(a[l], b[l]), std::max(a[l], b[l])});
+                if (!may_touch(c, gaps, a[l], b[l])) continue;
+                const bool own = c.owns_slot(a[l]);
+                if (!own && !c.owns_slot(b[l])) continue;
+                near.idle += own & ~touching >> lane & 1;
+                near.pairs.push_back({a[l], b[l]});
             }
         });
 }
@@ -68,7 +80,7 @@ struct BroadPhase::Ranges {
 struct BroadPhase::Copies {
     static constexpr std::uint32_t most = 512;
     float x[most + 16], y[most + 16], z[most + 16], reach[most + 16];
-    std::int32_t rod[most + 16];
+    std::int32_t body[most + 16];
     std::uint32_t slot[most + 16];
     std::uint32_t count = 0;
 
@@ -79,28 +91,28 @@ struct BroadPhase::Copies {
             if (count + (end - begin) > most) return false;
             for (std::uint32_t i = begin, to = count; i < end; i += 16, to += 16) { // in sixteens, beyond the end
                 std::memcpy(x + to, from.x + i, 64), std::memcpy(y + to, from.y + i, 64), std::memcpy(z + to, from.z + i, 64);
-                std::memcpy(reach + to, from.reach + i, 64), std::memcpy(rod + to, from.rod + i, 64),
+                std::memcpy(reach + to, from.reach + i, 64), std::memcpy(body + to, from.body + i, 64),
                     std::memcpy(slot + to, from.slot + i, 64);
             }
             count += end - begin;
         }
         return true;
     }
-    Spheres spheres() const { return {x, y, z, reach, rod, slot}; }
+    Spheres spheres() const { return {x, y, z, reach, body, slot}; }
 };
 
 /// Pairs whose spheres meet, on their way to those whose capsules do.
 struct BroadPhase::Found {
     static constexpr std::size_t most = 1024;
-    const Capsules& capsules;
+    const Exposure& bodies;
+    const SelfGaps& gaps;
     double skin;
-    std::span<const std::uint8_t> owned;
     Near& near;
     std::size_t count = 0;
     std::uint32_t a[most + 32], b[most + 32];
 
     void flush() {
-        append_near(capsules, skin, owned, a, b, count, near);
+        append_near(bodies, gaps, skin, a, b, count, near);
         count = 0;
     }
 };
@@ -109,39 +121,41 @@ std::uint32_t BroadPhase::Grid::cell_at(float x) const {
     return static_cast<std::uint32_t>(static_cast<std::int32_t>(std::floor(x * cells_per_metre)));
 }
 
-BroadPhase::BroadPhase(const Capsules& capsules, const Threads& threads) : threads_(threads), grid_of_(capsules.slots(), 0) {
-    double smallest = std::numeric_limits<double>::infinity();
-    Vec3d least{HUGE_VAL, HUGE_VAL, HUGE_VAL}, most = -least;
-    const auto size = [&](std::size_t s) { return half_length(capsules, s) + capsules.node[s].radius; };
-    for (std::size_t s = 0; s < capsules.slots(); ++s) {
-        least = least_of(least, capsules.node[s].position), most = most_of(most, capsules.node[s].position);
-        if (capsules.has_element(s)) smallest = std::min(smallest, size(s));
-    }
-    next_origin_ = 0.5 * (least + most);
-    std::uint8_t coarsest = 0;
-    for (std::size_t s = 0; s < capsules.slots(); ++s)
-        if (capsules.has_element(s))
-            coarsest = std::max(coarsest, grid_of_[s] = static_cast<std::uint8_t>(std::min(31.0, std::log2(size(s) / smallest))));
-    grids_.resize(static_cast<std::size_t>(coarsest) + 1);
-}
-
+BroadPhase::BroadPhase(const Threads& threads) : threads_(threads) {}
 BroadPhase::~BroadPhase() = default;
 
-void BroadPhase::measure(const Capsules& capsules, double skin) {
+/// Once: what later searches are measured by.
+void BroadPhase::find_sizes(const Exposure& bodies) {
+    smallest_ = std::numeric_limits<double>::infinity();
+    Vec3d least{HUGE_VAL, HUGE_VAL, HUGE_VAL}, most = -least;
+    for (std::size_t s = 0; s < bodies.slots(); ++s) {
+        if (!bodies.has_element(s)) continue;
+        const Vec3d m = middle(bodies, s);
+        least = least_of(least, m), most = most_of(most, m);
+        smallest_ = std::min(smallest_, half_length(bodies, s) + bodies.node[s].radius);
+    }
+    const Vec3d centre = 0.5 * (least + most);
+    if (std::isfinite(dot(centre, centre))) next_origin_ = centre;
+}
+
+void BroadPhase::measure(const Exposure& bodies, double skin) {
     struct Extent {
         Vec3d least{HUGE_VAL, HUGE_VAL, HUGE_VAL}, most{-HUGE_VAL, -HUGE_VAL, -HUGE_VAL};
         double reach[32] = {};
         std::size_t count[32] = {};
     };
+    if (smallest_ == 0) find_sizes(bodies);
     origin_ = next_origin_;
-    sphere_.resize(capsules.slots());
-    std::vector<Extent> parts(blocks_of(capsules.slots()));
-    for_blocks(threads_, capsules.slots(), [&](std::size_t begin, std::size_t end, std::size_t block) {
+    sphere_.resize(bodies.slots());
+    grid_of_.resize(bodies.slots());
+    std::vector<Extent> parts(blocks_of(bodies.slots()));
+    for_blocks(threads_, bodies.slots(), [&](std::size_t begin, std::size_t end, std::size_t block) {
         Extent& e = parts[block];
         for (std::size_t s = begin; s < end; ++s) {
-            if (!capsules.has_element(s)) continue;
-            const Vec3d m = middle(capsules, s) - origin_;
-            const double reach = half_length(capsules, s) + capsules.node[s].radius;
+            if (!bodies.has_element(s)) continue;
+            const Vec3d m = middle(bodies, s) - origin_;
+            const double reach = half_length(bodies, s) + bodies.node[s].radius;
+            grid_of_[s] = static_cast<std::uint8_t>(std::clamp(std::ilogb(reach / smallest_), 0, 31));
             sphere_[s] = {static_cast<float>(m.x), static_cast<float>(m.y), static_cast<float>(m.z), static_cast<float>(reach)};
             e.least = least_of(e.least, m), e.most = most_of(e.most, m);
             e.reach[grid_of_[s]] = std::max(e.reach[grid_of_[s]], reach);
@@ -149,10 +163,14 @@ void BroadPhase::measure(const Capsules& capsules, double skin) {
         }
     });
     Extent all;
+    std::size_t coarsest = 0;
     for (const Extent& e : parts) {
         all.least = least_of(e.least, all.least), all.most = most_of(e.most, all.most);
         for (std::size_t g = 0; g < 32; ++g) all.reach[g] = std::max(all.reach[g], e.reach[g]), all.count[g] += e.count[g];
     }
+    for (std::size_t g = 0; g < 32; ++g)
+        if (all.count[g] > 0) coarsest = g;
+    grids_.resize(coarsest + 1);
     next_origin_ = origin_ + 0.5 * (all.least + all.most); // next time; what moves meanwhile counts in the slack
     const Vec3d extent = all.most - all.least, outermost = most_of(-all.least, all.most);
     double reach = 0;
@@ -177,14 +195,14 @@ void BroadPhase::measure(const Capsules& capsules, double skin) {
     cell_begin_.assign(cells + 1, 0);
 }
 
-void BroadPhase::fill_grids(const Capsules& capsules) {
-    const std::size_t slots = capsules.slots();
+void BroadPhase::fill_grids(const Exposure& bodies, const SelfGaps& gaps) {
+    const std::size_t slots = bodies.slots();
     const bool alone = threads_.count() == 1;
     cell_of_.resize(slots);
     place_.resize(slots); // of an element among those of its cell
     for_blocks(threads_, slots, [&](std::size_t begin, std::size_t end, std::size_t) {
         for (std::size_t s = begin; s < end; ++s) {
-            if (!capsules.has_element(s)) continue;
+            if (!bodies.has_element(s)) continue;
             const Grid& grid = grids_[grid_of_[s]];
             const Sphere& sphere = sphere_[s];
             const auto cell = [&](float x, int i) { return grid.cell_at(x) & (grid.size[i] - 1); };
@@ -195,17 +213,17 @@ void BroadPhase::fill_grids(const Capsules& capsules) {
     });
     const std::size_t room = begins_from_counts(threads_, cell_begin_) + 16; // read in sixteens
     for (auto* component : {&x_, &y_, &z_, &reach_}) component->resize(room);
-    rod_.resize(room);
+    body_.resize(room);
     slot_.resize(room);
     for_blocks(threads_, slots, [&](std::size_t begin, std::size_t end, std::size_t) {
         for (std::size_t s = begin; s < end; ++s) {
-            if (!capsules.has_element(s)) continue;
+            if (!bodies.has_element(s)) continue;
             const std::size_t i = cell_begin_[cell_of_[s]] + place_[s];
             const Sphere& sphere = sphere_[s];
             x_[i] = sphere.x, y_[i] = sphere.y, z_[i] = sphere.z, reach_[i] = sphere.reach;
             slot_[i] = static_cast<std::uint32_t>(s);
-            const std::int32_t rod = capsules.rod[s];
-            rod_[i] = capsules.skip[static_cast<std::size_t>(rod)] < 0 ? rod : -1 - static_cast<std::int32_t>(s);
+            const bool touches_itself = gaps[static_cast<std::size_t>(bodies.at(s).group)] >= 0;
+            body_[i] = touches_itself ? -1 - static_cast<std::int32_t>(s) : bodies.window_of[s];
         }
     });
 }
@@ -226,7 +244,7 @@ void BroadPhase::add_row(const Grid& grid, std::uint32_t x, std::uint32_t y, std
 SKEIN_INLINE void BroadPhase::meet(std::uint32_t i, const Spheres& others, Range range, float margin, Found& found) const {
     const std::uint32_t slot = slot_[i];
     const float x = x_[i], y = y_[i], z = z_[i], reach = reach_[i] + margin;
-    const std::int32_t rod = rod_[i];
+    const std::int32_t body = body_[i];
     std::size_t count = found.count;
     for (std::uint32_t j = range.begin; j < range.end; j += 16) {
         if (count > Found::most) {
@@ -240,7 +258,8 @@ SKEIN_INLINE void BroadPhase::meet(std::uint32_t i, const Spheres& others, Range
         const __m512 dx = less(others.x, x), dy = less(others.y, y), dz = less(others.z, z), r = less(others.reach, -reach);
         const __m512 squared = _mm512_fmadd_ps(dx, dx, _mm512_fmadd_ps(dy, dy, _mm512_mul_ps(dz, dz)));
         const auto valid = static_cast<__mmask16>((1u << std::min(range.end - j, 16u)) - 1);
-        const __mmask16 foreign = _mm512_mask_cmpneq_epi32_mask(valid, _mm512_loadu_si512(others.rod + j), _mm512_set1_epi32(rod));
+        const __mmask16 foreign =
+            _mm512_mask_cmpneq_epi32_mask(valid, _mm512_loadu_si512(others.body + j), _mm512_set1_epi32(body));
         const __mmask16 near = _mm512_mask_cmp_ps_mask(foreign, squared, _mm512_mul_ps(r, r), _CMP_LT_OQ);
         _mm512_storeu_si512(found.b + count, _mm512_maskz_compress_epi32(near, _mm512_loadu_si512(others.slot + j)));
         count += static_cast<std::size_t>(std::popcount(static_cast<unsigned>(near)));
@@ -248,7 +267,7 @@ SKEIN_INLINE void BroadPhase::meet(std::uint32_t i, const Spheres& others, Range
         for (std::uint32_t k = j; k < std::min(j + 16, range.end); ++k) {
             const float dx = others.x[k] - x, dy = others.y[k] - y, dz = others.z[k] - z, r = others.reach[k] + reach;
             found.b[count] = others.slot[k];
-            count += (dx * dx + dy * dy + dz * dz < r * r) & (others.rod[k] != rod);
+            count += (dx * dx + dy * dy + dz * dz < r * r) & (others.body[k] != body);
         }
 #endif
     }
@@ -291,9 +310,9 @@ void BroadPhase::look(const Grid& grid, std::uint32_t begin, std::uint32_t end, 
     found.flush();
 }
 
-void BroadPhase::build(const Capsules& capsules, double skin, Candidates& candidates, std::span<const std::uint8_t> owned) {
-    measure(capsules, skin);
-    fill_grids(capsules);
+void BroadPhase::build(const Exposure& bodies, const SelfGaps& gaps, double skin, Candidates& candidates) {
+    measure(bodies, skin);
+    fill_grids(bodies, gaps);
     struct Task {
         const Grid* grid;
         std::uint32_t begin, end; ///< cells
@@ -306,7 +325,7 @@ void BroadPhase::build(const Capsules& capsules, double skin, Candidates& candid
     threads_.for_each(tasks.size(), [&](std::size_t t, int) {
         near_[t].pairs.clear();
         near_[t].idle = 0;
-        Found found{.capsules = capsules, .skin = skin, .owned = owned, .near = near_[t]};
+        Found found{.bodies = bodies, .gaps = gaps, .skin = skin, .near = near_[t]};
         look(*tasks[t].grid, tasks[t].begin, tasks[t].end, static_cast<float>(skin) + slack_, found);
     });
     const auto visit = [&](auto&& body) {
@@ -316,26 +335,26 @@ void BroadPhase::build(const Capsules& capsules, double skin, Candidates& candid
     };
     candidates.idle = 0;
     for (const Near& near : near_) candidates.idle += near.idle;
-    group(threads_, capsules.slots(), visit, candidates.first, candidates.partner);
+    group(threads_, bodies.slots(), visit, candidates.first, candidates.partner);
 }
 
-void BroadPhase::build_exhaustively(const Capsules& capsules, double skin, Candidates& candidates) {
-    const auto slots = static_cast<std::uint32_t>(capsules.slots());
+void BroadPhase::build_exhaustively(const Exposure& bodies, const SelfGaps& gaps, double skin, Candidates& candidates) {
+    const auto slots = static_cast<std::uint32_t>(bodies.slots());
     candidates.first.assign(slots + 1, 0);
     candidates.partner.clear();
     std::vector<std::uint32_t> first, second;
     Near near;
     for (std::uint32_t a = 0; a < slots; ++a) {
         candidates.first[a] = static_cast<std::uint32_t>(candidates.partner.size());
-        if (!capsules.has_element(a)) continue;
+        if (!bodies.has_element(a)) continue;
         second.clear();
         near.pairs.clear();
         for (std::uint32_t b = a + 1; b < slots; ++b)
-            if (capsules.has_element(b)) second.push_back(b);
+            if (bodies.has_element(b)) second.push_back(b);
         const std::size_t count = second.size();
         first.assign(count + 8, a);
         second.resize(count + 8);
-        append_near(capsules, skin, {}, first.data(), second.data(), count, near);
+        append_near(bodies, gaps, skin, first.data(), second.data(), count, near);
         for (const Pair& pair : near.pairs) candidates.partner.push_back(pair.b);
     }
     candidates.idle = near.idle;

@@ -7,36 +7,43 @@
 // threads. Cost per element at nest density: see docs/performance.md.
 #pragma once
 
-#include "contact/capsules.hpp"
+#include "neighbourhood/exposure.hpp"
 #include "parallel/threads.hpp"
 
 #include <span>
 
 namespace skein {
 
+/// Two elements, by their slots.
+struct Pair {
+    std::uint32_t a, b;
+    friend auto operator<=>(const Pair&, const Pair&) = default;
+};
+
+/// Elements of one body touch where their numbers differ by more than this, by group; below 0: never.
+using SelfGaps = std::vector<std::int32_t>;
+
 /// Pairs by their first element, which is that with the lower slot: partner[first[a]] .. partner[first[a + 1] - 1], in rising
 /// order.
 struct Candidates {
     std::vector<std::uint32_t> first; ///< [slots + 1]
     std::vector<std::uint32_t> partner;
-    std::int64_t idle = 0; ///< pairs that are near and do not touch, whoever owns them
+    std::int64_t idle = 0; ///< pairs that are near and do not touch, of those whose first element is of an own body
 
     std::size_t count() const { return partner.size(); }
 };
 
 class BroadPhase {
 public:
-    /// Sizes are those at this time, and stay elements' own: stretch changes cells, not grids. The largest element of a grid is at
-    /// most twice its smallest.
-    BroadPhase(const Capsules& capsules, const Threads& threads);
+    explicit BroadPhase(const Threads& threads);
     ~BroadPhase();
 
-    /// All pairs whose capsules are less than `skin` apart, m, and that may touch. `owned`: by rod; pairs of two others are left
-    /// out.
-    void build(const Capsules& capsules, double skin, Candidates& candidates, std::span<const std::uint8_t> owned = {});
+    /// All pairs whose capsules are less than `skin` apart, m, that may touch, and of which one is of an own body. The largest
+    /// element of a grid is at most twice its smallest.
+    void build(const Exposure& bodies, const SelfGaps& gaps, double skin, Candidates& candidates);
 
     /// The same by looking at every pair: what `build` is held against.
-    static void build_exhaustively(const Capsules& capsules, double skin, Candidates& candidates);
+    static void build_exhaustively(const Exposure& bodies, const SelfGaps& gaps, double skin, Candidates& candidates);
 
     int grids() const { return static_cast<int>(grids_.size()); }
 
@@ -59,20 +66,22 @@ private:
     /// Elements side by side, as vector instructions want them.
     struct Spheres {
         const float *x, *y, *z, *reach;
-        const std::int32_t* rod;
+        const std::int32_t* body;
         const std::uint32_t* slot;
     };
     struct Ranges;
     struct Copies;
     struct Found;
-    Spheres spheres() const { return {x_.data(), y_.data(), z_.data(), reach_.data(), rod_.data(), slot_.data()}; }
-    void measure(const Capsules& capsules, double skin);
-    void fill_grids(const Capsules& capsules);
+    Spheres spheres() const { return {x_.data(), y_.data(), z_.data(), reach_.data(), body_.data(), slot_.data()}; }
+    void find_sizes(const Exposure& bodies);
+    void measure(const Exposure& bodies, double skin);
+    void fill_grids(const Exposure& bodies, const SelfGaps& gaps);
     void add_row(const Grid& grid, std::uint32_t x, std::uint32_t y, std::uint32_t z, Ranges& ranges) const;
     void look(const Grid& grid, std::uint32_t begin, std::uint32_t end, float margin, Found& found) const;
     void meet(std::uint32_t i, const Spheres& others, Range range, float margin, Found& found) const;
 
     const Threads& threads_;
+    double smallest_ = 0;               ///< element of the first search, m: half its length and its radius
     std::vector<std::uint8_t> grid_of_; ///< of each slot
     std::vector<Grid> grids_;
     Vec3d origin_{0, 0, 0}, next_origin_{0, 0, 0};
@@ -80,7 +89,7 @@ private:
     AlignedVector<Sphere> sphere_; ///< by slot
     // By cell.
     AlignedVector<float> x_, y_, z_, reach_;
-    AlignedVector<std::int32_t> rod_; ///< elements with the same one do not touch; others' own where a rod touches itself
+    AlignedVector<std::int32_t> body_; ///< elements with the same one do not touch: windows, or slots where a body touches itself
     AlignedVector<std::uint32_t> slot_;
     std::vector<std::uint32_t> cell_of_, place_, cell_begin_;
     struct Near {
@@ -88,8 +97,8 @@ private:
         std::int64_t idle = 0;
     };
     std::vector<Near> near_; ///< by task
-    static void append_near(const Capsules& capsules, double skin, std::span<const std::uint8_t> owned, std::uint32_t* a,
-                            std::uint32_t* b, std::size_t count, Near& near);
+    static void append_near(const Exposure& bodies, const SelfGaps& gaps, double skin, std::uint32_t* a, std::uint32_t* b,
+                            std::size_t count, Near& near);
 };
 
 } // namespace skein

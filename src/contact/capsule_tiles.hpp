@@ -3,8 +3,7 @@
 // ahead.
 #pragma once
 
-#include "contact/capsules.hpp"
-#include "contact/transposed.hpp"
+#include "neighbourhood/transposed.hpp"
 
 #include <algorithm>
 #include <utility>

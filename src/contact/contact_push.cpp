@@ -29,7 +29,7 @@ template <int N> SKEIN_INLINE Vec3<Pack<N>> between(const Vec3<Pack<N>>& a, cons
     return fma(share, b - a, a);
 }
 
-Vec3d edge(const Capsules& c, std::size_t slot) { return c.node[slot + 1].position - c.node[slot].position; }
+Vec3d edge(const Exposure& c, std::size_t slot) { return c.node[slot + 1].position - c.node[slot].position; }
 
 P lanes(const double* from) {
     P p;
@@ -97,11 +97,11 @@ struct Contacts::Alone {
 };
 
 /// Adds those of some pairs that touch.
-void Contacts::pack(const Capsules& capsules, std::uint32_t begin, std::uint32_t end, Packed& packed, Finds& finds) {
+void Contacts::pack(const Exposure& bodies, std::uint32_t begin, std::uint32_t end, Packed& packed, Finds& finds) {
     // Pointers by themselves: what is written here might be members, for all that the compiler knows.
     const Pair* const pair = &list_.pair[begin];
-    const CapsuleNode* const node = capsules.node.data();
-    const CapsuleMotion* const motion = capsules.motion.data();
+    const ExposedNode* const node = bodies.node.data();
+    const ExposedMotion* const motion = bodies.motion.data();
     const std::uint8_t* const was = &was_[begin];
     const bool remembers = remembers_;
     std::uint32_t n = packed.count, sides = packed.sides;
@@ -119,7 +119,7 @@ void Contacts::pack(const Capsules& capsules, std::uint32_t begin, std::uint32_t
             const unsigned valid = end - i >= W ? 0xffu : (1u << (end - i)) - 1, touch = bits_of(squared < reach * reach) & valid;
             for (unsigned ended = low_bits(was + k) & ~touch & valid; ended != 0; ended &= ended - 1) {
                 const std::uint32_t at = i + static_cast<std::uint32_t>(std::countr_zero(ended));
-                if (owns(static_cast<std::size_t>(capsules.rod[list_.pair[at].a]))) finds.rubbed += last_memory_[at].energy();
+                if (bodies.owns_slot(list_.pair[at].a)) finds.rubbed += last_memory_[at].energy();
             }
             if (touch == 0) return;
             compress_store(packed.s + n, touch, closest.s);
@@ -186,14 +186,12 @@ SKEIN_INLINE Contacts::Remembered<N> Contacts::memory_before(const std::uint32_t
     return {own, load_transposed<N>([&](int l) { return &last_memory_[from[l]].x.x; }).vector};
 }
 
-template <int N> SKEIN_INLINE ContactNumbers<Pack<N>> Contacts::numbers(const Capsules& capsules, const std::uint32_t* pair) const {
+template <int N> SKEIN_INLINE ContactNumbers<Pack<N>> Contacts::numbers(const Exposure& bodies, const std::uint32_t* pair) const {
     using Q = Pack<N>;
     auto all = numbers_[0].as<Q>();
     if (laws_.materials() == 1) return all;
     for (int l = 0; l < N; ++l) {
-        const auto material = [&](std::uint32_t slot) {
-            return static_cast<std::size_t>(capsules.material[static_cast<std::size_t>(capsules.rod[slot])]);
-        };
+        const auto material = [&](std::uint32_t slot) { return static_cast<std::size_t>(bodies.at(slot).group); };
         const ContactNumbers<double>& law =
             numbers_[material(list_.pair[pair[l]].a) * laws_.materials() + material(list_.pair[pair[l]].b)];
         all.stiffness.set(l, law.stiffness);
@@ -209,12 +207,12 @@ template <int N> SKEIN_INLINE ContactNumbers<Pack<N>> Contacts::numbers(const Ca
 
 /// As it is, of a pair that touches. Near-parallel elements push at the two ends of their overlap, and at the nearest points with
 /// what is left of the normal force and all friction. `now`: the memory that the contact has, where it is not to move on.
-Contacts::Alone Contacts::alone(const Capsules& capsules, double h, std::uint32_t pair, const ContactMemory<double>* now) const {
+Contacts::Alone Contacts::alone(const Exposure& bodies, double h, std::uint32_t pair, const ContactMemory<double>* now) const {
     using Q = Pack<1>;
     const auto [a, b] = list_.pair[pair];
-    const CapsuleNode *a0 = &capsules.node[a], *b0 = &capsules.node[b];
-    const CapsuleMotion *on_a = &capsules.motion[a], *on_b = &capsules.motion[b];
-    const Vec3d d1 = edge(capsules, a), d2 = edge(capsules, b);
+    const ExposedNode *a0 = &bodies.node[a], *b0 = &bodies.node[b];
+    const ExposedMotion *on_a = &bodies.motion[a], *on_b = &bodies.motion[b];
+    const Vec3d d1 = edge(bodies, a), d2 = edge(bodies, b);
     const auto closest = closest_points(broadcast<1>(a0->position), broadcast<1>(d1), broadcast<1>(b0->position), broadcast<1>(d2));
     const auto state_at = [&](double s, double t) {
         const Vec3d apart = b0->position + t * d2 - (a0->position + s * d1);
@@ -229,7 +227,7 @@ Contacts::Alone Contacts::alone(const Capsules& capsules, double h, std::uint32_
                                broadcast<1>(on_b[0].velocity + t * (on_b[1].velocity - on_b[0].velocity)),
                                broadcast<1>(on_b->spin)};
     };
-    const ContactNumbers<Q> law = numbers<1>(capsules, &pair);
+    const ContactNumbers<Q> law = numbers<1>(bodies, &pair);
     Alone out{.s = closest.s[0], .t = closest.t[0]};
     double share = 0; // of the normal force that the two ends take
     double elsewhere = 0, stored = 0, damped = 0, stiffest = 0;
@@ -263,7 +261,7 @@ Contacts::Alone Contacts::alone(const Capsules& capsules, double h, std::uint32_
 namespace {
 
 /// What a contact does to the slots of its element.
-SKEIN_INLINE void take(ContactLoad* at, const ElementLoad& load) {
+SKEIN_INLINE void take(ExertedLoad* at, const ElementLoad& load) {
     using Four = detail::FourDoubles;
     const auto add = [](Vec3d & to, const Vec3d& more) __attribute__((always_inline)) {
         reinterpret_cast<Four&>(to) += reinterpret_cast<const Four&>(more);
@@ -275,16 +273,16 @@ SKEIN_INLINE void take(ContactLoad* at, const ElementLoad& load) {
 
 } // namespace
 
-void Contacts::push_packed(const Capsules& capsules, double h, const Packed& packed, const RodBlock& block,
-                           std::vector<std::size_t>& post, Finds& finds, Sums& sums, AlignedVector<ContactLoad>& loads) {
+void Contacts::push_packed(const Exposure& bodies, double h, const Packed& packed, const ContactBlock& block,
+                           std::vector<std::size_t>& next, Finds& finds, Sums& sums, std::span<ExertedLoad> loads) {
     const P one(1.0), none(0.0);
-    const CapsuleMotion* const motion = capsules.motion.data();
-    const std::int32_t* const rod = capsules.rod.data();
-    const std::uint8_t* const owned = owned_.empty() ? nullptr : owned_.data();
+    const ExposedMotion* const motion = bodies.motion.data();
+    const std::int32_t* const window = bodies.window_of.data();
+    const std::uint8_t* const own = bodies.own.empty() ? nullptr : bodies.own.data();
     std::uint8_t *const what = what_.data(), *const touched = touched_.data();
     ContactMemory<double>* const kept = memory_.data();
-    ContactLoad* const load = loads.data();
-    Mail::Desk desk = mail_.desk(post);
+    ExertedLoad* const load = loads.data();
+    DeferredLoads::Deferring deferring = deferred_.deferring(next);
     const std::uint32_t behind = block.last_slot;
     std::uint32_t next_side = 0;
     for (std::uint32_t i = 0; i < packed.count; i += W) {
@@ -311,7 +309,7 @@ void Contacts::push_packed(const Capsules& capsules, double h, const Packed& pac
             for (int l = 0; l < count; ++l)
                 if (met[l])
                     set_lane(normal, l,
-                             lane(across<1>(broadcast<1>(edge(capsules, pair[l].a)), broadcast<1>(edge(capsules, pair[l].b))), 0));
+                             lane(across<1>(broadcast<1>(edge(bodies, pair[l].a)), broadcast<1>(edge(bodies, pair[l].b))), 0));
         const ContactState<P> state{normal,
                                     distance,
                                     radius_1,
@@ -320,7 +318,7 @@ void Contacts::push_packed(const Capsules& capsules, double h, const Packed& pac
                                     load_transposed<W>([&](int l) { return &motion[pair[l].a].spin.x; }).vector,
                                     between(velocity_b(0), velocity_b(1), t),
                                     load_transposed<W>([&](int l) { return &motion[pair[l].b].spin.x; }).vector};
-        ContactForce<P> force = contact_force<W>(kinds_, numbers<W>(capsules, index), state, h, memory, remembered.from);
+        ContactForce<P> force = contact_force<W>(kinds_, numbers<W>(bodies, index), state, h, memory, remembered.from);
 
         struct {
             int lane;
@@ -329,7 +327,7 @@ void Contacts::push_packed(const Capsules& capsules, double h, const Packed& pac
         int sides = 0;
         for (; next_side < packed.sides && packed.side_by_side[next_side] < i + W; ++next_side) {
             const int l = static_cast<int>(packed.side_by_side[next_side] - i);
-            const Alone by_itself = alone(capsules, h, index[l]);
+            const Alone by_itself = alone(bodies, h, index[l]);
             set_lane(force.on_1, l, lane(by_itself.force.on_1, 0));
             set_lane(force.moment, l, lane(by_itself.force.moment, 0));
             force.stored.set(l, by_itself.force.stored[0]);
@@ -362,22 +360,22 @@ void Contacts::push_packed(const Capsules& capsules, double h, const Packed& pac
         const unsigned within = bits_of((s > none) & (s < one) & (t > none) & (t < one));
         for (int l = 0; l < count; ++l) what[index[l]] = static_cast<std::uint8_t>(touching | (within >> l & 1) * inside);
 
-        unsigned mine = (1u << count) - 1; // by first rods
+        unsigned mine = (1u << count) - 1; // by first bodies
         for (int l = 0; l < count; ++l) {
             const Pair both = pair[l];
-            const std::int32_t rod_1 = rod[both.a], rod_2 = rod[both.b];
-            if (!owned || owned[rod_1]) {
+            const std::int32_t first = window[both.a], second = window[both.b];
+            if (!own || own[first]) {
                 take(load + both.a, on_first[l]);
-                touched[rod_1] = 1;
+                touched[first] = 1;
             } else {
                 mine &= ~(1u << l);
             }
-            if (owned && !owned[rod_2]) continue;
+            if (own && !own[second]) continue;
             if (both.b < behind) {
                 take(load + both.b, on_second[l]);
-                touched[rod_2] = 1;
+                touched[second] = 1;
             } else {
-                desk.post(rod_2, both.b, on_second[l]);
+                deferring.defer(second, both.b, on_second[l]);
             }
         }
         sums.add(force, P(0.5) * (radius_1 + radius_2 - distance) * (some * inverse), mine);
@@ -385,21 +383,21 @@ void Contacts::push_packed(const Capsules& capsules, double h, const Packed& pac
     }
 }
 
-void Contacts::push(const Capsules& capsules, double h, std::size_t number, std::vector<std::size_t>& post,
-                    AlignedVector<ContactLoad>& loads) {
-    const RodBlock& block = mail_.blocks()[number];
+void Contacts::push(const Exposure& bodies, double h, std::size_t number, std::vector<std::size_t>& next,
+                    std::span<ExertedLoad> loads) {
+    const ContactBlock& block = deferred_.blocks()[number];
     Finds& finds = finds_[number] = {};
-    std::fill(touched_.begin() + block.first_rod, touched_.begin() + block.last_rod, std::uint8_t{0});
-    std::fill(loads.begin() + block.first_slot, loads.begin() + block.last_slot, ContactLoad{});
+    std::fill(touched_.begin() + block.first_window, touched_.begin() + block.last_window, std::uint8_t{0});
+    std::fill(loads.begin() + block.first_slot, loads.begin() + block.last_slot, ExertedLoad{});
     const std::uint32_t begin = list_.first[block.first_slot], end = list_.first[block.last_slot];
     if (begin == end) return;
     std::fill(what_.begin() + begin, what_.begin() + end, std::uint8_t{0});
-    mail_.open(number, post);
+    deferred_.open(number, next);
     Packed packed;
     Sums sums;
     for (std::uint32_t i = begin; i < end;) {
         const std::uint32_t behind = std::min(end, i + Packed::at_a_time);
-        pack(capsules, i, behind, packed, finds);
+        pack(bodies, i, behind, packed, finds);
         i = behind;
         if (i < end && packed.count + Packed::at_a_time <= Packed::most) continue;
         for (std::uint32_t n = packed.count, first = n / W * W; n % W != 0; ++n) { // the last tile is filled up with its first
@@ -408,10 +406,10 @@ void Contacts::push(const Capsules& capsules, double h, std::size_t number, std:
             packed.index[n] = packed.index[first];
             packed.pair[n] = packed.pair[first];
         }
-        push_packed(capsules, h, packed, block, post, finds, sums, loads);
+        push_packed(bodies, h, packed, block, next, finds, sums, loads);
         packed.count = packed.sides = 0;
     }
-    mail_.close(number, post);
+    deferred_.close(number, next);
     finds.deepest = largest(sums.deepest);
     finds.stiffest = largest(sums.stiffest);
     finds.stored = sum(sums.stored);
@@ -419,21 +417,21 @@ void Contacts::push(const Capsules& capsules, double h, std::size_t number, std:
     finds.damped = sum(sums.damped);
 }
 
-void Contacts::receive(const Capsules& capsules, std::size_t block, AlignedVector<ContactLoad>& loads) {
-    mail_.deliver(block, [&](std::uint32_t slot, const ElementLoad& load) {
+void Contacts::add_deferred(const Exposure& bodies, std::size_t block, std::span<ExertedLoad> loads) {
+    deferred_.add_deferred(block, [&](std::uint32_t slot, const ElementLoad& load) {
         take(&loads[slot], load);
-        touched_[static_cast<std::size_t>(capsules.rod[slot])] = 1;
+        touched_[static_cast<std::size_t>(bodies.window_of[slot])] = 1;
     });
 }
 
-std::vector<Contact> Contacts::active(const Capsules& capsules) const {
+std::vector<Contact> Contacts::active(const Exposure& bodies) const {
     std::vector<Contact> all;
     for (std::uint32_t i = 0; i < list_.count(); ++i) {
         const Pair pair = list_.pair[i];
-        if (!(what_[i] & touching) || !owns(static_cast<std::size_t>(capsules.rod[pair.a]))) continue;
-        const Alone c = alone(capsules, 0, i, &memory_[i]); // a spring pulls as it is: what has slid has shortened it
+        if (!(what_[i] & touching) || !bodies.owns_slot(pair.a)) continue;
+        const Alone c = alone(bodies, 0, i, &memory_[i]); // a spring pulls as it is: what has slid has shortened it
         const Vec3d force = lane(c.force.on_1, 0) + c.more_on_first.first + c.more_on_first.second;
-        all.push_back({pair, c.s, c.t, force, capsules.node[pair.a].radius + capsules.node[pair.b].radius - c.distance});
+        all.push_back({pair, c.s, c.t, force, bodies.node[pair.a].radius + bodies.node[pair.b].radius - c.distance});
     }
     return all;
 }

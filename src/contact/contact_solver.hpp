@@ -1,7 +1,7 @@
 // What works contacts out, as the rest of a run sees it: loads of slots, figures, and what goes into checkpoints.
 #pragma once
 
-#include "contact/capsules.hpp"
+#include "contact/broad_phase.hpp"
 #include "contact/contact_law.hpp"
 #include "contact/response.hpp"
 #include "parallel/threads.hpp"
@@ -13,16 +13,9 @@
 
 namespace skein {
 
-/// What contacts do to a slot.
-struct alignas(64) ContactLoad {
-    Vec3d force; ///< at the node, lab, N
-    double unused = 0;
-    Vec3d couple; ///< on the element, lab, N m
-    double unused_too = 0;
-};
-static_assert(sizeof(ContactLoad) == 64 && sizeof(ContactMemory<double>) == 64);
+struct ContactSpec;
 
-/// Of the last evaluation, but for the number of renewals and what is lost; of pairs whose first rod is owned.
+/// Figures of the last evaluation, but for the number of renewals and what is lost; over pairs whose first body is own.
 struct ContactFigures {
     std::int64_t listed = 0, active = 0; ///< pairs
     double deepest = 0;                  ///< largest overlap over the smaller diameter
@@ -43,36 +36,63 @@ struct Contact {
     double overlap; ///< m
 };
 
-/// What a contact remembers from step to step.
+/// Memory of a contact from step to step, wherever it is kept.
 struct KeptContact {
-    std::uint32_t a, b;           ///< slots
+    std::int64_t a, b;            ///< slots of the scene
     std::uint32_t what;           ///< bits, as Contacts means them
     ContactMemory<double> memory; ///< lab
 };
 
-/// One per rank; bits of the loads depend on the rods alone.
+/// What the solver needs to know of the whole scene.
+struct ContactScene {
+    ContactLaws laws; ///< by pair of groups
+    SelfGaps gaps;    ///< by group
+    double diameter;  ///< mean over elements, m
+    std::int64_t slots;
+};
+ContactScene contact_scene(std::span<const RodGroup> groups, const ContactSpec& spec, ContactLaws laws);
+
+/// One per rank, of the bodies that it sees; bits of the loads on its own depend on the scene alone. A step: `holds`, else a
+/// renewal; then `begin`, and `finish` when ghosts have arrived. A renewal: `let_go`, `search` among all that may be near,
+/// `settle`.
 class ContactSolver {
 public:
     virtual ~ContactSolver() = default;
 
-    /// Goes on from what another left, before the first evaluation. May hold pairs of rods that are not owned.
-    virtual void restore(std::span<const KeptContact> kept, double rubbed = 0, double damped = 0) = 0;
-    /// Of pairs whose first rod is owned, in order.
-    virtual std::vector<KeptContact> kept() const = 0;
+    /// Whether the list has all pairs that may touch where bodies are now.
+    virtual bool holds(const Exposure& bodies) const = 0;
+    /// Distance between elements up to which pairs go into the next list, m: the same on all ranks.
+    virtual double next_skin() = 0;
+    /// The numbers of these bodies' slots are about to change: forgets what `begin` did of a step that is to begin anew.
+    virtual void let_go(const Exposure& bodies) = 0;
+    /// Pairs of all that may be near. Marks slots of ghosts that are in some pair. Returns the number of pairs whose first body is
+    /// own and that do not touch.
+    virtual std::int64_t search(const Exposure& near, std::span<std::uint8_t> wanted) = 0;
+    /// The list is that of the search; `slot`: by slot of `near`, where it is among `bodies` now. `idle`: sum of search() over
+    /// ranks.
+    virtual void settle(const Exposure& bodies, std::span<const std::uint32_t> slot, std::int64_t idle) = 0;
 
-    /// Loads of all contacts, over a step of length h, s. Those of rods that nothing touches mean nothing.
-    virtual void evaluate(const Capsules& capsules, double time, double h, AlignedVector<ContactLoad>& loads) = 0;
-    /// Not 0 for rods that are touched, of those owned.
-    virtual std::span<const std::uint8_t> touched_rods() const = 0;
+    /// Goes on from what others left, before the first search. May hold pairs that are not of this rank.
+    virtual void restore(std::span<const KeptContact> kept, double rubbed = 0, double damped = 0) = 0;
+    /// Of pairs whose first body is own, in order.
+    virtual std::vector<KeptContact> kept(const Exposure& bodies) const = 0;
+
+    /// Contacts of blocks of bodies that need no ghosts, over a step of length h, s.
+    virtual void begin(const Exposure& bodies, double time, double h, std::span<ExertedLoad> loads) = 0;
+    /// The others; then loads are those of all contacts. Those of bodies that nothing touches mean nothing.
+    virtual void finish(const Exposure& bodies, double h, std::span<ExertedLoad> loads) = 0;
+    /// Not 0 for windows of own bodies that are touched.
+    virtual std::span<const std::uint8_t> touched() const = 0;
 
     virtual ContactFigures figures() const = 0;
-    /// Of the last evaluation, which was of these capsules.
-    virtual std::vector<Contact> active(const Capsules& capsules) const = 0;
+    /// Of the last evaluation, which was of these bodies; pairs whose first body is own.
+    virtual std::vector<Contact> active(const Exposure& bodies) const = 0;
+
+    /// A step of bodies none of which is a ghost, with a renewal where one is due.
+    void evaluate(const Exposure& bodies, double time, double h, SlotLoads& loads);
 };
 
-/// Of the level of instructions that the caller is compiled for. `owned_rods`: those whose loads are wanted; none: all. Pairs
-/// without any are left out.
-std::unique_ptr<ContactSolver> make_contacts(const Capsules& capsules, ContactLaws laws, const Threads& threads,
-                                             std::vector<std::uint8_t> owned_rods = {});
+/// Of the level of instructions that the caller is compiled for.
+std::unique_ptr<ContactSolver> make_contacts(ContactScene scene, const Threads& threads);
 
 } // namespace skein

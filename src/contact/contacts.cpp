@@ -1,5 +1,6 @@
 #include "contact/contacts.hpp"
 
+#include "core/timer.hpp"
 #include "parallel/blocks.hpp"
 
 #include <algorithm>
@@ -15,173 +16,201 @@ namespace {
 constexpr double search_cost = 15;  // of an element, in such pairs
 constexpr double least_skin = 0.01; // in diameters
 
-double mean_diameter(const Capsules& c) {
-    double sum = 0;
-    std::size_t count = 0;
-    for (const CapsuleNode& n : c.node)
-        if (n.radius >= 0) sum += 2 * n.radius, ++count;
-    return count > 0 ? sum / static_cast<double>(count) : 0;
-}
-
 } // namespace
 
-Contacts::Contacts(const Capsules& capsules, ContactLaws laws, const Threads& threads, std::vector<std::uint8_t> owned_rods)
-    : laws_(std::move(laws)), kinds_{laws_.normal(), laws_.friction()}, remembers_(laws_.remember()), threads_(threads),
-      owned_(std::move(owned_rods)), search_(capsules, threads), diameter_(mean_diameter(capsules)),
-      first_slot_(capsules.first_slot), mail_(capsules), finds_(mail_.blocks().size()),
-      post_(static_cast<std::size_t>(threads.count())), touched_(capsules.first_slot.size() - 1, 0) {
-    figures_.skin = 0.25 * diameter_;
+Contacts::Contacts(ContactScene scene, const Threads& threads)
+    : scene_(std::move(scene)), kinds_{laws_.normal(), laws_.friction()}, remembers_(laws_.remember()), threads_(threads),
+      search_(threads), next_(static_cast<std::size_t>(threads.count())) {
+    figures_.skin = 0.25 * scene_.diameter;
 }
 
 /// The places of some nodes; behind the last one that one again.
-Contacts::Places Contacts::places(const Capsules& capsules, std::size_t tile) {
-    const std::size_t first = tile * places_at_once, last = capsules.slots() - 1;
+Contacts::Places Contacts::places(const Exposure& bodies, std::size_t tile) {
+    const std::size_t first = tile * places_at_once, last = bodies.slots() - 1;
     return load_transposed<places_at_once>(
-               [&](int l) { return &capsules.node[std::min(first + static_cast<std::size_t>(l), last)].position.x; })
+               [&](int l) { return &bodies.node[std::min(first + static_cast<std::size_t>(l), last)].position.x; })
         .vector;
 }
 
-/// Whether some of these rods, or neighbours by number, have moved further than the list allows.
-bool Contacts::far(const Capsules& capsules, const RodBlock& block) const {
-    const double most = 0.25 * figures_.skin * figures_.skin; // each of two may go half the way
-    Pack<places_at_once> furthest(0.0);
-    for (std::size_t tile = block.first_slot / places_at_once; tile * places_at_once < block.last_slot; ++tile) {
-        const Places moved = places(capsules, tile) - place_[tile];
-        furthest = max(furthest, dot(moved, moved));
-    }
-    return any(!(furthest < Pack<places_at_once>(most)));
-}
-
-void Contacts::carry_over(const PairList& fresh, const Capsules& capsules) {
-    AlignedVector<ContactMemory<double>> memory(fresh.count() + 1, ContactMemory<double>{});
-    std::vector<std::uint8_t> what(fresh.count() + PairList::padding, 0);
-    const std::size_t slots = list_.count() > 0 ? fresh.first.size() - 1 : 0;
-    std::vector<double> lost(blocks_of(slots), 0.0);
-    for_blocks(threads_, slots, [&](std::size_t begin, std::size_t end, std::size_t block) {
-        for (std::size_t a = begin; a < end; ++a) {
-            std::uint32_t i = fresh.first[a];
-            for (std::uint32_t old = list_.first[a]; old < list_.first[a + 1]; ++old) {
-                while (i < fresh.first[a + 1] && fresh.pair[i].b < list_.pair[old].b) ++i;
-                if (i < fresh.first[a + 1] && fresh.pair[i].b == list_.pair[old].b) what[i] = what_[old], memory[i] = memory_[old];
-                else if (what_[old] & touching && owns(static_cast<std::size_t>(capsules.rod[a])))
-                    lost[block] += memory_[old].energy();
-            }
+bool Contacts::holds(const Exposure& bodies) const {
+    if (list_.first.empty() || is_wasteful()) return false;
+    const Pack<places_at_once> most(0.25 * figures_.skin * figures_.skin); // each of two may go half the way
+    std::atomic<bool> far = false;
+    for_blocks(threads_, place_.size(), [&](std::size_t begin, std::size_t end, std::size_t) {
+        if (far.load(std::memory_order_relaxed)) return;
+        Pack<places_at_once> furthest(0.0);
+        for (std::size_t tile = begin; tile < end; ++tile) {
+            const Places moved = places(bodies, tile) - place_[tile];
+            furthest = max(furthest, dot(moved, moved));
         }
+        if (any(!(furthest < most))) far.store(true, std::memory_order_relaxed);
     });
-    for (const double energy : lost) figures_.rubbed += energy;
-    memory_ = std::move(memory);
-    what_ = std::move(what);
+    return !far;
 }
 
 /// A list may last so long that its idle pairs cost more than a new one with less skin.
 bool Contacts::is_wasteful() const {
-    return figures_.skin > least_skin * diameter_ &&
-           static_cast<double>(age_) * static_cast<double>(idle_) > 4 * search_cost * static_cast<double>(first_slot_.back());
+    return figures_.skin > least_skin * scene_.diameter &&
+           static_cast<double>(age_) * static_cast<double>(idle_) > 4 * search_cost * static_cast<double>(scene_.slots);
 }
 
-void Contacts::renew_list(const Capsules& capsules) {
-    const Timers::Guard timing(figures_.search_s);
+double Contacts::next_skin() {
     if (figures_.renewals > 0 && age_ > 0) {
         // Idle pairs grow with the skin, searches per step fall with it.
-        const double search = search_cost * static_cast<double>(capsules.slots()) / static_cast<double>(age_);
+        const double search = search_cost * static_cast<double>(scene_.slots) / static_cast<double>(age_);
         const double change = std::clamp(std::sqrt(search / static_cast<double>(std::max<std::int64_t>(idle_, 1))), 0.5, 1.5);
-        figures_.skin = std::clamp(figures_.skin * change, least_skin * diameter_, diameter_);
+        figures_.skin = std::clamp(figures_.skin * change, least_skin * scene_.diameter, scene_.diameter);
+        age_ = 0;
     }
-    age_ = 0;
-    ++figures_.renewals;
+    return figures_.skin;
+}
 
-    Candidates candidates;
-    search_.build(capsules, figures_.skin, candidates, owned_);
-    idle_ = candidates.idle;
-    PairList fresh(std::move(candidates), threads_, kinds_.friction == ContactFriction::memory);
-    carry_over(fresh, capsules);
-    list_ = std::move(fresh);
+/// This step becomes the one before.
+void Contacts::swap_steps() {
+    std::swap(memory_, last_memory_);
+    std::swap(what_, was_);
+}
+
+/// Pairs that touch, by slots of the scene, in order.
+std::vector<KeptContact> Contacts::touching_pairs(const Exposure& bodies, bool of_own) const {
+    if (list_.first.empty()) return {}; // nothing has been evaluated
+    const std::size_t slots = list_.first.size() - 1;
+    std::vector<std::vector<KeptContact>> parts(blocks_of(slots));
+    for_blocks(threads_, slots, [&](std::size_t begin, std::size_t end, std::size_t block) {
+        for (std::uint32_t i = list_.first[begin]; i < list_.first[end]; ++i) {
+            const auto [a, b] = list_.pair[i];
+            if ((what_[i] & touching) && (!of_own || bodies.owns_slot(a)))
+                parts[block].push_back({bodies.in_scene(a), bodies.in_scene(b), what_[i], memory_[i]});
+        }
+    });
+    std::vector<KeptContact> all;
+    for (const auto& part : parts) all.insert(all.end(), part.begin(), part.end());
+    return all;
+}
+
+void Contacts::let_go(const Exposure& bodies) {
+    if (begun_) swap_steps(); // as if this step had not begun
+    begun_ = false;
+    if (!list_.first.empty()) kept_ = touching_pairs(bodies, false);
+}
+
+std::int64_t Contacts::search(const Exposure& near, std::span<std::uint8_t> wanted) {
+    const Timers::Guard timing(figures_.search_s);
+    search_.build(near, scene_.gaps, next_skin(), found_);
+    if (!near.own.empty())
+        for (std::size_t a = 0; a < near.slots(); ++a)
+            for (std::uint32_t i = found_.first[a]; i < found_.first[a + 1]; ++i)
+                for (const std::uint32_t slot : {static_cast<std::uint32_t>(a), found_.partner[i]})
+                    if (!near.owns_slot(slot)) wanted[slot] = 1;
+    return found_.idle;
+}
+
+/// Memory of earlier steps finds its places in the list.
+void Contacts::place_kept(const Exposure& bodies) {
+    memory_.assign(list_.count() + 1, ContactMemory<double>{});
+    what_.assign(list_.count() + PairList::padding, 0);
+    std::vector<double> lost(blocks_of(kept_.size()), 0.0);
+    for_blocks(threads_, kept_.size(), [&](std::size_t begin, std::size_t end, std::size_t block) {
+        for (std::size_t i = begin; i < end; ++i) {
+            const KeptContact& kept = kept_[i];
+            const auto a = bodies.find(kept.a), b = bodies.find(kept.b);
+            if (!a && !b) continue; // of other ranks
+            if (a && b) {
+                const auto first = list_.pair.begin() + list_.first[*a], last = list_.pair.begin() + list_.first[*a + 1];
+                const auto at = std::lower_bound(first, last, Pair{*a, *b});
+                if (at != last && *at == Pair{*a, *b}) {
+                    const auto pair = static_cast<std::size_t>(at - list_.pair.begin());
+                    what_[pair] = static_cast<std::uint8_t>(kept.what);
+                    memory_[pair] = kept.memory;
+                    continue;
+                }
+            }
+            if (a && bodies.owns_slot(*a)) lost[block] += kept.memory.energy();
+        }
+    });
+    for (const double energy : lost) figures_.rubbed += energy;
+    kept_.clear();
+}
+
+void Contacts::settle(const Exposure& bodies, std::span<const std::uint32_t> slot, std::int64_t idle) {
+    const Timers::Guard timing(figures_.search_s);
+    ++figures_.renewals;
+    age_ = 0;
+    idle_ = idle;
+    if (slot.size() != bodies.slots()) { // slots of ghosts that are in no pair are gone
+        Candidates left;
+        left.first.assign(bodies.slots() + 1, 0);
+        for (std::size_t a = 0; a < slot.size(); ++a)
+            if (found_.first[a + 1] > found_.first[a]) left.first[slot[a] + 1] = found_.first[a + 1] - found_.first[a];
+        std::partial_sum(left.first.begin(), left.first.end(), left.first.begin());
+        for (const std::uint32_t b : found_.partner) left.partner.push_back(slot[b]);
+        found_ = std::move(left);
+    }
+    list_ = PairList(std::exchange(found_, {}), threads_, kinds_.friction == ContactFriction::memory);
+    place_kept(bodies);
     last_memory_.assign(list_.count() + 1, ContactMemory<double>{});
     was_.assign(list_.count() + PairList::padding, 0);
-    mail_.make_room(list_, capsules, threads_);
-    place_.resize((capsules.slots() + places_at_once - 1) / places_at_once);
-    for (std::size_t tile = 0; tile < place_.size(); ++tile) place_[tile] = places(capsules, tile);
+    deferred_.make_room(list_, bodies, threads_);
+    finds_.resize(deferred_.blocks().size());
+    touched_.assign(bodies.window.size(), 0);
+    now_.clear(), later_.clear();
+    for (std::size_t b = 0; b < deferred_.blocks().size(); ++b) (deferred_.blocks()[b].needs_ghosts ? later_ : now_).push_back(b);
+    place_.resize((bodies.slots() + places_at_once - 1) / places_at_once);
+    for (std::size_t tile = 0; tile < place_.size(); ++tile) place_[tile] = places(bodies, tile);
     figures_.listed = 0;
-    for (std::size_t rod = 0; rod + 1 < first_slot_.size(); ++rod)
-        if (owns(rod))
-            figures_.listed += list_.first[static_cast<std::size_t>(first_slot_[rod + 1])] -
-                               list_.first[static_cast<std::size_t>(first_slot_[rod])];
+    for (std::size_t w = 0; w < bodies.window.size(); ++w)
+        if (bodies.owns(w)) figures_.listed += list_.first[bodies.end_of(w)] - list_.first[bodies.window[w].first_slot];
 }
 
 void Contacts::restore(std::span<const KeptContact> kept, double rubbed, double damped) {
     figures_.rubbed = rubbed;
     figures_.damped = damped;
-    // As if it were the list of the step before; as nobody knows how far things have moved since, it is renewed at once.
-    std::vector<KeptContact> sorted(kept.begin(), kept.end());
-    std::sort(sorted.begin(), sorted.end(),
+    kept_.assign(kept.begin(), kept.end());
+    std::sort(kept_.begin(), kept_.end(),
               [](const KeptContact& x, const KeptContact& y) { return std::pair(x.a, x.b) < std::pair(y.a, y.b); });
     list_ = {};
-    list_.first.assign(static_cast<std::size_t>(first_slot_.back()) + 1, 0);
     what_.clear();
     memory_.clear();
-    for (const KeptContact& c : sorted) {
-        ++list_.first[c.a + 1];
-        list_.pair.push_back({c.a, c.b});
-        what_.push_back(static_cast<std::uint8_t>(c.what));
-        memory_.push_back(c.memory);
-    }
-    std::partial_sum(list_.first.begin(), list_.first.end(), list_.first.begin());
-    place_.clear();
+    begun_ = false;
 }
 
-std::vector<KeptContact> Contacts::kept() const {
-    std::vector<KeptContact> all;
-    if (list_.first.empty()) return all; // nothing has been evaluated
-    for (std::size_t rod = 0; rod + 1 < first_slot_.size(); ++rod) {
-        if (!owns(rod)) continue;
-        for (std::uint32_t i = list_.first[static_cast<std::size_t>(first_slot_[rod])];
-             i < list_.first[static_cast<std::size_t>(first_slot_[rod + 1])]; ++i)
-            if (what_[i] & touching) all.push_back({list_.pair[i].a, list_.pair[i].b, what_[i], memory_[i]});
-    }
-    return all;
+std::vector<KeptContact> Contacts::kept(const Exposure& bodies) const {
+    if (!list_.first.empty()) return touching_pairs(bodies, true);
+    std::vector<KeptContact> mine; // not yet gone on from
+    for (const KeptContact& kept : kept_)
+        if (const auto a = bodies.find(kept.a); a && bodies.owns_slot(*a)) mine.push_back(kept);
+    return mine;
 }
 
-/// Loads of all contacts, unless some rod turns out to have moved too far for the list.
-bool Contacts::evaluate_listed(const Capsules& capsules, double h, AlignedVector<ContactLoad>& loads) {
-    const std::size_t blocks = mail_.blocks().size();
+void Contacts::begin(const Exposure& bodies, double time, double h, std::span<ExertedLoad> loads) {
+    numbers_ = laws_.numbers(time);
+    swap_steps();
+    begun_ = true;
+    added_.assign(deferred_.blocks().size(), 0);
+    // In strips: loads that a strip's own blocks have deferred are added as soon as all are at hand.
     const std::size_t strips =
-        threads_.count() == 1 ? 1 : std::min<std::size_t>(blocks, 2 * static_cast<std::size_t>(threads_.count()));
-    const auto begin_of = [&](std::size_t strip) { return strip * blocks / strips; };
-    std::atomic<bool> too_far = false;
-    std::vector<std::uint8_t> received(blocks, 0);
+        threads_.count() == 1 ? 1 : std::min<std::size_t>(now_.size(), 2 * static_cast<std::size_t>(threads_.count()));
+    const auto begin_of = [&](std::size_t strip) { return strip * now_.size() / strips; };
     threads_.for_each(strips, [&](std::size_t strip, int thread) {
-        for (std::size_t block = begin_of(strip); block < begin_of(strip + 1); ++block) {
-            if (too_far.load(std::memory_order_relaxed)) return;
-            if (far(capsules, mail_.blocks()[block])) too_far.store(true, std::memory_order_relaxed);
-            push(capsules, h, block, post_[static_cast<std::size_t>(thread)], loads);
-            if (mail_.first_sender(block) < begin_of(strip)) continue;
-            receive(capsules, block, loads);
-            received[block] = 1;
+        for (std::size_t i = begin_of(strip); i < begin_of(strip + 1); ++i) {
+            const std::size_t block = now_[i];
+            push(bodies, h, block, next_[static_cast<std::size_t>(thread)], loads);
+            if (!later_.empty() || deferred_.first_sender(block) < begin_of(strip)) continue;
+            add_deferred(bodies, block, loads);
+            added_[block] = 1;
         }
     });
-    if (too_far) return false;
-    if (strips > 1)
-        threads_.for_each(blocks, [&](std::size_t block, int) {
-            if (!received[block]) receive(capsules, block, loads);
-        });
-    return true;
 }
 
-void Contacts::evaluate(const Capsules& capsules, double time, double h, AlignedVector<ContactLoad>& loads) {
-    numbers_ = laws_.numbers(time);
-    loads.resize(capsules.slots());
-    if (place_.empty() || is_wasteful()) renew_list(capsules);
-    const auto turn = [&] { // what was new is what was before
-        std::swap(memory_, last_memory_);
-        std::swap(what_, was_);
-    };
-    turn();
-    if (!evaluate_listed(capsules, h, loads)) {
-        turn(); // as if this step had not begun
-        renew_list(capsules);
-        turn();
-        evaluate_listed(capsules, h, loads);
-    }
+void Contacts::finish(const Exposure& bodies, double h, std::span<ExertedLoad> loads) {
+    threads_.for_each(later_.size(), [&](std::size_t i, int thread) {
+        push(bodies, h, later_[i], next_[static_cast<std::size_t>(thread)], loads);
+    });
+    if (!later_.empty() || threads_.count() > 1)
+        threads_.for_each(added_.size(), [&](std::size_t block, int) {
+            if (!added_[block]) add_deferred(bodies, block, loads);
+        });
+    begun_ = false;
     ++age_;
     ContactFigures& f = figures_;
     f.active = 0;
@@ -193,9 +222,8 @@ void Contacts::evaluate(const Capsules& capsules, double time, double h, Aligned
     }
 }
 
-std::unique_ptr<ContactSolver> make_contacts(const Capsules& capsules, ContactLaws laws, const Threads& threads,
-                                             std::vector<std::uint8_t> owned_rods) {
-    return std::make_unique<Contacts>(capsules, std::move(laws), threads, std::move(owned_rods));
+std::unique_ptr<ContactSolver> make_contacts(ContactScene scene, const Threads& threads) {
+    return std::make_unique<Contacts>(std::move(scene), threads);
 }
 
 } // namespace skein

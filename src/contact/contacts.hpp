@@ -1,32 +1,36 @@
 // Contacts between rods: who may touch, who does, and what that does to them.                                theory.md section 18
 //   list of candidates, renewed when elements have moved half its skin
-//   push:    of a block of rods the pairs that touch, packed; their forces eight at a time; loads of both elements in order of
-//            pairs, but those of second elements in other blocks, which go into the mail
-//   receive: what others have sent; a thread that goes on along the rods does it as it pushes, while all is at hand
-// No atomic, no order among threads: the bits of a rod's loads depend on the rods alone. A contact's friction spring is kept by
+//   push:  of a block of bodies the pairs that touch, packed; their forces eight at a time; loads of both elements in order of
+//          pairs, but those of second elements in other blocks, which are deferred (drawing: deferred_loads.hpp)
+//   add:   loads that other blocks have deferred; a thread that goes on along the bodies does it as it pushes, while all is at hand
+// No atomic, no order among threads: the bits of a body's loads depend on the bodies alone. A contact's friction spring is kept by
 // pair. Where a contact passes over a joint both elements touch, one at its end: that one follows the other's spring, and has it
 // when it takes over. Cost: see docs/performance.md.
 #pragma once
 
 #include "contact/contact_solver.hpp"
-#include "contact/mail.hpp"
+#include "contact/deferred_loads.hpp"
 #include "contact/pair_list.hpp"
 #include "contact/response.hpp"
-#include "contact/transposed.hpp"
-#include "core/timer.hpp"
 
 namespace skein {
 
 class Contacts final : public ContactSolver {
 public:
-    Contacts(const Capsules& capsules, ContactLaws laws, const Threads& threads, std::vector<std::uint8_t> owned_rods = {});
+    Contacts(ContactScene scene, const Threads& threads);
 
+    bool holds(const Exposure& bodies) const override;
+    double next_skin() override;
+    void let_go(const Exposure& bodies) override;
+    std::int64_t search(const Exposure& near, std::span<std::uint8_t> wanted) override;
+    void settle(const Exposure& bodies, std::span<const std::uint32_t> slot, std::int64_t idle) override;
     void restore(std::span<const KeptContact> kept, double rubbed = 0, double damped = 0) override;
-    std::vector<KeptContact> kept() const override;
-    void evaluate(const Capsules& capsules, double time, double h, AlignedVector<ContactLoad>& loads) override;
-    std::span<const std::uint8_t> touched_rods() const override { return touched_; }
+    std::vector<KeptContact> kept(const Exposure& bodies) const override;
+    void begin(const Exposure& bodies, double time, double h, std::span<ExertedLoad> loads) override;
+    void finish(const Exposure& bodies, double h, std::span<ExertedLoad> loads) override;
+    std::span<const std::uint8_t> touched() const override { return touched_; }
     ContactFigures figures() const override { return figures_; }
-    std::vector<Contact> active(const Capsules& capsules) const override;
+    std::vector<Contact> active(const Exposure& bodies) const override;
 
 private:
     /// What a block finds.
@@ -45,46 +49,45 @@ private:
     struct Packed;
     struct Sums;
 
-    bool owns(std::size_t rod) const { return owned_.empty() || owned_[rod]; }
-    static Places places(const Capsules& capsules, std::size_t tile);
-    bool far(const Capsules& capsules, const RodBlock& block) const;
+    static Places places(const Exposure& bodies, std::size_t tile);
     bool is_wasteful() const;
-    bool evaluate_listed(const Capsules& capsules, double h, AlignedVector<ContactLoad>& loads);
-    void renew_list(const Capsules& capsules);
-    void carry_over(const PairList& fresh, const Capsules& capsules);
+    void swap_steps();
+    std::vector<KeptContact> touching_pairs(const Exposure& bodies, bool of_own) const;
+    void place_kept(const Exposure& bodies);
 
-    void push(const Capsules& capsules, double h, std::size_t block, std::vector<std::size_t>& post,
-              AlignedVector<ContactLoad>& loads);
-    void receive(const Capsules& capsules, std::size_t block, AlignedVector<ContactLoad>& loads);
-    void pack(const Capsules& capsules, std::uint32_t begin, std::uint32_t end, Packed& packed, Finds& finds);
-    void push_packed(const Capsules& capsules, double h, const Packed& packed, const RodBlock& block,
-                     std::vector<std::size_t>& post, Finds& finds, Sums& sums, AlignedVector<ContactLoad>& loads);
+    void push(const Exposure& bodies, double h, std::size_t block, std::vector<std::size_t>& next, std::span<ExertedLoad> loads);
+    void add_deferred(const Exposure& bodies, std::size_t block, std::span<ExertedLoad> loads);
+    void pack(const Exposure& bodies, std::uint32_t begin, std::uint32_t end, Packed& packed, Finds& finds);
+    void push_packed(const Exposure& bodies, double h, const Packed& packed, const ContactBlock& block,
+                     std::vector<std::size_t>& next, Finds& finds, Sums& sums, std::span<ExertedLoad> loads);
     template <int W> Remembered<W> memory_before(const std::uint32_t* pair, Pack<W> s, Pack<W> t) const;
     std::uint32_t spring_at_joint(std::uint32_t pair, int da, int db, std::uint32_t own) const;
-    Alone alone(const Capsules& capsules, double h, std::uint32_t pair, const ContactMemory<double>* now = nullptr) const;
-    template <int W> ContactNumbers<Pack<W>> numbers(const Capsules& capsules, const std::uint32_t* pair) const;
+    Alone alone(const Exposure& bodies, double h, std::uint32_t pair, const ContactMemory<double>* now = nullptr) const;
+    template <int W> ContactNumbers<Pack<W>> numbers(const Exposure& bodies, const std::uint32_t* pair) const;
 
-    ContactLaws laws_;
+    const ContactScene scene_;
+    const ContactLaws& laws_ = scene_.laws;
     ContactKinds kinds_;
     bool remembers_;                              ///< contacts have memory to keep
     std::vector<ContactNumbers<double>> numbers_; ///< now, as the laws are ordered
     const Threads& threads_;
-    std::vector<std::uint8_t> owned_; ///< by rod; none: all
     BroadPhase search_;
-    double diameter_;                      ///< mean of the elements', m
-    std::vector<std::int32_t> first_slot_; ///< as in the capsules
+    Candidates found_; ///< between search and settle
     PairList list_;
-    Mail mail_;
+    DeferredLoads deferred_;
     AlignedVector<Places> place_; ///< of nodes when the list was made, so many at once
     /// What a pair is doing, as bits.
     enum : std::uint8_t { touching = 1, inside = 4 };           ///< inside: at no end of either element
     std::vector<std::uint8_t> what_, was_;                      ///< by pair; now and before; padded
     AlignedVector<ContactMemory<double>> memory_, last_memory_; ///< by pair, a cache line each; behind them one of zeros
+    std::vector<KeptContact> kept_;                             ///< until they have their places in a list; rising
     std::vector<Finds> finds_;                                  ///< by block
-    std::vector<std::vector<std::size_t>> post_;                ///< by thread: where next letters go, by block
-    std::vector<std::uint8_t> touched_;
-    std::int64_t age_ = 0;  ///< steps since the list was made
-    std::int64_t idle_ = 0; ///< pairs, of all ranks, that did not touch then
+    std::vector<std::size_t> now_, later_;                      ///< blocks that need no ghosts, and those that do
+    std::vector<std::vector<std::size_t>> next_;                ///< by thread: where next loads are deferred to, by block
+    std::vector<std::uint8_t> touched_, added_;                 ///< by window; by block, of this step
+    bool begun_ = false;                                        ///< a step
+    std::int64_t age_ = 0;                                      ///< steps since the list was made
+    std::int64_t idle_ = 0;                                     ///< pairs, of all ranks, that did not touch then
     ContactFigures figures_;
 };
 

@@ -28,9 +28,9 @@ public:
     virtual ~WallAccounts() = default;
     /// Zeros where the wall does not act.
     virtual WallAccount account(RodPlace rod, int wall) const = 0;
-    /// Adds what each rod pressed a wall with at the last step, N, at its gid: normal forces, and forces along a direction.
-    virtual void add_normal(int wall, std::span<double> of_rod) const = 0;
-    virtual void add_force(int wall, const Vec3d& direction, std::span<double> of_rod) const = 0;
+    /// Appends the force of each rod that may have pressed a wall at the last step, N: normal forces, and forces along a direction.
+    virtual void append_normal(int wall, std::vector<double>& forces) const = 0;
+    virtual void append_force(int wall, const Vec3d& direction, std::vector<double>& forces) const = 0;
     /// Largest overlap of a node with the wall at the last step, over its diameter.
     virtual double deepest(int wall) const = 0;
 };
@@ -54,8 +54,8 @@ public:
         std::vector<std::uint8_t> touched; ///< [node]: springs may be other than zero
         std::vector<std::uint8_t> near;    ///< [wall]: the tile's box is within reach at this step
         bool any_touched = false;
-        bool busy = false;             ///< entries of the last step may be other than zero
-        std::vector<std::int64_t> gid; ///< of each lane that has a rod of its own
+        bool busy = false; ///< entries of the last step may be other than zero
+        int lanes = 0;     ///< that have rods of their own
     };
 
     WallBook(const Walls& walls, const RodGroup& group) {
@@ -75,15 +75,15 @@ public:
         page.kept.resize(nodes * acting_.size());
         page.touched.assign(nodes, 0);
         page.near.assign(acting_.size(), 0);
-        for (int l = 0; l < rod.lanes; ++l) page.gid.push_back(rod.group->first_gid() + rod.index[l]);
+        page.lanes = rod.lanes;
     }
     Page& page(std::size_t tile) { return pages_[tile]; }
 
-    void add_normal(int wall, std::span<double> of_rod) const override {
-        add(wall, of_rod, [](const Entry& e, int l) { return e.normal[l]; });
+    void append_normal(int wall, std::vector<double>& forces) const override {
+        append(wall, forces, [](const Entry& e, int l) { return e.normal[l]; });
     }
-    void add_force(int wall, const Vec3d& direction, std::span<double> of_rod) const override {
-        add(wall, of_rod, [&](const Entry& e, int l) { return dot(lane(e.force, l), direction); });
+    void append_force(int wall, const Vec3d& direction, std::vector<double>& forces) const override {
+        append(wall, forces, [&](const Entry& e, int l) { return dot(lane(e.force, l), direction); });
     }
     double deepest(int wall) const override {
         const int at = place_[static_cast<std::size_t>(wall)];
@@ -110,14 +110,13 @@ public:
     }
 
 private:
-    template <class F> void add(int wall, std::span<double> of_rod, F&& value) const {
+    template <class F> void append(int wall, std::vector<double>& forces, F&& value) const {
         const int at = place_[static_cast<std::size_t>(wall)];
         if (at < 0) return;
         for (const Page& page : pages_) {
             if (!page.busy) continue;
             const Entry& e = page.entry[static_cast<std::size_t>(at)];
-            for (std::size_t l = 0; l < page.gid.size(); ++l)
-                of_rod[static_cast<std::size_t>(page.gid[l])] += value(e, static_cast<int>(l));
+            for (int l = 0; l < page.lanes; ++l) forces.push_back(value(e, l));
         }
     }
 

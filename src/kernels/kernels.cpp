@@ -34,11 +34,11 @@ const Kernels& kernels(int lanes) {
     return *std::end(built)[-1].kernels;
 }
 
-Surroundings make_surroundings(const Plan& plan, std::span<const RodGroup> groups) {
+Surroundings make_surroundings(const Plan& plan, std::span<const RodGroup> groups, std::span<const LocalRod> owned) {
     Surroundings around;
     if (plan.contact) {
-        around.exposure = std::make_shared<Exposure>(groups, *plan.contact, plan.contact_laws->materials());
-        around.loads = std::make_shared<SlotLoads>(around.exposure->capsules.slots());
+        around.exposure = std::make_shared<Exposure>(groups, owned);
+        around.loads = std::make_shared<SlotLoads>();
     }
     if (!plan.walls.empty()) around.walls = std::make_shared<Walls>(plan.walls);
     return around;
@@ -51,7 +51,7 @@ std::unique_ptr<Rods> make_rods(const Plan& plan, std::span<const RodGroup> grou
 
 std::unique_ptr<Rods> make_rods(const Plan& plan, std::span<const RodGroup> groups, std::vector<LocalRod> owned,
                                 const Threads& threads) {
-    Surroundings around = make_surroundings(plan, groups);
+    Surroundings around = make_surroundings(plan, groups, owned);
     return make_rods(plan, groups, std::move(owned), threads, around);
 }
 

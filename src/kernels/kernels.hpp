@@ -17,8 +17,7 @@ namespace skein {
 struct Kernels {
     std::unique_ptr<Rods> (*make_rods)(const Plan& plan, std::span<const RodGroup> groups, std::vector<LocalRod> owned,
                                        const Threads& threads, Surroundings& around);
-    std::unique_ptr<ContactSolver> (*make_contacts)(const Capsules& capsules, ContactLaws laws, const Threads& threads,
-                                                    std::vector<std::uint8_t> owned_rods);
+    std::unique_ptr<ContactSolver> (*make_contacts)(ContactScene scene, const Threads& threads);
 };
 
 /// Of the level with so many lanes, or of the widest that this processor runs where that is less.

@@ -1,8 +1,8 @@
 // Parts of a run outside of the tiles that passes and interactions share.
 #pragma once
 
-#include "contact/exposure.hpp"
 #include "contact/wall_book.hpp"
+#include "neighbourhood/exposure.hpp"
 #include "scene/plan.hpp"
 
 #include <memory>
@@ -18,6 +18,7 @@ struct Surroundings {
     std::shared_ptr<Walls> walls;
     std::vector<std::shared_ptr<const WallAccounts>> accounts; ///< by group, once the rods are made; null where no wall acts
 };
-Surroundings make_surroundings(const Plan& plan, std::span<const RodGroup> groups);
+/// `owned`: rods of this rank, as make_rods is given them.
+Surroundings make_surroundings(const Plan& plan, std::span<const RodGroup> groups, std::span<const LocalRod> owned);
 
 } // namespace skein

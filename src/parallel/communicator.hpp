@@ -1,4 +1,4 @@
-// MPI behind a few verbs. The only header besides io/ and fluid/ whose source includes mpi.h.
+// MPI behind a few verbs.
 #pragma once
 
 #include <cstddef>
@@ -52,14 +52,17 @@ public:
     /// The text of the lowest rank that has one (empty: none has). For errors found on some rank only.
     std::string first_text(const std::string& mine) const;
 
-    /// For io and fluid only: MPI_Comm_f2c(handle()) is the MPI_Comm.
+    /// For io, and within this module: MPI_Comm_f2c(handle()) is the MPI_Comm.
     int handle() const { return handle_; }
 
-    /// Bytes this rank has sent to others through all_to_all so far, and the number of collective calls of any kind.
+    /// Bytes that this rank has sent to single others so far, by all_to_all, all_gather and messages; the number of collective
+    /// calls of any kind; and the number of messages to single others.
     struct Traffic {
-        std::int64_t bytes = 0, calls = 0;
+        std::int64_t bytes = 0, calls = 0, messages = 0;
     };
     static Traffic traffic();
+    static void count_messages(std::int64_t bytes, std::int64_t messages);
+    static void count_call();
 
 private:
     int handle_ = 0; ///< as MPI numbers it for Fortran: an int with every MPI library

@@ -1,12 +1,12 @@
 #include "scene/plan.hpp"
 
 #include "contact/contact_limits.hpp"
-#include "contact/exposure.hpp"
 #include "contact/wall_book.hpp"
 #include "io/rod_file.hpp"
 #include "io/trajectory.hpp"
 #include "io/vtk_series.hpp"
 #include "loads/gravity.hpp"
+#include "neighbourhood/exposure.hpp"
 #include "rod/audit.hpp"
 #include "rod/bending_shift.hpp"
 #include "rod/law.hpp"
@@ -444,7 +444,7 @@ Plan make_plan(const SceneSpec& as_given, std::span<const RodGroup> groups, cons
                                 (2 * sizeof(SlotLoad<1>) + sizeof(AuditBook<1>::Rates)) * machine.lanes;
         const double slots = static_cast<double>(p.rods) * (p.elements + 1);
         plan.copy_bytes += slots * sizeof(Slot<1>);
-        if (scene.contact) plan.state_bytes += machine.ranks * slots * (Exposure::bytes_per_slot + SlotLoads::bytes_per_slot);
+        if (scene.contact) plan.state_bytes += slots * (Exposure::bytes_per_slot + SlotLoads::bytes_per_slot);
         if (p.walls) plan.state_bytes += slots * static_cast<double>(plan.walls.size()) * sizeof(WallBook<1>::Kept);
         frame_values += static_cast<double>(p.rods) *
                         (3.0 * (p.elements + 1) + (scene.output.directors ? 9.0 * p.elements + 3.0 * (p.elements + 1) : 0.0));

@@ -37,9 +37,9 @@ std::string name_of(std::span<const RodGroup> groups, std::int64_t gid) {
 
 ContactInteraction::ContactInteraction(const InteractionParts& parts)
     : comm_(parts.comm), plan_(parts.plan), groups_(parts.groups), exposure_(parts.around.exposure), loads_(parts.around.loads),
-      all_rods_(parts.neighbourhood.all_rods()),
-      contacts_(kernels(plan_.machine.lanes)
-                    .make_contacts(exposure_->capsules, *plan_.contact_laws, parts.threads, parts.neighbourhood.owned())) {
+      all_rods_(exposure_->scene().bodies()),
+      contacts_(
+          kernels(plan_.machine.lanes).make_contacts(contact_scene(groups_, *plan_.contact, *plan_.contact_laws), parts.threads)) {
     for (const RodGroup& group : groups_) mobility_.push_back(contact_mobility(group));
     const ContactLaws& laws = *plan_.contact_laws;
     const std::size_t materials = laws.materials();
@@ -51,12 +51,25 @@ ContactInteraction::ContactInteraction(const InteractionParts& parts)
                 .stiffness = materials == 1 ? laws.between(0, 0).stiffness : 0};
 }
 
-void ContactInteraction::add(const Step& step, Timers& timers) {
-    const auto timing = timers.time(Phase::contacts);
-    const double searched = contacts_->figures().search_s;
-    contacts_->evaluate(exposure_->capsules, step.time, step.kick, loads_->load);
-    timers.move(Phase::contacts, Phase::search, contacts_->figures().search_s - searched);
-    loads_->touched = contacts_->touched_rods();
+double ContactInteraction::reach() {
+    contacts_->let_go(*exposure_);
+    return contacts_->next_skin();
+}
+
+void ContactInteraction::find_partners(const Exposure& near, std::span<std::uint8_t> wanted) {
+    idle_ = contacts_->search(near, wanted);
+}
+
+void ContactInteraction::settle(std::span<const std::uint32_t> slot) {
+    loads_->load.resize(exposure_->slots());
+    contacts_->settle(*exposure_, slot, comm_.sum(idle_));
+}
+
+void ContactInteraction::add_own(const Step& step) { contacts_->begin(*exposure_, step.time, step.kick, loads_->load); }
+
+void ContactInteraction::add_shared(const Step& step) {
+    contacts_->finish(*exposure_, step.kick, loads_->load);
+    loads_->touched = contacts_->touched();
     forces_lost_ = false;
     if (step.time >= soft_until_) overlap_.take(contacts_->figures().deepest, step.index);
 }
@@ -81,21 +94,18 @@ std::string ContactInteraction::invalid() const {
 
 Touch ContactInteraction::strongest_touch(std::int64_t gid) const {
     Touch most;
-    const Capsules& c = exposure_->capsules;
-    for (const Contact& contact : contacts_->active(c)) {
+    const Exposure& e = *exposure_;
+    for (const Contact& contact : contacts_->active(e)) {
         const auto [a, b] = contact.pair;
-        const bool first = c.rod[a] == gid;
-        if (!first && c.rod[b] != gid) continue;
+        const bool first = e.at(a).gid == gid;
+        if (!first && e.at(b).gid != gid) continue;
         const double force = norm(contact.force);
         if (force < most.force) continue; // a force that is not finite is told
-        const auto element = [&](std::uint32_t slot) {
-            return static_cast<std::int64_t>(slot) - c.first_slot[static_cast<std::size_t>(c.rod[slot])];
-        };
         const std::uint32_t own = first ? a : b, other = first ? b : a;
-        const double diameter = 2 * std::min(c.node[a].radius, c.node[b].radius);
-        most = {force,
-                fmt::format("its element {} and element {} of {} press each other with {:.3g} N, {:.3g} of the diameter deep",
-                            element(own), element(other), name_of(groups_, c.rod[other]), force, contact.overlap / diameter)};
+        const double diameter = 2 * std::min(e.node[a].radius, e.node[b].radius);
+        most = {force, fmt::format(
+                           "its element {} and element {} of {} press each other with {:.3g} N, {:.3g} of the diameter deep",
+                           e.element(own), e.element(other), name_of(groups_, e.at(other).gid), force, contact.overlap / diameter)};
     }
     return most;
 }
@@ -116,28 +126,24 @@ std::vector<Figure> ContactInteraction::figures() const {
 }
 
 std::string ContactInteraction::table() const {
-    const Capsules& c = exposure_->capsules;
+    const Exposure& c = *exposure_;
     std::vector<std::array<double, 16>> mine;
     for (const Contact& contact : contacts_->active(c)) {
         const auto [a, b] = contact.pair;
-        const auto rod = [&](std::uint32_t slot) { return c.rod[slot]; };
-        const auto element = [&](std::uint32_t slot) {
-            return static_cast<std::int32_t>(slot) - c.first_slot[static_cast<std::size_t>(c.rod[slot])];
-        };
-        const CapsuleNode &a0 = c.node[a], &a1 = c.node[a + 1], &b0 = c.node[b], &b1 = c.node[b + 1];
+        const ExposedNode &a0 = c.node[a], &a1 = c.node[a + 1], &b0 = c.node[b], &b1 = c.node[b + 1];
         const Vec3d at_a = a0.position + contact.s * (a1.position - a0.position),
                     at_b = b0.position + contact.t * (b1.position - b0.position);
         const Vec3d apart = at_b - at_a, normal = (1 / std::max(norm(apart), 1e-300)) * apart;
         const Vec3d arm_a = (a0.radius - 0.5 * contact.overlap) * normal, arm_b = -(b0.radius - 0.5 * contact.overlap) * normal;
         const auto velocity = [&](std::uint32_t slot, double share, const Vec3d& arm) {
-            const CapsuleMotion &first = c.motion[slot], &second = c.motion[slot + 1];
+            const ExposedMotion &first = c.motion[slot], &second = c.motion[slot + 1];
             return first.velocity + share * (second.velocity - first.velocity) + cross(first.spin, arm);
         };
         const Vec3d slip = velocity(a, contact.s, arm_a) - velocity(b, contact.t, arm_b);
         const Vec3d place = at_a + arm_a, &f = contact.force;
         const double push = -dot(f, normal);
-        mine.push_back({double(rod(a)), double(element(a)), contact.s, double(rod(b)), double(element(b)), contact.t, place.x,
-                        place.y, place.z, f.x, f.y, f.z, push, norm(f + push * normal), contact.overlap,
+        mine.push_back({double(c.at(a).gid), double(c.element(a)), contact.s, double(c.at(b).gid), double(c.element(b)), contact.t,
+                        place.x, place.y, place.z, f.x, f.y, f.z, push, norm(f + push * normal), contact.overlap,
                         norm(slip - dot(slip, normal) * normal)});
     }
     std::string text = "rod_1,element_1,share_1,rod_2,element_2,share_2,x[m],y[m],z[m],force_x[N],force_y[N],force_z[N],normal[N],"
@@ -150,17 +156,19 @@ std::string ContactInteraction::table() const {
 }
 
 void ContactInteraction::forces(std::int64_t gid, std::span<Vec3d> out) const {
-    const auto rod = static_cast<std::size_t>(gid);
     const double none = forces_lost_ ? std::numeric_limits<double>::quiet_NaN() : 0.0;
-    const bool touched = !forces_lost_ && rod < loads_->touched.size() && loads_->touched[rod];
-    for (std::size_t i = 0; i < out.size(); ++i)
-        out[i] = touched ? loads_->load[exposure_->first_slot(gid) + i].force : Vec3d{none, none, none};
+    std::fill(out.begin(), out.end(), Vec3d{none, none, none});
+    const auto first = exposure_->find(exposure_->scene().first_slot(gid));
+    if (forces_lost_ || !first || loads_->touched.empty() ||
+        !loads_->touched[static_cast<std::size_t>(exposure_->window_of[*first])])
+        return;
+    for (std::size_t i = 0; i < out.size(); ++i) out[i] = loads_->load[*first + i].force;
 }
 
 KeptNumbers ContactInteraction::kept() const {
     const ContactFigures f = contacts_->figures();
     std::vector<std::array<double, contact_size>> mine;
-    for (const KeptContact& c : contacts_->kept()) {
+    for (const KeptContact& c : contacts_->kept(*exposure_)) {
         const ContactMemory<double>& m = c.memory;
         mine.push_back({double(c.a), double(c.b), double(c.what), m.x.x, m.x.y, m.x.z, m.stiffness, m.beside.x, m.beside.y,
                         m.beside.z, m.dashpot});
@@ -175,8 +183,8 @@ void ContactInteraction::recall(std::span<const double> numbers) {
     std::vector<KeptContact> contacts;
     for (std::size_t i = 2; i + contact_size <= numbers.size(); i += contact_size) {
         const double* n = numbers.data() + i;
-        contacts.push_back({static_cast<std::uint32_t>(n[0]),
-                            static_cast<std::uint32_t>(n[1]),
+        contacts.push_back({static_cast<std::int64_t>(n[0]),
+                            static_cast<std::int64_t>(n[1]),
                             static_cast<std::uint32_t>(n[2]),
                             {{n[3], n[4], n[5]}, n[6], {n[7], n[8], n[9]}, n[10]}});
     }

@@ -11,7 +11,12 @@ class ContactInteraction final : public Interaction {
 public:
     explicit ContactInteraction(const InteractionParts& parts);
 
-    void add(const Step& step, Timers& timers) override;
+    bool holds() const override { return contacts_->holds(*exposure_); }
+    double reach() override;
+    void find_partners(const Exposure& near, std::span<std::uint8_t> wanted) override;
+    void settle(std::span<const std::uint32_t> slot) override;
+    void add_own(const Step& step) override;
+    void add_shared(const Step& step) override;
     std::string invalid() const override;
     double step_limit() const override;
     Touch strongest_touch(std::int64_t gid) const override;
@@ -34,11 +39,12 @@ private:
     std::span<const RodGroup> groups_;
     std::shared_ptr<const Exposure> exposure_;
     std::shared_ptr<SlotLoads> loads_;
-    std::size_t all_rods_;
+    std::int64_t all_rods_;
     std::unique_ptr<ContactSolver> contacts_;
     std::vector<ContactMobility> mobility_; ///< by group
     double soft_until_ = 0;                 ///< s; the last of the laws
     OverlapWatch overlap_;
+    std::int64_t idle_ = 0;    ///< pairs of the last search that do not touch, whose first body is own
     bool forces_lost_ = false; ///< since a checkpoint was loaded
 };
 

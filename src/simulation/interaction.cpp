@@ -21,6 +21,48 @@ ContactInteraction* contacts_of(const Interactions& all) {
     return nullptr;
 }
 
+namespace {
+
+/// Partners anew, and with them the ghosts.
+void renew(const Interactions& all, Neighbourhood& neighbourhood) {
+    double reach = 0;
+    for (const auto& one : all) reach = std::max(reach, one->reach());
+    const Exposure& near = neighbourhood.widen(reach);
+    std::vector<std::uint8_t> wanted(near.slots(), 0);
+    for (const auto& one : all) one->find_partners(near, wanted);
+    const std::vector<std::uint32_t> slot = neighbourhood.narrow(wanted);
+    for (const auto& one : all) one->settle(slot);
+}
+
+} // namespace
+
+void couple(const Interactions& all, Neighbourhood& neighbourhood, const Step& step, Timers& timers) {
+    const auto for_each = [&](auto&& work) {
+        const auto timing = timers.time(Phase::contacts);
+        for (const auto& one : all) work(*one);
+    };
+    const auto add_own = [&](Interaction& one) { one.add_own(step); };
+    bool hold = true;
+    for_each([&](const Interaction& one) { hold = hold && one.holds(); });
+    {
+        const auto timing = timers.time(Phase::exchange);
+        neighbourhood.publish(hold);
+    }
+    if (hold) for_each(add_own);
+    {
+        const auto timing = timers.time(Phase::exchange);
+        hold = neighbourhood.arrive();
+    }
+    if (!hold) { // on some rank
+        {
+            const auto timing = timers.time(Phase::search);
+            renew(all, neighbourhood);
+        }
+        for_each(add_own);
+    }
+    for_each([&](Interaction& one) { one.add_shared(step); });
+}
+
 bool finished(const Interactions& all) {
     bool any = false;
     for (const auto& one : all) {

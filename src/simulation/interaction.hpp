@@ -5,9 +5,9 @@
 #include "core/timer.hpp"
 #include "io/checkpoint.hpp"
 #include "kernels/kernels.hpp"
+#include "neighbourhood/neighbourhood.hpp"
 #include "parallel/communicator.hpp"
 #include "rod/rods.hpp"
-#include "simulation/neighbourhood.hpp"
 #include "simulation/overlap_watch.hpp"
 
 #include <cmath>
@@ -37,10 +37,23 @@ class Interaction {
 public:
     virtual ~Interaction() = default;
 
-    /// Adds loads to those of the slots, when all bodies have exposed themselves. Collective, as all that follows, but where it
-    /// says otherwise.
-    virtual void add(const Step& step, Timers& timers) { static_cast<void>(step), static_cast<void>(timers); }
-    /// After the kick: moves what bodies drive.
+    /// Whether its partners are still all that bodies may have where they are now. This rank alone.
+    virtual bool holds() const { return true; }
+    /// A renewal of partners, in this order: its reach, m, within which elements of others are to be seen; its partners among all
+    /// that are, marking those of ghosts that it needs; and where slots are from now on, by slot of the search. The last two are
+    /// collective.
+    virtual double reach() { return 0; }
+    virtual void find_partners(const Exposure& near, std::span<std::uint8_t> wanted) {
+        static_cast<void>(near), static_cast<void>(wanted);
+    }
+    virtual void settle(std::span<const std::uint32_t> slot) { static_cast<void>(slot); }
+
+    /// Adds loads to those of the slots, when own bodies have exposed themselves: those for which no ghost is needed. This rank
+    /// alone.
+    virtual void add_own(const Step& step) { static_cast<void>(step); }
+    /// The rest, when ghosts have arrived. This rank alone.
+    virtual void add_shared(const Step& step) { static_cast<void>(step); }
+    /// After the kick: moves what bodies drive. Collective.
     virtual void steer(const Step& step, Timers& timers) { static_cast<void>(step), static_cast<void>(timers); }
     /// Every 64 steps and at events: watches that are too dear for every step. This rank alone.
     virtual void look(const Step& step) { static_cast<void>(step); }
@@ -77,11 +90,13 @@ struct InteractionParts {
     std::span<const RodGroup> groups;
     const Rods& rods;
     const Surroundings& around;
-    const Neighbourhood& neighbourhood;
 };
 
 /// The interactions of a plan, in the order in which they add loads. Collective.
 Interactions make_interactions(const InteractionParts& parts);
+
+/// Between the halves of a step: the loads that bodies exert on each other. Ghosts travel meanwhile. Collective.
+void couple(const Interactions& all, Neighbourhood& neighbourhood, const Step& step, Timers& timers);
 
 class ContactInteraction;
 /// Contacts among them; null where rods do not feel each other.

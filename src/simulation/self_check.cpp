@@ -59,16 +59,16 @@ std::uint64_t self_check(const Communicator& comm, const Threads& threads, int l
     const SceneSpec scene = self_check_scene();
     const std::vector<RodGroup> groups = make_groups(scene);
     const Plan plan = make_plan(scene, groups, {.ranks = comm.size(), .threads = threads.count(), .lanes = lanes});
-    Surroundings around = make_surroundings(plan, groups);
-    const std::unique_ptr<Rods> rods = make_rods(plan, groups, partition(comm, groups), threads, around);
-    Neighbourhood neighbourhood(comm, groups, *rods, around.exposure);
-    const Interactions interactions = make_interactions({comm, threads, plan, groups, *rods, around, neighbourhood});
+    std::vector<LocalRod> owned = partition(comm, groups);
+    Surroundings around = make_surroundings(plan, groups, owned);
+    const std::unique_ptr<Rods> rods = make_rods(plan, groups, std::move(owned), threads, around);
+    Neighbourhood neighbourhood(comm, threads, around.exposure);
+    const Interactions interactions = make_interactions({comm, threads, plan, groups, *rods, around});
     Timers timers;
     for (Clock clock(plan.dt, 0, plan.integrator); clock.done() < plan.steps;) {
         const auto steps = clock.next(plan.steps, 1);
         rods->move(steps.front());
-        if (neighbourhood.exchanges()) neighbourhood.exchange();
-        for (const auto& interaction : interactions) interaction->add(steps.front(), timers);
+        couple(interactions, neighbourhood, steps.front(), timers);
         rods->act(steps.front(), false);
         clock.advance(steps);
     }

@@ -126,12 +126,11 @@ void Simulation::make_bodies(std::vector<LocalRod> owned) {
     interactions_.clear();
     neighbourhood_.reset();
     rods_.reset();
-    Surroundings around = make_surroundings(plan_, groups_);
+    Surroundings around = make_surroundings(plan_, groups_, owned);
     rods_ = make_rods(plan_, groups_, std::move(owned), threads_, around);
     walls_ = around.walls;
-    if (!around.exposure && !around.walls) return;
-    neighbourhood_ = std::make_unique<Neighbourhood>(comm_, groups_, *rods_, around.exposure);
-    interactions_ = make_interactions({comm_, threads_, plan_, groups_, *rods_, around, *neighbourhood_});
+    if (around.exposure) neighbourhood_ = std::make_unique<Neighbourhood>(comm_, threads_, around.exposure);
+    interactions_ = make_interactions({comm_, threads_, plan_, groups_, *rods_, around});
 }
 
 bool Simulation::is_told(std::uint64_t digest) const {
@@ -189,8 +188,7 @@ bool Simulation::step_together(std::span<const Step> steps, bool check) {
     bool fit = true;
     timed(Phase::rods, [&] { rods_->move(steps.front()); }); // per tile: drift, expose
     for (std::size_t i = 0; i < steps.size(); ++i) {
-        if (neighbourhood_->exchanges()) timed(Phase::exchange, [&] { neighbourhood_->exchange(); });
-        for (const auto& interaction : interactions_) interaction->add(steps[i], timers_); // contacts
+        if (neighbourhood_) couple(interactions_, *neighbourhood_, steps[i], timers_); // contacts; ghosts meanwhile
         timed(Phase::rods, [&] { // per tile: forces, loads, walls, kick; then the next drift
             if (i + 1 < steps.size()) rods_->act_and_move(steps[i], steps[i + 1]);
             else fit = rods_->act(steps[i], check);

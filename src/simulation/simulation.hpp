@@ -196,7 +196,7 @@ private:
     std::unique_ptr<ResultsDirectory> directory_; ///< root only; null where nothing is written
     std::unique_ptr<Rods> rods_;
     std::shared_ptr<Walls> walls_;                 ///< null where there are none
-    std::unique_ptr<Neighbourhood> neighbourhood_; ///< null where nothing interacts
+    std::unique_ptr<Neighbourhood> neighbourhood_; ///< null where bodies do not feel each other
     Interactions interactions_;
     Clock clock_;
     std::int64_t first_step_ = 0, last_step_ = 0; ///< of this run

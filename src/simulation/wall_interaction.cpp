@@ -1,16 +1,17 @@
 #include "simulation/wall_interaction.hpp"
 
+#include "parallel/exact_sum.hpp"
+
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <cmath>
-#include <numeric>
 
 namespace skein {
 
 WallInteraction::WallInteraction(const InteractionParts& parts)
-    : rods_(parts.rods), neighbourhood_(parts.neighbourhood), walls_(parts.around.walls), accounts_(parts.around.accounts),
-      work_(walls_->count(), 0), of_rod_(parts.neighbourhood.all_rods()) {
+    : comm_(parts.comm), rods_(parts.rods), walls_(parts.around.walls), accounts_(parts.around.accounts),
+      work_(walls_->count(), 0) {
     for (std::size_t w = 0; w < walls_->count(); ++w) {
         const Wall& wall = walls_->wall[w];
         overlaps_.push_back({.of = wall.name,
@@ -19,24 +20,29 @@ WallInteraction::WallInteraction(const InteractionParts& parts)
                              .stiffness = wall.law.restitution > 0 ? 0 : wall.law.stiffness});
         if (wall.servo.drives()) driven_.push_back({static_cast<int>(w), walls_->find(wall.servo.watch), Servo(wall)});
     }
-}
-
-double WallInteraction::pressed(int wall, const Vec3d* along) {
-    std::fill(of_rod_.begin(), of_rod_.end(), 0.0);
-    for (const auto& accounts : accounts_)
-        if (accounts) along ? accounts->add_force(wall, *along, of_rod_) : accounts->add_normal(wall, of_rod_);
-    neighbourhood_.share(of_rod_);
-    return std::accumulate(of_rod_.begin(), of_rod_.end(), 0.0);
+    pressing_.resize(2 * driven_.size());
 }
 
 void WallInteraction::steer(const Step& step, Timers& timers) {
     if (driven_.empty()) return;
     const auto timing = timers.time(Phase::exchange);
-    for (DrivenWall& d : driven_) {
+    for (std::size_t i = 0; i < driven_.size(); ++i) {
+        const DrivenWall& d = driven_[i];
+        std::vector<double>&on_watched = pressing_[2 * i], &power = pressing_[2 * i + 1];
+        on_watched.clear(), power.clear();
+        for (const auto& accounts : accounts_) {
+            if (!accounts) continue;
+            accounts->append_normal(d.watched, on_watched);
+            if (d.servo.direction() != 0)
+                accounts->append_force(d.wall, walls_->state[static_cast<std::size_t>(d.wall)].velocity, power);
+        }
+    }
+    const std::vector<double> sums = exact_sums(comm_, pressing_);
+    for (std::size_t i = 0; i < driven_.size(); ++i) {
+        DrivenWall& d = driven_[i];
         const auto w = static_cast<std::size_t>(d.wall);
-        const Vec3d velocity = walls_->state[w].velocity;
-        if (d.servo.direction() != 0) work_[w] -= step.kick * pressed(d.wall, &velocity);
-        d.servo.step(pressed(d.watched), step.kick);
+        work_[w] -= step.kick * sums[2 * i + 1];
+        d.servo.step(sums[2 * i], step.kick);
         walls_->state[w] = d.servo.wall_state();
     }
 }

@@ -28,18 +28,16 @@ private:
         Servo servo;
     };
 
-    /// Sum over all rods, in their order, of their normal forces on a wall, N; or, with `along`, of their forces times that.
-    double pressed(int wall, const Vec3d* along = nullptr);
     const Wall& wall(const DrivenWall& driven) const { return walls_->wall[static_cast<std::size_t>(driven.wall)]; }
 
+    const Communicator comm_;
     const Rods& rods_;
-    const Neighbourhood& neighbourhood_;
     std::shared_ptr<Walls> walls_;
     std::vector<std::shared_ptr<const WallAccounts>> accounts_; ///< by group; null where no wall acts
     std::vector<OverlapWatch> overlaps_;                        ///< by wall
     std::vector<DrivenWall> driven_;
-    std::vector<double> work_;   ///< of every wall on the rods since the start, J
-    std::vector<double> of_rod_; ///< scratch: by gid
+    std::vector<double> work_;                  ///< of every wall on the rods since the start, J
+    std::vector<std::vector<double>> pressing_; ///< scratch: per driven wall, forces on the watched one, then powers of its own
 };
 
 } // namespace skein

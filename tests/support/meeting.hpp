@@ -16,9 +16,10 @@ public:
     explicit Meeting(SceneSpec s, int lanes = 1, int thread_count = 1)
         : scene(std::move(s)), groups(make_groups(scene)),
           plan(make_plan(scene, groups, {1, thread_count, thread_count, lanes, {}, Mapping::automatic})), threads(thread_count),
-          around(make_surroundings(plan, groups)), rods(make_rods(plan, groups, all_rods(groups), threads, around)),
-          clock(plan.dt, 0) {
-        if (around.exposure) contacts = kernels(lanes).make_contacts(around.exposure->capsules, *plan.contact_laws, threads, {});
+          around(make_surroundings(plan, groups, all_rods(groups))),
+          rods(make_rods(plan, groups, all_rods(groups), threads, around)), clock(plan.dt, 0) {
+        if (around.exposure)
+            contacts = kernels(lanes).make_contacts(contact_scene(groups, *plan.contact, *plan.contact_laws), threads);
     }
     void advance(std::int64_t steps) {
         for (std::int64_t until = clock.done() + steps; clock.done() < until;) {
@@ -26,8 +27,7 @@ public:
             const Step& step = batch.front();
             rods->move(step);
             if (contacts) {
-                contacts->evaluate(around.exposure->capsules, step.time, step.kick, around.loads->load);
-                around.loads->touched = contacts->touched_rods();
+                contacts->evaluate(*around.exposure, step.time, step.kick, *around.loads);
                 touched = touched || contacts->figures().active > 0;
             }
             EXPECT_TRUE(rods->act(step, true)) << clock.done();

@@ -2,6 +2,7 @@
 #include "contact/broad_phase.hpp"
 
 #include "core/closest_points.hpp"
+#include "support/exposed_bodies.hpp"
 
 #include <gtest/gtest.h>
 
@@ -10,31 +11,30 @@
 namespace skein {
 namespace {
 
+using test::BodiesByHand;
+
 /// Rods that wander at random: `sizes` of element length and radius spread over a factor, in a box, or parallel in a bundle.
-Capsules random_rods(unsigned seed, int rods, double spread, bool bundle) {
+BodiesByHand random_rods(unsigned seed, int rods, double spread, bool bundle) {
     std::mt19937 random(seed);
     std::normal_distribution<double> normal;
     std::uniform_real_distribution<double> uniform;
     const auto vector = [&](double size) { return Vec3d{size * normal(random), size * normal(random), size * normal(random)}; };
-    Capsules c;
+    BodiesByHand bodies;
     for (int r = 0; r < rods; ++r) {
-        c.first_slot.push_back(static_cast<std::int32_t>(c.node.size()));
-        c.skip.push_back(r % 3 - 1);
         const double size = std::pow(spread, uniform(random)), length = 0.1 * size, radius = (0.01 + 0.03 * uniform(random)) * size;
         const int elements = 1 + static_cast<int>(12 * uniform(random));
         Vec3d x = bundle ? Vec3d{0.05 * r, 0.01 * normal(random), 0}
                          : Vec3d{uniform(random), uniform(random), uniform(random)} + vector(0.3);
         Vec3d along = bundle ? Vec3d{0, 1e-9 * normal(random), 1} : vector(1);
+        std::vector<Vec3d> nodes;
         for (int k = 0; k <= elements; ++k) {
-            c.node.push_back({x, k < elements ? radius : -1});
-            c.rod.push_back(r);
+            nodes.push_back(x);
             if (!bundle) along += vector(0.5);
             x += (length / norm(along)) * along;
         }
+        bodies.add(nodes, radius, r % 3 - 1);
     }
-    c.first_slot.push_back(static_cast<std::int32_t>(c.node.size()));
-    c.motion.resize(c.node.size());
-    return c;
+    return bodies;
 }
 
 TEST(BroadPhase, FindsWhatASearchThroughAllPairsFinds) {
@@ -42,17 +42,22 @@ TEST(BroadPhase, FindsWhatASearchThroughAllPairsFinds) {
     std::size_t pairs = 0;
     int grids = 0;
     for (unsigned seed = 0; seed < 200; ++seed) {
-        const Capsules c = random_rods(seed, 10 + static_cast<int>(seed % 40), seed % 2 ? 20 : 1, seed % 5 == 0);
+        const int rods = 10 + static_cast<int>(seed % 40);
+        const BodiesByHand bodies = random_rods(seed, rods, seed % 2 ? 20 : 1, seed % 5 == 0);
+        std::vector<std::uint8_t> own;
+        for (int r = 0; seed % 4 == 3 && r < rods; ++r) own.push_back(r % 3 == 0);
+        const Exposure c = bodies.exposure(own);
         const double skin = seed % 3 ? 0.02 : 0;
-        BroadPhase search(c, one), parallel(c, three);
+        BroadPhase search(one), parallel(three);
         Candidates found, by_three, all;
-        search.build(c, skin, found);
-        parallel.build(c, skin, by_three);
-        BroadPhase::build_exhaustively(c, skin, all);
+        search.build(c, bodies.gaps, skin, found);
+        parallel.build(c, bodies.gaps, skin, by_three);
+        BroadPhase::build_exhaustively(c, bodies.gaps, skin, all);
         ASSERT_EQ(found.first, all.first) << seed;
         ASSERT_EQ(found.partner, all.partner) << seed;
         ASSERT_EQ(by_three.first, all.first) << seed;
         ASSERT_EQ(by_three.partner, all.partner) << seed;
+        ASSERT_EQ(found.idle, all.idle) << seed;
         pairs += found.count();
         grids = std::max(grids, search.grids());
     }
@@ -62,15 +67,16 @@ TEST(BroadPhase, FindsWhatASearchThroughAllPairsFinds) {
 
 TEST(BroadPhase, NeedsNoBounds) {
     const Threads one(1);
-    Capsules c = random_rods(3, 30, 5, false);
-    BroadPhase search(c, one);
+    const BodiesByHand bodies = random_rods(3, 30, 5, false);
+    Exposure c = bodies.exposure();
+    BroadPhase search(one);
     Candidates near, far;
-    search.build(c, 0.02, near);
-    for (CapsuleNode& n : c.node)
+    search.build(c, bodies.gaps, 0.02, near);
+    for (ExposedNode& n : c.node)
         if (n.position.x > 0.5) n.position.x += 4096; // cells wrap round on the way
-    search.build(c, 0.02, far);
+    search.build(c, bodies.gaps, 0.02, far);
     Candidates all;
-    BroadPhase::build_exhaustively(c, 0.02, all);
+    BroadPhase::build_exhaustively(c, bodies.gaps, 0.02, all);
     EXPECT_EQ(far.partner, all.partner);
     EXPECT_LT(far.count(), near.count());
 }

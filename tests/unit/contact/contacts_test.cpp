@@ -1,5 +1,6 @@
 // Contacts push, are balanced, remember, and change with places without jumps.
 #include "contact/contacts.hpp"
+#include "support/exposed_bodies.hpp"
 
 #include <gtest/gtest.h>
 
@@ -9,20 +10,14 @@ namespace skein {
 namespace {
 
 /// Straight rods of equal elements between two points each.
-Capsules rods_between(const std::vector<std::pair<Vec3d, Vec3d>>& ends, int elements, double radius) {
-    Capsules c;
-    for (std::size_t r = 0; r < ends.size(); ++r) {
-        c.first_slot.push_back(static_cast<std::int32_t>(c.node.size()));
-        c.skip.push_back(-1);
-        for (int k = 0; k <= elements; ++k) {
-            const double s = static_cast<double>(k) / elements;
-            c.node.push_back({ends[r].first + s * (ends[r].second - ends[r].first), k < elements ? radius : -1});
-            c.rod.push_back(static_cast<std::int32_t>(r));
-        }
+test::BodiesByHand rods_between(const std::vector<std::pair<Vec3d, Vec3d>>& ends, int elements, double radius) {
+    test::BodiesByHand bodies;
+    for (const auto& [from, to] : ends) {
+        std::vector<Vec3d> nodes;
+        for (int k = 0; k <= elements; ++k) nodes.push_back(from + (static_cast<double>(k) / elements) * (to - from));
+        bodies.add(nodes, radius);
     }
-    c.first_slot.push_back(static_cast<std::int32_t>(c.node.size()));
-    c.motion.resize(c.node.size());
-    return c;
+    return bodies;
 }
 
 ContactLaw some_law(ContactNormal normal, ContactFriction friction) {
@@ -46,11 +41,13 @@ TEST(Contacts, AreBalanced) {
             for (int scene = 0; scene < 50; ++scene) {
                 // Two rods at a time: crossing, or side by side but for a small angle.
                 const Vec3d along = vector(1), other = scene % 2 ? along + vector(0.01) : vector(1), apart = vector(0.02);
-                Capsules c = rods_between({{-along, along}, {apart - other, apart + other}}, 7, 0.05);
-                for (CapsuleMotion& m : c.motion) m = {.velocity = vector(1), .spin = vector(10)};
-                Contacts contacts(c, some_law(law, friction), one);
-                AlignedVector<ContactLoad> loads;
-                for (int step = 0; step < 3; ++step) contacts.evaluate(c, 0, 1e-4, loads);
+                const auto rods = rods_between({{-along, along}, {apart - other, apart + other}}, 7, 0.05);
+                Exposure c = rods.exposure();
+                for (ExposedMotion& m : c.motion) m = {.velocity = vector(1), .spin = vector(10)};
+                Contacts contacts(rods.scene(some_law(law, friction)), one);
+                SlotLoads out;
+                AlignedVector<ExertedLoad>& loads = out.load;
+                for (int step = 0; step < 3; ++step) contacts.evaluate(c, 0, 1e-4, out);
                 Vec3d force{0, 0, 0}, moment{0, 0, 0};
                 double size = 0;
                 for (std::size_t i = 0; i < c.slots(); ++i) {
@@ -67,12 +64,14 @@ TEST(Contacts, AreBalanced) {
 TEST(Contacts, NeverPull) {
     const Threads one(1);
     for (const ContactNormal law : {ContactNormal::linear, ContactNormal::hertz}) {
-        Capsules c = rods_between({{{-1, 0, 0}, {1, 0, 0}}, {{0.03, -1, 0.09}, {0.03, 1, 0.09}}}, 1, 0.05);
-        Contacts contacts(c, ContactLaw{.normal = law, .stiffness = 1e5, .damping = 1e4}, one);
-        AlignedVector<ContactLoad> loads;
+        const auto rods = rods_between({{{-1, 0, 0}, {1, 0, 0}}, {{0.03, -1, 0.09}, {0.03, 1, 0.09}}}, 1, 0.05);
+        Exposure c = rods.exposure();
+        Contacts contacts(rods.scene(ContactLaw{.normal = law, .stiffness = 1e5, .damping = 1e4}), one);
+        SlotLoads out;
+        AlignedVector<ExertedLoad>& loads = out.load;
         for (const double speed : {-100.0, -1.0, 0.0, 1.0, 100.0}) {
             c.motion[2].velocity = c.motion[3].velocity = {0, 0, speed};
-            contacts.evaluate(c, 0, 1e-4, loads);
+            contacts.evaluate(c, 0, 1e-4, out);
             EXPECT_GE(loads[2].force.z, 0) << speed;
             EXPECT_LE(loads[0].force.z, 0) << speed;
             if (speed <= 0) {
@@ -84,14 +83,16 @@ TEST(Contacts, NeverPull) {
 
 TEST(Contacts, OfALawKnownInClosedForm) {
     const Threads one(1);
-    Capsules c = rods_between({{{-1, 0, 0}, {1, 0, 0}}, {{0.5, -1, 0.09}, {0.5, 1, 0.09}}}, 1, 0.05);
-    AlignedVector<ContactLoad> loads;
-    Contacts linear(c, ContactLaw{.normal = ContactNormal::linear, .stiffness = 1e5}, one);
-    linear.evaluate(c, 0, 1e-4, loads);
+    const auto rods = rods_between({{{-1, 0, 0}, {1, 0, 0}}, {{0.5, -1, 0.09}, {0.5, 1, 0.09}}}, 1, 0.05);
+    Exposure c = rods.exposure();
+    SlotLoads out;
+    AlignedVector<ExertedLoad>& loads = out.load;
+    Contacts linear(rods.scene(ContactLaw{.normal = ContactNormal::linear, .stiffness = 1e5}), one);
+    linear.evaluate(c, 0, 1e-4, out);
     EXPECT_NEAR(loads[2].force.z + loads[3].force.z, 1e5 * 0.01, 1e-8);
     EXPECT_NEAR(loads[1].force.z, -0.75 * 1e5 * 0.01, 1e-8) << "three quarters along the first";
-    Contacts hertz(c, ContactLaw{.normal = ContactNormal::hertz, .stiffness = 1e5}, one);
-    hertz.evaluate(c, 0, 1e-4, loads);
+    Contacts hertz(rods.scene(ContactLaw{.normal = ContactNormal::hertz, .stiffness = 1e5}), one);
+    hertz.evaluate(c, 0, 1e-4, out);
     EXPECT_NEAR(loads[2].force.z + loads[3].force.z, 1e5 * 0.001, 1e-9);
     EXPECT_EQ(hertz.figures().active, 1);
     EXPECT_NEAR(hertz.figures().deepest, 0.1, 1e-12);
@@ -103,12 +104,14 @@ template <class Place> double largest_jump(Place place, int steps) {
     double jump = 0, sum = 0;
     Vec3d before{0, 0, 0};
     for (int i = 0; i <= steps; ++i) {
-        const Capsules c = place(static_cast<double>(i) / steps);
-        Contacts contacts(c, ContactLaw{.normal = ContactNormal::linear, .stiffness = 1e5}, one);
-        AlignedVector<ContactLoad> loads;
-        contacts.evaluate(c, 0, 1e-4, loads);
+        const auto rods = place(static_cast<double>(i) / steps);
+        const Exposure c = rods.exposure();
+        Contacts contacts(rods.scene(ContactLaw{.normal = ContactNormal::linear, .stiffness = 1e5}), one);
+        SlotLoads out;
+        AlignedVector<ExertedLoad>& loads = out.load;
+        contacts.evaluate(c, 0, 1e-4, out);
         Vec3d force{0, 0, 0}, moment{0, 0, 0};
-        for (std::size_t s = static_cast<std::size_t>(c.first_slot[1]); s < c.slots(); ++s)
+        for (std::size_t s = c.window[1].first_slot; s < c.slots(); ++s)
             force += loads[s].force, moment += cross(c.node[s].position, loads[s].force);
         const Vec3d now = force + moment;
         if (i > 0) jump = std::max(jump, norm(now - before)), sum += norm(now - before);
@@ -143,19 +146,21 @@ TEST(Contacts, ChangeWithoutJumps) {
 
 TEST(Contacts, StickUntilTheySlide) {
     const Threads one(1);
-    Capsules c = rods_between({{{-1, 0, 0}, {1, 0, 0}}, {{0, -1, 0.09}, {0, 1, 0.09}}}, 1, 0.05);
+    const auto rods = rods_between({{{-1, 0, 0}, {1, 0, 0}}, {{0, -1, 0.09}, {0, 1, 0.09}}}, 1, 0.05);
+    Exposure c = rods.exposure();
     const ContactLaw law{.normal = ContactNormal::linear,
                          .stiffness = 1e5,
                          .friction = ContactFriction::memory,
                          .static_friction = 0.5,
                          .kinetic_friction = 0.4};
-    Contacts contacts(c, law, one);
-    AlignedVector<ContactLoad> loads;
+    Contacts contacts(rods.scene(law), one);
+    SlotLoads out;
+    AlignedVector<ExertedLoad>& loads = out.load;
     const double h = 1e-4, speed = 0.01, normal = 1e5 * 0.01;
     for (const std::size_t i : {2, 3}) c.motion[i].velocity = {speed, 0, 0};
     double slid = 0;
     for (int step = 1; step <= 20000; ++step) {
-        contacts.evaluate(c, 0, h, loads); // places stay, so that the normal force does
+        contacts.evaluate(c, 0, h, out); // places stay, so that the normal force does
         slid += h * speed;
         const double drag = -(loads[2].force.x + loads[3].force.x), spring = 0.8e5 * slid;
         if (spring <= 0.5 * normal) {
@@ -167,7 +172,7 @@ TEST(Contacts, StickUntilTheySlide) {
     }
     // Turned round, the spring goes back before it slides the other way.
     for (const std::size_t i : {2, 3}) c.motion[i].velocity = {-speed, 0, 0};
-    contacts.evaluate(c, 0, h, loads);
+    contacts.evaluate(c, 0, h, out);
     EXPECT_GT(-(loads[2].force.x + loads[3].force.x), 0.3 * normal);
 }
 
@@ -178,24 +183,26 @@ TEST(Contacts, KeepTheirSpringsOverJoints) {
                          .friction = ContactFriction::memory,
                          .static_friction = 0.5,
                          .kinetic_friction = 0.5};
-    const auto crossing = [](double x, double speed) {
-        Capsules c = rods_between({{{-1, 0, 0}, {1, 0, 0}}, {{x, -0.9, 0.09}, {x, 1.1, 0.09}}}, 8, 0.05);
+    const auto rods = [](double x) { return rods_between({{{-1, 0, 0}, {1, 0, 0}}, {{x, -0.9, 0.09}, {x, 1.1, 0.09}}}, 8, 0.05); };
+    const auto crossing = [&](double x, double speed) {
+        Exposure c = rods(x).exposure();
         for (std::size_t i = 9; i < 18; ++i) c.motion[i].velocity = {speed, 0, 0};
         return c;
     };
-    Contacts contacts(crossing(-0.13, 0), law, one);
-    AlignedVector<ContactLoad> loads;
+    Contacts contacts(rods(0).scene(law), one);
+    SlotLoads out;
+    AlignedVector<ExertedLoad>& loads = out.load;
     const auto drag = [&] {
         double sum = 0;
         for (std::size_t i = 9; i < 18; ++i) sum -= loads[i].force.x;
         return sum;
     };
     const double h = 1e-4, loaded = 0.8e5 * 30 * h;
-    for (int step = 0; step < 30; ++step) contacts.evaluate(crossing(-0.13, 1), 0, h, loads); // in place: loads the spring
+    for (int step = 0; step < 30; ++step) contacts.evaluate(crossing(-0.13, 1), 0, h, out); // in place: loads the spring
     EXPECT_NEAR(drag(), loaded, 1e-9 * loaded);
     for (const double x : {-0.08, -0.05, -0.02, -0.001, 0.001, 0.02, 0.05, 0.08, 0.13}) { // goes on without slip
-        contacts.evaluate(crossing(x, 0), 0, h, loads);
-        contacts.evaluate(crossing(x, 0), 0, h, loads);
+        contacts.evaluate(crossing(x, 0), 0, h, out);
+        contacts.evaluate(crossing(x, 0), 0, h, out);
         EXPECT_GT(drag(), 0.9 * loaded) << x;
         EXPECT_LT(drag(), 3 * loaded) << x; // while both elements touch: two springs, and the round end leans against the other rod
     }
@@ -213,22 +220,24 @@ TEST(Contacts, AreTheSameForAnyThreads) {
         const Vec3d a = point(), along = point() - point();
         ends.emplace_back(a, a + (0.4 / norm(along)) * along);
     }
-    Capsules c = rods_between(ends, 6, 0.01);
-    for (CapsuleMotion& m : c.motion) m.velocity = point() - point();
+    const auto rods = rods_between(ends, 6, 0.01);
+    Exposure c = rods.exposure();
+    for (ExposedMotion& m : c.motion) m.velocity = point() - point();
     const auto run = [&](int threads) {
         const Threads team(threads);
-        Capsules moving = c;
-        Contacts contacts(moving, some_law(ContactNormal::hertz, ContactFriction::memory), team);
-        AlignedVector<ContactLoad> loads;
+        Exposure moving = c;
+        Contacts contacts(rods.scene(some_law(ContactNormal::hertz, ContactFriction::memory)), team);
+        SlotLoads out;
+        AlignedVector<ExertedLoad>& loads = out.load;
         for (int step = 0; step < 60; ++step) {
             for (std::size_t i = 0; i < moving.slots(); ++i) moving.node[i].position += 1e-4 * moving.motion[i].velocity;
-            contacts.evaluate(moving, 0, 1e-4, loads);
+            contacts.evaluate(moving, 0, 1e-4, out);
         }
         EXPECT_GT(contacts.figures().active, 100);
         EXPECT_GT(contacts.figures().renewals, 1);
         return loads;
     };
-    const AlignedVector<ContactLoad> one = run(1), three = run(3);
+    const AlignedVector<ExertedLoad> one = run(1), three = run(3);
     for (std::size_t i = 0; i < one.size(); ++i) {
         ASSERT_EQ(norm(one[i].force - three[i].force), 0) << i;
         ASSERT_EQ(norm(one[i].couple - three[i].couple), 0) << i;

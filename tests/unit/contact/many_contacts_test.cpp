@@ -1,9 +1,11 @@
 // A crowd of moving rods: the same loads for any threads, for any share of owned rods, and after going on from what was kept.
 #include "contact/contacts.hpp"
+#include "support/exposed_bodies.hpp"
 
 #include <gtest/gtest.h>
 
 #include <cstring>
+#include <numeric>
 #include <random>
 
 namespace skein {
@@ -11,7 +13,10 @@ namespace {
 
 /// Rods at random places, all on their ways, some of them large; some lie side by side.
 struct Crowd {
-    Capsules capsules;
+    test::BodiesByHand bodies;
+    std::vector<ExposedMotion> motion;
+    std::vector<Exposure*> seen; ///< all move with the crowd
+
     Crowd(int rods, int elements) {
         std::mt19937 random(4);
         std::uniform_real_distribution<double> uniform;
@@ -21,24 +26,28 @@ struct Crowd {
             const double size = r % 10 == 0 ? 3 : 1;
             if (r % 5 != 0) along = point() - point(), at = point();
             else at += Vec3d{0, 0.015, 0.001};
-            capsules.first_slot.push_back(static_cast<std::int32_t>(capsules.node.size()));
-            capsules.skip.push_back(r % 3 ? -1 : 1);
-            capsules.material.push_back(r % 2);
+            std::vector<Vec3d> nodes;
             for (int k = 0; k <= elements; ++k) {
-                const Vec3d bent =
-                    at + (0.4 * size / elements * k / norm(along)) * along + Vec3d{0, 0, 0.02 * size * std::cos(3.0 * k)};
-                capsules.node.push_back({bent, k < elements ? 0.01 * size : -1});
+                nodes.push_back(at + (0.4 * size / elements * k / norm(along)) * along +
+                                Vec3d{0, 0, 0.02 * size * std::cos(3.0 * k)});
                 const Vec3d velocity = 0.3 * (point() - point());
-                capsules.motion.push_back({.velocity = velocity, .spin = point() - point()});
-                capsules.rod.push_back(r);
+                motion.push_back({.velocity = velocity, .spin = point() - point()});
             }
+            bodies.add(nodes, 0.01 * size, r % 3 ? -1 : 1);
         }
-        capsules.first_slot.push_back(static_cast<std::int32_t>(capsules.node.size()));
+    }
+    Exposure exposure(std::span<const std::uint8_t> own = {}) const {
+        Exposure all = bodies.exposure(own);
+        std::copy(motion.begin(), motion.end(), all.motion.begin());
+        return all;
     }
     void move(double h) {
-        for (std::size_t i = 0; i < capsules.slots(); ++i) capsules.node[i].position += h * capsules.motion[i].velocity;
+        for (Exposure* all : seen)
+            for (std::size_t i = 0; i < all->slots(); ++i) all->node[i].position += h * all->motion[i].velocity;
     }
 };
+
+constexpr int rods = 300;
 
 ContactLaws laws() {
     ContactLaw law{.stiffness = 1e5,
@@ -49,48 +58,77 @@ ContactLaws laws() {
                    .tangential_damping = 5},
         other = law;
     other.stiffness = 3e4;
-    return ContactLaws(2, {law, other, other, law});
+    std::vector<ContactLaw> between;
+    for (int i = 0; i < rods; ++i)
+        for (int j = 0; j < rods; ++j) between.push_back((i + j) % 2 ? other : law);
+    return ContactLaws(rods, std::move(between));
 }
 
-using Loads = AlignedVector<ContactLoad>;
-
 /// Rods whose loads differ in any bit; of the rods asked for.
-int different(const Crowd& crowd, const Loads& x, const Contacts& of_x, const Loads& y, const Contacts& of_y,
-              const std::vector<std::uint8_t>& asked) {
+int different(const Exposure& crowd, const SlotLoads& x, const SlotLoads& y, const std::vector<std::uint8_t>& asked) {
     int count = 0;
-    for (std::size_t rod = 0; rod + 1 < crowd.capsules.first_slot.size(); ++rod) {
+    for (std::size_t rod = 0; rod < crowd.window.size(); ++rod) {
         if (!asked[rod]) continue;
-        bool same = of_x.touched_rods()[rod] == of_y.touched_rods()[rod];
-        for (auto s = static_cast<std::size_t>(crowd.capsules.first_slot[rod]);
-             of_x.touched_rods()[rod] && s < static_cast<std::size_t>(crowd.capsules.first_slot[rod + 1]); ++s)
-            same &= std::memcmp(&x[s].force, &y[s].force, sizeof(Vec3d)) == 0 &&
-                    std::memcmp(&x[s].couple, &y[s].couple, sizeof(Vec3d)) == 0;
+        bool same = x.touched[rod] == y.touched[rod];
+        for (std::size_t s = crowd.window[rod].first_slot; x.touched[rod] && s < crowd.end_of(rod); ++s)
+            same &= std::memcmp(&x.load[s].force, &y.load[s].force, sizeof(Vec3d)) == 0 &&
+                    std::memcmp(&x.load[s].couple, &y.load[s].couple, sizeof(Vec3d)) == 0;
         count += !same;
     }
     return count;
 }
 
+/// A step of ranks that see each other's bodies as ghosts: partners anew on all of them as soon as one needs it.
+struct Rank {
+    Exposure bodies;
+    Contacts contacts;
+    SlotLoads loads = {};
+};
+void step_together(std::span<Rank* const> ranks, double h) {
+    if (!std::all_of(ranks.begin(), ranks.end(), [](Rank* r) { return r->contacts.holds(r->bodies); })) {
+        std::int64_t idle = 0;
+        for (Rank* r : ranks) {
+            r->contacts.let_go(r->bodies);
+            std::vector<std::uint8_t> wanted(r->bodies.slots());
+            idle += r->contacts.search(r->bodies, wanted);
+        }
+        for (Rank* r : ranks) {
+            std::vector<std::uint32_t> same(r->bodies.slots());
+            std::iota(same.begin(), same.end(), 0u);
+            r->contacts.settle(r->bodies, same, idle);
+            r->loads.load.resize(r->bodies.slots());
+        }
+    }
+    for (Rank* r : ranks) {
+        r->contacts.begin(r->bodies, 0, h, r->loads.load);
+        r->contacts.finish(r->bodies, h, r->loads.load);
+        r->loads.touched = r->contacts.touched();
+    }
+}
+
 TEST(ManyContacts, AreTheSameForAnyThreadsAndOwners) {
-    constexpr int rods = 300;
     Crowd crowd(rods, 6);
     const Threads one(1), three(3), shuffled(2, 5);
     std::vector<std::uint8_t> all(rods, 1), mine(rods, 0), others(rods, 0);
     for (int r = 0; r < rods; ++r) (r % 7 < 3 ? mine : others)[static_cast<std::size_t>(r)] = 1;
-    Contacts whole(crowd.capsules, laws(), one), threaded(crowd.capsules, laws(), three), first(crowd.capsules, laws(), one, mine),
-        second(crowd.capsules, laws(), three, others);
-    Contacts in_disorder(crowd.capsules, laws(), shuffled);
-    Loads x, y, z, w, v;
+    const ContactScene scene = crowd.bodies.scene(laws());
+    Exposure bodies = crowd.exposure();
+    Rank first_rank{crowd.exposure(mine), Contacts(scene, one)}, second_rank{crowd.exposure(others), Contacts(scene, three)};
+    Rank* const ranks[] = {&first_rank, &second_rank};
+    const Contacts &first = first_rank.contacts, &second = second_rank.contacts;
+    crowd.seen = {&bodies, &first_rank.bodies, &second_rank.bodies};
+    Contacts whole(scene, one), threaded(scene, three), in_disorder(scene, shuffled);
+    SlotLoads x, y, v;
     for (int step = 0; step < 200; ++step) {
         crowd.move(1e-4);
-        whole.evaluate(crowd.capsules, 0, 1e-4, x);
-        threaded.evaluate(crowd.capsules, 0, 1e-4, y);
-        in_disorder.evaluate(crowd.capsules, 0, 1e-4, v);
-        first.evaluate(crowd.capsules, 0, 1e-4, z);
-        second.evaluate(crowd.capsules, 0, 1e-4, w);
-        ASSERT_EQ(different(crowd, x, whole, y, threaded, all), 0) << step;
-        ASSERT_EQ(different(crowd, x, whole, v, in_disorder, all), 0) << step;
-        ASSERT_EQ(different(crowd, x, whole, z, first, mine), 0) << step;
-        ASSERT_EQ(different(crowd, x, whole, w, second, others), 0) << step;
+        whole.evaluate(bodies, 0, 1e-4, x);
+        threaded.evaluate(bodies, 0, 1e-4, y);
+        in_disorder.evaluate(bodies, 0, 1e-4, v);
+        step_together(ranks, 1e-4);
+        ASSERT_EQ(different(bodies, x, y, all), 0) << step;
+        ASSERT_EQ(different(bodies, x, v, all), 0) << step;
+        ASSERT_EQ(different(bodies, x, first_rank.loads, mine), 0) << step;
+        ASSERT_EQ(different(bodies, x, second_rank.loads, others), 0) << step;
     }
     const ContactFigures f = whole.figures(), t = threaded.figures(), a = first.figures(), b = second.figures();
     EXPECT_GT(f.active, 100);
@@ -115,29 +153,32 @@ TEST(ManyContacts, AreTheSameForAnyThreadsAndOwners) {
 }
 
 TEST(ManyContacts, GoOnFromWhatWasKept) {
-    constexpr int rods = 200;
     Crowd crowd(rods, 6);
     const Threads one(1);
     const std::vector<std::uint8_t> all(rods, 1);
-    Contacts whole(crowd.capsules, laws(), one);
-    Loads x, y;
-    for (int step = 0; step < 57; ++step) crowd.move(1e-4), whole.evaluate(crowd.capsules, 0, 1e-4, x);
-    const std::vector<KeptContact> kept = whole.kept();
+    const ContactScene scene = crowd.bodies.scene(laws());
+    Exposure bodies = crowd.exposure();
+    crowd.seen = {&bodies};
+    Contacts whole(scene, one);
+    SlotLoads x, y;
+    for (int step = 0; step < 57; ++step) crowd.move(1e-4), whole.evaluate(bodies, 0, 1e-4, x);
+    const std::vector<KeptContact> kept = whole.kept(bodies);
     EXPECT_EQ(static_cast<std::int64_t>(kept.size()), whole.figures().active);
-    Contacts resumed(crowd.capsules, laws(), one);
+    Contacts resumed(scene, one);
     resumed.restore(kept);
+    EXPECT_EQ(resumed.kept(bodies).size(), kept.size()) << "before its first step";
     const double rubbed = whole.figures().rubbed;
     for (int step = 0; step < 60; ++step) {
         crowd.move(1e-4);
-        whole.evaluate(crowd.capsules, 0, 1e-4, x);
-        resumed.evaluate(crowd.capsules, 0, 1e-4, y);
-        ASSERT_EQ(different(crowd, x, whole, y, resumed, all), 0) << step;
+        whole.evaluate(bodies, 0, 1e-4, x);
+        resumed.evaluate(bodies, 0, 1e-4, y);
+        ASSERT_EQ(different(bodies, x, y, all), 0) << step;
     }
     EXPECT_NE(whole.figures().renewals, resumed.figures().renewals);
     EXPECT_NEAR(whole.figures().rubbed - rubbed, resumed.figures().rubbed, 1e-9 * rubbed);
-    Contacts fresh(crowd.capsules, laws(), one);
-    fresh.evaluate(crowd.capsules, 0, 1e-4, y);
-    EXPECT_GT(different(crowd, x, whole, y, fresh, all), 10) << "springs matter here";
+    Contacts fresh(scene, one);
+    fresh.evaluate(bodies, 0, 1e-4, y);
+    EXPECT_GT(different(bodies, x, y, all), 10) << "springs matter here";
 }
 
 } // namespace

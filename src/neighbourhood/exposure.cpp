@@ -1,0 +1,74 @@
+#include "neighbourhood/exposure.hpp"
+
+#include <algorithm>
+
+namespace skein {
+
+Exposure::Exposure(std::span<const RodGroup> groups, std::span<const LocalRod> bodies)
+    : scene_(groups), bodies_(bodies.begin(), bodies.end()) {
+    first_of_group_.assign(groups.size(), bodies_.size());
+    for (std::size_t i = bodies_.size(); i-- > 0;) first_of_group_[static_cast<std::size_t>(bodies_[i].group)] = i;
+    for (const LocalRod& body : bodies_)
+        window.push_back(
+            {body.gid, scene_.first_slot(body.gid), 0, static_cast<std::uint32_t>(scene_.slots_of(body.gid)), body.group, true});
+    std::sort(window.begin(), window.end(), [](const Window& x, const Window& y) { return x.gid < y.gid; });
+    lay_out();
+    find_own();
+    for (const Window& w : window) {
+        const std::vector<ElementConstants>& element = groups[static_cast<std::size_t>(w.group)].element;
+        for (std::size_t k = 0; k < element.size(); ++k) node[w.first_slot + k].radius = element[k].radius;
+    }
+}
+
+Exposure::Exposure(const SceneSlots& scene, std::vector<Window> windows) : window(std::move(windows)), scene_(scene) {
+    lay_out();
+    if (!std::all_of(window.begin(), window.end(), [](const Window& w) { return w.own; }))
+        for (const Window& w : window) own.push_back(w.own);
+}
+
+void Exposure::lay_out() {
+    for (std::size_t i = 0; i < window.size(); ++i) {
+        window[i].first_slot = static_cast<std::uint32_t>(window_of.size());
+        window_of.insert(window_of.end(), window[i].slots, static_cast<std::int32_t>(i));
+    }
+    node.assign(window_of.size(), {{}, -1});
+    motion.assign(window_of.size(), {});
+}
+
+void Exposure::find_own() {
+    own_window_.clear();
+    for (const LocalRod& body : bodies_) {
+        const auto at = std::lower_bound(window.begin(), window.end(), scene_.first_slot(body.gid),
+                                         [](const Window& w, std::int64_t slot) { return w.first_in_scene < slot; });
+        own_window_.push_back(static_cast<std::uint32_t>(at - window.begin()));
+    }
+}
+
+std::optional<std::uint32_t> Exposure::find(std::int64_t in_scene) const {
+    const auto behind = std::upper_bound(window.begin(), window.end(), in_scene,
+                                         [](std::int64_t slot, const Window& w) { return slot < w.first_in_scene; });
+    if (behind == window.begin()) return {};
+    const Window& w = *(behind - 1);
+    const std::int64_t k = in_scene - w.first_in_scene;
+    if (k >= w.slots) return {};
+    return w.first_slot + static_cast<std::uint32_t>(k);
+}
+
+void Exposure::become(Exposure&& other) {
+    auto from = window.begin();
+    for (const Window& w : other.window) {
+        if (!w.own) continue;
+        while (!from->own) ++from;
+        std::copy_n(node.begin() + from->first_slot, w.slots, other.node.begin() + w.first_slot);
+        std::copy_n(motion.begin() + from->first_slot, w.slots, other.motion.begin() + w.first_slot);
+        ++from;
+    }
+    node.swap(other.node);
+    motion.swap(other.motion);
+    window_of.swap(other.window_of);
+    window.swap(other.window);
+    own.swap(other.own);
+    find_own();
+}
+
+} // namespace skein

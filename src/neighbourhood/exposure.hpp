@@ -1,0 +1,186 @@
+// Exposure: places and rates of bodies, by slot, for interactions to read; and the loads that interactions give back. A rank has
+// its own bodies in it and *windows* of others': the elements of ghosts that may touch its own. All stand in order of their slots'
+// numbers in the scene, so sums over them have the same order on any number of ranks.
+#pragma once
+
+#include "neighbourhood/scene_slots.hpp"
+#include "neighbourhood/transposed.hpp"
+#include "rod/rods.hpp"
+#include "skein/core/aligned.hpp"
+#include "skein/rod/mapping.hpp"
+
+#include <algorithm>
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <span>
+#include <vector>
+
+namespace skein {
+
+/// Place of a slot, which is all that a search and the test of a candidate need. Element k of a body lies between its slots k and
+/// k + 1; the last slot of a window has no element.
+struct ExposedNode {
+    Vec3d position; ///< lab, m
+    double radius;  ///< of the element at rest, m; below 0 where the slot has none
+};
+static_assert(sizeof(ExposedNode) == 32);
+/// Rates of a slot, which only contacts ask for.
+struct ExposedMotion {
+    Vec3d velocity; ///< of the node, lab, m/s
+    double unused = 0;
+    Vec3d spin; ///< of the element, lab, rad/s
+    double unused_too = 0;
+};
+static_assert(sizeof(ExposedMotion) == 64);
+
+/// Consecutive slots of one body: all of an own one, some of a ghost.
+struct Window {
+    std::int64_t gid;
+    std::int64_t first_in_scene; ///< slot, see SceneSlots
+    std::uint32_t first_slot;    ///< here
+    std::uint32_t slots;
+    int group;
+    bool own;
+};
+
+/// Written by one pass and by messages, read by all interactions.
+class Exposure {
+public:
+    AlignedVector<ExposedNode> node;     ///< by slot
+    AlignedVector<ExposedMotion> motion; ///< by slot
+    std::vector<std::int32_t> window_of; ///< of each slot
+    std::vector<Window> window;          ///< in rising order of slots
+    std::vector<std::uint8_t> own;       ///< by window; none where all are
+
+    /// Own bodies, in any order; radii are set, places and rates are not.
+    Exposure(std::span<const RodGroup> groups, std::span<const LocalRod> bodies);
+    /// These windows, in rising order of their slots in the scene; nothing is set.
+    Exposure(const SceneSlots& scene, std::vector<Window> windows);
+
+    std::size_t slots() const { return node.size(); }
+    bool has_element(std::size_t slot) const { return node[slot].radius >= 0; }
+    const Window& at(std::size_t slot) const { return window[static_cast<std::size_t>(window_of[slot])]; }
+    std::uint32_t end_of(std::size_t number) const { return window[number].first_slot + window[number].slots; }
+    bool owns(std::size_t number) const { return own.empty() || own[number] != 0; }
+    bool owns_slot(std::size_t slot) const { return owns(static_cast<std::size_t>(window_of[slot])); }
+    const SceneSlots& scene() const { return scene_; }
+    std::int64_t in_scene(std::size_t slot) const {
+        const Window& w = at(slot);
+        return w.first_in_scene + static_cast<std::int64_t>(slot) - w.first_slot;
+    }
+    /// Element of its body that a slot has.
+    std::int64_t element(std::size_t slot) const { return in_scene(slot) - scene_.first_slot(at(slot).gid); }
+    /// The slot here of one of the scene's, if it is here.
+    std::optional<std::uint32_t> find(std::int64_t in_scene) const;
+    /// The window of local()[place_in_group of the group's] as rods have them.
+    const Window& of_own(int group, std::size_t place_in_group) const {
+        return window[own_window_[first_of_group_[static_cast<std::size_t>(group)] + place_in_group]];
+    }
+    std::size_t number_of_own(int group, std::size_t place_in_group) const {
+        return own_window_[first_of_group_[static_cast<std::size_t>(group)] + place_in_group];
+    }
+    /// Other windows, with the same own bodies among them: the own ones' slots keep what they show.
+    void become(Exposure&& other);
+
+    static constexpr double bytes_per_slot = sizeof(ExposedNode) + sizeof(ExposedMotion) + sizeof(std::int32_t);
+
+private:
+    void lay_out();
+    void find_own();
+
+    SceneSlots scene_;
+    std::vector<LocalRod> bodies_;            ///< own, as rods have them
+    std::vector<std::size_t> first_of_group_; ///< in bodies_
+    std::vector<std::uint32_t> own_window_;   ///< of bodies_[i]
+};
+
+/// Load that interactions exert on a slot.
+struct alignas(64) ExertedLoad {
+    Vec3d force; ///< at the node, lab, N
+    double unused = 0;
+    Vec3d couple; ///< on the element, lab, N m
+    double unused_too = 0;
+};
+static_assert(sizeof(ExertedLoad) == 64);
+
+/// Sums of all interactions, by slot of the exposure.
+struct SlotLoads {
+    AlignedVector<ExertedLoad> load;       ///< only of bodies that are touched
+    std::span<const std::uint8_t> touched; ///< by window; not 0 where there is a load
+
+    static constexpr double bytes_per_slot = sizeof(ExertedLoad);
+};
+
+/// Last before rods feel each other: nodes and spins in the lab. Radii stay those of rest: were they to follow the stretch, contact
+/// would do work on it that no force takes.
+template <int W> class ExposePass final : public TilePass<W> {
+public:
+    explicit ExposePass(std::shared_ptr<Exposure> exposure) : exposure_(std::move(exposure)) {}
+
+    void run(const RodTile<W>& rod, SlotLoad<W>*, const Step&) const override {
+        using P = Pack<W>;
+        ExposedNode* node[W];
+        ExposedMotion* motion[W];
+        for (int l = 0; l < W; ++l) { // spare lanes say again what the last rod does
+            const std::size_t first = exposure_->of_own(rod.group->id(), place_in_group(rod, l)).first_slot;
+            node[l] = &exposure_->node[first];
+            motion[l] = &exposure_->motion[first];
+        }
+        for (int k = 0; k <= rod.n; ++k) {
+            const Slot<W>& s = rod.slot[k];
+            P radius(-1.0);
+            Vec3<P> turning{};
+            if (k < rod.n) {
+                const ElementConstants& c = rod.element[k];
+                radius = P(c.radius);
+                turning = transpose_times(s.director, s.spin);
+            }
+            store_transposed<W>(s.position, radius, [&](int l) { return &node[l][k].position.x; });
+            store_transposed<W>(s.velocity, P(0.0), [&](int l) { return &motion[l][k].velocity.x; });
+            store_transposed<W>(turning, P(0.0), [&](int l) { return &motion[l][k].spin.x; });
+        }
+    }
+
+    /// Of a lane's rod among those of its group on this rank.
+    static std::size_t place_in_group(const RodTile<W>& rod, int l) {
+        return rod.number * static_cast<std::size_t>(W) + static_cast<std::size_t>(std::min(l, rod.lanes - 1));
+    }
+
+private:
+    std::shared_ptr<Exposure> exposure_;
+};
+
+/// Before the kick: forces and couples that interactions have found.
+template <int W> class TakeLoadsPass final : public TilePass<W> {
+public:
+    TakeLoadsPass(std::shared_ptr<const Exposure> exposure, std::shared_ptr<const SlotLoads> loads)
+        : exposure_(std::move(exposure)), loads_(std::move(loads)) {}
+
+    void run(const RodTile<W>& rod, SlotLoad<W>* load, const Step&) const override {
+        static constexpr ExertedLoad none{};
+        const ExertedLoad* taken[W];
+        std::size_t step[W];
+        bool any = false;
+        for (int l = 0; l < W; ++l) {
+            const std::size_t number = exposure_->number_of_own(rod.group->id(), ExposePass<W>::place_in_group(rod, l));
+            const bool touched = loads_->touched[number];
+            taken[l] = touched ? &loads_->load[exposure_->window[number].first_slot] : &none;
+            step[l] = touched;
+            any |= touched;
+        }
+        if (!any) return;
+        for (int k = 0; k <= rod.n; ++k) {
+            const auto at = [&](int l) -> const ExertedLoad& { return taken[l][step[l] * static_cast<std::size_t>(k)]; };
+            load[k].force += load_transposed<W>([&](int l) { return &at(l).force.x; }).vector;
+            if (k < rod.n)
+                load[k].couple += rod.slot[k].director * load_transposed<W>([&](int l) { return &at(l).couple.x; }).vector;
+        }
+    }
+
+private:
+    std::shared_ptr<const Exposure> exposure_;
+    std::shared_ptr<const SlotLoads> loads_;
+};
+
+} // namespace skein

@@ -1,0 +1,288 @@
+#include "neighbourhood/neighbourhood.hpp"
+
+#include "parallel/blocks.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <numeric>
+#include <set>
+
+namespace skein {
+
+namespace {
+
+/// Sides along the axes; least > most where it holds nothing.
+struct Box {
+    double least[3] = {HUGE_VAL, HUGE_VAL, HUGE_VAL}, most[3] = {-HUGE_VAL, -HUGE_VAL, -HUGE_VAL};
+
+    void add(const Vec3d& x, double radius) {
+        const double c[3] = {x.x, x.y, x.z};
+        for (int i = 0; i < 3; ++i) least[i] = std::min(least[i], c[i] - radius), most[i] = std::max(most[i], c[i] + radius);
+    }
+    void add(const Box& o) {
+        for (int i = 0; i < 3; ++i) least[i] = std::min(least[i], o.least[i]), most[i] = std::max(most[i], o.most[i]);
+    }
+    bool meets(const Box& o, double margin) const {
+        for (int i = 0; i < 3; ++i)
+            if (!(least[i] - margin <= o.most[i] && o.least[i] - margin <= most[i])) return false;
+        return true;
+    }
+};
+
+Box box_of(const Exposure& bodies, std::size_t slot) {
+    Box box;
+    const ExposedNode& n = bodies.node[slot];
+    box.add(n.position, n.radius), box.add(bodies.node[slot + 1].position, n.radius);
+    return box;
+}
+
+/// Slots [first, first + count) of the scene.
+struct SceneRun {
+    std::int64_t first, count;
+};
+
+/// Calls f(first, count) for runs of elements of a window that are asked for, with the node behind the last.
+template <class Asked, class F> void for_runs(const Exposure& bodies, const Window& window, Asked&& asked, F&& f) {
+    const std::uint32_t end = window.first_slot + window.slots;
+    for (std::uint32_t slot = window.first_slot; slot < end; ++slot) {
+        if (!bodies.has_element(slot) || !asked(slot)) continue;
+        const std::uint32_t first = slot;
+        while (slot < end && bodies.has_element(slot) && asked(slot)) ++slot;
+        f(first, slot + 1 - first);
+    }
+}
+
+template <class T> std::vector<T> exchanged(const Communicator& comm, const std::vector<std::vector<T>>& by_rank,
+                                            std::vector<std::int64_t>& received) {
+    std::vector<T> sent;
+    std::vector<std::int64_t> counts;
+    for (const auto& to : by_rank) {
+        counts.push_back(static_cast<std::int64_t>(to.size()));
+        sent.insert(sent.end(), to.begin(), to.end());
+    }
+    const auto bytes = comm.all_to_all(std::as_bytes(std::span(sent)), sizeof(T), counts, received);
+    std::vector<T> arrived(bytes.size() / sizeof(T));
+    if (!arrived.empty()) std::memcpy(static_cast<void*>(arrived.data()), bytes.data(), bytes.size());
+    return arrived;
+}
+
+} // namespace
+
+void Neighbourhood::Route::begin() {
+    runs.clear(), parts.clear(), lengths_.clear();
+    size_ = begun_ = 0;
+}
+
+void Neighbourhood::Route::add(std::uint32_t first_slot, std::uint32_t slots) {
+    runs.push_back({first_slot, slots, size_});
+    size_ += 9 * std::size_t{slots};
+}
+
+void Neighbourhood::Route::end_of_rank(int rank) {
+    if (size_ > begun_) lengths_.push_back({rank, begun_, size_ - begun_});
+    begun_ = size_;
+}
+
+void Neighbourhood::Route::settle() {
+    numbers.assign(size_, 0);
+    for (const Length& l : lengths_)
+        parts.push_back({l.rank, std::as_writable_bytes(std::span(numbers).subspan(l.first, l.count))});
+}
+
+Neighbourhood::Neighbourhood(const Communicator& comm, const Threads& threads, std::shared_ptr<Exposure> exposure)
+    : comm_(comm), threads_(threads), exposure_(std::move(exposure)), rank_of_(exposure_->window.size(), comm.rank()), vote_(comm) {
+}
+
+void Neighbourhood::pack() {
+    threads_.for_each(blocks_of(sent_.runs.size()), [&](std::size_t block, int) {
+        for (std::size_t r = block * block_size; r < std::min(sent_.runs.size(), (block + 1) * block_size); ++r) {
+            const Run& run = sent_.runs[r];
+            double* to = sent_.numbers.data() + run.at;
+            for (std::uint32_t slot = run.first_slot; slot < run.first_slot + run.slots; ++slot)
+                for (const Vec3d& v :
+                     {exposure_->node[slot].position, exposure_->motion[slot].velocity, exposure_->motion[slot].spin})
+                    *to++ = v.x, *to++ = v.y, *to++ = v.z;
+        }
+    });
+}
+
+void Neighbourhood::unpack() {
+    threads_.for_each(blocks_of(received_.runs.size()), [&](std::size_t block, int) {
+        for (std::size_t r = block * block_size; r < std::min(received_.runs.size(), (block + 1) * block_size); ++r) {
+            const Run& run = received_.runs[r];
+            const double* from = received_.numbers.data() + run.at;
+            for (std::uint32_t slot = run.first_slot; slot < run.first_slot + run.slots; ++slot)
+                for (Vec3d* v : {&exposure_->node[slot].position, &exposure_->motion[slot].velocity, &exposure_->motion[slot].spin})
+                    v->x = *from++, v->y = *from++, v->z = *from++;
+        }
+    });
+}
+
+void Neighbourhood::publish(bool holds) {
+    holds_ = holds;
+    if (comm_.size() == 1) return;
+    pack();
+    messages_.start();
+    vote_.start(holds);
+}
+
+bool Neighbourhood::arrive() {
+    if (comm_.size() == 1) return holds_;
+    const bool all = vote_.finish();
+    messages_.finish();
+    unpack();
+    return all;
+}
+
+const Exposure& Neighbourhood::widen(double reach) {
+    if (comm_.size() == 1) return *exposure_;
+    struct Own {
+        const Window* window;
+        Box box;
+    };
+    std::vector<Own> own;
+    Box mine;
+    for (const Window& w : exposure_->window) {
+        if (!w.own) continue;
+        Box& box = own.emplace_back(&w, Box{}).box;
+        for (std::uint32_t slot = w.first_slot; slot + 1 < w.first_slot + w.slots; ++slot) box.add(box_of(*exposure_, slot));
+        mine.add(box);
+    }
+    const double sides[6] = {mine.least[0], mine.least[1], mine.least[2], mine.most[0], mine.most[1], mine.most[2]};
+    double furthest = 0;
+    for (const double side : sides)
+        if (std::isfinite(side)) furthest = std::max(furthest, std::abs(side));
+    const std::vector<double> gathered = comm_.all_gather(sides);
+    const double margin = reach * (1 + 1e-9) + 1e-12 * furthest; // a pair that rounding makes near is not to be missed
+    const auto ranks = static_cast<std::size_t>(comm_.size());
+    std::vector<std::vector<SceneRun>> runs(ranks);
+    std::vector<std::vector<ExposedNode>> nodes(ranks);
+    for (std::size_t r = 0; r < ranks; ++r) {
+        Box other;
+        std::copy_n(&gathered[6 * r], 3, other.least), std::copy_n(&gathered[6 * r + 3], 3, other.most);
+        if (static_cast<int>(r) == comm_.rank() || !mine.meets(other, margin)) continue;
+        for (const auto& [window, box] : own) {
+            if (!box.meets(other, margin)) continue;
+            const Window& w = *window;
+            for_runs(
+                *exposure_, w, [&](std::uint32_t slot) { return box_of(*exposure_, slot).meets(other, margin); },
+                [&](std::uint32_t first, std::uint32_t count) {
+                    runs[r].push_back({w.first_in_scene + (first - w.first_slot), count});
+                    nodes[r].insert(nodes[r].end(), exposure_->node.begin() + first, exposure_->node.begin() + first + count);
+                    nodes[r].back().radius = -1;
+                });
+        }
+    }
+    std::vector<std::int64_t> run_counts, node_counts;
+    const std::vector<SceneRun> visitors = exchanged(comm_, runs, run_counts);
+    const std::vector<ExposedNode> visiting = exchanged(comm_, nodes, node_counts);
+
+    struct Source {
+        Window window;
+        int rank;
+        const ExposedNode* node;
+    };
+    std::vector<Source> all;
+    for (const Window& w : exposure_->window)
+        if (w.own) all.push_back({w, comm_.rank(), &exposure_->node[w.first_slot]});
+    std::size_t at = 0;
+    const ExposedNode* node = visiting.data();
+    for (int r = 0; r < comm_.size(); ++r)
+        for (std::int64_t i = 0; i < run_counts[static_cast<std::size_t>(r)]; ++i) {
+            const auto [first, count] = visitors[at++];
+            const SceneSlots& scene = exposure_->scene();
+            const std::int64_t gid = scene.gid_at(first);
+            all.push_back({{gid, first, 0, static_cast<std::uint32_t>(count), scene.group_of(gid), false}, r, node});
+            node += count;
+        }
+    std::sort(all.begin(), all.end(),
+              [](const Source& x, const Source& y) { return x.window.first_in_scene < y.window.first_in_scene; });
+    std::vector<Window> windows;
+    wide_rank_.clear();
+    for (const Source& s : all) windows.push_back(s.window), wide_rank_.push_back(s.rank);
+    wide_ = std::make_unique<Exposure>(exposure_->scene(), std::move(windows));
+    for (std::size_t i = 0; i < all.size(); ++i)
+        std::copy_n(all[i].node, all[i].window.slots, wide_->node.begin() + wide_->window[i].first_slot);
+    return *wide_;
+}
+
+std::vector<std::uint32_t> Neighbourhood::narrow(std::span<const std::uint8_t> wanted) {
+    if (comm_.size() == 1) {
+        std::vector<std::uint32_t> same(wanted.size());
+        std::iota(same.begin(), same.end(), 0u);
+        return same;
+    }
+    std::vector<std::uint32_t> now(wide_->slots(), gone);
+    std::vector<Window> windows;
+    std::vector<int> ranks;
+    std::vector<double> radius;
+    const auto keep = [&](const Window& of, int rank, std::uint32_t first, std::uint32_t count) {
+        windows.push_back({of.gid, of.first_in_scene + (first - of.first_slot), 0, count, of.group, of.own});
+        ranks.push_back(rank);
+        for (std::uint32_t slot = first; slot < first + count; ++slot) {
+            now[slot] = static_cast<std::uint32_t>(radius.size());
+            radius.push_back(slot + 1 < first + count ? wide_->node[slot].radius : -1);
+        }
+    };
+    for (std::size_t w = 0; w < wide_->window.size(); ++w) {
+        const Window& window = wide_->window[w];
+        if (window.own) keep(window, wide_rank_[w], window.first_slot, window.slots);
+        else
+            for_runs(
+                *wide_, window, [&](std::uint32_t slot) { return wanted[slot] != 0; },
+                [&](std::uint32_t first, std::uint32_t count) { keep(window, wide_rank_[w], first, count); });
+    }
+    Exposure narrowed(exposure_->scene(), std::move(windows));
+    for (std::size_t slot = 0; slot < radius.size(); ++slot) narrowed.node[slot].radius = radius[slot];
+    exposure_->become(std::move(narrowed));
+    rank_of_ = std::move(ranks);
+    wide_.reset();
+    set_up_messages();
+    pack();
+    messages_.start();
+    messages_.finish();
+    unpack();
+    return now;
+}
+
+void Neighbourhood::set_up_messages() {
+    std::vector<std::vector<SceneRun>> asked(static_cast<std::size_t>(comm_.size()));
+    std::set<std::int64_t> bodies;
+    figures_ = {};
+    std::vector<std::vector<const Window*>> ghosts(asked.size());
+    for (std::size_t w = 0; w < rank_of_.size(); ++w)
+        if (rank_of_[w] != comm_.rank()) ghosts[static_cast<std::size_t>(rank_of_[w])].push_back(&exposure_->window[w]);
+    received_.begin();
+    for (int r = 0; r < comm_.size(); ++r) {
+        for (const Window* ghost : ghosts[static_cast<std::size_t>(r)]) {
+            const Window& window = *ghost;
+            asked[static_cast<std::size_t>(r)].push_back({window.first_in_scene, window.slots});
+            received_.add(window.first_slot, window.slots);
+            bodies.insert(window.gid);
+            figures_.elements += window.slots - 1;
+        }
+        received_.end_of_rank(r);
+    }
+    figures_.bodies = static_cast<std::int64_t>(bodies.size());
+    std::vector<std::int64_t> counts;
+    const std::vector<SceneRun> wanted = exchanged(comm_, asked, counts);
+    std::size_t at = 0;
+    sent_.begin();
+    for (int r = 0; r < comm_.size(); ++r) {
+        for (std::int64_t i = 0; i < counts[static_cast<std::size_t>(r)]; ++i, ++at)
+            sent_.add(exposure_->find(wanted[at].first).value(), static_cast<std::uint32_t>(wanted[at].count));
+        sent_.end_of_rank(r);
+    }
+    messages_ = {}; // before the memory that it uses
+    sent_.settle(), received_.settle();
+    messages_ = RepeatedMessages(comm_, sent_.parts, received_.parts);
+    std::set<int> neighbours;
+    for (const Route* route : {&sent_, &received_})
+        for (const auto& part : route->parts) neighbours.insert(part.rank);
+    figures_.neighbours = static_cast<std::int64_t>(neighbours.size());
+    figures_.messages = static_cast<std::int64_t>(sent_.parts.size());
+    for (const auto& part : sent_.parts) figures_.bytes += static_cast<std::int64_t>(part.bytes.size());
+}
+
+} // namespace skein

@@ -1,0 +1,91 @@
+// The boundary between ranks. A rank's ghosts are the elements of others' bodies that may touch its own: no halo of a domain, so no
+// shape of one can lose a contact. Both ranks work out what such a pair does, so no loads are sent back. Which elements are ghosts
+// changes at renewals of candidates only; in between the same messages go to the same ranks in every step.
+#pragma once
+
+#include "neighbourhood/exposure.hpp"
+#include "parallel/communicator.hpp"
+#include "parallel/messages.hpp"
+#include "parallel/threads.hpp"
+
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <vector>
+
+namespace skein {
+
+/// What this rank has of others, and sends them in a step.
+struct GhostFigures {
+    std::int64_t bodies = 0, elements = 0; ///< ghosts here
+    std::int64_t neighbours = 0;           ///< ranks that ghosts come from, or go to
+    std::int64_t messages = 0, bytes = 0;  ///< sent a step
+};
+
+class Neighbourhood {
+public:
+    static constexpr std::uint32_t gone = UINT32_MAX;
+    static constexpr std::size_t bytes_per_slot = 9 * sizeof(double); ///< of a message: place, velocity, spin
+
+    /// `exposure`: of own bodies. Collective.
+    Neighbourhood(const Communicator& comm, const Threads& threads, std::shared_ptr<Exposure> exposure);
+
+    /// Exposure of own elements starts on its way to the ranks whose ghosts they are, and so does a vote: whether lists of partners
+    /// still hold on all ranks.
+    void publish(bool holds);
+    /// Ghosts are as their owners have exposed them; true where lists hold on all ranks.
+    bool arrive();
+
+    /// Own bodies, and all elements of others that may be within `reach` of them, m: places and radii. Collective.
+    const Exposure& widen(double reach);
+    /// Keeps the elements that are wanted, by slot of widen(), as ghosts, and lets them arrive. Returns where each of its slots is
+    /// now, or `gone`. Collective.
+    std::vector<std::uint32_t> narrow(std::span<const std::uint8_t> wanted);
+
+    const Exposure& exposure() const { return *exposure_; }
+    const GhostFigures& figures() const { return figures_; }
+
+private:
+    /// Consecutive slots on their way: here, and where they begin in a message.
+    struct Run {
+        std::uint32_t first_slot, slots;
+        std::size_t at;
+    };
+    /// Runs of slots in one direction, by rank.
+    struct Route {
+        std::vector<Run> runs;
+        std::vector<double> numbers;
+        std::vector<RepeatedMessages::Part> parts;
+
+        void begin();
+        void add(std::uint32_t first_slot, std::uint32_t slots);
+        /// Behind the runs of a rank. Only when all are there have they a place in memory.
+        void end_of_rank(int rank);
+        void settle();
+
+    private:
+        std::size_t size_ = 0, begun_ = 0;
+        struct Length {
+            int rank;
+            std::size_t first, count; ///< numbers
+        };
+        std::vector<Length> lengths_;
+    };
+    void pack();
+    void unpack();
+    void set_up_messages();
+
+    const Communicator comm_;
+    const Threads& threads_;
+    std::shared_ptr<Exposure> exposure_;
+    std::unique_ptr<Exposure> wide_; ///< between widen and narrow
+    std::vector<int> wide_rank_;     ///< of each of its windows
+    std::vector<int> rank_of_;       ///< of each window of exposure_
+    Route sent_, received_;
+    RepeatedMessages messages_;
+    Vote vote_;
+    bool holds_ = false; ///< of one rank
+    GhostFigures figures_;
+};
+
+} // namespace skein

@@ -1,0 +1,65 @@
+#include "neighbourhood/scene_slots.hpp"
+
+#include <algorithm>
+
+namespace skein {
+
+namespace {
+
+/// The last of those that begin at or before a number; the first begins at 0.
+template <class T> const T& last_before(const std::vector<T>& all, std::int64_t number, std::int64_t T::*first) {
+    return *(std::upper_bound(all.begin(), all.end(), number, [first](std::int64_t n, const T& t) { return n < t.*first; }) - 1);
+}
+
+std::vector<SceneSlots::Alike> alike(std::span<const RodGroup> groups) {
+    std::vector<SceneSlots::Alike> all;
+    for (const RodGroup& group : groups) all.push_back({group.count(), group.slots()});
+    return all;
+}
+
+} // namespace
+
+SceneSlots::SceneSlots(std::span<const RodGroup> groups) : SceneSlots(alike(groups)) {}
+
+SceneSlots::SceneSlots(std::span<const Alike> groups) {
+    std::int64_t block = 0, room = 0; // in the last block
+    for (const auto& [bodies, slots] : groups) {
+        const std::int64_t first = bodies_;
+        groups_.push_back({first, slots_, slots});
+        bodies_ += bodies;
+        slots_ += bodies * slots;
+        const std::int64_t joining = std::min(room / slots, bodies), // the block that the group before has begun
+            left = bodies - joining;
+        room -= joining * slots;
+        if (left == 0) continue;
+        const std::int64_t in_block = std::max<std::int64_t>(1, block_slots / slots);
+        const std::int64_t blocks = (left + in_block - 1) / in_block;
+        runs_.push_back({first + joining, block, block + blocks - 1, in_block});
+        block += blocks;
+        const std::int64_t in_last = (left - 1) % in_block + 1;
+        room = std::max<std::int64_t>(0, block_slots - in_last * slots);
+    }
+}
+
+int SceneSlots::group_of(std::int64_t gid) const {
+    return static_cast<int>(&last_before(groups_, gid, &Group::first_gid) - groups_.data());
+}
+
+std::int64_t SceneSlots::first_slot(std::int64_t gid) const {
+    const Group& g = at(gid);
+    return g.first_slot + (gid - g.first_gid) * g.slots;
+}
+
+std::int64_t SceneSlots::slots_of(std::int64_t gid) const { return at(gid).slots; }
+
+std::int64_t SceneSlots::gid_at(std::int64_t slot) const {
+    const Group& g = last_before(groups_, slot, &Group::first_slot);
+    return g.first_gid + (slot - g.first_slot) / g.slots;
+}
+
+std::int64_t SceneSlots::block_of(std::int64_t gid) const {
+    const Run& run = last_before(runs_, gid, &Run::first_gid);
+    return std::min(run.first_block + (gid - run.first_gid) / run.bodies, run.last_block);
+}
+
+} // namespace skein

@@ -1,0 +1,47 @@
+// Slots of the whole scene by number: those of all bodies one after another, in order of gid. No rank holds an array of them.
+#pragma once
+
+#include "skein/rod/rod_group.hpp"
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+namespace skein {
+
+class SceneSlots {
+public:
+    /// Bodies with equally many slots each.
+    struct Alike {
+        std::int64_t bodies, slots;
+    };
+    explicit SceneSlots(std::span<const Alike> groups);
+    explicit SceneSlots(std::span<const RodGroup> groups);
+
+    std::int64_t bodies() const { return bodies_; }
+    std::int64_t count() const { return slots_; }
+    int group_of(std::int64_t gid) const;
+    std::int64_t first_slot(std::int64_t gid) const; ///< of a body
+    std::int64_t slots_of(std::int64_t gid) const;
+    std::int64_t gid_at(std::int64_t slot) const;
+    /// Number of the body's block. Blocks are consecutive bodies with no more than `block_slots` slots, or one body: loads of a
+    /// block are summed by one task, so sums depend on the scene alone. Rising with gid.
+    std::int64_t block_of(std::int64_t gid) const;
+
+    static constexpr std::int64_t block_slots = 256; ///< what contacts read and write of so many fits the first cache
+
+private:
+    struct Group {
+        std::int64_t first_gid, first_slot, slots; ///< the last of one body
+    };
+    /// Blocks of so many bodies each; bodies of later groups may fill up the last.
+    struct Run {
+        std::int64_t first_gid, first_block, last_block, bodies;
+    };
+    const Group& at(std::int64_t gid) const { return groups_[static_cast<std::size_t>(group_of(gid))]; }
+    std::vector<Group> groups_;
+    std::vector<Run> runs_;
+    std::int64_t bodies_ = 0, slots_ = 0;
+};
+
+} // namespace skein
