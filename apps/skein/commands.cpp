@@ -6,6 +6,7 @@
 #include "partition/partition.hpp"
 #include "scene/scene_file.hpp"
 #include "simulation/machine.hpp"
+#include "simulation/rank_forecast.hpp"
 #include "simulation/self_check.hpp"
 #include "simulation/signals.hpp"
 #include "simulation/summary.hpp"
@@ -161,7 +162,7 @@ int run_command(RunArguments arguments, int& argc, char**& argv) {
     });
 }
 
-int plan_command(PlanArguments arguments) {
+int plan_command(PlanArguments arguments, int& argc, char**& argv) {
     std::string out;
     look_into_directory(arguments.scene, out);
     return alone([&] {
@@ -172,7 +173,14 @@ int plan_command(PlanArguments arguments) {
         const std::vector<RodGroup> groups = make_whole_groups(scene);
         const Plan plan = make_plan(
             scene, groups, {ranks, threads, std::max(threads, cores / ranks), lanes_for(arguments.lanes), {}, arguments.mapping});
-        std::printf("%s", (arguments.json ? to_json(plan) : to_text(plan)).c_str());
+        if (arguments.ranks == 0 && arguments.machine.empty()) {
+            std::printf("%s", (arguments.json ? to_json(plan) : to_text(plan)).c_str());
+            return;
+        }
+        const MachineFile machine = arguments.machine.empty() ? MachineFile{} : read_machine_file(arguments.machine);
+        const MpiSession session(argc, argv); // of this process alone, as steps are made
+        const RankForecast forecast = forecast_ranks(plan, groups, ranks, machine);
+        std::printf("%s", (arguments.json ? to_json(plan, forecast) : to_text(plan) + to_text(forecast)).c_str());
     });
 }
 

@@ -26,6 +26,7 @@ struct PlanArguments {
     SceneArguments scene;
     bool json = false;
     int ranks = 0, threads = 0, lanes = 0; ///< 0: those of this machine
+    std::string machine;                   ///< file of netcal; empty: a common network
     Mapping mapping = Mapping::automatic;
 };
 struct BranchArguments {
@@ -49,7 +50,7 @@ void look_into_directory(SceneArguments& scene, std::string& out);
 int run_command(RunArguments arguments, int& argc, char**& argv);
 int branch_command(const BranchArguments& arguments, int& argc, char**& argv);
 int verify_command(const VerifyArguments& arguments, int& argc, char**& argv);
-int plan_command(PlanArguments arguments);
+int plan_command(PlanArguments arguments, int& argc, char**& argv);
 /// Steps the known scene on this build, processor and ranks.
 int self_check_command(int threads, int lanes, int& argc, char**& argv);
 int check_command(SceneArguments arguments);

@@ -134,7 +134,10 @@ int main(int argc, char** argv) {
     CLI::App* plan_command = app.add_subcommand("plan", "print what a run would do");
     add_scene_options(*plan_command, plan.scene);
     plan_command->add_flag("--json", plan.json, "as JSON");
-    plan_command->add_option("--ranks", plan.ranks, "number of ranks to plan for")->check(CLI::PositiveNumber);
+    plan_command->add_option("--ranks", plan.ranks, "number of ranks to plan for: rods, ghosts, messages, memory and time of each")
+        ->check(CLI::PositiveNumber);
+    plan_command->add_option("--machine", plan.machine, "what messages cost there: a file that bench/scaling/netcal has written")
+        ->type_name("FILE");
     plan_command->add_option("-t,--threads", plan.threads, "threads per rank")->check(CLI::PositiveNumber);
     add_lanes(*plan_command, plan.lanes);
     add_mapping(*plan_command, plan.mapping);
@@ -174,7 +177,7 @@ int main(int argc, char** argv) {
     if (verify_command->parsed()) return skein::verify_command(verify, argc, argv);
     if (check_command->parsed() && self) return skein::self_check_command(self_threads, self_lanes, argc, argv);
     if (!first_process()) return 0;
-    if (plan_command->parsed()) return skein::plan_command(plan);
+    if (plan_command->parsed()) return skein::plan_command(plan, argc, argv);
     if (check_command->parsed()) return skein::check_command(check);
     if (describe_command->parsed()) return skein::describe_command(describe);
     if (info_command->parsed()) return skein::info_command(info_scene);

@@ -68,6 +68,8 @@ public:
     /// Pairs of all that may be near. Marks slots of ghosts that are in some pair. Returns the number of pairs whose first body is
     /// own and that do not touch.
     virtual std::int64_t search(const Exposure& near, std::span<std::uint8_t> wanted) = 0;
+    /// Pairs of the last search, until they are settled.
+    virtual const Candidates& found() const = 0;
     /// The list is that of the search; `slot`: by slot of `near`, where it is among `bodies` now. `idle`: sum of search() over
     /// ranks.
     virtual void settle(const Exposure& bodies, std::span<const std::uint32_t> slot, std::int64_t idle) = 0;

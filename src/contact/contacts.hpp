@@ -23,6 +23,7 @@ public:
     double next_skin() override;
     void let_go(const Exposure& bodies) override;
     std::int64_t search(const Exposure& near, std::span<std::uint8_t> wanted) override;
+    const Candidates& found() const override { return found_; }
     void settle(const Exposure& bodies, std::span<const std::uint32_t> slot, std::int64_t idle) override;
     void restore(std::span<const KeptContact> kept, double rubbed = 0, double damped = 0) override;
     std::vector<KeptContact> kept(const Exposure& bodies) const override;

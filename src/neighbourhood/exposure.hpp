@@ -83,6 +83,7 @@ public:
     /// Other windows, with the same own bodies among them: the own ones' slots keep what they show.
     void become(Exposure&& other);
 
+    static constexpr std::size_t sent_numbers_per_slot = 9; ///< of ghosts: place, velocity, spin
     static constexpr double bytes_per_slot = sizeof(ExposedNode) + sizeof(ExposedMotion) + sizeof(std::int32_t);
 
 private:

@@ -76,7 +76,7 @@ void Neighbourhood::Route::begin() {
 
 void Neighbourhood::Route::add(std::uint32_t first_slot, std::uint32_t slots) {
     runs.push_back({first_slot, slots, size_});
-    size_ += 9 * std::size_t{slots};
+    size_ += Exposure::sent_numbers_per_slot * slots;
 }
 
 void Neighbourhood::Route::end_of_rank(int rank) {
@@ -283,6 +283,16 @@ void Neighbourhood::set_up_messages() {
     figures_.neighbours = static_cast<std::int64_t>(neighbours.size());
     figures_.messages = static_cast<std::int64_t>(sent_.parts.size());
     for (const auto& part : sent_.parts) figures_.bytes += static_cast<std::int64_t>(part.bytes.size());
+}
+
+std::vector<GhostFigures> Neighbourhood::figures_of_ranks() const {
+    std::vector<GhostFigures> all(static_cast<std::size_t>(comm_.size()));
+    for (const auto of : {&GhostFigures::bodies, &GhostFigures::elements, &GhostFigures::neighbours, &GhostFigures::messages,
+                          &GhostFigures::bytes}) {
+        const std::vector<std::int64_t> values = comm_.all_gather(figures_.*of);
+        for (std::size_t r = 0; r < all.size(); ++r) all[r].*of = values[r];
+    }
+    return all;
 }
 
 } // namespace skein

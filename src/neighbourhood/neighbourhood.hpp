@@ -25,7 +25,6 @@ struct GhostFigures {
 class Neighbourhood {
 public:
     static constexpr std::uint32_t gone = UINT32_MAX;
-    static constexpr std::size_t bytes_per_slot = 9 * sizeof(double); ///< of a message: place, velocity, spin
 
     /// `exposure`: of own bodies. Collective.
     Neighbourhood(const Communicator& comm, const Threads& threads, std::shared_ptr<Exposure> exposure);
@@ -44,6 +43,8 @@ public:
 
     const Exposure& exposure() const { return *exposure_; }
     const GhostFigures& figures() const { return figures_; }
+    /// Collective.
+    std::vector<GhostFigures> figures_of_ranks() const;
 
 private:
     /// Consecutive slots on their way: here, and where they begin in a message.

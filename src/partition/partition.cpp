@@ -99,8 +99,8 @@ private:
 };
 
 /// Where the pieces of ranks 1, 2, ... begin: piece r with the first rod that has at least r/P of the whole weight before it.
-/// So every piece is within one rod of its share. All cuts are bisected at once, in the numbers (key, gid).
-std::vector<Keyed> find_cuts(const Communicator& comm, const Roster& roster, std::span<const Keyed> rods) {
+/// So every of `pieces` is within one rod of its share. All cuts are bisected at once, in the numbers (key, gid).
+std::vector<Keyed> find_cuts(const Communicator& comm, const Roster& roster, std::span<const Keyed> rods, int pieces) {
     using Place = unsigned __int128;
     const WeightBefore weight_before(comm, roster, rods);
     const int gid_bits = std::bit_width(static_cast<std::uint64_t>(roster.count()));
@@ -109,7 +109,7 @@ std::vector<Keyed> find_cuts(const Communicator& comm, const Roster& roster, std
         return Keyed{static_cast<std::uint64_t>(place >> gid_bits), static_cast<std::int64_t>(gid)};
     };
 
-    const auto cuts = static_cast<std::size_t>(comm.size() - 1);
+    const auto cuts = static_cast<std::size_t>(pieces - 1);
     const std::int64_t whole = weight_before.total();
     std::vector<Place> low(cuts, 0), high(cuts, Place(1) << (63 + gid_bits));
     std::vector<Keyed> middle(cuts);
@@ -118,7 +118,7 @@ std::vector<Keyed> find_cuts(const Communicator& comm, const Roster& roster, std
         const auto weights = weight_before(middle);
         for (std::size_t c = 0; c < cuts; ++c) {
             const Place place = low[c] + (high[c] - low[c]) / 2;
-            if (weights[c] >= block_begin(whole, static_cast<int>(c) + 1, comm.size())) high[c] = place;
+            if (weights[c] >= block_begin(whole, static_cast<int>(c) + 1, pieces)) high[c] = place;
             else low[c] = place + 1;
         }
     }
@@ -198,7 +198,7 @@ void keep_own_rods(const Communicator& comm, std::span<RodGroup> groups, std::sp
 std::vector<LocalRod> partition(const Communicator& comm, std::span<const RodGroup> groups) {
     const Roster roster(groups);
     const auto rods = key_block(comm, groups);
-    const auto owned = send_to_owners(comm, rods, find_cuts(comm, roster, rods));
+    const auto owned = send_to_owners(comm, rods, find_cuts(comm, roster, rods, comm.size()));
 
     std::vector<LocalRod> local;
     for (const Keyed& rod : owned) {
@@ -207,6 +207,17 @@ std::vector<LocalRod> partition(const Communicator& comm, std::span<const RodGro
     }
     std::stable_sort(local.begin(), local.end(), [](const LocalRod& a, const LocalRod& b) { return a.group < b.group; });
     return local;
+}
+
+std::vector<int> owners(std::span<const RodGroup> groups, int ranks) {
+    const Communicator alone = Communicator::alone();
+    const Roster roster(groups);
+    const auto rods = key_block(alone, groups);
+    const auto cuts = find_cuts(alone, roster, rods, ranks);
+    std::vector<int> owner(static_cast<std::size_t>(roster.count()));
+    for (const Keyed& rod : rods)
+        owner[static_cast<std::size_t>(rod.gid)] = static_cast<int>(std::upper_bound(cuts.begin(), cuts.end(), rod) - cuts.begin());
+    return owner;
 }
 
 } // namespace skein

@@ -20,6 +20,8 @@ namespace skein {
 /// O(N/P) memory and time per rank: each rank keys its index block of every group, the cuts are found by bisection on (key, gid)
 /// with collective weight sums, and owners receive their rods in one all_to_all. Collective.
 std::vector<LocalRod> partition(const Communicator& comm, std::span<const RodGroup> groups);
+/// Rank of each rod, by gid, that so many ranks would give it; worked out by this one alone.
+std::vector<int> owners(std::span<const RodGroup> groups, int ranks);
 
 /// Reads what files say of the rods: each rank its index block of a group (see IndexBlocks), and all agree on what depends on every
 /// rod. Groups that have been read, or have no file, are left alone. Throws InputError on all ranks alike. Collective.

@@ -432,9 +432,11 @@ Plan make_plan(const SceneSpec& as_given, std::span<const RodGroup> groups, cons
     plan.walls = expanded(scene.walls);
     if (plan.contact || !plan.walls.empty())
         plan.outlook = contact_outlook(scene, plan.contact_laws ? &*plan.contact_laws : nullptr, groups);
+    if (plan.contact) plan.interactions.emplace_back(interact::Contacts{});
+    if (!plan.walls.empty()) plan.interactions.emplace_back(interact::Walls{});
     find_families(plan, groups);
     weigh(plan, groups, scene);
-    const double ns = lay_out(plan);
+    double ns = lay_out(plan);
     for (const GroupPlan& p : plan.groups) {
         plan.rods += p.rods;
         plan.elements += p.rods * p.elements;
@@ -451,6 +453,9 @@ Plan make_plan(const SceneSpec& as_given, std::span<const RodGroup> groups, cons
         nodes += slots;
         tip_values += 3.0 * static_cast<double>(p.rods);
     }
+    for (const InteractionSpec& interaction : plan.interactions)
+        ns += predicted_ns(interaction) * static_cast<double>(plan.elements) /
+              (machine.ranks * std::min(machine.threads, machine.cores));
     if (plan.copy_bytes > machine.ranks * most_copied_bytes) plan.copy_bytes = 0;
     choose_step(plan, scene);
     plan.cadence = cadence_of(scene.output, plan.dt);

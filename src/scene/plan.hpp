@@ -80,7 +80,8 @@ struct Plan {
     std::size_t governing = 0; ///< group whose limit is smallest
     std::int64_t steps = 0;
     Cadence cadence;
-    Keeping keeping;                         ///< of checkpoints
+    Keeping keeping; ///< of checkpoints
+    std::vector<InteractionSpec> interactions;
     std::optional<ContactSpec> contact;      ///< of rods with each other; absent: nothing is searched, kept or sent
     std::optional<ContactLaws> contact_laws; ///< by pair of groups
     bool automatic_stiffness = false;        ///< of `contact`: found from what presses

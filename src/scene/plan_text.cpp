@@ -1,6 +1,7 @@
 #include "scene/plan.hpp"
 
 #include "core/level.hpp"
+#include "neighbourhood/exposure.hpp"
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
@@ -92,6 +93,17 @@ std::string wall_text(const Wall& wall, double overlap) {
     return text;
 }
 
+/// Between the passes before `expose` and those after it.
+std::string coupling_text(const Plan& p) {
+    std::string text =
+        p.machine.ranks > 1 ? fmt::format("ghosts, {} B each", Exposure::sent_numbers_per_slot * sizeof(double)) : "";
+    for (const InteractionSpec& interaction : p.interactions) {
+        text += fmt::format("{}{}", text.empty() ? "" : " | ", name_of(interaction));
+        if (const double ns = predicted_ns(interaction); ns > 0) text += fmt::format(", {:g} ns an element", ns);
+    }
+    return text;
+}
+
 } // namespace
 
 std::string to_text(const Plan& p) {
@@ -136,6 +148,7 @@ std::string to_text(const Plan& p) {
     }
     for (std::size_t w = 0; w < p.walls.size(); ++w) line("wall", wall_text(p.walls[w], p.outlook.wall_overlaps[w]));
     if (steps_together(p)) line("protocol", "one step per visit: rods wait for each other");
+    if (p.contact) line("coupling", coupling_text(p));
     if (p.integrator != Integrator::verlet)
         line("integrator", fmt::format("{}, limits times {:.4g}", integrator_names[static_cast<std::size_t>(p.integrator)],
                                        scheme_of(p.integrator).stability));
@@ -194,6 +207,8 @@ std::string to_json(const Plan& p) {
                          {"moves", wall.moves_steadily()},
                          {"expected_overlap", p.outlook.wall_overlaps[w]}});
     }
+    nlohmann::ordered_json coupling = nlohmann::ordered_json::array();
+    for (const InteractionSpec& interaction : p.interactions) coupling.push_back(name_of(interaction));
     const nlohmann::ordered_json json = {
         {"title", p.title},
         {"machine",
@@ -216,6 +231,7 @@ std::string to_json(const Plan& p) {
                                       : nlohmann::ordered_json()},
         {"walls", walls},
         {"steps_together", steps_together(p)},
+        {"coupling", coupling},
         {"dt", p.dt},
         {"limit", p.limit},
         {"automatic_dt", p.automatic_dt},

@@ -46,7 +46,6 @@ double predicted_ns(const PassSpec& pass) {
                                  },
                                  [](const pass::Elastic& p) { return p.law == Law::rigid ? 0 : elastic_ns; },
                                  [](const pass::ApplyLoad&) { return load_ns; }, [](pass::Walls) { return walls_ns; },
-                                 [](pass::TakeLoads) { return contact_ns; },
                                  [](const pass::Kick& p) {
                                      if (p.kind == KickKind::rigid) return 0.0;
                                      const bool plain = p.kind == KickKind::undamped || p.kind == KickKind::constant_rates;
@@ -55,6 +54,14 @@ double predicted_ns(const PassSpec& pass) {
                                  [](const pass::Filter& p) { return filter_ns + filter_order_ns * static_cast<double>(p.order); },
                                  [](const auto&) { return 0.0; }},
                       pass);
+}
+
+std::string_view name_of(const InteractionSpec& interaction) {
+    return std::visit([]<class Named>(const Named&) { return Named::name; }, interaction);
+}
+
+double predicted_ns(const InteractionSpec& interaction) {
+    return std::holds_alternative<interact::Contacts>(interaction) ? contact_ns : 0;
 }
 
 std::vector<std::string_view> GroupProgram::names() const {

@@ -108,6 +108,26 @@ struct GroupProgram {
     std::vector<std::string_view> names() const;
 };
 
+namespace interact {
+
+/// Loads of rods that touch on each other.
+struct Contacts {
+    static constexpr std::string_view name = "contacts";
+};
+/// Accounts of walls, and the servos that drive some of them.
+struct Walls {
+    static constexpr std::string_view name = "walls";
+};
+
+} // namespace interact
+
+/// What rods do to each other between `before` and `after`, or to walls; interactions are made from these, in this order.
+using InteractionSpec = std::variant<interact::Contacts, interact::Walls>;
+
+std::string_view name_of(const InteractionSpec& interaction);
+/// Expected time per element-step and core, ns: for predictions only.
+double predicted_ns(const InteractionSpec& interaction);
+
 /// Parts of a scene that decide which passes a group has, besides its own.
 struct ProgramNeeds {
     std::span<const Load> loads;      ///< that act on the group

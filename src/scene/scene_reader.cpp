@@ -278,4 +278,14 @@ SceneSpec read_tables(const TomlValue& root, Problems& problems) {
     return scene;
 }
 
+MachineFile read_machine_tables(const TomlValue& root, Problems& problems) {
+    MachineFile file;
+    TomlReader reader(problems);
+    reader.begin(root, "", "the machine file", {root.place.text, 1, 1, 1});
+    read_table(reader, problems, "network", file.network, true);
+    read_table(reader, problems, "machine", file.machine, false);
+    reader.leave();
+    return file;
+}
+
 } // namespace skein

@@ -1,6 +1,8 @@
-// Fills a SceneSpec from a TOML tree, table by table; what does not fit the keys' descriptions goes to `problems`.
+// Fills a SceneSpec, or a MachineFile, from a TOML tree, table by table; what does not fit the keys' descriptions goes to
+// `problems`.
 #pragma once
 
+#include "scene/machine_file.hpp"
 #include "scene/problems.hpp"
 #include "scene/scene_spec.hpp"
 #include "scene/scene_toml.hpp"
@@ -8,5 +10,6 @@
 namespace skein {
 
 SceneSpec read_tables(const TomlValue& root, Problems& problems);
+MachineFile read_machine_tables(const TomlValue& root, Problems& problems);
 
 } // namespace skein

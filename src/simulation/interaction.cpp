@@ -8,10 +8,21 @@
 
 namespace skein {
 
+namespace {
+
+std::unique_ptr<Interaction> make_interaction(interact::Contacts, const InteractionParts& parts) {
+    return std::make_unique<ContactInteraction>(parts);
+}
+std::unique_ptr<Interaction> make_interaction(interact::Walls, const InteractionParts& parts) {
+    return std::make_unique<WallInteraction>(parts);
+}
+
+} // namespace
+
 Interactions make_interactions(const InteractionParts& parts) {
     Interactions all;
-    if (parts.around.exposure) all.push_back(std::make_unique<ContactInteraction>(parts));
-    if (parts.around.walls) all.push_back(std::make_unique<WallInteraction>(parts));
+    for (const InteractionSpec& spec : parts.plan.interactions)
+        all.push_back(std::visit([&](const auto& kind) { return make_interaction(kind, parts); }, spec));
     return all;
 }
 

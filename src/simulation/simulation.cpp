@@ -478,6 +478,7 @@ void Simulation::write_summary(const RunResult& result) {
     figures.rod_bytes = comm_.sum(static_cast<std::int64_t>(rods_->bytes()));
     figures.resident_bytes = comm_.sum(resident_bytes());
     figures.overlaps = largest_overlaps(comm_, interactions_);
+    if (neighbourhood_ && comm_.size() > 1) figures.ghosts = neighbourhood_->figures_of_ranks();
     on_root(comm_, [&] {
         write_file(options_.out + "/summary.json", summary_json(figures));
         if (!options_.quiet) std::printf("%s", timing_table(figures).c_str());

@@ -76,6 +76,18 @@ std::string summary_json(const RunFigures& f) {
           {"resident_bytes", f.resident_bytes}}},
         {"output", nlohmann::ordered_json::parse(f.output)},
         {"observables", observables}};
+    if (!f.ghosts.empty()) {
+        const auto of_ranks = [&](std::int64_t GhostFigures::*of) {
+            std::vector<std::int64_t> values;
+            for (const GhostFigures& rank : f.ghosts) values.push_back(rank.*of);
+            return values;
+        };
+        json["ghosts"] = {{"rods", of_ranks(&GhostFigures::bodies)},
+                          {"elements", of_ranks(&GhostFigures::elements)},
+                          {"neighbours", of_ranks(&GhostFigures::neighbours)},
+                          {"messages", of_ranks(&GhostFigures::messages)},
+                          {"bytes", of_ranks(&GhostFigures::bytes)}};
+    }
     if (!f.ancestry.empty()) json["ancestry"] = nlohmann::ordered_json::parse(f.ancestry);
     return json.dump(2) + "\n";
 }
@@ -119,6 +131,16 @@ std::string timing_table(const RunFigures& f) {
         if (o.overlap > 0)
             fmt::format_to(out, "largest overlap {} {:.3g} of the diameter; the step allows for {:g}\n",
                            o.of == "rods" ? "of rods" : fmt::format("with wall '{}'", o.of), o.overlap, o.allowed);
+    if (!f.ghosts.empty()) {
+        GhostFigures most;
+        for (const GhostFigures& rank : f.ghosts)
+            for (const auto of : {&GhostFigures::bodies, &GhostFigures::elements, &GhostFigures::neighbours,
+                                  &GhostFigures::messages, &GhostFigures::bytes})
+                most.*of = std::max(most.*of, rank.*of);
+        fmt::format_to(out,
+                       "ghosts of a rank, at most: {} elements of {} rods, {} neighbours; {} messages with {} bytes sent a step\n",
+                       most.elements, most.bodies, most.neighbours, most.messages, most.bytes);
+    }
     fmt::format_to(out, "step {}  digest {}\n", f.result.step, digest_text(f.result.digest));
     return text;
 }

@@ -1,6 +1,7 @@
 // What a run leaves behind in figures: summary.json for programs, a timing table for people.
 #pragma once
 
+#include "neighbourhood/neighbourhood.hpp"
 #include "scene/plan.hpp"
 #include "simulation/simulation.hpp"
 
@@ -31,6 +32,7 @@ struct RunFigures {
     std::int64_t rod_bytes = 0;                ///< state and scratch, all ranks
     std::int64_t resident_bytes = 0;           ///< resident set, all ranks
     std::vector<LargestOverlap> overlaps = {}; ///< of contacts and walls, in this run
+    std::vector<GhostFigures> ghosts = {};     ///< by rank, at the end; none where ranks do not meet
 };
 
 std::string summary_json(const RunFigures& figures);
