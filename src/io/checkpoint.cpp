@@ -12,6 +12,7 @@
 #include <algorithm>
 #include <cstring>
 #include <future>
+#include <numeric>
 #include <optional>
 #include <unistd.h>
 
@@ -21,7 +22,7 @@ namespace {
 
 const std::string format_name = "skein-checkpoint";
 /// 2: directors are quaternions; with an audit, its sums.
-constexpr std::int64_t format_version = 2;
+constexpr std::int64_t format_version = 3, oldest_version = 2; // before 3 rows of kept numbers stood behind the numbers
 
 // A slab is a run of a group's rods that is moved between owners and file at a time: enough for full bandwidth, little
 // beside the state itself.
@@ -220,17 +221,51 @@ H5Box part_of(const Communicator& comm, std::size_t count) {
     return {{begin}, {end - begin}};
 }
 
+/// Of the rows of all ranks, this one's from number `first` on. Collective.
+std::uint64_t digest_of_rows(const Communicator& comm, std::uint64_t first, const KeptNumbers& kept) {
+    return comm.sum_wrapping(sum_of_hashes(static_cast<std::int64_t>(first), kept.rows, kept.columns));
+}
+
+void write_rows(const Communicator& comm, H5File& file, const std::string& dataset, const KeptNumbers& kept) {
+    const std::vector<std::int64_t> rows = comm.all_gather(static_cast<std::int64_t>(kept.rows.size() / kept.columns));
+    const auto mine = rows.begin() + comm.rank();
+    const auto first = static_cast<std::uint64_t>(std::accumulate(rows.begin(), mine, std::int64_t{0}));
+    const std::int64_t all = std::accumulate(rows.begin(), rows.end(), std::int64_t{0});
+    file.make_dataset(dataset, H5Type::float64, {std::max<std::uint64_t>(1, static_cast<std::uint64_t>(all)), kept.columns});
+    file.set(dataset, "rows", all);
+    file.set(dataset, "columns", static_cast<std::int64_t>(kept.columns));
+    file.set(dataset, "digest", digest_of_rows(comm, first, kept));
+    if (all > 0)
+        file.write(dataset, H5Type::float64, {{first, 0}, {static_cast<std::uint64_t>(*mine), kept.columns}}, kept.rows.data());
+}
+
 void write_kept(const Communicator& comm, H5File& file, const KeptNumbers& kept) {
     const std::string dataset = kept_dataset(kept);
     file.make_dataset(dataset, H5Type::float64, {std::max<std::uint64_t>(1, kept.numbers.size())});
     file.set(dataset, "digest", hash_numbers(0, kept.numbers));
     file.set(dataset, "count", static_cast<std::int64_t>(kept.numbers.size()));
-    if (kept.numbers.empty()) return;
-    const H5Box box = part_of(comm, kept.numbers.size());
-    file.write(dataset, H5Type::float64, box, kept.numbers.data() + box.start[0]);
+    if (!kept.numbers.empty()) {
+        const H5Box box = part_of(comm, kept.numbers.size());
+        file.write(dataset, H5Type::float64, box, kept.numbers.data() + box.start[0]);
+    }
+    if (kept.columns > 0) write_rows(comm, file, dataset + "_rows", kept);
 }
 
-void read_kept(const H5File& file, const std::string& path, KeptNumbers& kept) {
+void read_rows(const Communicator& comm, const H5File& file, const std::string& path, const std::string& dataset,
+               KeptNumbers& kept) {
+    std::int64_t rows = 0, columns = 0;
+    std::uint64_t written = 0;
+    file.get(dataset, "rows", rows);
+    file.get(dataset, "columns", columns);
+    file.get(dataset, "digest", written);
+    const H5Box part = part_of(comm, static_cast<std::size_t>(rows));
+    kept.columns = static_cast<std::size_t>(columns);
+    kept.rows.resize(part.count[0] * kept.columns);
+    if (rows > 0) file.read(dataset, H5Type::float64, {{part.start[0], 0}, {part.count[0], kept.columns}}, kept.rows.data());
+    if (digest_of_rows(comm, part.start[0], kept) != written) throw IoError(path + ": " + dataset + " is damaged");
+}
+
+void read_kept(const Communicator& comm, const H5File& file, const std::string& path, KeptNumbers& kept) {
     const std::string dataset = kept_dataset(kept);
     std::int64_t count = 0;
     std::uint64_t written = 0;
@@ -239,6 +274,7 @@ void read_kept(const H5File& file, const std::string& path, KeptNumbers& kept) {
     kept.numbers.resize(static_cast<std::size_t>(count));
     if (count > 0) file.read(dataset, H5Type::float64, {{0}, {static_cast<std::uint64_t>(count)}}, kept.numbers.data());
     if (hash_numbers(0, kept.numbers) != written) throw IoError(path + ": " + dataset + " is damaged");
+    if (file.has(dataset + "_rows")) read_rows(comm, file, path, dataset + "_rows", kept);
 }
 
 std::uint64_t file_bytes(const Communicator& comm, std::span<const RodGroup> groups, const Rods& rods, const CheckpointInfo& info) {
@@ -246,7 +282,9 @@ std::uint64_t file_bytes(const Communicator& comm, std::span<const RodGroup> gro
     for (const RodGroup& group : groups)
         for (const Record& record : records_of(comm, group, rods, info.audited_from.has_value()))
             bytes += static_cast<std::uint64_t>(group.count()) * record.bytes();
-    for (const KeptNumbers& kept : info.kept) bytes += kept.numbers.size() * sizeof(double);
+    for (const KeptNumbers& kept : info.kept)
+        bytes += kept.numbers.size() * sizeof(double) +
+                 static_cast<std::uint64_t>(comm.sum(static_cast<std::int64_t>(kept.rows.size() * sizeof(double))));
     return bytes;
 }
 
@@ -395,8 +433,9 @@ CheckpointInfo read_info(const H5File& file, const std::string& path) {
     if (format != format_name) throw IoError(path + ": is no checkpoint (format \"" + format + "\")");
     std::int64_t version = 0;
     file.get("/", "version", version);
-    if (version != format_version)
-        throw InputError(fmt::format("{}: version {} of the format; this program reads version {}", path, version, format_version));
+    if (version < oldest_version || version > format_version)
+        throw InputError(fmt::format("{}: version {} of the format; this program reads versions {} to {}", path, version,
+                                     oldest_version, format_version));
 
     CheckpointInfo info;
     info.file = path;
@@ -442,7 +481,7 @@ CheckpointInfo load_checkpoint(const Communicator& comm, const std::string& path
     accept(info);
     if (read_state(comm, file, path, groups, info.audited_from.has_value(), rods, &rods) != info.digest)
         throw IoError(path + ": the digest of the whole state differs");
-    for (const std::string& name : kept) read_kept(file, path, info.kept.emplace_back(KeptNumbers{name, {}}));
+    for (const std::string& name : kept) read_kept(comm, file, path, info.kept.emplace_back(KeptNumbers{.name = name}));
     file.close();
     return info;
 }

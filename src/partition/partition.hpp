@@ -91,6 +91,27 @@ private:
     UnsetArray<std::byte> block_, sent_;
 };
 
+/// Ways to owners of bodies that only their gids tell of: every rank knows those of its block of gids.
+class OwnerDirectory {
+public:
+    /// `own`: gids; each of [0, bodies) is owned by one rank. Collective.
+    OwnerDirectory(const Communicator& comm, std::span<const std::int64_t> own, std::int64_t bodies);
+
+    /// Records of bodies with these gids to the ranks whose blocks they are in: all of lower gids come to lower ranks. Collective.
+    std::vector<std::byte> to_blocks(std::span<const std::byte> records, std::size_t record_bytes,
+                                     std::span<const std::int64_t> gids) const;
+    /// The same to the ranks that own the bodies. Collective.
+    std::vector<std::byte> to_owners(std::span<const std::byte> records, std::size_t record_bytes,
+                                     std::span<const std::int64_t> gids) const;
+
+private:
+    int block_of(std::int64_t gid) const;
+
+    Communicator comm_;
+    std::int64_t bodies_;
+    std::vector<int> owner_; ///< of the gids of this rank's block
+};
+
 /// Rows of numbers of this rank's block of a group, of what the owners of its rods alone may know: row(index, out) of each owned
 /// rod. Collective.
 template <class Row> std::vector<double> rows_of_owners(const IndexBlocks& blocks, std::span<const std::int64_t> owned_indices,

@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstring>
 #include <functional>
 #include <limits>
 #include <tuple>
@@ -16,6 +17,13 @@ namespace skein {
 namespace {
 
 constexpr std::size_t contact_size = 11; ///< two slots, what, memory
+using Row = std::array<double, contact_size>;
+
+std::vector<Row> rows_of(std::span<const std::byte> bytes) {
+    std::vector<Row> rows(bytes.size() / sizeof(Row));
+    if (!rows.empty()) std::memcpy(rows.data(), bytes.data(), bytes.size());
+    return rows;
+}
 
 /// Rows of numbers of all ranks, put in order.
 template <std::size_t columns, class Before = std::less<>> std::vector<std::array<double, columns>>
@@ -63,6 +71,13 @@ void ContactInteraction::find_partners(const Exposure& near, std::span<std::uint
 void ContactInteraction::settle(std::span<const std::uint32_t> slot) {
     loads_->load.resize(exposure_->slots());
     contacts_->settle(*exposure_, slot, comm_.sum(idle_));
+}
+
+OwnerDirectory ContactInteraction::directory() const {
+    std::vector<std::int64_t> own;
+    for (const Window& w : exposure_->window)
+        if (w.own) own.push_back(w.gid);
+    return OwnerDirectory(comm_, own, all_rods_);
 }
 
 void ContactInteraction::add_own(const Step& step) { contacts_->begin(*exposure_, step.time, step.kick, loads_->load); }
@@ -167,28 +182,49 @@ void ContactInteraction::forces(std::int64_t gid, std::span<Vec3d> out) const {
 
 KeptNumbers ContactInteraction::kept() const {
     const ContactFigures f = contacts_->figures();
-    std::vector<std::array<double, contact_size>> mine;
+    std::vector<Row> mine;
+    std::vector<std::int64_t> first_body;
     for (const KeptContact& c : contacts_->kept(*exposure_)) {
         const ContactMemory<double>& m = c.memory;
         mine.push_back({double(c.a), double(c.b), double(c.what), m.x.x, m.x.y, m.x.z, m.stiffness, m.beside.x, m.beside.y,
                         m.beside.z, m.dashpot});
+        first_body.push_back(exposure_->scene().gid_at(c.a));
     }
-    std::vector<double> numbers = exact_sums(comm_, std::vector<std::vector<double>>{{f.rubbed}, {f.damped}});
-    for (const auto& r : gathered_rows(comm_, mine)) numbers.insert(numbers.end(), r.begin(), r.end());
-    return {kept_name(), std::move(numbers), 2};
+    std::vector<Row> rows = rows_of(directory().to_blocks(std::as_bytes(std::span(mine)), sizeof(Row), first_body));
+    std::sort(rows.begin(), rows.end());
+    KeptNumbers kept{.name = kept_name(),
+                     .numbers = exact_sums(comm_, std::vector<std::vector<double>>{{f.rubbed}, {f.damped}}),
+                     .sums = 2,
+                     .columns = contact_size,
+                     .rows = {}};
+    for (const Row& row : rows) kept.rows.insert(kept.rows.end(), row.begin(), row.end());
+    return kept;
 }
 
-void ContactInteraction::recall(std::span<const double> numbers) {
+void ContactInteraction::recall(const KeptNumbers& kept) {
     forces_lost_ = true;
+    std::vector<Row> mine;
+    std::vector<std::int64_t> body;
+    const auto take = [&](std::span<const double> numbers) {
+        for (std::size_t i = 0; i + contact_size <= numbers.size(); i += contact_size) {
+            Row row;
+            std::copy_n(numbers.begin() + static_cast<std::ptrdiff_t>(i), contact_size, row.begin());
+            for (const std::size_t end : {0, 1}) // to the owners of both
+                mine.push_back(row), body.push_back(exposure_->scene().gid_at(static_cast<std::int64_t>(row[end])));
+        }
+    };
+    take(kept.rows);
+    if (comm_.root()) take(std::span(kept.numbers).subspan(2)); // of an earlier format
+    std::vector<Row> rows = rows_of(directory().to_owners(std::as_bytes(std::span(mine)), sizeof(Row), body));
+    std::sort(rows.begin(), rows.end());
+    rows.erase(std::unique(rows.begin(), rows.end()), rows.end());
     std::vector<KeptContact> contacts;
-    for (std::size_t i = 2; i + contact_size <= numbers.size(); i += contact_size) {
-        const double* n = numbers.data() + i;
+    for (const Row& n : rows)
         contacts.push_back({static_cast<std::int64_t>(n[0]),
                             static_cast<std::int64_t>(n[1]),
                             static_cast<std::uint32_t>(n[2]),
                             {{n[3], n[4], n[5]}, n[6], {n[7], n[8], n[9]}, n[10]}});
-    }
-    if (comm_.root()) contacts_->restore(contacts, numbers[0], numbers[1]); // sums of all ranks
+    if (comm_.root()) contacts_->restore(contacts, kept.numbers[0], kept.numbers[1]); // sums of all ranks
     else contacts_->restore(contacts);
 }
 

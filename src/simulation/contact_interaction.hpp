@@ -3,6 +3,7 @@
 
 #include "contact/contact_limits.hpp"
 #include "contact/contact_solver.hpp"
+#include "partition/partition.hpp"
 #include "simulation/interaction.hpp"
 
 namespace skein {
@@ -23,9 +24,9 @@ public:
     std::span<OverlapWatch> overlaps() override { return {&overlap_, 1}; }
     std::vector<Figure> figures() const override;
     std::string kept_name() const override { return "contact_memory"; }
-    /// Energies of all contacts, then the memory of those of all ranks, by pair. Collective.
+    /// Energies of all contacts; rows: the memory of each, by pair, on the rank whose block of gids has its first rod.
     KeptNumbers kept() const override;
-    void recall(std::span<const double> numbers) override;
+    void recall(const KeptNumbers& kept) override;
 
     /// Every contact of the scene, a line each, in order of pairs. Collective.
     std::string table() const;
@@ -34,6 +35,8 @@ public:
     void forces(std::int64_t gid, std::span<Vec3d> out) const;
 
 private:
+    OwnerDirectory directory() const;
+
     const Communicator comm_;
     const Plan& plan_;
     std::span<const RodGroup> groups_;

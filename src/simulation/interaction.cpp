@@ -179,7 +179,7 @@ std::vector<KeptNumbers> kept(const Interactions& all) {
 void recall(const Interactions& all, std::span<const KeptNumbers> kept) {
     for (const auto& one : all)
         for (const KeptNumbers& k : kept)
-            if (k.name == one->kept_name()) one->recall(k.numbers);
+            if (k.name == one->kept_name()) one->recall(k);
 }
 
 } // namespace skein

@@ -76,8 +76,8 @@ public:
     virtual std::string kept_name() const = 0;
     /// Numbers that its next steps depend on, the same on any number of ranks. Collective.
     virtual KeptNumbers kept() const = 0;
-    /// Goes on from these. Not collective.
-    virtual void recall(std::span<const double> numbers) = 0;
+    /// Goes on from these, whatever ranks left them. Collective.
+    virtual void recall(const KeptNumbers& kept) = 0;
 };
 
 using Interactions = std::vector<std::unique_ptr<Interaction>>;

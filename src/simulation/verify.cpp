@@ -20,12 +20,12 @@ bool same_bits(std::span<const double> a, std::span<const double> b) {
                       [](double x, double y) { return std::bit_cast<std::uint64_t>(x) == std::bit_cast<std::uint64_t>(y); });
 }
 
-bool same_numbers(const KeptNumbers& computed, std::span<const double> written) {
-    const std::span<const double> own = computed.numbers;
-    if (own.size() != written.size()) return false;
+bool same_numbers(const KeptNumbers& computed, const KeptNumbers& written) {
+    const std::span<const double> own = computed.numbers, other = written.numbers;
+    if (own.size() != other.size()) return false;
     for (std::size_t i = 0; i < computed.sums; ++i)
-        if (!(std::abs(own[i] - written[i]) <= 1e-9 * std::abs(own[i]))) return false;
-    return same_bits(own.subspan(computed.sums), written.subspan(computed.sums));
+        if (!(std::abs(own[i] - other[i]) <= 1e-9 * std::abs(own[i]))) return false;
+    return same_bits(own.subspan(computed.sums), other.subspan(computed.sums)) && same_bits(computed.rows, written.rows);
 }
 
 std::span<const double> numbers(std::span<const Slot<1>> state) {
@@ -71,7 +71,7 @@ std::string Simulation::difference_to(const std::string& checkpoint) {
         text = fmt::format("{} of {} rods differ; the first is {}", all, plan_.rods,
                            comm_.first_text(first == lowest ? mine : std::string()));
     for (std::size_t i = 0; i < info.kept.size(); ++i)
-        if (!same_numbers(computed.kept()[i], info.kept[i].numbers))
+        if (comm_.max(static_cast<std::int64_t>(!same_numbers(computed.kept()[i], written.kept()[i]))) != 0)
             text += fmt::format("{}'{}' differ", text.empty() ? "" : "; ", info.kept[i].name);
     if (info.audited_from.value_or(0) != audited_from)
         text += fmt::format("{}the energy that the audit began with differs", text.empty() ? "" : "; ");

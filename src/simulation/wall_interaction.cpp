@@ -120,10 +120,11 @@ KeptNumbers WallInteraction::kept() const {
         numbers.push_back(static_cast<double>(state.size()));
         numbers.insert(numbers.end(), state.begin(), state.end());
     }
-    return {kept_name(), std::move(numbers), 0};
+    return {.name = kept_name(), .numbers = std::move(numbers)};
 }
 
-void WallInteraction::recall(std::span<const double> numbers) {
+void WallInteraction::recall(const KeptNumbers& kept) {
+    const std::span numbers(kept.numbers);
     std::size_t at = 0;
     for (DrivenWall& d : driven_) {
         work_[static_cast<std::size_t>(d.wall)] = numbers[at];

@@ -20,7 +20,7 @@ public:
     std::string kept_name() const override { return "walls"; }
     /// Per driven wall its work, how many numbers its servo has, and these.
     KeptNumbers kept() const override;
-    void recall(std::span<const double> numbers) override;
+    void recall(const KeptNumbers& kept) override;
 
 private:
     struct DrivenWall {

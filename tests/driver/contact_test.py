@@ -2,6 +2,7 @@
 
 import unittest
 
+import h5py
 import numpy
 
 from driver import STICKS, DriverTest
@@ -142,6 +143,54 @@ class Contact(DriverTest):
         self.assertEqual(self.digest("parts"), self.digest("whole"))
         self.assert_same_series("parts", "whole", besides=SEARCH)
         self.assert_same_frames("parts", "whole", "curls")
+
+    def checkpoints(self, out):
+        return sorted((self.directory / out).glob("checkpoint_*.h5"))
+
+    def test_damaged_memory_is_noticed(self):
+        """A flipped bit in the springs of contacts: the file is named, and the run goes on from the one before."""
+        self.run_skein("whole", "--until", "0.2")
+        self.run_skein("damaged", "--until", "0.15")
+        newest = self.checkpoints("damaged")[-1]
+        with h5py.File(newest, "r+") as file:
+            rows = file["kept/contact_memory_rows"]
+            self.assertGreater(len(rows), 20)
+            self.assertTrue((numpy.diff(rows[:, 0]) >= 0).all(), "in order of pairs")
+            rows[len(rows) // 2, 4] = numpy.nextafter(rows[len(rows) // 2, 4], 1)
+        result = self.run_skein("damaged", "--until", "0.2", ranks=2)
+        self.assertIn(f"{newest.name}: /kept/contact_memory_rows is damaged", result.stderr)
+        self.assertEqual(self.digest("damaged"), self.digest("whole"))
+
+    def test_memory_of_the_format_before_is_read(self):
+        """Version 2 had the rows behind the two energies, in one dataset with one hash."""
+        self.run_skein("whole", "--until", "0.2")
+        self.run_skein("old", "--until", "0.15")
+        with h5py.File(self.checkpoints("old")[-1], "r+") as file:
+            kept, rows = file["kept/contact_memory"], file["kept/contact_memory_rows"]
+            numbers = numpy.concatenate([kept[:], rows[:].ravel()])
+            del file["kept/contact_memory"], file["kept/contact_memory_rows"]
+            file["kept/contact_memory"] = numbers
+            file["kept/contact_memory"].attrs["count"] = numpy.int64(len(numbers))
+            file["kept/contact_memory"].attrs["digest"] = numpy.uint64(hash_of(numbers))
+            file.attrs["version"] = numpy.int64(2)
+        self.run_skein("old", "--until", "0.2", ranks=3)
+        self.assertEqual(self.digest("old"), self.digest("whole"))
+
+
+def hash_of(numbers):
+    """hash_numbers(0, numbers) of rod/rods.hpp."""
+    mask, prime = (1 << 64) - 1, 0x9E3779B97F4A7C15
+
+    def mixed(h):
+        h = (h ^ (h >> 30)) * 0xBF58476D1CE4E5B9 & mask
+        h = (h ^ (h >> 27)) * 0x94D049BB133111EB & mask
+        return h ^ (h >> 31)
+
+    h = mixed(prime)
+    for bits in numbers.view(numpy.uint64).tolist():
+        h = (h ^ bits) * prime & mask
+        h = (h << 27 | h >> 37) & mask
+    return mixed(h)
 
 
 if __name__ == "__main__":
