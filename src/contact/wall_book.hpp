@@ -28,7 +28,7 @@ public:
     virtual ~WallAccounts() = default;
     /// Zeros where the wall does not act.
     virtual WallAccount account(RodPlace rod, int wall) const = 0;
-    /// Appends the force of each rod that may have pressed a wall at the last step, N: normal forces, and forces along a direction.
+    /// Appends the force of each rod that pressed a wall at the last step, N: normal forces, and forces along a direction.
     virtual void append_normal(int wall, std::vector<double>& forces) const = 0;
     virtual void append_force(int wall, const Vec3d& direction, std::vector<double>& forces) const = 0;
     /// Largest overlap of a node with the wall at the last step, over its diameter.
@@ -116,7 +116,8 @@ private:
         for (const Page& page : pages_) {
             if (!page.busy) continue;
             const Entry& e = page.entry[static_cast<std::size_t>(at)];
-            for (int l = 0; l < page.lanes; ++l) forces.push_back(value(e, l));
+            for (int l = 0; l < page.lanes; ++l)
+                if (const double force = value(e, l); force != 0) forces.push_back(force);
         }
     }
 

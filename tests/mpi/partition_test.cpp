@@ -5,6 +5,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstring>
@@ -199,6 +200,59 @@ TEST_F(PartitionTest, places_of_lattices_take_no_memory) {
         for (int y = 0; y < 7; ++y)
             for (int x = 0; x < 11; ++x, ++i)
                 EXPECT_EQ(norm(group.origin(i) - (Vec3d{0.37 * x, 0.37 * y, 0.37 * double(z)} + group.spec().placement.origin)), 0);
+}
+
+TEST_F(PartitionTest, is_foretold_by_one_rank) {
+    std::vector<RodGroup> groups;
+    groups.emplace_back(lattice({11, 7, 5}, 3), 0, 0, "");
+    groups.emplace_back(lattice({5, 6, 2}, 9), 1, groups[0].count(), "");
+    const std::vector<int> foretold = owners(groups, comm.size());
+    std::int64_t mine = 0;
+    for (const LocalRod& rod : partition(comm, groups)) {
+        EXPECT_EQ(foretold[static_cast<std::size_t>(rod.gid)], comm.rank());
+        ++mine;
+    }
+    EXPECT_EQ(std::count(foretold.begin(), foretold.end(), comm.rank()), mine);
+}
+
+TEST(OwnerDirectory, finds_owners_and_blocks) {
+    const auto comm = Communicator::world();
+    for (const std::int64_t bodies : {std::int64_t{1}, std::int64_t{3}, std::int64_t{200}}) {
+        const auto owner_of = [&](std::int64_t gid) { return static_cast<int>((gid * gid + 3 * gid + 1) % comm.size()); };
+        std::vector<std::int64_t> own;
+        for (std::int64_t gid = 0; gid < bodies; ++gid)
+            if (owner_of(gid) == comm.rank()) own.push_back(gid);
+        const OwnerDirectory directory(comm, own, bodies);
+        struct Record {
+            std::int64_t gid, from, number;
+        };
+        std::vector<Record> records;
+        std::vector<std::int64_t> gids;
+        for (std::int64_t i = 0; i < 50 + comm.rank(); ++i) {
+            gids.push_back((7 * i + comm.rank()) % bodies);
+            records.push_back({gids.back(), comm.rank(), i});
+        }
+        const auto received = [](const std::vector<std::byte>& bytes) {
+            std::vector<Record> all(bytes.size() / sizeof(Record));
+            if (!all.empty()) std::memcpy(all.data(), bytes.data(), bytes.size());
+            return all;
+        };
+        const auto sent = std::as_bytes(std::span(records));
+        std::int64_t count = 0;
+        for (const Record& record : received(directory.to_owners(sent, sizeof(Record), gids))) {
+            EXPECT_EQ(owner_of(record.gid), comm.rank());
+            EXPECT_EQ((7 * record.number + record.from) % bodies, record.gid);
+            ++count;
+        }
+        EXPECT_EQ(comm.sum(count), comm.sum(static_cast<std::int64_t>(records.size())));
+        count = 0;
+        for (const Record& record : received(directory.to_blocks(sent, sizeof(Record), gids))) {
+            EXPECT_GE(record.gid, block_begin(bodies, comm.rank(), comm.size()));
+            EXPECT_LT(record.gid, block_begin(bodies, comm.rank() + 1, comm.size()));
+            ++count;
+        }
+        EXPECT_EQ(comm.sum(count), comm.sum(static_cast<std::int64_t>(records.size())));
+    }
 }
 
 TEST(BlockBegin, deals_out_evenly_without_overflow) {
