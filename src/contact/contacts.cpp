@@ -195,6 +195,7 @@ void Contacts::begin(const Exposure& bodies, double time, double h, std::span<Ex
         for (std::size_t i = begin_of(strip); i < begin_of(strip + 1); ++i) {
             const std::size_t block = now_[i];
             push(bodies, h, block, next_[static_cast<std::size_t>(thread)], loads);
+            threads_.poll();
             if (!later_.empty() || deferred_.first_sender(block) < begin_of(strip)) continue;
             add_deferred(bodies, block, loads);
             added_[block] = 1;

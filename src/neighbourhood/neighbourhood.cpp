@@ -125,10 +125,12 @@ void Neighbourhood::publish(bool holds) {
     pack();
     messages_.start();
     vote_.start(holds);
+    threads_.set_poll([this] { vote_.poll(), messages_.poll(); });
 }
 
 bool Neighbourhood::arrive() {
     if (comm_.size() == 1) return holds_;
+    threads_.set_poll({});
     const bool all = vote_.finish();
     messages_.finish();
     unpack();

@@ -28,9 +28,10 @@ public:
 
     /// `exposure`: of own bodies. Collective.
     Neighbourhood(const Communicator& comm, const Threads& threads, std::shared_ptr<Exposure> exposure);
+    ~Neighbourhood() { threads_.set_poll({}); }
 
     /// Exposure of own elements starts on its way to the ranks whose ghosts they are, and so does a vote: whether lists of partners
-    /// still hold on all ranks.
+    /// still hold on all ranks. Loops until arrive() let both move on (Threads::poll).
     void publish(bool holds);
     /// Ghosts are as their owners have exposed them; true where lists hold on all ranks.
     bool arrive();

@@ -61,6 +61,11 @@ void RepeatedMessages::start() {
     Communicator::count_messages(requests_->bytes, requests_->messages);
 }
 
+void RepeatedMessages::poll() {
+    int done = 0;
+    if (requests_) MPI_Testall(static_cast<int>(requests_->all.size()), requests_->all.data(), &done, MPI_STATUSES_IGNORE);
+}
+
 void RepeatedMessages::finish() {
     if (requests_) wait(requests_->all, requests_->started);
 }
@@ -81,6 +86,11 @@ void Vote::start(bool yes) {
     b.started = wall_seconds();
     MPI_Iallreduce(&b.no, &b.any_no, 1, MPI_INT, MPI_MAX, b.comm, &b.request);
     Communicator::count_call();
+}
+
+void Vote::poll() {
+    int done = 0;
+    MPI_Test(&ballot_->request, &done, MPI_STATUS_IGNORE);
 }
 
 bool Vote::finish() {

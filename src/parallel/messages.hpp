@@ -24,6 +24,8 @@ public:
 
     /// What is to be sent must not change, nor what is to come be read, until finish().
     void start();
+    /// Lets them move on.
+    void poll();
     void finish();
 
 private:
@@ -40,6 +42,8 @@ public:
     ~Vote();
 
     void start(bool yes);
+    /// Lets it move on.
+    void poll();
     bool finish();
 
 private:

@@ -78,4 +78,9 @@ void Threads::run(std::size_t n, const std::function<void(std::size_t i, int thr
     });
 }
 
+void Threads::set_poll(std::function<void()> poll) const {
+    poller_ = std::this_thread::get_id();
+    poll_ = std::move(poll);
+}
+
 } // namespace skein

@@ -5,6 +5,7 @@
 #include <functional>
 #include <memory>
 #include <string>
+#include <thread>
 
 namespace skein {
 
@@ -24,6 +25,14 @@ public:
     /// through one indirect call per i, so i is a tile, not an element. The first exception is rethrown. Loops do not nest.
     void for_each(std::size_t n, const std::function<void(std::size_t i, int thread)>& body) const;
 
+    /// From now on poll() calls this on the thread that does so here, until it is set to nothing; not while a loop runs. Messages
+    /// that travel while loops run need it: many MPI libraries move them only inside of calls.
+    void set_poll(std::function<void()> poll) const;
+    /// For bodies that take long, between pieces of work.
+    void poll() const {
+        if (poll_ && std::this_thread::get_id() == poller_) poll_();
+    }
+
 private:
     struct Arena;
     void run(std::size_t n, const std::function<void(std::size_t i, int thread)>& body) const;
@@ -31,6 +40,8 @@ private:
     std::unique_ptr<Arena> arena_;
     int count_;
     mutable unsigned shuffle_;
+    mutable std::function<void()> poll_;
+    mutable std::thread::id poller_;
 };
 
 } // namespace skein
