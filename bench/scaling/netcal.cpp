@@ -154,7 +154,7 @@ int main(int argc, char** argv) {
     CLI::App app("Measures messages between ranks and writes a machine file. Start it under mpirun as a run is started.");
     std::string out = "machine.toml";
     int threads = 0, most_pairs = 28, batches = 15;
-    app.add_option("--out", out, "machine file")->capture_default_str();
+    app.add_option("--out", out, "machine file")->take_last()->capture_default_str();
     app.add_option("--threads", threads, "threads per rank; default: its share of the cores that it may use")
         ->check(CLI::PositiveNumber);
     app.add_option("--pairs", most_pairs, "pairs of ranks that are measured, at most")
