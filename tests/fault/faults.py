@@ -24,7 +24,20 @@ class FaultTest(DriverTest):
     def start(self, out, *arguments, ranks=1, threads=1, **keys):
         """A rank by itself needs no launcher."""
         command = self.command(out, *self.KEYS, *arguments, ranks=ranks, threads=threads)
-        return subprocess.Popen(command[3:] if ranks == 1 else command, **{"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, "text": True, **keys})
+        process = subprocess.Popen(command[3:] if ranks == 1 else command, **{"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, "text": True, **keys})
+        self.addCleanup(self.stop, process)
+        return process
+
+    @staticmethod
+    def stop(process):
+        """Leaves nothing running behind a test that failed."""
+        if process.poll() is None:
+            process.terminate()
+            try:
+                process.communicate(timeout=20)
+            except subprocess.TimeoutExpired:
+                process.kill()
+                process.communicate()
 
     def end_of(self, process, seconds=PATIENCE):
         """Exit code, output, errors."""
