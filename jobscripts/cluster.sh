@@ -34,3 +34,15 @@ run_until_asked() {
 
 # True where the run stopped with a checkpoint, or was asked to before it could listen; the same command then goes on.
 is_unfinished() { ((code == 3 || code == 128 + $(kill -l USR1))); }
+
+# Ends a job of Slurm with the code of its run; one that is unfinished goes back into the queue, SKEIN_RESTARTS times at most.
+end_or_requeue() {
+    if is_unfinished; then
+        if ((${SLURM_RESTART_COUNT:-0} < ${SKEIN_RESTARTS:-100})); then
+            echo "== back into the queue"
+            scontrol requeue "$SLURM_JOB_ID" && exit 0
+        fi
+        echo "error: not finished, and not queued again; sbatch the same line to go on" >&2
+    fi
+    exit "$code"
+}

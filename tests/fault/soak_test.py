@@ -11,10 +11,6 @@ from faults import ALL, FREE, FaultTest
 STEP = 8  # steps between restarts
 
 
-def open_files(pid):
-    return sorted(os.readlink(path) for path in pathlib.Path(f"/proc/{pid}/fd").iterdir() if path.is_symlink())
-
-
 def resident(pid):
     return 1024 * int(pathlib.Path(f"/proc/{pid}/status").read_text().split("VmRSS:")[1].split()[0])
 
@@ -46,17 +42,18 @@ class Soak(FaultTest):
     def test_checkpoints_of_one_run(self):
         """A run that writes rows, frames and checkpoints all the time."""
         self.scene.write_text(FREE)
-        keys = ("--set", "time.duration=144" if ALL else "time.duration=14.4", "--set", "output.checkpoint=0.036", "--set", "output.trajectory=0.036", "--set", "output.series=0.036")
+        keys = ("--set", "time.duration=72" if ALL else "time.duration=14.4", "--set", "output.checkpoint=0.036", "--set", "output.trajectory=0.036", "--set", "output.series=0.036")
         run = self.start("out", *keys, "--quiet")
         counts, sizes = [], []
         while run.poll() is None:
             time.sleep(0.05)
             try:
                 if (self.directory / "out/observables.csv").exists():
-                    counts.append(len(open_files(run.pid)))
-                    sizes.append(resident(run.pid))
+                    look = len(list(pathlib.Path(f"/proc/{run.pid}/fd").iterdir())), resident(run.pid)
+                    counts.append(look[0])
+                    sizes.append(look[1])
             except (OSError, IndexError):
-                break  # it has ended
+                continue  # a file was closed meanwhile, or the run has ended
         self.assertEqual(self.end_of(run)[0], 0)
         self.assertGreater(len(sizes), 12)
         third = len(sizes) // 3

@@ -133,7 +133,7 @@ job_cilia() {
     wait_for "a checkpoint" has_checkpoint killed
     scancel --signal=KILL --full "$id"
     finished "$id" CANCELLED || finished "$id" FAILED || fail "the job was not killed"
-    [[ ! -e $work/killed/summary.json ]] || fail "the job was killed too late"
+    [[ ! -e $work/killed/summary.json || $(field killed steps) != "$steps" ]] || fail "the job was killed too late"
     id=$(submit killed.log "${line[@]}")
     finished "$id" || fail "the successor of a killed job"
     same_digest killed reference
