@@ -24,6 +24,7 @@ read -r -a layouts <<< "${LAYOUTS:-1x1 1x2 2x1}"
 
 "$python" "$here/scaling/scaling.py" --skein "$build/bin/skein" --layouts "${layouts[@]}" --csv "$results/scaling.csv" | tee "$results/scaling.txt"
 "$python" "$here/plots/scaling.py" "$results/scaling.csv"
+mpirun -n 2 "$build/bin/netcal" --out "$results/machine.toml" | tee "$results/netcal.txt"
 "$build/bin/bench_farm" --csv "$results/farm.csv" | tee "$results/farm.txt"
 "$python" "$here/plots/ablation.py" "$results/farm.csv"
 "$build/bin/bench_passes" --csv "$results/passes.csv" | tee "$results/passes.txt"

@@ -309,6 +309,14 @@ void get_marks(const H5File& file, CheckpointInfo& info) {
     if (file.has("/", "last_tips")) file.get("/", "last_tips", info.last_tips.emplace());
 }
 
+/// HDF5 has checksums on short attributes, and none on texts of more than 4 kB.
+std::uint64_t texts_digest(const CheckpointInfo& info) {
+    std::uint64_t digest = text_digest(info.scene);
+    digest = text_digest(info.settings, digest);
+    digest = text_digest(info.ancestry, digest);
+    return info.series ? text_digest(info.series->row, digest) : digest;
+}
+
 /// `bytes`: of all of it.
 void write_state(const Communicator& comm, const std::string& path, std::span<const RodGroup> groups, const Rods& rods,
                  const CheckpointInfo& info, std::uint64_t bytes) {
@@ -326,6 +334,7 @@ void write_state(const Communicator& comm, const std::string& path, std::span<co
     if (info.shift != 0) file.set("/", "shift", info.shift);
     if (!info.settings.empty()) file.set("/", "settings", info.settings);
     if (!info.ancestry.empty()) file.set("/", "ancestry", info.ancestry);
+    file.set("/", "texts_digest", texts_digest(info));
     file.make_group("/groups");
     std::uint64_t digest = 0;
     for (const RodGroup& group : groups) {
@@ -357,9 +366,12 @@ std::uint64_t read_state(const Communicator& comm, const H5File& file, const std
     return digest;
 }
 
+CheckpointInfo read_info(const H5File& file, const std::string& path);
+
 /// A disk may keep other bytes than it was given and say nothing.
 void verify(const Communicator& comm, const std::string& path, std::span<const RodGroup> groups, bool audited, const Rods& rods) {
     H5File file(comm, path, H5File::Mode::read);
+    read_info(file, path);
     read_state(comm, file, path, groups, audited, rods, nullptr);
     file.close();
 }
@@ -450,6 +462,11 @@ CheckpointInfo read_info(const H5File& file, const std::string& path) {
     file.get("/", "audited", audited);
     if (audited) file.get("/", "audited_from", info.audited_from.emplace());
     get_marks(file, info);
+    if (file.has("/", "texts_digest")) { // earlier programs wrote none
+        std::uint64_t written = 0;
+        file.get("/", "texts_digest", written);
+        if (written != texts_digest(info)) throw IoError(path + ": the scene or the settings in it are damaged");
+    }
     return info;
 }
 

@@ -7,6 +7,7 @@
 #include <fcntl.h>
 #include <fmt/format.h>
 #include <mpi.h>
+#include <sys/mman.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -75,6 +76,14 @@ H5Handle file_access(const Communicator& comm) {
     H5Pset_coll_metadata_write(access, true);
     H5Pset_all_coll_metadata_ops(access, true);
     return access;
+}
+
+/// Open MPI opens a file with memory that ranks share; where one of them gets none, the others wait for it for ever. So each tries
+/// first.
+bool has_memory() {
+    constexpr std::size_t bytes = 16 << 20; // more than HDF5 and MPI take to open a file
+    void* const some = ::mmap(nullptr, bytes, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
+    return some != MAP_FAILED && ::munmap(some, bytes) == 0;
 }
 
 hid_t open_file(const Communicator& comm, const std::string& path, H5File::Mode mode) {
@@ -185,6 +194,7 @@ std::string attribute_name(const std::string& object, const std::string& name) {
 
 H5File::H5File(const Communicator& comm, std::string path, Mode mode) : comm_(comm), path_(std::move(path)), mode_(mode) {
     H5Eset_auto2(H5E_DEFAULT, take_down_reason, nullptr); // instead of HDF5's print-out on every rank
+    agree(has_memory(), fmt::format("no memory is left on rank {}", comm.rank()));
     id_ = open_file(comm, path_, mode);
     try {
         agree(id_ >= 0, mode == Mode::create ? "cannot be created" : "cannot be opened");
