@@ -178,9 +178,13 @@ int plan_command(PlanArguments arguments, int& argc, char**& argv) {
             return;
         }
         const MachineFile machine = arguments.machine.empty() ? MachineFile{} : read_machine_file(arguments.machine);
+        if (!arguments.json) std::printf("%s", to_text(plan).c_str());
+        std::fflush(stdout);
+        if (environment_int("OMPI_COMM_WORLD_SIZE", 1) > 1)
+            throw InputError("skein plan --ranks works shares out in one process: start it without mpirun");
         const MpiSession session(argc, argv); // of this process alone, as steps are made
         const RankForecast forecast = forecast_ranks(plan, groups, ranks, machine);
-        std::printf("%s", (arguments.json ? to_json(plan, forecast) : to_text(plan) + to_text(forecast)).c_str());
+        std::printf("%s", (arguments.json ? to_json(plan, forecast) : to_text(forecast)).c_str());
     });
 }
 

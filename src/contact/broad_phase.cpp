@@ -311,6 +311,10 @@ void BroadPhase::look(const Grid& grid, std::uint32_t begin, std::uint32_t end, 
 }
 
 void BroadPhase::build(const Exposure& bodies, const SelfGaps& gaps, double skin, Candidates& candidates) {
+    if (bodies.slots() == 0) { // of a rank without bodies
+        candidates = {.first = {0}, .partner = {}};
+        return;
+    }
     measure(bodies, skin);
     fill_grids(bodies, gaps);
     struct Task {

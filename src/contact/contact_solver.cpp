@@ -39,16 +39,15 @@ ContactScene contact_scene(std::span<const RodGroup> groups, const ContactSpec& 
 }
 
 void ContactSolver::evaluate(const Exposure& bodies, double time, double h, SlotLoads& loads) {
-    if (!holds(bodies)) {
+    loads.load.resize(bodies.slots());
+    if (!lasts() || !begin(bodies, time, h, loads.load, true)) {
         let_go(bodies);
         std::vector<std::uint8_t> wanted(bodies.slots());
         std::vector<std::uint32_t> same(bodies.slots());
         std::iota(same.begin(), same.end(), 0u);
-        const std::int64_t idle = search(bodies, wanted);
-        settle(bodies, same, idle);
+        settle(bodies, same, search(bodies, wanted));
+        begin(bodies, time, h, loads.load, false);
     }
-    loads.load.resize(bodies.slots());
-    begin(bodies, time, h, loads.load);
     finish(bodies, h, loads.load);
     loads.touched = touched();
 }

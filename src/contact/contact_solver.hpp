@@ -59,7 +59,9 @@ class ContactSolver {
 public:
     virtual ~ContactSolver() = default;
 
-    /// Whether the list has all pairs that may touch where bodies are now.
+    /// Whether there is a list, and it is worth being kept: the same on all ranks.
+    virtual bool lasts() const = 0;
+    /// Whether it lasts, and has all pairs that may touch where bodies are now.
     virtual bool holds(const Exposure& bodies) const = 0;
     /// Distance between elements up to which pairs go into the next list, m: the same on all ranks.
     virtual double next_skin() = 0;
@@ -79,8 +81,9 @@ public:
     /// Of pairs whose first body is own, in order.
     virtual std::vector<KeptContact> kept(const Exposure& bodies) const = 0;
 
-    /// Contacts of blocks of bodies that need no ghosts, over a step of length h, s.
-    virtual void begin(const Exposure& bodies, double time, double h, std::span<ExertedLoad> loads) = 0;
+    /// Contacts of blocks of bodies that need no ghosts, over a step of length h, s. With `look`, false where the list turns out
+    /// not to hold: it looks at bodies while it has them in cache, and has then done nothing that counts.
+    virtual bool begin(const Exposure& bodies, double time, double h, std::span<ExertedLoad> loads, bool look) = 0;
     /// The others; then loads are those of all contacts. Those of bodies that nothing touches mean nothing.
     virtual void finish(const Exposure& bodies, double h, std::span<ExertedLoad> loads) = 0;
     /// Not 0 for windows of own bodies that are touched.

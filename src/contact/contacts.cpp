@@ -32,20 +32,24 @@ Contacts::Places Contacts::places(const Exposure& bodies, std::size_t tile) {
         .vector;
 }
 
+/// Whether some of these slots, or neighbours by number, have moved further than the list allows.
+bool Contacts::far(const Exposure& bodies, std::size_t first_slot, std::size_t last_slot) const {
+    const double most = 0.25 * figures_.skin * figures_.skin; // each of two may go half the way
+    Pack<places_at_once> furthest(0.0);
+    for (std::size_t tile = first_slot / places_at_once; tile * places_at_once < last_slot; ++tile) {
+        const Places moved = places(bodies, tile) - place_[tile];
+        furthest = max(furthest, dot(moved, moved));
+    }
+    return any(!(furthest < Pack<places_at_once>(most)));
+}
+
 bool Contacts::holds(const Exposure& bodies) const {
-    if (list_.first.empty() || is_wasteful()) return false;
-    const Pack<places_at_once> most(0.25 * figures_.skin * figures_.skin); // each of two may go half the way
-    std::atomic<bool> far = false;
-    for_blocks(threads_, place_.size(), [&](std::size_t begin, std::size_t end, std::size_t) {
-        if (far.load(std::memory_order_relaxed)) return;
-        Pack<places_at_once> furthest(0.0);
-        for (std::size_t tile = begin; tile < end; ++tile) {
-            const Places moved = places(bodies, tile) - place_[tile];
-            furthest = max(furthest, dot(moved, moved));
-        }
-        if (any(!(furthest < most))) far.store(true, std::memory_order_relaxed);
+    if (!lasts()) return false;
+    std::atomic<bool> moved_far = false;
+    for_blocks(threads_, bodies.slots(), [&](std::size_t begin, std::size_t end, std::size_t) {
+        if (!moved_far.load(std::memory_order_relaxed) && far(bodies, begin, end)) moved_far.store(true, std::memory_order_relaxed);
     });
-    return !far;
+    return !moved_far;
 }
 
 /// A list may last so long that its idle pairs cost more than a new one with less skin.
@@ -182,7 +186,7 @@ std::vector<KeptContact> Contacts::kept(const Exposure& bodies) const {
     return mine;
 }
 
-void Contacts::begin(const Exposure& bodies, double time, double h, std::span<ExertedLoad> loads) {
+bool Contacts::begin(const Exposure& bodies, double time, double h, std::span<ExertedLoad> loads, bool look) {
     numbers_ = laws_.numbers(time);
     swap_steps();
     begun_ = true;
@@ -191,9 +195,13 @@ void Contacts::begin(const Exposure& bodies, double time, double h, std::span<Ex
     const std::size_t strips =
         threads_.count() == 1 ? 1 : std::min<std::size_t>(now_.size(), 2 * static_cast<std::size_t>(threads_.count()));
     const auto begin_of = [&](std::size_t strip) { return strip * now_.size() / strips; };
+    std::atomic<bool> moved_far = false;
     threads_.for_each(strips, [&](std::size_t strip, int thread) {
         for (std::size_t i = begin_of(strip); i < begin_of(strip + 1); ++i) {
             const std::size_t block = now_[i];
+            const ContactBlock& slots = deferred_.blocks()[block];
+            if (moved_far.load(std::memory_order_relaxed)) return;
+            if (look && far(bodies, slots.first_slot, slots.last_slot)) moved_far.store(true, std::memory_order_relaxed);
             push(bodies, h, block, next_[static_cast<std::size_t>(thread)], loads);
             threads_.poll();
             if (!later_.empty() || deferred_.first_sender(block) < begin_of(strip)) continue;
@@ -201,6 +209,7 @@ void Contacts::begin(const Exposure& bodies, double time, double h, std::span<Ex
             added_[block] = 1;
         }
     });
+    return !moved_far;
 }
 
 void Contacts::finish(const Exposure& bodies, double h, std::span<ExertedLoad> loads) {

@@ -19,6 +19,7 @@ class Contacts final : public ContactSolver {
 public:
     Contacts(ContactScene scene, const Threads& threads);
 
+    bool lasts() const override { return !list_.first.empty() && !is_wasteful(); }
     bool holds(const Exposure& bodies) const override;
     double next_skin() override;
     void let_go(const Exposure& bodies) override;
@@ -27,7 +28,7 @@ public:
     void settle(const Exposure& bodies, std::span<const std::uint32_t> slot, std::int64_t idle) override;
     void restore(std::span<const KeptContact> kept, double rubbed = 0, double damped = 0) override;
     std::vector<KeptContact> kept(const Exposure& bodies) const override;
-    void begin(const Exposure& bodies, double time, double h, std::span<ExertedLoad> loads) override;
+    bool begin(const Exposure& bodies, double time, double h, std::span<ExertedLoad> loads, bool look) override;
     void finish(const Exposure& bodies, double h, std::span<ExertedLoad> loads) override;
     std::span<const std::uint8_t> touched() const override { return touched_; }
     ContactFigures figures() const override { return figures_; }
@@ -51,6 +52,7 @@ private:
     struct Sums;
 
     static Places places(const Exposure& bodies, std::size_t tile);
+    bool far(const Exposure& bodies, std::size_t first_slot, std::size_t last_slot) const;
     bool is_wasteful() const;
     void swap_steps();
     std::vector<KeptContact> touching_pairs(const Exposure& bodies, bool of_own) const;

@@ -34,7 +34,7 @@ void DeferredLoads::make_room(const PairList& list, const Exposure& bodies, cons
         for (std::uint32_t i = list.first[block.first_slot]; i < list.first[block.last_slot]; ++i) {
             const auto [a, b] = list.pair[i];
             block.needs_ghosts |= !bodies.owns_slot(a) || !bodies.owns_slot(b);
-            if (b < block.last_slot) continue;
+            if (b < block.last_slot || !bodies.owns_slot(b)) continue;
             const std::uint32_t to = block_of_window_[static_cast<std::size_t>(bodies.window_of[b])];
             if (loads[to]++ == 0) wanted[from].push_back({to, 0});
         }

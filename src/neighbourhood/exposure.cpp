@@ -12,7 +12,7 @@ Exposure::Exposure(std::span<const RodGroup> groups, std::span<const LocalRod> b
         window.push_back(
             {body.gid, scene_.first_slot(body.gid), 0, static_cast<std::uint32_t>(scene_.slots_of(body.gid)), body.group, true});
     std::sort(window.begin(), window.end(), [](const Window& x, const Window& y) { return x.gid < y.gid; });
-    lay_out();
+    lay_out(true);
     find_own();
     for (const Window& w : window) {
         const std::vector<ElementConstants>& element = groups[static_cast<std::size_t>(w.group)].element;
@@ -20,19 +20,19 @@ Exposure::Exposure(std::span<const RodGroup> groups, std::span<const LocalRod> b
     }
 }
 
-Exposure::Exposure(const SceneSlots& scene, std::vector<Window> windows) : window(std::move(windows)), scene_(scene) {
-    lay_out();
+Exposure::Exposure(const SceneSlots& scene, std::vector<Window> windows, bool rates) : window(std::move(windows)), scene_(scene) {
+    lay_out(rates);
     if (!std::all_of(window.begin(), window.end(), [](const Window& w) { return w.own; }))
         for (const Window& w : window) own.push_back(w.own);
 }
 
-void Exposure::lay_out() {
+void Exposure::lay_out(bool rates) {
     for (std::size_t i = 0; i < window.size(); ++i) {
         window[i].first_slot = static_cast<std::uint32_t>(window_of.size());
         window_of.insert(window_of.end(), window[i].slots, static_cast<std::int32_t>(i));
     }
     node.assign(window_of.size(), {{}, -1});
-    motion.assign(window_of.size(), {});
+    if (rates) motion.assign(window_of.size(), {});
 }
 
 void Exposure::find_own() {
@@ -45,6 +45,8 @@ void Exposure::find_own() {
 }
 
 std::optional<std::uint32_t> Exposure::find(std::int64_t in_scene) const {
+    if (slots() == static_cast<std::size_t>(scene_.count()))
+        return static_cast<std::uint32_t>(in_scene); // all of the scene is here
     const auto behind = std::upper_bound(window.begin(), window.end(), in_scene,
                                          [](std::int64_t slot, const Window& w) { return slot < w.first_in_scene; });
     if (behind == window.begin()) return {};

@@ -55,8 +55,8 @@ public:
 
     /// Own bodies, in any order; radii are set, places and rates are not.
     Exposure(std::span<const RodGroup> groups, std::span<const LocalRod> bodies);
-    /// These windows, in rising order of their slots in the scene; nothing is set.
-    Exposure(const SceneSlots& scene, std::vector<Window> windows);
+    /// These windows, in rising order of their slots in the scene; nothing is set. `rates`: there is to be `motion`.
+    Exposure(const SceneSlots& scene, std::vector<Window> windows, bool rates = true);
 
     std::size_t slots() const { return node.size(); }
     bool has_element(std::size_t slot) const { return node[slot].radius >= 0; }
@@ -87,7 +87,7 @@ public:
     static constexpr double bytes_per_slot = sizeof(ExposedNode) + sizeof(ExposedMotion) + sizeof(std::int32_t);
 
 private:
-    void lay_out();
+    void lay_out(bool rates);
     void find_own();
 
     SceneSlots scene_;

@@ -37,6 +37,8 @@ Box box_of(const Exposure& bodies, std::size_t slot) {
     return box;
 }
 
+constexpr std::size_t boxes_of_rank = 16, box_numbers = 6;
+
 /// Slots [first, first + count) of the scene.
 struct SceneRun {
     std::int64_t first, count;
@@ -91,7 +93,13 @@ void Neighbourhood::Route::settle() {
 }
 
 Neighbourhood::Neighbourhood(const Communicator& comm, const Threads& threads, std::shared_ptr<Exposure> exposure)
-    : comm_(comm), threads_(threads), exposure_(std::move(exposure)), rank_of_(exposure_->window.size(), comm.rank()), vote_(comm) {
+    : comm_(comm), channel_(comm.size() > 1 ? comm.duplicate() : comm), threads_(threads), exposure_(std::move(exposure)),
+      rank_of_(exposure_->window.size(), comm.rank()), vote_(channel_) {}
+
+Neighbourhood::~Neighbourhood() {
+    threads_.set_poll({});
+    messages_ = {};
+    if (comm_.size() > 1) channel_.free();
 }
 
 void Neighbourhood::pack() {
@@ -151,7 +159,14 @@ const Exposure& Neighbourhood::widen(double reach) {
         for (std::uint32_t slot = w.first_slot; slot + 1 < w.first_slot + w.slots; ++slot) box.add(box_of(*exposure_, slot));
         mine.add(box);
     }
-    const double sides[6] = {mine.least[0], mine.least[1], mine.least[2], mine.most[0], mine.most[1], mine.most[2]};
+    // Boxes of consecutive bodies, which mostly stand together: a rod that has gone astray makes one of them large, and not all.
+    std::vector<double> sides(boxes_of_rank * box_numbers);
+    for (std::size_t part = 0; part < boxes_of_rank; ++part) {
+        Box box;
+        for (std::size_t i = part * own.size() / boxes_of_rank; i < (part + 1) * own.size() / boxes_of_rank; ++i)
+            box.add(own[i].box);
+        std::copy_n(box.least, 3, &sides[part * box_numbers]), std::copy_n(box.most, 3, &sides[part * box_numbers + 3]);
+    }
     double furthest = 0;
     for (const double side : sides)
         if (std::isfinite(side)) furthest = std::max(furthest, std::abs(side));
@@ -161,14 +176,26 @@ const Exposure& Neighbourhood::widen(double reach) {
     std::vector<std::vector<SceneRun>> runs(ranks);
     std::vector<std::vector<ExposedNode>> nodes(ranks);
     for (std::size_t r = 0; r < ranks; ++r) {
-        Box other;
-        std::copy_n(&gathered[6 * r], 3, other.least), std::copy_n(&gathered[6 * r + 3], 3, other.most);
-        if (static_cast<int>(r) == comm_.rank() || !mine.meets(other, margin)) continue;
+        if (static_cast<int>(r) == comm_.rank()) continue;
+        std::vector<Box> others, near;
+        for (std::size_t part = 0; part < boxes_of_rank; ++part) {
+            const double* numbers = &gathered[(r * boxes_of_rank + part) * box_numbers];
+            Box other;
+            std::copy_n(numbers, 3, other.least), std::copy_n(numbers + 3, 3, other.most);
+            if (mine.meets(other, margin)) others.push_back(other);
+        }
         for (const auto& [window, box] : own) {
-            if (!box.meets(other, margin)) continue;
+            near.clear();
+            for (const Box& other : others)
+                if (box.meets(other, margin)) near.push_back(other);
+            if (near.empty()) continue;
             const Window& w = *window;
             for_runs(
-                *exposure_, w, [&](std::uint32_t slot) { return box_of(*exposure_, slot).meets(other, margin); },
+                *exposure_, w,
+                [&](std::uint32_t slot) {
+                    const Box element = box_of(*exposure_, slot);
+                    return std::any_of(near.begin(), near.end(), [&](const Box& other) { return element.meets(other, margin); });
+                },
                 [&](std::uint32_t first, std::uint32_t count) {
                     runs[r].push_back({w.first_in_scene + (first - w.first_slot), count});
                     nodes[r].insert(nodes[r].end(), exposure_->node.begin() + first, exposure_->node.begin() + first + count);
@@ -203,7 +230,7 @@ const Exposure& Neighbourhood::widen(double reach) {
     std::vector<Window> windows;
     wide_rank_.clear();
     for (const Source& s : all) windows.push_back(s.window), wide_rank_.push_back(s.rank);
-    wide_ = std::make_unique<Exposure>(exposure_->scene(), std::move(windows));
+    wide_ = std::make_unique<Exposure>(exposure_->scene(), std::move(windows), false);
     for (std::size_t i = 0; i < all.size(); ++i)
         std::copy_n(all[i].node, all[i].window.slots, wide_->node.begin() + wide_->window[i].first_slot);
     return *wide_;
@@ -278,7 +305,7 @@ void Neighbourhood::set_up_messages() {
     }
     messages_ = {}; // before the memory that it uses
     sent_.settle(), received_.settle();
-    messages_ = RepeatedMessages(comm_, sent_.parts, received_.parts);
+    messages_ = RepeatedMessages(channel_, sent_.parts, received_.parts);
     std::set<int> neighbours;
     for (const Route* route : {&sent_, &received_})
         for (const auto& part : route->parts) neighbours.insert(part.rank);

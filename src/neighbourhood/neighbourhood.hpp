@@ -28,7 +28,8 @@ public:
 
     /// `exposure`: of own bodies. Collective.
     Neighbourhood(const Communicator& comm, const Threads& threads, std::shared_ptr<Exposure> exposure);
-    ~Neighbourhood() { threads_.set_poll({}); }
+    Neighbourhood(const Neighbourhood&) = delete;
+    ~Neighbourhood();
 
     /// Exposure of own elements starts on its way to the ranks whose ghosts they are, and so does a vote: whether lists of partners
     /// still hold on all ranks. Loops until arrive() let both move on (Threads::poll).
@@ -78,6 +79,7 @@ private:
     void set_up_messages();
 
     const Communicator comm_;
+    Communicator channel_; ///< of messages and votes
     const Threads& threads_;
     std::shared_ptr<Exposure> exposure_;
     std::unique_ptr<Exposure> wide_; ///< between widen and narrow

@@ -105,6 +105,19 @@ Communicator Communicator::alone() {
     return comm;
 }
 
+Communicator Communicator::duplicate() const {
+    Communicator comm(*this);
+    MPI_Comm duplicate;
+    MPI_Comm_dup(native(handle_), &duplicate);
+    comm.handle_ = MPI_Comm_c2f(duplicate);
+    return comm;
+}
+
+void Communicator::free() {
+    MPI_Comm comm = native(handle_);
+    MPI_Comm_free(&comm);
+}
+
 void Communicator::barrier() const {
     MPI_Barrier(native(handle_));
     ++counted.calls;

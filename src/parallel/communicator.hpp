@@ -17,6 +17,10 @@ public:
     /// This process by itself.
     static Communicator alone();
 
+    /// The same ranks, whose messages no others can take for theirs; free() ends it. Collective, both.
+    Communicator duplicate() const;
+    void free();
+
     int rank() const { return rank_; }
     int size() const { return size_; }
     bool root() const { return rank_ == 0; }

@@ -1,9 +1,12 @@
 #include "parallel/messages.hpp"
 
 #include "core/timer.hpp"
+#include "skein/core/error.hpp"
 
 #include <mpi.h>
 
+#include <limits>
+#include <string>
 #include <vector>
 
 namespace skein {
@@ -43,6 +46,11 @@ RepeatedMessages::~RepeatedMessages() = default;
 RepeatedMessages::RepeatedMessages(const Communicator& comm, std::span<const Part> sent, std::span<const Part> received) {
     if (sent.empty() && received.empty()) return;
     requests_ = std::make_unique<Requests>();
+    for (const auto parts : {sent, received})
+        for (const Part& part : parts)
+            if (part.bytes.size() > static_cast<std::size_t>(std::numeric_limits<int>::max()))
+                throw Error(Exit::internal, "a message of " + std::to_string(part.bytes.size()) + " bytes to rank " +
+                                                std::to_string(part.rank) + " is longer than MPI can count; use more ranks");
     for (const Part& part : received)
         MPI_Recv_init(part.bytes.data(), static_cast<int>(part.bytes.size()), MPI_BYTE, part.rank, tag, native(comm),
                       &requests_->all.emplace_back());

@@ -59,7 +59,7 @@ ContactInteraction::ContactInteraction(const InteractionParts& parts)
                 .stiffness = materials == 1 ? laws.between(0, 0).stiffness : 0};
 }
 
-double ContactInteraction::reach() {
+double ContactInteraction::begin_renewal() {
     contacts_->let_go(*exposure_);
     return contacts_->next_skin();
 }
@@ -80,7 +80,9 @@ OwnerDirectory ContactInteraction::directory() const {
     return OwnerDirectory(comm_, own, all_rods_);
 }
 
-void ContactInteraction::add_own(const Step& step) { contacts_->begin(*exposure_, step.time, step.kick, loads_->load); }
+bool ContactInteraction::add_own(const Step& step) {
+    return contacts_->begin(*exposure_, step.time, step.kick, loads_->load, alone());
+}
 
 void ContactInteraction::add_shared(const Step& step) {
     contacts_->finish(*exposure_, step.kick, loads_->load);

@@ -12,11 +12,11 @@ class ContactInteraction final : public Interaction {
 public:
     explicit ContactInteraction(const InteractionParts& parts);
 
-    bool holds() const override { return contacts_->holds(*exposure_); }
-    double reach() override;
+    bool holds() const override { return alone() ? contacts_->lasts() : contacts_->holds(*exposure_); }
+    double begin_renewal() override;
     void find_partners(const Exposure& near, std::span<std::uint8_t> wanted) override;
     void settle(std::span<const std::uint32_t> slot) override;
-    void add_own(const Step& step) override;
+    bool add_own(const Step& step) override;
     void add_shared(const Step& step) override;
     std::string invalid() const override;
     double step_limit() const override;
@@ -35,6 +35,7 @@ public:
     void forces(std::int64_t gid, std::span<Vec3d> out) const;
 
 private:
+    bool alone() const { return comm_.size() == 1; }
     OwnerDirectory directory() const;
 
     const Communicator comm_;

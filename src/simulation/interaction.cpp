@@ -37,7 +37,7 @@ namespace {
 /// Partners anew, and with them the ghosts.
 void renew(const Interactions& all, Neighbourhood& neighbourhood) {
     double reach = 0;
-    for (const auto& one : all) reach = std::max(reach, one->reach());
+    for (const auto& one : all) reach = std::max(reach, one->begin_renewal());
     const Exposure& near = neighbourhood.widen(reach);
     std::vector<std::uint8_t> wanted(near.slots(), 0);
     for (const auto& one : all) one->find_partners(near, wanted);
@@ -52,8 +52,8 @@ void couple(const Interactions& all, Neighbourhood& neighbourhood, const Step& s
         const auto timing = timers.time(Phase::contacts);
         for (const auto& one : all) work(*one);
     };
-    const auto add_own = [&](Interaction& one) { one.add_own(step); };
     bool hold = true;
+    const auto add_own = [&](Interaction& one) { hold = one.add_own(step) && hold; };
     for_each([&](const Interaction& one) { hold = hold && one.holds(); });
     {
         const auto timing = timers.time(Phase::exchange);
@@ -62,7 +62,7 @@ void couple(const Interactions& all, Neighbourhood& neighbourhood, const Step& s
     if (hold) for_each(add_own);
     {
         const auto timing = timers.time(Phase::exchange);
-        hold = neighbourhood.arrive();
+        hold = neighbourhood.arrive() && hold;
     }
     if (!hold) { // on some rank
         {

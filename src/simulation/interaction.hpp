@@ -1,5 +1,5 @@
 // Anything that bodies do to each other, or that answers what they do, between the two halves of a step. A new kind is a class
-// here and a line in make_interactions.
+// here, a struct in scene/program.hpp and a make_interaction.
 #pragma once
 
 #include "core/timer.hpp"
@@ -39,18 +39,18 @@ public:
 
     /// Whether its partners are still all that bodies may have where they are now. This rank alone.
     virtual bool holds() const { return true; }
-    /// A renewal of partners, in this order: its reach, m, within which elements of others are to be seen; its partners among all
-    /// that are, marking those of ghosts that it needs; and where slots are from now on, by slot of the search. The last two are
-    /// collective.
-    virtual double reach() { return 0; }
+    /// A renewal of partners, in this order. It begins: slots are about to change their numbers; its reach, m, within which
+    /// elements of others are to be seen. Then its partners among all that are, marking those of ghosts that it needs. Then where
+    /// slots are from now on, by slot of the search; that is collective.
+    virtual double begin_renewal() { return 0; }
     virtual void find_partners(const Exposure& near, std::span<std::uint8_t> wanted) {
         static_cast<void>(near), static_cast<void>(wanted);
     }
     virtual void settle(std::span<const std::uint32_t> slot) { static_cast<void>(slot); }
 
     /// Adds loads to those of the slots, when own bodies have exposed themselves: those for which no ghost is needed. This rank
-    /// alone.
-    virtual void add_own(const Step& step) { static_cast<void>(step); }
+    /// alone. On a single rank, false where partners turn out not to hold.
+    virtual bool add_own(const Step& step) { return static_cast<void>(step), true; }
     /// The rest, when ghosts have arrived. This rank alone.
     virtual void add_shared(const Step& step) { static_cast<void>(step); }
     /// After the kick: moves what bodies drive. Collective.

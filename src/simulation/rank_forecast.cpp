@@ -1,7 +1,9 @@
 #include "simulation/rank_forecast.hpp"
 
+#include "core/memory.hpp"
 #include "partition/partition.hpp"
 #include "simulation/interaction.hpp"
+#include "skein/core/error.hpp"
 #include "skein/time/clock.hpp"
 
 #include <fmt/format.h>
@@ -15,8 +17,9 @@ namespace skein {
 
 namespace {
 
-constexpr double candidate_bytes = 8 + 8 + 2 + 2 * sizeof(ContactMemory<double>); // of a pair, its neighbours, status and memory
-constexpr int most_listed = 16;                                                   // ranks of which each has a line
+constexpr double candidate_bytes =
+    8 + 8 + 2 + 2 * sizeof(ContactMemory<double>) + 50; // of a pair, its neighbours, status, memory, and half a deferred load
+constexpr int most_listed = 16;                         // ranks of which each has a line
 
 std::vector<LocalRod> all_rods(std::span<const RodGroup> groups) {
     std::vector<LocalRod> rods;
@@ -135,8 +138,12 @@ void count_ghosts(const Exposure& bodies, const Candidates& pairs, std::span<con
 
 RankForecast forecast_ranks(const Plan& plan, std::span<const RodGroup> groups, int ranks, const MachineFile& machine,
                             double seconds) {
+    if (plan.state_bytes > free_memory())
+        throw InputError(
+            fmt::format("shares of ranks are worked out with all rods at hand: {:.3g} GB, of which {:.3g} GB are free; the "
+                        "same scene with fewer rods tells as much of a rank's share",
+                        1e-9 * plan.state_bytes, 1e-9 * free_memory()));
     RankForecast forecast;
-    forecast.machine = machine;
     const MachineFile::Network& network = machine.network;
     forecast.threads = std::min(plan.machine.threads, plan.machine.cores);
     forecast.rank.resize(static_cast<std::size_t>(ranks));

@@ -29,7 +29,6 @@ struct RankForecast {
     double rods_s = 0, pairs_s = 0; ///< of a step on one thread here, measured: passes, and contacts
     double step_s = 0;              ///< of the slowest rank
     double efficiency = 1;          ///< against one rank with as many threads
-    MachineFile machine;
 };
 
 /// `plan`: for any number of ranks. Steps the scene for about `seconds` to measure what a step costs here.

@@ -3,6 +3,7 @@
 #include "neighbourhood/neighbourhood.hpp"
 
 #include "contact/contacts.hpp"
+#include "parallel/exact_sum.hpp"
 #include "support/exposed_bodies.hpp"
 
 #include <gtest/gtest.h>
@@ -72,7 +73,7 @@ struct Share {
     void step(const Communicator& comm, double h) {
         const bool hold = contacts.holds(*bodies);
         neighbourhood.publish(hold);
-        if (hold) contacts.begin(*bodies, 0, h, loads.load);
+        if (hold) contacts.begin(*bodies, 0, h, loads.load, false);
         renewed = !neighbourhood.arrive();
         if (renewed) {
             contacts.let_go(*bodies);
@@ -82,7 +83,7 @@ struct Share {
             const auto slot = neighbourhood.narrow(wanted);
             loads.load.resize(bodies->slots());
             contacts.settle(*bodies, slot, comm.sum(idle));
-            contacts.begin(*bodies, 0, h, loads.load);
+            contacts.begin(*bodies, 0, h, loads.load, false);
         }
         contacts.finish(*bodies, h, loads.load);
         loads.touched = contacts.touched();
@@ -180,6 +181,10 @@ TEST_P(Neighbourhoods, GiveTheLoadsOfOneRank) {
     EXPECT_GT(comm.sum(touched), 1000);
     for (const auto of : {&ContactFigures::listed, &ContactFigures::active})
         EXPECT_EQ(comm.sum(share.contacts.figures().*of), of_whole.figures().*of);
+    for (const auto of : {&ContactFigures::rubbed, &ContactFigures::damped, &ContactFigures::stored}) { // none twice, none lost
+        const double mine = share.contacts.figures().*of, all = of_whole.figures().*of;
+        EXPECT_NEAR(exact_sums(comm, std::vector<std::vector<double>>{{mine}})[0], all, 1e-10 * std::abs(all));
+    }
 }
 
 INSTANTIATE_TEST_SUITE_P(Owners, Neighbourhoods, testing::Values(0, 1, 2, 3));

@@ -100,7 +100,7 @@ void step_together(std::span<Rank* const> ranks, double h) {
         }
     }
     for (Rank* r : ranks) {
-        r->contacts.begin(r->bodies, 0, h, r->loads.load);
+        r->contacts.begin(r->bodies, 0, h, r->loads.load, false);
         r->contacts.finish(r->bodies, h, r->loads.load);
         r->loads.touched = r->contacts.touched();
     }
