@@ -95,6 +95,22 @@ elements = 6
 """  # to be packed
 
 
+def mixed(h):
+    h = (h ^ (h >> 30)) * 0xBF58476D1CE4E5B9 % 2**64
+    h = (h ^ (h >> 27)) * 0x94D049BB133111EB % 2**64
+    return h ^ (h >> 31)
+
+
+def digest_of(gid, numbers):
+    """hash_numbers of src/rod/rods.cpp."""
+    prime = 0x9E3779B97F4A7C15
+    h = mixed((gid + prime) % 2**64)
+    for word in numpy.ascontiguousarray(numbers, dtype=numpy.float64).view(numpy.uint64).ravel():
+        h = (h ^ int(word)) * prime % 2**64
+        h = ((h << 27) | (h >> 37)) % 2**64
+    return mixed(h)
+
+
 class DriverTest(unittest.TestCase):
     def setUp(self):
         self._directory = tempfile.TemporaryDirectory()
