@@ -37,7 +37,7 @@ Box box_of(const Exposure& bodies, std::size_t slot) {
     return box;
 }
 
-constexpr std::size_t boxes_of_rank = 16, box_numbers = 6;
+constexpr std::size_t boxes_of_rank = 16;
 
 /// Slots [first, first + count) of the scene.
 struct SceneRun {
@@ -67,6 +67,74 @@ template <class T> std::vector<T> exchanged(const Communicator& comm, const std:
     std::vector<T> arrived(bytes.size() / sizeof(T));
     if (!arrived.empty()) std::memcpy(static_cast<void*>(arrived.data()), bytes.data(), bytes.size());
     return arrived;
+}
+
+/// Boxes of an exposure's own bodies, one by one.
+struct OwnBody {
+    const Window* window;
+    Box box;
+};
+std::vector<OwnBody> own_bodies(const Exposure& bodies) {
+    std::vector<OwnBody> own;
+    for (const Window& w : bodies.window) {
+        if (!w.own) continue;
+        Box& box = own.emplace_back(&w, Box{}).box;
+        for (std::uint32_t slot = w.first_slot; slot + 1 < w.first_slot + w.slots; ++slot) box.add(box_of(bodies, slot));
+    }
+    return own;
+}
+
+/// Boxes of consecutive bodies, which mostly stand together: a rod that has gone astray makes one of them large, and not all.
+std::vector<Box> boxes_of_parts(std::span<const OwnBody> own) {
+    std::vector<Box> boxes(boxes_of_rank);
+    for (std::size_t part = 0; part < boxes_of_rank; ++part)
+        for (std::size_t i = part * own.size() / boxes_of_rank; i < (part + 1) * own.size() / boxes_of_rank; ++i)
+            boxes[part].add(own[i].box);
+    return boxes;
+}
+
+/// Boxes of all ranks, those of each one after another. Collective.
+std::vector<Box> gathered(const Communicator& comm, std::span<const Box> mine) {
+    std::vector<double> sides;
+    for (const Box& box : mine)
+        sides.insert(sides.end(), box.least, box.least + 3), sides.insert(sides.end(), box.most, box.most + 3);
+    const std::vector<double> all_sides = comm.all_gather(sides);
+    std::vector<Box> all(all_sides.size() / 6);
+    for (std::size_t i = 0; i < all.size(); ++i)
+        std::copy_n(&all_sides[6 * i], 3, all[i].least), std::copy_n(&all_sides[6 * i + 3], 3, all[i].most);
+    return all;
+}
+
+/// Runs of elements on their way to another rank, and their nodes.
+struct Visitors {
+    std::vector<SceneRun> runs;
+    std::vector<ExposedNode> nodes;
+};
+
+/// Own elements that come within `margin` of any of these boxes.
+Visitors visitors_to(std::span<const Box> boxes, const Exposure& bodies, std::span<const OwnBody> own, double margin) {
+    Visitors visitors;
+    if (boxes.empty()) return visitors;
+    std::vector<Box> near;
+    for (const OwnBody& body : own) {
+        near.clear();
+        for (const Box& box : boxes)
+            if (body.box.meets(box, margin)) near.push_back(box);
+        if (near.empty()) continue;
+        const Window& w = *body.window;
+        for_runs(
+            bodies, w,
+            [&](std::uint32_t slot) {
+                const Box element = box_of(bodies, slot);
+                return std::any_of(near.begin(), near.end(), [&](const Box& box) { return element.meets(box, margin); });
+            },
+            [&](std::uint32_t first, std::uint32_t count) {
+                visitors.runs.push_back({w.first_in_scene + (first - w.first_slot), count});
+                visitors.nodes.insert(visitors.nodes.end(), bodies.node.begin() + first, bodies.node.begin() + first + count);
+                visitors.nodes.back().radius = -1;
+            });
+    }
+    return visitors;
 }
 
 } // namespace
@@ -147,61 +215,24 @@ bool Neighbourhood::arrive() {
 
 const Exposure& Neighbourhood::widen(double reach) {
     if (comm_.size() == 1) return *exposure_;
-    struct Own {
-        const Window* window;
-        Box box;
-    };
-    std::vector<Own> own;
-    Box mine;
-    for (const Window& w : exposure_->window) {
-        if (!w.own) continue;
-        Box& box = own.emplace_back(&w, Box{}).box;
-        for (std::uint32_t slot = w.first_slot; slot + 1 < w.first_slot + w.slots; ++slot) box.add(box_of(*exposure_, slot));
-        mine.add(box);
-    }
-    // Boxes of consecutive bodies, which mostly stand together: a rod that has gone astray makes one of them large, and not all.
-    std::vector<double> sides(boxes_of_rank * box_numbers);
-    for (std::size_t part = 0; part < boxes_of_rank; ++part) {
-        Box box;
-        for (std::size_t i = part * own.size() / boxes_of_rank; i < (part + 1) * own.size() / boxes_of_rank; ++i)
-            box.add(own[i].box);
-        std::copy_n(box.least, 3, &sides[part * box_numbers]), std::copy_n(box.most, 3, &sides[part * box_numbers + 3]);
-    }
+    const std::vector<OwnBody> own = own_bodies(*exposure_);
+    const std::vector<Box> mine = boxes_of_parts(own), all_boxes = gathered(comm_, mine);
+    Box whole;
+    for (const Box& box : mine) whole.add(box);
     double furthest = 0;
-    for (const double side : sides)
-        if (std::isfinite(side)) furthest = std::max(furthest, std::abs(side));
-    const std::vector<double> gathered = comm_.all_gather(sides);
+    for (int i = 0; i < 3; ++i)
+        for (const double side : {whole.least[i], whole.most[i]})
+            if (std::isfinite(side)) furthest = std::max(furthest, std::abs(side));
     const double margin = reach * (1 + 1e-9) + 1e-12 * furthest; // a pair that rounding makes near is not to be missed
-    const auto ranks = static_cast<std::size_t>(comm_.size());
-    std::vector<std::vector<SceneRun>> runs(ranks);
-    std::vector<std::vector<ExposedNode>> nodes(ranks);
-    for (std::size_t r = 0; r < ranks; ++r) {
-        if (static_cast<int>(r) == comm_.rank()) continue;
-        std::vector<Box> others, near;
-        for (std::size_t part = 0; part < boxes_of_rank; ++part) {
-            const double* numbers = &gathered[(r * boxes_of_rank + part) * box_numbers];
-            Box other;
-            std::copy_n(numbers, 3, other.least), std::copy_n(numbers + 3, 3, other.most);
-            if (mine.meets(other, margin)) others.push_back(other);
-        }
-        for (const auto& [window, box] : own) {
-            near.clear();
-            for (const Box& other : others)
-                if (box.meets(other, margin)) near.push_back(other);
-            if (near.empty()) continue;
-            const Window& w = *window;
-            for_runs(
-                *exposure_, w,
-                [&](std::uint32_t slot) {
-                    const Box element = box_of(*exposure_, slot);
-                    return std::any_of(near.begin(), near.end(), [&](const Box& other) { return element.meets(other, margin); });
-                },
-                [&](std::uint32_t first, std::uint32_t count) {
-                    runs[r].push_back({w.first_in_scene + (first - w.first_slot), count});
-                    nodes[r].insert(nodes[r].end(), exposure_->node.begin() + first, exposure_->node.begin() + first + count);
-                    nodes[r].back().radius = -1;
-                });
-        }
+    std::vector<std::vector<SceneRun>> runs;
+    std::vector<std::vector<ExposedNode>> nodes;
+    for (std::size_t r = 0; r < static_cast<std::size_t>(comm_.size()); ++r) {
+        std::vector<Box> others; // of most ranks none
+        for (std::size_t i = r * boxes_of_rank; i < (r + 1) * boxes_of_rank; ++i)
+            if (static_cast<int>(r) != comm_.rank() && whole.meets(all_boxes[i], margin)) others.push_back(all_boxes[i]);
+        Visitors visitors = visitors_to(others, *exposure_, own, margin);
+        runs.push_back(std::move(visitors.runs));
+        nodes.push_back(std::move(visitors.nodes));
     }
     std::vector<std::int64_t> run_counts, node_counts;
     const std::vector<SceneRun> visitors = exchanged(comm_, runs, run_counts);
