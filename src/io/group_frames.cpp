@@ -78,8 +78,14 @@ std::vector<std::byte> transposed(std::span<const std::byte> records, std::size_
 } // namespace
 
 GroupFrames::GroupFrames(const Communicator& comm, const RodGroup& group, const Rods& rods, FrameKind kind, const OutputSpec& spec)
-    : group_(group), rods_(rods), kind_(kind), precision_(spec.precision), fields_(fields_of(kind, spec, group)),
+    : group_(group), rods_(&rods), kind_(kind), precision_(spec.precision), fields_(fields_of(kind, spec, group)),
       owned_(owned_rods(rods, group.id())), blocks_(comm, owned_.indices, group.count()), pending_(fields_.size()) {}
+
+void GroupFrames::follow(const Communicator& comm, const Rods& rods) {
+    rods_ = &rods;
+    owned_ = owned_rods(rods, group_.id());
+    blocks_ = IndexBlocks(comm, owned_.indices, group_.count());
+}
 
 std::uint64_t GroupFrames::frame_bytes() const { return count() * rod_bytes() + (kind_ == FrameKind::trajectory ? view_bytes : 0); }
 
@@ -113,7 +119,7 @@ void GroupFrames::take(double lag, std::size_t most) {
         pending_[f].sent.need(most * blocks_.sent() * record_bytes(fields_[f]));
     }
     const std::size_t frame = pending_frames_++;
-    rods_.read(owned_.places, directors() ? Copy::frames : Copy::positions, lag, [&](int, std::size_t i, const RodCopy& rod) {
+    rods_->read(owned_.places, directors() ? Copy::frames : Copy::positions, lag, [&](int, std::size_t i, const RodCopy& rod) {
         const auto [own, place] = blocks_.destination(i);
         for (std::size_t f = 0; f < fields_.size(); ++f) {
             std::byte* records = own ? pending_[f].block.data() : pending_[f].sent.data();

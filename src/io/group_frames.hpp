@@ -35,6 +35,9 @@ public:
     /// `group` and `rods` must outlive it. Collective.
     GroupFrames(const Communicator& comm, const RodGroup& group, const Rods& rods, FrameKind kind, const OutputSpec& spec);
 
+    /// The same rods, of which ranks own others from now on; no frame may be pending. Collective.
+    void follow(const Communicator& comm, const Rods& rods);
+
     /// Of a frame in the file, or more.
     std::uint64_t frame_bytes() const;
     /// Of a pending frame on this rank.
@@ -74,7 +77,7 @@ private:
     void write_constants(H5File& file, const Communicator& comm) const;
 
     const RodGroup& group_;
-    const Rods& rods_;
+    const Rods* rods_;
     FrameKind kind_;
     Precision precision_;
     std::vector<FrameField> fields_;
