@@ -325,13 +325,13 @@ void FrameWriter::write(std::int64_t step, double time, double lag) {
 }
 
 void FrameWriter::follow(const Rods& rods) {
+    for (GroupFrames& group : impl_->groups) group.follow(impl_->comm, rods);
     try {
         impl_->write_pending();
     } catch (const IoError&) {
         impl_->give_up();
         throw;
     }
-    for (GroupFrames& group : impl_->groups) group.follow(impl_->comm, rods);
     impl_->limit_pending(impl_->buffer_bytes);
 }
 

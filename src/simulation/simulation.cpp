@@ -158,6 +158,7 @@ void Simulation::move_bodies() {
 
 void Simulation::follow_owners() {
     if (outputs_owners_ == owners_) return;
+    const auto timing = timers_.time(Phase::output);
     outputs_owners_ = owners_;
     for (FrameWriter* frames : {trajectory_.get(), tips_.get()})
         if (frames) frames->follow(*rods_);
@@ -272,6 +273,7 @@ RunResult Simulation::step_to_the_end() {
     while (clock_.done() < last_step_ && verdict == Verdict::go_on && !ended()) {
         keep_copy();
         advance(next_event());
+        follow_owners();
         verdict = agree();
         write_due();
         show_progress(verdict != Verdict::go_on);
@@ -375,7 +377,6 @@ bool Simulation::due(std::int64_t every) const { return every > 0 && clock_.done
 
 void Simulation::write_frames() {
     const auto timing = timers_.time(Phase::output);
-    follow_owners();
     if (due(plan_.cadence.trajectory)) trajectory_->write(clock_.done(), clock_.time(), clock_.lag());
     if (polydata_ && due(plan_.cadence.trajectory)) write_polydata();
     if (due(plan_.cadence.tips)) tips_->write(clock_.done(), clock_.time(), clock_.lag());
