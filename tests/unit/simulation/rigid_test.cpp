@@ -278,7 +278,7 @@ TEST(RigidBody, NeedsAStepWhereNothingLimitsIt) {
 }
 
 TEST(RigidBody, RefusesWhatItCannotHave) {
-    const auto complaint = [](const std::function<void(SceneSpec&)>& change) -> std::string {
+    const auto refusal = [](const std::function<void(SceneSpec&)>& change) -> std::string {
         SceneSpec scene;
         scene.rods = {test::rigid_body(0.1, radius)};
         scene.time = {.duration = 1, .dt = 1e-3};
@@ -290,8 +290,8 @@ TEST(RigidBody, RefusesWhatItCannotHave) {
         }
         return {};
     };
-    EXPECT_EQ(complaint([](SceneSpec&) {}), "");
-    EXPECT_EQ(complaint([](SceneSpec& s) {
+    EXPECT_EQ(refusal([](SceneSpec&) {}), "");
+    EXPECT_EQ(refusal([](SceneSpec& s) {
                   s.loads = {{.load = Gravity{}},
                              {.load = UniformForce{.force = {1, 0, 0}}},
                              {.load = UniformCouple{}},
@@ -316,7 +316,7 @@ TEST(RigidBody, RefusesWhatItCannotHave) {
          "\"legacy\" is not for rigid bodies"},
     };
     for (const auto& [change, message] : cases)
-        EXPECT_NE(complaint(change).find(message), std::string::npos) << complaint(change) << "\n" << message;
+        EXPECT_NE(refusal(change).find(message), std::string::npos) << refusal(change) << "\n" << message;
 }
 
 } // namespace
