@@ -1,4 +1,4 @@
-// What walls and the rods of one group do to each other, per tile, lane and wall: forces of the last step, sums since the start,
+// Contacts of the rods of one group with walls, per tile, lane and wall: forces of the last step, sums since the start,
 // and the springs of friction. Sums run along the rod and in time, lane by lane: the same bits for any ranks, threads and lanes.
 #pragma once
 
@@ -11,7 +11,7 @@
 
 namespace skein {
 
-/// One rod and one wall.
+/// Figures of one rod at one wall.
 struct WallFigures {
     Vec3d force{0, 0, 0};                       ///< of the rod on the wall at the last step, N
     double normal = 0;                          ///< sum of normal forces, N
@@ -38,16 +38,17 @@ public:
 template <int W> class WallContactTiles final : public WallContacts {
 public:
     using P = Pack<W>;
-    /// Of the last step, lane by lane.
+    /// Forces of the last step, lane by lane.
     struct Entry {
         Vec3<P> force{};
         P normal{}, touching{}, max_overlap{}, stiffness{}, elastic_energy{};
     };
-    /// What a node keeps of a wall from step to step.
+    /// Memory of a node at a wall from step to step, and work since the start.
     struct Kept {
         ContactMemory<P> of_last;
         P friction_work{}, viscous_work{}; ///< J
     };
+    /// Contacts of the rods of one tile.
     struct TileContacts {
         AlignedVector<Entry> entry;        ///< one per wall that acts on the group
         AlignedVector<Kept> kept;          ///< [node][wall]

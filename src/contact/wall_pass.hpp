@@ -108,7 +108,7 @@ private:
         Vec3<P> low, high;
         P reach;
     };
-    /// What nodes need of an element.
+    /// Radius and spin of an element, for its nodes.
     struct Element {
         int number;
         P radius;
@@ -117,7 +117,7 @@ private:
 
     std::size_t acting() const { return contacts_->acting().size(); }
 
-    /// What springs held when a node leaves its walls is lost to friction.
+    /// The energy of its springs counts as friction work when a node leaves its walls.
     static void let_go(Kept& kept, Mask<W> where) {
         const P none(0.0);
         ContactMemory<P>& m = kept.of_last;
