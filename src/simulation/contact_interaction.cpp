@@ -70,10 +70,7 @@ void ContactInteraction::follow(const InteractionParts& parts) {
 
 void ContactInteraction::add_work(std::span<const LocalRod> own, std::span<double> work) const {
     const std::vector<double> by_window = contacts_->work(*exposure_);
-    for (std::size_t i = 0; i < own.size(); ++i) {
-        const std::uint32_t slot = exposure_->find(exposure_->scene().first_slot(own[i].gid)).value();
-        work[i] += by_window[static_cast<std::size_t>(exposure_->window_of[slot])];
-    }
+    for (std::size_t i = 0; i < own.size(); ++i) work[i] += by_window[exposure_->number_of_own(i)];
 }
 
 OwnerDirectory ContactInteraction::directory() const {
@@ -174,8 +171,9 @@ std::string ContactInteraction::table() const {
               [](const Line& x, const Line& y) { return std::tie(x[0], x[1], x[3], x[4]) < std::tie(y[0], y[1], y[3], y[4]); });
     std::string text;
     if (comm_.root())
-        text = "rod_1,element_1,share_1,rod_2,element_2,share_2,x[m],y[m],z[m],force_x[N],force_y[N],force_z[N],normal[N],friction[N],"
-               "overlap[m],slip[m/s]\n";
+        text =
+            "rod_1,element_1,share_1,rod_2,element_2,share_2,x[m],y[m],z[m],force_x[N],force_y[N],force_z[N],normal[N],friction[N],"
+            "overlap[m],slip[m/s]\n";
     for (const Line& line : lines) text += fmt::format("{}\n", fmt::join(line, ","));
     return text;
 }
