@@ -1,7 +1,5 @@
 #include "neighbourhood/neighbourhood.hpp"
 
-#include "parallel/blocks.hpp"
-
 #include <algorithm>
 #include <cmath>
 #include <cstring>
@@ -176,8 +174,9 @@ void Neighbourhood::follow(std::shared_ptr<Exposure> exposure) {
 }
 
 void Neighbourhood::pack() {
-    threads_.for_each(blocks_of(sent_.runs.size()), [&](std::size_t block, int) {
-        for (std::size_t r = block * block_size; r < std::min(sent_.runs.size(), (block + 1) * block_size); ++r) {
+    const auto tasks = (sent_.runs.size() + runs_of_task - 1) / runs_of_task;
+    threads_.for_each(tasks, [&](std::size_t task, int) {
+        for (std::size_t r = task * runs_of_task; r < std::min(sent_.runs.size(), (task + 1) * runs_of_task); ++r) {
             const Run& run = sent_.runs[r];
             double* to = sent_.numbers.data() + run.at;
             for (std::uint32_t slot = run.first_slot; slot < run.first_slot + run.slots; ++slot)
@@ -189,8 +188,9 @@ void Neighbourhood::pack() {
 }
 
 void Neighbourhood::unpack() {
-    threads_.for_each(blocks_of(received_.runs.size()), [&](std::size_t block, int) {
-        for (std::size_t r = block * block_size; r < std::min(received_.runs.size(), (block + 1) * block_size); ++r) {
+    const auto tasks = (received_.runs.size() + runs_of_task - 1) / runs_of_task;
+    threads_.for_each(tasks, [&](std::size_t task, int) {
+        for (std::size_t r = task * runs_of_task; r < std::min(received_.runs.size(), (task + 1) * runs_of_task); ++r) {
             const Run& run = received_.runs[r];
             const double* from = received_.numbers.data() + run.at;
             for (std::uint32_t slot = run.first_slot; slot < run.first_slot + run.slots; ++slot)

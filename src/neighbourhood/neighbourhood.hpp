@@ -25,6 +25,7 @@ struct GhostFigures {
 class Neighbourhood {
 public:
     static constexpr std::uint32_t gone = UINT32_MAX;
+    static constexpr std::size_t runs_of_task = 128; ///< windows whose numbers a thread copies to or from messages at a time
 
     /// `exposure`: of own bodies. Collective.
     Neighbourhood(const Communicator& comm, const Threads& threads, std::shared_ptr<Exposure> exposure);

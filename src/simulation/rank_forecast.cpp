@@ -185,9 +185,11 @@ RankForecast forecast_ranks(const Plan& plan, std::span<const RodGroup> groups, 
                             forecast.threads;
         const auto received = static_cast<double>(s.ghost_slots * static_cast<std::int64_t>(Exposure::sent_numbers_per_slot) * 8);
         const auto sent = static_cast<double>(s.bytes);
+        const double copiers =
+            std::clamp(static_cast<double>(s.ghost_rods) / Neighbourhood::runs_of_task, 1.0, static_cast<double>(forecast.threads));
         if (s.neighbours > 0)
             s.exchange_s = network.latency + network.overhead * static_cast<double>(std::max<std::int64_t>(0, s.neighbours - 1)) +
-                           std::max(sent, received) / network.bandwidth_all + (sent + received) / machine.machine.copy;
+                           std::max(sent, received) / network.bandwidth_all + (sent + received) / (copiers * machine.machine.copy);
         s.exchange_s += vote;
         s.step_s = work + s.exchange_s; // messages may hide behind contacts of own rods; here none does
         forecast.step_s = std::max(forecast.step_s, s.step_s);
