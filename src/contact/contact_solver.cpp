@@ -13,7 +13,7 @@ namespace {
 
 /// Elements nearer along a body than half the way round its section touch only where it is folded.
 std::int32_t self_gap(const RodGroup& group, const ContactSpec& spec) {
-    if (!spec.self) return -1;
+    if (!spec.self || !group.strained()) return -1;
     double widest = 0, shortest = HUGE_VAL;
     for (const ElementConstants& c : group.element) {
         shortest = std::min(shortest, c.rest_length);
@@ -31,8 +31,12 @@ ContactScene contact_scene(std::span<const RodGroup> groups, const ContactSpec& 
     for (const RodGroup& group : groups) {
         scene.gaps.push_back(self_gap(group, spec));
         const auto bodies = static_cast<double>(group.count());
-        for (const ElementConstants& c : group.element) sum += bodies * 2 * c.radius;
-        elements += bodies * static_cast<double>(group.element.size());
+        for (int slot = 0; slot < group.exposed_slots(); ++slot) {
+            const double radius = group.exposed_radius(slot);
+            if (radius < 0) continue;
+            sum += bodies * 2 * radius;
+            elements += bodies;
+        }
     }
     scene.diameter = elements > 0 ? sum / elements : 0;
     return scene;

@@ -15,8 +15,8 @@ Exposure::Exposure(std::span<const RodGroup> groups, std::span<const LocalRod> b
     lay_out(true);
     find_own();
     for (const Window& w : window) {
-        const std::vector<ElementConstants>& element = groups[static_cast<std::size_t>(w.group)].element;
-        for (std::size_t k = 0; k < element.size(); ++k) node[w.first_slot + k].radius = element[k].radius;
+        const RodGroup& group = groups[static_cast<std::size_t>(w.group)];
+        for (std::uint32_t k = 0; k < w.slots; ++k) node[w.first_slot + k].radius = group.exposed_radius(static_cast<int>(k));
     }
 }
 

@@ -37,7 +37,8 @@ gathered_rows(const Communicator& comm, const std::vector<std::array<double, col
 
 std::string name_of(std::span<const RodGroup> groups, std::int64_t gid) {
     for (const RodGroup& group : groups)
-        if (gid < group.first_gid() + group.count()) return fmt::format("rod {} of '{}'", gid - group.first_gid(), group.name());
+        if (gid < group.first_gid() + group.count())
+            return fmt::format("{} {} of '{}'", group.strained() ? "rod" : "body", gid - group.first_gid(), group.name());
     return {};
 }
 
@@ -80,6 +81,11 @@ OwnerDirectory ContactInteraction::directory() const {
     return OwnerDirectory(comm_, own, all_rods_);
 }
 
+std::int64_t ContactInteraction::element(std::size_t slot) const {
+    const bool strained = groups_[static_cast<std::size_t>(exposure_->at(slot).group)].strained();
+    return exposure_->element(slot) / (strained ? 1 : 2);
+}
+
 bool ContactInteraction::add_own(const Step& step) {
     return contacts_->begin(*exposure_, step.time, step.kick, loads_->load, alone());
 }
@@ -120,9 +126,9 @@ Touch ContactInteraction::strongest_touch(std::int64_t gid) const {
         if (force < most.force) continue; // a force that is not finite is told
         const std::uint32_t own = first ? a : b, other = first ? b : a;
         const double diameter = 2 * std::min(e.node[a].radius, e.node[b].radius);
-        most = {force, fmt::format(
-                           "its element {} and element {} of {} press each other with {:.3g} N, {:.3g} of the diameter deep",
-                           e.element(own), e.element(other), name_of(groups_, e.at(other).gid), force, contact.overlap / diameter)};
+        most = {force,
+                fmt::format("its element {} and element {} of {} press each other with {:.3g} N, {:.3g} of the diameter deep",
+                            element(own), element(other), name_of(groups_, e.at(other).gid), force, contact.overlap / diameter)};
     }
     return most;
 }
@@ -159,7 +165,7 @@ std::string ContactInteraction::table() const {
         const Vec3d slip = velocity(a, contact.s, arm_a) - velocity(b, contact.t, arm_b);
         const Vec3d place = at_a + arm_a, &f = contact.force;
         const double push = -dot(f, normal);
-        mine.push_back({double(c.at(a).gid), double(c.element(a)), contact.s, double(c.at(b).gid), double(c.element(b)), contact.t,
+        mine.push_back({double(c.at(a).gid), double(element(a)), contact.s, double(c.at(b).gid), double(element(b)), contact.t,
                         place.x, place.y, place.z, f.x, f.y, f.z, push, norm(f + push * normal), contact.overlap,
                         norm(slip - dot(slip, normal) * normal)});
     }
