@@ -32,6 +32,8 @@ const std::map<std::string, skein::Mapping> mappings = {
     {"auto", skein::Mapping::automatic}, {"across", skein::Mapping::across}, {"along", skein::Mapping::along}};
 const std::map<std::string, skein::Rewind> rewinds = {
     {"auto", skein::Rewind::automatic}, {"always", skein::Rewind::always}, {"never", skein::Rewind::never}};
+const std::map<std::string, skein::Balance> balances = {
+    {"auto", skein::Balance::automatic}, {"always", skein::Balance::always}, {"never", skein::Balance::never}};
 const std::map<std::string, skein::Protocol> protocols = {{"asynchronous", skein::Protocol::asynchronous},
                                                           {"synchronous", skein::Protocol::synchronous}};
 
@@ -97,6 +99,12 @@ int main(int argc, char** argv) {
         ->add_option("--rewind", run.options.rewind,
                      "keep a copy of the state in memory, to find out where a failure began; auto: up to 1 GiB per rank")
         ->transform(CLI::CheckedTransformer(rewinds))
+        ->option_text("{auto,always,never}=auto");
+    run_command
+        ->add_option("--balance", run.options.balance,
+                     "whether rods that touch may go to other ranks while the run goes on; auto: where the time that it saves pays "
+                     "for it; always: at every list of candidates, for checks; the same bits")
+        ->transform(CLI::CheckedTransformer(balances))
         ->option_text("{auto,always,never}=auto");
     run_command->add_flag("--overwrite", run.options.overwrite,
                           "start anew; earlier results go to a folder previous_1, _2, ... in it");

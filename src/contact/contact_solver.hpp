@@ -90,6 +90,8 @@ public:
     virtual std::span<const std::uint8_t> touched() const = 0;
 
     virtual ContactFigures figures() const = 0;
+    /// Work of each window's bodies, by window, in pairs of the list: half of a pair counts for each of its bodies.
+    virtual std::vector<double> work(const Exposure& bodies) const = 0;
     /// Of the last evaluation, which was of these bodies; pairs whose first body is own.
     virtual std::vector<Contact> active(const Exposure& bodies) const = 0;
 

@@ -186,6 +186,13 @@ std::vector<KeptContact> Contacts::kept(const Exposure& bodies) const {
     return mine;
 }
 
+std::vector<double> Contacts::work(const Exposure& bodies) const {
+    std::vector<double> work(bodies.window.size(), 0.0);
+    for (const Pair& pair : std::span(list_.pair).first(list_.count()))
+        for (const std::uint32_t slot : {pair.a, pair.b}) work[static_cast<std::size_t>(bodies.window_of[slot])] += 0.5;
+    return work;
+}
+
 bool Contacts::begin(const Exposure& bodies, double time, double h, std::span<ExertedLoad> loads, bool look) {
     numbers_ = laws_.numbers(time);
     swap_steps();

@@ -32,6 +32,7 @@ public:
     void finish(const Exposure& bodies, double h, std::span<ExertedLoad> loads) override;
     std::span<const std::uint8_t> touched() const override { return touched_; }
     ContactFigures figures() const override { return figures_; }
+    std::vector<double> work(const Exposure& bodies) const override;
     std::vector<Contact> active(const Exposure& bodies) const override;
 
 private:

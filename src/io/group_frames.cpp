@@ -79,8 +79,16 @@ std::vector<std::byte> transposed(std::span<const std::byte> records, std::size_
 } // namespace
 
 GroupFrames::GroupFrames(const Communicator& comm, const RodGroup& group, const Rods& rods, FrameKind kind, const OutputSpec& spec)
-    : group_(group), rods_(rods), kind_(kind), precision_(spec.precision), fields_(fields_of(kind, spec, group)),
+    : group_(group), rods_(&rods), kind_(kind), precision_(spec.precision), fields_(fields_of(kind, spec, group)),
       owned_(owned_rods(rods, group.id())), blocks_(comm, owned_.indices, group.count()), pending_(fields_.size()) {}
+
+void GroupFrames::follow(const Communicator& comm, const Rods& rods) {
+    rods_ = &rods;
+    owned_ = owned_rods(rods, group_.id());
+    IndexBlocks blocks(comm, owned_.indices, group_.count());
+    std::swap(blocks, blocks_);
+    if (pending_frames_ > 0) pending_blocks_ = std::move(blocks);
+}
 
 std::uint64_t GroupFrames::frame_bytes() const { return count() * rod_bytes() + (kind_ == FrameKind::trajectory ? view_bytes : 0); }
 
@@ -116,7 +124,7 @@ void GroupFrames::take(double lag, std::size_t most) {
         pending_[f].sent.need(most * blocks_.sent() * record_bytes(fields_[f]));
     }
     const std::size_t frame = pending_frames_++;
-    rods_.read(owned_.places, directors() ? Copy::frames : Copy::positions, lag, [&](int, std::size_t i, const RodCopy& rod) {
+    rods_->read(owned_.places, directors() ? Copy::frames : Copy::positions, lag, [&](int, std::size_t i, const RodCopy& rod) {
         const auto [own, place] = blocks_.destination(i);
         for (std::size_t f = 0; f < fields_.size(); ++f) {
             std::byte* records = own ? pending_[f].block.data() : pending_[f].sent.data();
@@ -130,27 +138,28 @@ void GroupFrames::take(double lag, std::size_t most) {
 
 void GroupFrames::write(H5File& file, std::uint64_t first, std::span<std::uint64_t> digests) {
     const std::size_t frames = digests.size();
+    const IndexBlocks& blocks = pending_blocks_ ? *pending_blocks_ : blocks_;
     for (std::size_t f = 0; f < fields_.size(); ++f) {
         const FrameField& field = fields_[f];
         const std::size_t record = record_bytes(field);
         std::byte* block = pending_[f].block.data();
         // A rod's numbers of all frames travel together.
-        const std::span<const std::byte> sent(pending_[f].sent.data(), frames * blocks_.sent() * record);
-        blocks_.send(transposed(sent, frames, blocks_.sent(), record), frames * record,
-                     [&](std::size_t place, const std::byte* numbers) {
-                         for (std::size_t k = 0; k < frames; ++k)
-                             std::memcpy(block + (k * block_rods() + place) * record, numbers + k * record, record);
-                     });
+        const std::span<const std::byte> sent(pending_[f].sent.data(), frames * blocks.sent() * record);
+        blocks.send(transposed(sent, frames, blocks.sent(), record), frames * record,
+                    [&](std::size_t place, const std::byte* numbers) {
+                        for (std::size_t k = 0; k < frames; ++k)
+                            std::memcpy(block + (k * block_rods() + place) * record, numbers + k * record, record);
+                    });
         const std::size_t frame = block_rods() * record;
         for (std::size_t k = 0; k < frames; ++k)
             digests[k] += word_digest(std::span<const std::byte>(block + k * frame, frame), number_bytes(),
-                                      static_cast<std::uint64_t>(blocks_.begin()) * field.numbers());
-        H5Box box{{first, static_cast<std::uint64_t>(blocks_.begin())}, {frames, block_rods()}};
+                                      static_cast<std::uint64_t>(blocks.begin()) * field.numbers());
+        H5Box box{{first, static_cast<std::uint64_t>(blocks.begin())}, {frames, block_rods()}};
         box.start.resize(2 + field.shape.size(), 0);
         box.count.insert(box.count.end(), field.shape.begin(), field.shape.end());
         file.write(path(field.name), number_type(), box, block);
     }
-    pending_frames_ = 0;
+    drop_pending();
 }
 
 void GroupFrames::make_views(const std::string& file, std::uint64_t frames) const {

@@ -10,6 +10,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -35,6 +36,9 @@ public:
     /// `group` and `rods` must outlive it. Collective.
     GroupFrames(const Communicator& comm, const RodGroup& group, const Rods& rods, FrameKind kind, const OutputSpec& spec);
 
+    /// The same rods, of which ranks own others from now on; frames that are pending must be written next. Collective.
+    void follow(const Communicator& comm, const Rods& rods);
+
     /// Of a frame in the file, or more.
     std::uint64_t frame_bytes() const;
     /// Of a pending frame on this rank.
@@ -49,7 +53,7 @@ public:
     void take(double lag, std::size_t most);
     /// Writes the pending frames, as many as there are `digests`, from frame `first` on; adds this rank's part to their digests.
     void write(H5File& file, std::uint64_t first, std::span<std::uint64_t> digests);
-    void drop_pending() { pending_frames_ = 0; }
+    void drop_pending() { pending_frames_ = 0, pending_blocks_.reset(); }
 
     /// Single frames under names of their own, for the side-car: of the XDMF readers in use one knows hyperslabs only in a
     /// spelling that the other does not. Root only, of a closed file.
@@ -74,12 +78,13 @@ private:
     void write_constants(H5File& file, const Communicator& comm) const;
 
     const RodGroup& group_;
-    const Rods& rods_;
+    const Rods* rods_;
     FrameKind kind_;
     Precision precision_;
     std::vector<FrameField> fields_;
     OwnedRods owned_;
     IndexBlocks blocks_;
+    std::optional<IndexBlocks> pending_blocks_; ///< of pending frames, where owners have changed since
     /// Records of a field that wait to be written: [frames, rods of this rank's block] and [frames, rods of others' blocks].
     struct Pending {
         UnsetArray<std::byte> block, sent;

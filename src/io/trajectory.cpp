@@ -48,11 +48,12 @@ struct FrameWriter::Impl {
     std::vector<Segment> segments = {}; ///< finished ones; root only
     std::size_t listed = 0;             ///< of them in the side-car
     std::uint64_t flush_every = 1;      ///< frames of a file
-    std::size_t most_pending = 1;       ///< frames
-    std::unique_ptr<H5File> file = {};  ///< of the open segment, once there are frames in it
-    Segment open = {};                  ///< with its pending frames
-    std::size_t written = 0;            ///< frames of the open segment
-    bool whole = true;                  ///< false while frames are on their way into it
+    std::uint64_t buffer_bytes = default_buffer_bytes;
+    std::size_t most_pending = 1;      ///< frames
+    std::unique_ptr<H5File> file = {}; ///< of the open segment, once there are frames in it
+    Segment open = {};                 ///< with its pending frames
+    std::size_t written = 0;           ///< frames of the open segment
+    bool whole = true;                 ///< false while frames are on their way into it
     std::int64_t last_step = -1;
     std::int64_t last_closed = -1; ///< step of the last frame in finished segments
 
@@ -305,6 +306,7 @@ FrameWriter::FrameWriter(const Communicator& comm, std::string directory, FrameK
         impl_->groups.emplace_back(comm, group, rods, kind, spec);
         impl_->group_names.push_back(group.name());
     }
+    impl_->buffer_bytes = buffer_bytes;
     impl_->limit_pending(buffer_bytes);
     impl_->flush_after(flush_bytes);
     impl_->keep_up_to(resume_step, expected);
@@ -320,6 +322,17 @@ void FrameWriter::write(std::int64_t step, double time, double lag) {
         impl_->give_up();
         throw;
     }
+}
+
+void FrameWriter::follow(const Rods& rods) {
+    for (GroupFrames& group : impl_->groups) group.follow(impl_->comm, rods);
+    try {
+        impl_->write_pending();
+    } catch (const IoError&) {
+        impl_->give_up();
+        throw;
+    }
+    impl_->limit_pending(impl_->buffer_bytes);
 }
 
 void FrameWriter::close_segment() {

@@ -68,15 +68,9 @@ std::size_t VtkContent::bytes_per_node() const {
 }
 
 VtkRods::VtkRods(const Communicator& comm, const RodGroup& group, const Rods& rods, VtkContent& before)
-    : group_(group), rods_(rods), owned_(owned_rods(rods, group.id())), blocks_(comm, owned_.indices, group.count()),
+    : group_(group), rods_(&rods), owned_(owned_rods(rods, group.id())), blocks_(comm, owned_.indices, group.count()),
       first_line_(before.lines), first_node_(before.nodes), scratch_(static_cast<std::size_t>(rods.threads())) {
-    const auto put_radii = [this](const RodGroup& rod) {
-        for (std::int64_t k = 0; k < nodes(); ++k)
-            radius_.push_back(rod.body() ? rod.body()->part[static_cast<std::size_t>(k / 2)].radius : node_radius(rod, k));
-    };
-    if (!group.sized()) put_radii(group);
-    else
-        for (const std::int64_t i : owned_.indices) with_rod(group, i, put_radii);
+    find_radii();
     before.lines += static_cast<std::uint64_t>(group.count() * lines());
     before.nodes += static_cast<std::uint64_t>(group.count() * nodes());
     if (is_magnetised(group))
@@ -105,6 +99,24 @@ void VtkRods::describe_body(const RodCopy& body, const VtkContent& content, Scra
     for (const Vec3d& force : scratch.force) out = put(out, force);
 }
 
+void VtkRods::find_radii() {
+    radius_.clear();
+    const auto put_radii = [this](const RodGroup& rod) {
+        for (std::int64_t k = 0; k < nodes(); ++k)
+            radius_.push_back(rod.body() ? rod.body()->part[static_cast<std::size_t>(k / 2)].radius : node_radius(rod, k));
+    };
+    if (!group_.sized()) put_radii(group_);
+    else
+        for (const std::int64_t i : owned_.indices) with_rod(group_, i, put_radii);
+}
+
+void VtkRods::follow(const Communicator& comm, const Rods& rods) {
+    rods_ = &rods;
+    owned_ = owned_rods(rods, group_.id());
+    blocks_ = IndexBlocks(comm, owned_.indices, group_.count());
+    find_radii();
+}
+
 void VtkRods::describe(std::size_t place, const RodCopy& rod, const VtkContent& content, Scratch& scratch) const {
     const std::size_t nodes = rod.state.size();
     double* out = scratch.numbers.data();
@@ -130,11 +142,11 @@ std::span<const std::byte> VtkRods::take(const VtkContent& content, double time,
         scratch.numbers.resize(content.bytes_per_node() / bytes_of(content.real) * nodes);
     }
     buffers.begin(blocks_, record_bytes(content));
-    rods_.read(
+    rods_->read(
         owned_.places, Copy::strained, lag,
         [&](int thread, std::size_t i, const RodCopy& rod) {
             Scratch& scratch = scratch_[static_cast<std::size_t>(thread)];
-            if (content.forces) forces(rods_.local()[owned_.places[i]].gid, scratch.force);
+            if (content.forces) forces(rods_->local()[owned_.places[i]].gid, scratch.force);
             if (group_.body()) describe_body(rod, content, scratch);
             else describe(i, rod, content, scratch);
             convert(scratch.numbers, content.real, buffers.record(i));

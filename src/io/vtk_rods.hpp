@@ -37,6 +37,9 @@ public:
     /// Its rods stand behind those of `before`, to which they are added. `group` and `rods` must outlive it. Collective.
     VtkRods(const Communicator& comm, const RodGroup& group, const Rods& rods, VtkContent& before);
 
+    /// The same rods, of which ranks own others from now on. Collective.
+    void follow(const Communicator& comm, const Rods& rods);
+
     /// This rank's block of the group's rods as they are, all numbers of a rod side by side, in `buffers`. `forces` is asked where
     /// the content has them. Collective.
     std::span<const std::byte> take(const VtkContent& content, double time, double lag, const NodeForces& forces,
@@ -57,12 +60,13 @@ private:
     std::int64_t nodes() const { return group_.exposed_slots(); }
     std::int64_t lines() const;
     void describe_body(const RodCopy& body, const VtkContent& content, Scratch& scratch) const;
+    void find_radii();
     void describe(std::size_t place, const RodCopy& rod, const VtkContent& content, Scratch& scratch) const;
     /// Arrays that are alike in all frames.
     void write_constants(Descriptor& file, const VtkPolyData& layout, const VtkContent& content) const;
 
     const RodGroup& group_;
-    const Rods& rods_;
+    const Rods* rods_;
     OwnedRods owned_;
     IndexBlocks blocks_;
     std::uint64_t first_line_, first_node_; ///< of the group, in a frame

@@ -127,6 +127,10 @@ void VtkSeries::write(std::int64_t step, double time, double lag) {
     });
 }
 
+void VtkSeries::follow(const Rods& rods) {
+    for (VtkRods& group : groups_) group.follow(comm_, rods);
+}
+
 void VtkSeries::write_walls(std::int64_t step, double time, const PolygonMesh& walls) {
     whole_or_not(walls_, step, [&](const std::string& name) {
         on_root(comm_, [&] {

@@ -56,6 +56,17 @@ std::optional<std::uint32_t> Exposure::find(std::int64_t in_scene) const {
     return w.first_slot + static_cast<std::uint32_t>(k);
 }
 
+void Exposure::show(std::size_t i, std::span<const Slot<1>> state) {
+    const Window& w = window[own_window_[i]];
+    for (std::size_t k = 0; k < state.size(); ++k) {
+        const Slot<1>& s = state[k];
+        node[w.first_slot + k].position = lane(s.position, 0);
+        ExposedMotion& shown = motion[w.first_slot + k];
+        shown.velocity = lane(s.velocity, 0);
+        shown.spin = has_element(w.first_slot + k) ? lane(transpose_times(s.director, s.spin), 0) : Vec3d{0, 0, 0};
+    }
+}
+
 void Exposure::become(Exposure&& other) {
     auto from = window.begin();
     for (const Window& w : other.window) {

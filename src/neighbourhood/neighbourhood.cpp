@@ -170,6 +170,11 @@ Neighbourhood::~Neighbourhood() {
     if (comm_.size() > 1) channel_.free();
 }
 
+void Neighbourhood::follow(std::shared_ptr<Exposure> exposure) {
+    exposure_ = std::move(exposure);
+    rank_of_.assign(exposure_->window.size(), comm_.rank());
+}
+
 void Neighbourhood::pack() {
     threads_.for_each(blocks_of(sent_.runs.size()), [&](std::size_t block, int) {
         for (std::size_t r = block * block_size; r < std::min(sent_.runs.size(), (block + 1) * block_size); ++r) {

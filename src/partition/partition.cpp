@@ -6,7 +6,9 @@
 
 #include <algorithm>
 #include <bit>
+#include <cmath>
 #include <limits>
+#include <utility>
 
 namespace skein {
 
@@ -19,22 +21,15 @@ struct Keyed {
     friend auto operator<=>(const Keyed&, const Keyed&) = default;
 };
 
-/// The rods of all groups by gid.
-class Roster {
-public:
-    explicit Roster(std::span<const RodGroup> groups) : groups_(groups) {}
+std::int64_t rods_of(std::span<const RodGroup> groups) {
+    return groups.empty() ? 0 : groups.back().first_gid() + groups.back().count();
+}
 
-    std::int64_t count() const { return groups_.empty() ? 0 : groups_.back().first_gid() + groups_.back().count(); }
-    const RodGroup& group_of(std::int64_t gid) const {
-        const auto after = std::upper_bound(groups_.begin(), groups_.end(), gid,
-                                            [](std::int64_t g, const RodGroup& group) { return g < group.first_gid(); });
-        return *(after - 1);
-    }
-    std::int64_t weight(std::int64_t gid) const { return group_of(gid).elements(); }
-
-private:
-    std::span<const RodGroup> groups_;
-};
+const RodGroup& group_of(std::span<const RodGroup> groups, std::int64_t gid) {
+    const auto after = std::upper_bound(groups.begin(), groups.end(), gid,
+                                        [](std::int64_t g, const RodGroup& group) { return g < group.first_gid(); });
+    return *(after - 1);
+}
 
 /// The smallest cube with its sides along the axes that holds every rod's centre.
 struct Cube {
@@ -54,36 +49,58 @@ Cube bounding_cube(const Communicator& comm, std::span<const Vec3d> centres) {
 }
 
 std::uint64_t key_in(const Cube& cube, const Vec3d& centre) {
-    if (!(cube.side > 0)) return 0;
     const Vec3d offset = centre - cube.corner;
+    if (!(cube.side > 0) || !std::isfinite(cube.side) || !std::isfinite(offset.x + offset.y + offset.z)) return 0; // lost
     return hilbert_key({offset.x / cube.side, offset.y / cube.side, offset.z / cube.side});
 }
 
-/// This rank's index block of every group, sorted along the curve. Whose block a rod is in changes nothing.
-std::vector<Keyed> key_block(const Communicator& comm, std::span<const RodGroup> groups) {
-    std::vector<Vec3d> centres;
-    std::vector<Keyed> rods;
-    for (const RodGroup& group : groups) {
-        const std::int64_t end = block_begin(group.count(), comm.rank() + 1, comm.size());
-        for (std::int64_t i = block_begin(group.count(), comm.rank(), comm.size()); i < end; ++i) {
-            centres.push_back(group.centre(i));
-            rods.push_back({0, group.first_gid() + i});
-        }
-    }
-    const Cube cube = bounding_cube(comm, centres);
-    for (std::size_t i = 0; i < rods.size(); ++i) rods[i].key = key_in(cube, centres[i]);
-    std::sort(rods.begin(), rods.end());
-    return rods;
-}
-
-/// Weight on all ranks of the rods that come before each place.
-class WeightBefore {
+/// Rods that some rank knows of, in any distribution: their places along the curve, and the weight of those before each.
+class Curve {
 public:
-    WeightBefore(const Communicator& comm, const Roster& roster, std::span<const Keyed> rods) : comm_(comm), rods_(rods) {
-        for (const Keyed& rod : rods) before_.push_back(before_.back() + roster.weight(rod.gid));
+    /// Collective.
+    Curve(const Communicator& comm, std::span<const WeighedRod> rods) : comm_(comm) {
+        std::vector<Vec3d> centres;
+        std::vector<std::pair<Keyed, std::int64_t>> weighed;
+        for (const WeighedRod& rod : rods) centres.push_back(rod.centre);
+        const Cube cube = bounding_cube(comm, centres);
+        for (const WeighedRod& rod : rods) weighed.push_back({{key_in(cube, rod.centre), rod.gid}, rod.weight});
+        std::sort(weighed.begin(), weighed.end());
+        for (const auto& [rod, weight] : weighed) rods_.push_back(rod), before_.push_back(before_.back() + weight);
+        for (const Keyed& rod : rods_) last_gid_ = std::max(last_gid_, rod.gid);
+        last_gid_ = comm.max(last_gid_);
     }
-    std::int64_t total() const { return comm_.sum(before_.back()); }
-    std::vector<std::int64_t> operator()(std::span<const Keyed> places) const {
+    std::span<const Keyed> rods() const { return rods_; }
+
+    /// Where the pieces of ranks 1, 2, ... begin: piece r with the first rod that has at least r/P of the whole weight before it.
+    /// So each of `pieces` is within one rod of its share. All cuts are bisected at once, in the numbers (key, gid). Collective.
+    std::vector<Keyed> cuts(int pieces) const {
+        using Place = unsigned __int128;
+        const int gid_bits = std::bit_width(static_cast<std::uint64_t>(last_gid_ + 1));
+        const auto keyed = [gid_bits](Place place) {
+            const Place gid = place & ((Place(1) << gid_bits) - 1);
+            return Keyed{static_cast<std::uint64_t>(place >> gid_bits), static_cast<std::int64_t>(gid)};
+        };
+        const auto count = static_cast<std::size_t>(pieces - 1);
+        const std::int64_t whole = comm_.sum(before_.back());
+        std::vector<Place> low(count, 0), high(count, Place(1) << (63 + gid_bits));
+        std::vector<Keyed> middle(count);
+        while (low != high) {
+            for (std::size_t c = 0; c < count; ++c) middle[c] = keyed(low[c] + (high[c] - low[c]) / 2);
+            const auto weights = weight_before(middle);
+            for (std::size_t c = 0; c < count; ++c) {
+                const Place place = low[c] + (high[c] - low[c]) / 2;
+                if (weights[c] >= block_begin(whole, static_cast<int>(c) + 1, pieces)) high[c] = place;
+                else low[c] = place + 1;
+            }
+        }
+        std::vector<Keyed> found;
+        for (const Place place : low) found.push_back(keyed(place));
+        return found;
+    }
+
+private:
+    /// On all ranks together, of the rods that come before each place.
+    std::vector<std::int64_t> weight_before(std::span<const Keyed> places) const {
         std::vector<std::int64_t> weights;
         for (const Keyed& place : places)
             weights.push_back(
@@ -92,39 +109,25 @@ public:
         return weights;
     }
 
-private:
     const Communicator& comm_;
-    std::span<const Keyed> rods_;
+    std::vector<Keyed> rods_;
     std::vector<std::int64_t> before_{0};
+    std::int64_t last_gid_ = 0;
 };
 
-/// Where the pieces of ranks 1, 2, ... begin: piece r with the first rod that has at least r/P of the whole weight before it.
-/// So every of `pieces` is within one rod of its share. All cuts are bisected at once, in the numbers (key, gid).
-std::vector<Keyed> find_cuts(const Communicator& comm, const Roster& roster, std::span<const Keyed> rods, int pieces) {
-    using Place = unsigned __int128;
-    const WeightBefore weight_before(comm, roster, rods);
-    const int gid_bits = std::bit_width(static_cast<std::uint64_t>(roster.count()));
-    const auto keyed = [gid_bits](Place place) {
-        const Place gid = place & ((Place(1) << gid_bits) - 1);
-        return Keyed{static_cast<std::uint64_t>(place >> gid_bits), static_cast<std::int64_t>(gid)};
-    };
+int piece_of(std::span<const Keyed> cuts, const Keyed& rod) {
+    return static_cast<int>(std::upper_bound(cuts.begin(), cuts.end(), rod) - cuts.begin());
+}
 
-    const auto cuts = static_cast<std::size_t>(pieces - 1);
-    const std::int64_t whole = weight_before.total();
-    std::vector<Place> low(cuts, 0), high(cuts, Place(1) << (63 + gid_bits));
-    std::vector<Keyed> middle(cuts);
-    while (low != high) {
-        for (std::size_t c = 0; c < cuts; ++c) middle[c] = keyed(low[c] + (high[c] - low[c]) / 2);
-        const auto weights = weight_before(middle);
-        for (std::size_t c = 0; c < cuts; ++c) {
-            const Place place = low[c] + (high[c] - low[c]) / 2;
-            if (weights[c] >= block_begin(whole, static_cast<int>(c) + 1, pieces)) high[c] = place;
-            else low[c] = place + 1;
-        }
+/// This rank's index block of every group, where rods start. Whose block a rod is in changes nothing.
+std::vector<WeighedRod> index_block(const Communicator& comm, std::span<const RodGroup> groups) {
+    std::vector<WeighedRod> rods;
+    for (const RodGroup& group : groups) {
+        const std::int64_t end = block_begin(group.count(), comm.rank() + 1, comm.size());
+        for (std::int64_t i = block_begin(group.count(), comm.rank(), comm.size()); i < end; ++i)
+            rods.push_back({group.first_gid() + i, group.centre(i), group.elements()});
     }
-    std::vector<Keyed> found;
-    for (const Place place : low) found.push_back(keyed(place));
-    return found;
+    return rods;
 }
 
 std::vector<Keyed> send_to_owners(const Communicator& comm, std::span<const Keyed> rods, std::span<const Keyed> cuts) {
@@ -196,13 +199,10 @@ void keep_own_rods(const Communicator& comm, std::span<RodGroup> groups, std::sp
 }
 
 std::vector<LocalRod> partition(const Communicator& comm, std::span<const RodGroup> groups) {
-    const Roster roster(groups);
-    const auto rods = key_block(comm, groups);
-    const auto owned = send_to_owners(comm, rods, find_cuts(comm, roster, rods, comm.size()));
-
+    const Curve curve(comm, index_block(comm, groups));
     std::vector<LocalRod> local;
-    for (const Keyed& rod : owned) {
-        const RodGroup& group = roster.group_of(rod.gid);
+    for (const Keyed& rod : send_to_owners(comm, curve.rods(), curve.cuts(comm.size()))) {
+        const RodGroup& group = group_of(groups, rod.gid);
         local.push_back({rod.gid, group.id(), rod.gid - group.first_gid()});
     }
     std::stable_sort(local.begin(), local.end(), [](const LocalRod& a, const LocalRod& b) { return a.group < b.group; });
@@ -211,13 +211,25 @@ std::vector<LocalRod> partition(const Communicator& comm, std::span<const RodGro
 
 std::vector<int> owners(std::span<const RodGroup> groups, int ranks) {
     const Communicator alone = Communicator::alone();
-    const Roster roster(groups);
-    const auto rods = key_block(alone, groups);
-    const auto cuts = find_cuts(alone, roster, rods, ranks);
-    std::vector<int> owner(static_cast<std::size_t>(roster.count()));
-    for (const Keyed& rod : rods)
-        owner[static_cast<std::size_t>(rod.gid)] = static_cast<int>(std::upper_bound(cuts.begin(), cuts.end(), rod) - cuts.begin());
+    const Curve curve(alone, index_block(alone, groups));
+    const auto cuts = curve.cuts(ranks);
+    std::vector<int> owner(static_cast<std::size_t>(rods_of(groups)));
+    for (const Keyed& rod : curve.rods()) owner[static_cast<std::size_t>(rod.gid)] = piece_of(cuts, rod);
     return owner;
+}
+
+std::vector<Assignment> assign(const Communicator& comm, std::span<const WeighedRod> rods) {
+    const Curve curve(comm, rods);
+    const auto cuts = curve.cuts(comm.size());
+    std::vector<Keyed> by_gid(curve.rods().begin(), curve.rods().end());
+    std::sort(by_gid.begin(), by_gid.end(), [](const Keyed& a, const Keyed& b) { return a.gid < b.gid; });
+    std::vector<Assignment> assigned;
+    for (const WeighedRod& rod : rods) {
+        const Keyed& found =
+            *std::lower_bound(by_gid.begin(), by_gid.end(), rod.gid, [](const Keyed& k, std::int64_t gid) { return k.gid < gid; });
+        assigned.push_back({found.key, piece_of(cuts, found)});
+    }
+    return assigned;
 }
 
 } // namespace skein

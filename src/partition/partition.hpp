@@ -23,6 +23,21 @@ std::vector<LocalRod> partition(const Communicator& comm, std::span<const RodGro
 /// Rank of each rod, by gid, that so many ranks would give it; worked out by this one alone.
 std::vector<int> owners(std::span<const RodGroup> groups, int ranks);
 
+/// A rod somewhere, and the cost of a step of it in any unit.
+struct WeighedRod {
+    std::int64_t gid;
+    Vec3d centre; ///< m
+    std::int64_t weight;
+};
+/// Its place along the curve, and the rank that is to own it.
+struct Assignment {
+    std::uint64_t key;
+    int rank;
+};
+/// Owners of rods by where they are and what they cost now: every rank gets as much weight as others, within one rod's. `own`: the
+/// rods of this rank, in any distribution; the result is in their order. Collective.
+std::vector<Assignment> assign(const Communicator& comm, std::span<const WeighedRod> own);
+
 /// Reads what files say of the rods: each rank its index block of a group (see IndexBlocks), and all agree on what depends on every
 /// rod. Groups that have been read, or have no file, are left alone. Throws InputError on all ranks alike. Collective.
 void read_rods(const Communicator& comm, std::span<RodGroup> groups);

@@ -74,6 +74,19 @@ void ContactInteraction::settle(std::span<const std::uint32_t> slot) {
     contacts_->settle(*exposure_, slot, comm_.sum(idle_));
 }
 
+void ContactInteraction::follow(const InteractionParts& parts) {
+    exposure_ = parts.around.exposure;
+    loads_ = parts.around.loads;
+}
+
+void ContactInteraction::add_work(std::span<const LocalRod> own, std::span<double> work) const {
+    const std::vector<double> by_window = contacts_->work(*exposure_);
+    for (std::size_t i = 0; i < own.size(); ++i) {
+        const std::uint32_t slot = exposure_->find(exposure_->scene().first_slot(own[i].gid)).value();
+        work[i] += by_window[static_cast<std::size_t>(exposure_->window_of[slot])];
+    }
+}
+
 OwnerDirectory ContactInteraction::directory() const {
     std::vector<std::int64_t> own;
     for (const Window& w : exposure_->window)

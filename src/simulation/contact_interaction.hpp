@@ -16,6 +16,8 @@ public:
     double begin_renewal() override;
     void find_partners(const Exposure& near, std::span<std::uint8_t> wanted) override;
     void settle(std::span<const std::uint32_t> slot) override;
+    void follow(const InteractionParts& parts) override;
+    void add_work(std::span<const LocalRod> own, std::span<double> work) const override;
     bool add_own(const Step& step) override;
     void add_shared(const Step& step) override;
     std::string invalid() const override;

@@ -78,17 +78,20 @@ struct Simulation::Unfit {
 };
 
 void Simulation::keep_copy() {
+    if (options_.rewind == Rewind::never || (options_.rewind == Rewind::automatic && plan_.copy_bytes == 0)) return;
     if (copy_ && clock_.done() - copy_->step() < copy_every) return;
-    if (!copy_) {
-        if (options_.rewind == Rewind::never || (options_.rewind == Rewind::automatic && plan_.copy_bytes == 0)) return;
-        copy_ = std::make_unique<StateCopy>(groups_, *rods_, interactions_);
-    }
     const auto timing = timers_.time(Phase::checkpoint);
-    copy_->take(clock_.done());
+    if (!copy_ || copy_->owners() != owners_) copy_ = std::make_unique<StateCopy>(groups_, *rods_, owners_);
+    copy_->take(*rods_, interactions_, clock_.done());
 }
 
 void Simulation::go_back(const StateCopy& copy) {
-    copy.put_back();
+    if (copy.owners() != owners_) {
+        copy.put_back_places(groups_);
+        make_bodies(copy.owned());
+        owners_ = copy.owners();
+    }
+    copy.put_back(*rods_, interactions_);
     clock_ = Clock(plan_.dt, copy.step(), plan_.integrator, clock_.shift());
 }
 
@@ -145,10 +148,11 @@ double Simulation::present_limit() const {
 Simulation::Failure Simulation::find_failure() {
     const std::int64_t failed_by = comm_.max(failure_.empty() ? std::int64_t{0} : clock_.done());
     const auto copy_here = [&] {
-        auto copy = std::make_unique<StateCopy>(groups_, *rods_, interactions_);
-        copy->take(clock_.done());
+        auto copy = std::make_unique<StateCopy>(groups_, *rods_, owners_);
+        copy->take(*rods_, interactions_, clock_.done());
         return copy;
     };
+    balance_.stop();
     go_back(*copy_);
     std::unique_ptr<StateCopy> older, old = std::move(copy_);
     while (redo(std::min(failed_by, (clock_.done() / look_every + 1) * look_every), true)) {
@@ -224,7 +228,8 @@ Simulation::Failure Simulation::find_failure() {
     return found;
 }
 
-void Simulation::begin_again(const StateCopy& start, const Clock& was, const std::vector<LocalRod>& owned) {
+void Simulation::begin_again(const StateCopy& start, const Clock& was) {
+    const std::vector<LocalRod>& owned = start.owned();
     clock_ = continued(was, plan_.dt, plan_.integrator);
     make_bodies(owned);
     for (std::size_t i = 0; i < owned.size(); ++i) {
@@ -240,10 +245,9 @@ void Simulation::begin_again(const StateCopy& start, const Clock& was, const std
 void Simulation::try_shorter_steps(Failure& failure, const StateCopy& start, double until, double dt) {
     const double began = wall_seconds();
     const Clock was(plan_.dt, start.step(), plan_.integrator, clock_.shift());
-    const std::vector<LocalRod> owned(rods_->local().begin(), rods_->local().end());
     for (int attempt = 0; attempt < most_attempts; ++attempt, dt = rounded_down(dt / 4)) {
         failure.dt = plan_.dt = dt;
-        begin_again(start, was, owned);
+        begin_again(start, was);
         bool well = true;
         for (const std::int64_t end = clock_.step_at(until); well && clock_.done() < end;) {
             well = redo(std::min(end, clock_.done() + look_every), true);

@@ -35,9 +35,10 @@ ContactInteraction* contacts_of(const Interactions& all) {
 namespace {
 
 /// Partners anew, and with them the ghosts.
-void renew(const Interactions& all, Neighbourhood& neighbourhood) {
+void renew(const Interactions& all, Neighbourhood& neighbourhood, const std::function<void()>& at_renewal) {
     double reach = 0;
     for (const auto& one : all) reach = std::max(reach, one->begin_renewal());
+    if (at_renewal) at_renewal();
     const Exposure& near = neighbourhood.widen(reach);
     std::vector<std::uint8_t> wanted(near.slots(), 0);
     for (const auto& one : all) one->find_partners(near, wanted);
@@ -47,7 +48,8 @@ void renew(const Interactions& all, Neighbourhood& neighbourhood) {
 
 } // namespace
 
-void couple(const Interactions& all, Neighbourhood& neighbourhood, const Step& step, Timers& timers) {
+void couple(const Interactions& all, Neighbourhood& neighbourhood, const Step& step, Timers& timers,
+            const std::function<void()>& at_renewal) {
     const auto for_each = [&](auto&& work) {
         const auto timing = timers.time(Phase::contacts);
         for (const auto& one : all) work(*one);
@@ -67,11 +69,17 @@ void couple(const Interactions& all, Neighbourhood& neighbourhood, const Step& s
     if (!hold) { // on some rank
         {
             const auto timing = timers.time(Phase::search);
-            renew(all, neighbourhood);
+            renew(all, neighbourhood, at_renewal);
         }
         for_each(add_own);
     }
     for_each([&](Interaction& one) { one.add_shared(step); });
+}
+
+std::vector<double> work_of(const Interactions& all, std::span<const LocalRod> own) {
+    std::vector<double> work(own.size(), 0.0);
+    for (const auto& one : all) one->add_work(own, work);
+    return work;
 }
 
 bool finished(const Interactions& all) {

@@ -11,6 +11,7 @@
 #include "simulation/overlap_watch.hpp"
 
 #include <cmath>
+#include <functional>
 #include <memory>
 #include <span>
 #include <string>
@@ -33,6 +34,16 @@ struct Figure {
     double times = 1, over = 1; ///< of a sum
 };
 
+/// Parts of a run that interactions are made from, which must outlive them.
+struct InteractionParts {
+    const Communicator& comm;
+    const Threads& threads;
+    const Plan& plan;
+    std::span<const RodGroup> groups;
+    const Rods& rods;
+    const Surroundings& around;
+};
+
 class Interaction {
 public:
     virtual ~Interaction() = default;
@@ -47,6 +58,14 @@ public:
         static_cast<void>(near), static_cast<void>(wanted);
     }
     virtual void settle(std::span<const std::uint32_t> slot) { static_cast<void>(slot); }
+
+    /// Bodies have other owners, and are other `parts` with them, between begin_renewal and find_partners; recall() of what was
+    /// kept() before follows.
+    virtual void follow(const InteractionParts& parts) = 0;
+    /// Adds its work in a step to that of own bodies, in pairs of elements. This rank alone.
+    virtual void add_work(std::span<const LocalRod> own, std::span<double> work) const {
+        static_cast<void>(own), static_cast<void>(work);
+    }
 
     /// Adds loads to those of the slots, when own bodies have exposed themselves: those for which no ghost is needed. This rank
     /// alone. On a single rank, false where partners turn out not to hold.
@@ -82,21 +101,16 @@ public:
 
 using Interactions = std::vector<std::unique_ptr<Interaction>>;
 
-/// Parts of a run that interactions are made from, which must outlive them.
-struct InteractionParts {
-    const Communicator& comm;
-    const Threads& threads;
-    const Plan& plan;
-    std::span<const RodGroup> groups;
-    const Rods& rods;
-    const Surroundings& around;
-};
-
 /// The interactions of a plan, in the order in which they add loads. Collective.
 Interactions make_interactions(const InteractionParts& parts);
 
-/// Between the halves of a step: the loads that bodies exert on each other. Ghosts travel meanwhile. Collective.
-void couple(const Interactions& all, Neighbourhood& neighbourhood, const Step& step, Timers& timers);
+/// Between the halves of a step: the loads that bodies exert on each other. Ghosts travel meanwhile. `at_renewal`, if given, is
+/// where bodies may go to other ranks. Collective.
+void couple(const Interactions& all, Neighbourhood& neighbourhood, const Step& step, Timers& timers,
+            const std::function<void()>& at_renewal = {});
+
+/// Work of all of them in a step on each of these bodies, in pairs of elements.
+std::vector<double> work_of(const Interactions& all, std::span<const LocalRod> own);
 
 class ContactInteraction;
 /// Contacts among them; null where rods do not feel each other.

@@ -9,6 +9,7 @@
 #include "partition/partition.hpp"
 #include "scene/scene_rebuild.hpp"
 #include "simulation/branch.hpp"
+#include "simulation/migration.hpp"
 #include "simulation/state_copy.hpp"
 #include "simulation/summary.hpp"
 #include "skein/core/error.hpp"
@@ -60,7 +61,7 @@ Simulation::Simulation(const Communicator& comm, const Threads& threads, const S
       physics_(physics_json(with_stiffnesses(scene, groups_), groups_, plan_.dt)), settings_(settings_json(scene)),
       output_(output_json(scene)), started_(options_.began > 0 ? options_.began : wall_seconds()),
       checkpoints_(plan_.cadence.checkpoint_wall, started_, plan_.state_bytes / plan_.machine.ranks),
-      clock_(plan_.dt, 0, plan_.integrator) {
+      balance_(comm_, plan_, groups_, options_.balance), clock_(plan_.dt, 0, plan_.integrator) {
     timers_.add(Phase::setup, wall_seconds() - started_); // reading of the scene and of its rods
     const auto setup = timers_.time(Phase::setup);
     const bool writes = !options_.out.empty();
@@ -125,12 +126,43 @@ Simulation::~Simulation() = default;
 void Simulation::make_bodies(std::vector<LocalRod> owned) {
     interactions_.clear();
     neighbourhood_.reset();
-    rods_.reset();
-    Surroundings around = make_surroundings(plan_, groups_, owned);
-    rods_ = make_rods(plan_, groups_, std::move(owned), threads_, around);
-    walls_ = around.walls;
+    const Surroundings around = make_rods_of(std::move(owned));
     if (around.exposure) neighbourhood_ = std::make_unique<Neighbourhood>(comm_, threads_, around.exposure);
     interactions_ = make_interactions({comm_, threads_, plan_, groups_, *rods_, around});
+}
+
+Surroundings Simulation::make_rods_of(std::vector<LocalRod> owned) {
+    rods_.reset();
+    Surroundings around = make_surroundings(plan_, groups_, owned);
+    if (walls_) around.walls = walls_; // their servos' state is recalled
+    rods_ = make_rods(plan_, groups_, std::move(owned), threads_, around);
+    walls_ = around.walls;
+    return around;
+}
+
+void Simulation::move_bodies() {
+    const double began = wall_seconds();
+    const std::vector<KeptNumbers> kept = skein::kept(interactions_);
+    const Migration migration(comm_, groups_, *rods_, balance_.assign(*rods_, interactions_));
+    const Surroundings around = make_rods_of(migration.owned());
+    migration.put_into(*rods_);
+    for (std::size_t i = 0; i < migration.owned().size(); ++i) around.exposure->show(i, migration.state(i));
+    neighbourhood_->follow(around.exposure);
+    for (const auto& interaction : interactions_) interaction->follow({comm_, threads_, plan_, groups_, *rods_, around});
+    recall(interactions_, kept);
+    const double seconds = wall_seconds() - began;
+    timers_.move(Phase::search, Phase::balance, seconds);
+    balance_.moved(seconds, migration.moved());
+    ++owners_;
+}
+
+void Simulation::follow_owners() {
+    if (outputs_owners_ == owners_) return;
+    const auto timing = timers_.time(Phase::output);
+    outputs_owners_ = owners_;
+    for (FrameWriter* frames : {trajectory_.get(), tips_.get()})
+        if (frames) frames->follow(*rods_);
+    if (polydata_) polydata_->follow(*rods_);
 }
 
 bool Simulation::is_told(std::uint64_t digest) const {
@@ -185,10 +217,13 @@ bool Simulation::step_together(std::span<const Step> steps, bool check) {
         const auto timing = timers_.time(phase);
         work();
     };
+    const auto at_renewal = [this] {
+        if (balance_.due()) move_bodies();
+    };
     bool fit = true;
     timed(Phase::rods, [&] { rods_->move(steps.front()); }); // per tile: drift, expose
     for (std::size_t i = 0; i < steps.size(); ++i) {
-        if (neighbourhood_) couple(interactions_, *neighbourhood_, steps[i], timers_); // contacts; ghosts meanwhile
+        if (neighbourhood_) couple(interactions_, *neighbourhood_, steps[i], timers_, at_renewal); // contacts; ghosts meanwhile
         timed(Phase::rods, [&] { // per tile: forces, loads, walls, kick; then the next drift
             if (i + 1 < steps.size()) rods_->act_and_move(steps[i], steps[i + 1]);
             else fit = rods_->act(steps[i], check);
@@ -238,6 +273,7 @@ RunResult Simulation::step_to_the_end() {
     while (clock_.done() < last_step_ && verdict == Verdict::go_on && !ended()) {
         keep_copy();
         advance(next_event());
+        follow_owners();
         verdict = agree();
         write_due();
         show_progress(verdict != Verdict::go_on);
@@ -284,6 +320,7 @@ Simulation::Verdict Simulation::agree() {
         const auto visits = static_cast<std::int64_t>(std::min(1e9, speed * seconds / tick_multiple));
         next_tick_ = clock_.done() + tick_multiple * comm_.broadcast(std::max<std::int64_t>(1, visits));
         if (checkpoints_.every() > 0) save_now_ = comm_.broadcast(static_cast<std::int64_t>(checkpoints_.due())) != 0;
+        balance_.look(timers_, *rods_, interactions_, clock_.done(), last_step_ - clock_.done());
         if (!progress_columns_.empty()) show_now_ = comm_.broadcast(static_cast<std::int64_t>(progress_->due(clock_.done()))) != 0;
     }
     return verdict;
@@ -478,7 +515,10 @@ void Simulation::write_summary(const RunResult& result) {
     figures.rod_bytes = comm_.sum(static_cast<std::int64_t>(rods_->bytes()));
     figures.resident_bytes = comm_.sum(resident_bytes());
     figures.overlaps = largest_overlaps(comm_, interactions_);
-    if (neighbourhood_ && comm_.size() > 1) figures.ghosts = neighbourhood_->figures_of_ranks();
+    if (neighbourhood_ && comm_.size() > 1) {
+        figures.ghosts = neighbourhood_->figures_of_ranks();
+        figures.balance = balance_.figures();
+    }
     on_root(comm_, [&] {
         write_file(options_.out + "/summary.json", summary_json(figures));
         if (!options_.quiet) std::printf("%s", timing_table(figures).c_str());

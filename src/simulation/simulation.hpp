@@ -13,6 +13,7 @@
 #include "scene/plan.hpp"
 #include "simulation/checkpoint_clock.hpp"
 #include "simulation/contact_interaction.hpp"
+#include "simulation/load_balance.hpp"
 #include "simulation/progress.hpp"
 #include "simulation/results_directory.hpp"
 #include "simulation/wall_meshes.hpp"
@@ -55,6 +56,7 @@ struct RunOptions {
     bool quiet = false;     ///< no progress line
     ProgressStyle progress = ProgressStyle::automatic;
     Rewind rewind = Rewind::automatic;
+    Balance balance = Balance::automatic;
     std::string from = {}; ///< with no `out`, where nothing is written: begin with this checkpoint; empty: with the scene
 };
 
@@ -108,6 +110,12 @@ private:
     std::string reason_of_failure() const;
     /// Rods in their start state, and what they do to each other. Collective.
     void make_bodies(std::vector<LocalRod> owned);
+    /// Rods in their start state and what surrounds them, in place of those that there are.
+    Surroundings make_rods_of(std::vector<LocalRod> owned);
+    /// Bodies go to the ranks that are to own them, within a step. Collective.
+    void move_bodies();
+    /// Outputs learn of new owners. Collective.
+    void follow_owners();
     enum class Verdict { go_on, warn, stop_at_limit, fail };
 
     /// `resumed`: the checkpoint of this directory that the run goes on from; null: none, and of a branch that begins.
@@ -170,7 +178,7 @@ private:
     /// Where a failure of some rank began. Collective.
     Failure find_failure();
     /// Makes rods anew, with the state that they had at a copy, for another step.
-    void begin_again(const StateCopy& start, const Clock& was, const std::vector<LocalRod>& owned);
+    void begin_again(const StateCopy& start, const Clock& was);
     /// From a copy to a time beyond the failure with a step of `dt`, and ever shorter ones until one holds. The run is over after
     /// it.
     void try_shorter_steps(Failure& failure, const StateCopy& start, double until, double dt);
@@ -198,6 +206,8 @@ private:
     std::shared_ptr<Walls> walls_;                 ///< null where there are none
     std::unique_ptr<Neighbourhood> neighbourhood_; ///< null where bodies do not feel each other
     Interactions interactions_;
+    LoadBalance balance_;
+    std::int64_t owners_ = 0, outputs_owners_ = 0; ///< number of the distribution of rods over ranks; that which outputs know
     Clock clock_;
     std::int64_t first_step_ = 0, last_step_ = 0; ///< of this run
     std::int64_t next_tick_ = 0;                  ///< step at which ranks agree next

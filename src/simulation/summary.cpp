@@ -87,6 +87,7 @@ std::string summary_json(const RunFigures& f) {
                           {"neighbours", of_ranks(&GhostFigures::neighbours)},
                           {"messages", of_ranks(&GhostFigures::messages)},
                           {"bytes", of_ranks(&GhostFigures::bytes)}};
+        json["balance"] = {{"migrations", f.balance.migrations}, {"rods", f.balance.bodies}, {"imbalance", f.balance.imbalance}};
     }
     if (!f.ancestry.empty()) json["ancestry"] = nlohmann::ordered_json::parse(f.ancestry);
     return json.dump(2) + "\n";
@@ -140,6 +141,9 @@ std::string timing_table(const RunFigures& f) {
         fmt::format_to(out,
                        "ghosts of a rank, at most: {} elements of {} rods, {} neighbours; {} messages with {} bytes sent a step\n",
                        most.elements, most.bodies, most.neighbours, most.messages, most.bytes);
+        if (f.balance.imbalance > 0)
+            fmt::format_to(out, "cost of the busiest rank {:.3g} of the mean; rods went to other ranks {} times, {} in all\n",
+                           f.balance.imbalance, f.balance.migrations, f.balance.bodies);
     }
     fmt::format_to(out, "step {}  digest {}\n", f.result.step, digest_text(f.result.digest));
     return text;

@@ -33,6 +33,7 @@ struct RunFigures {
     std::int64_t resident_bytes = 0;           ///< resident set, all ranks
     std::vector<LargestOverlap> overlaps = {}; ///< of contacts and walls, in this run
     std::vector<GhostFigures> ghosts = {};     ///< by rank, at the end; none where ranks do not meet
+    BalanceFigures balance = {};
 };
 
 std::string summary_json(const RunFigures& figures);

@@ -36,8 +36,8 @@ std::span<const double> numbers(std::span<const Slot<1>> state) {
 
 std::string Simulation::difference_to(const std::string& checkpoint) {
     if (const std::string unfit = failure(); !unfit.empty()) return unfit;
-    StateCopy computed(groups_, *rods_, interactions_), written(computed);
-    computed.take(clock_.done());
+    StateCopy computed(groups_, *rods_, owners_), written(computed);
+    computed.take(*rods_, interactions_, clock_.done());
     const double audited_from = audited_from_.value_or(0);
     const auto same_run = [&](const CheckpointInfo& info) {
         if (info.scene != physics_ || info.ancestry != ancestry_ || info.shift != clock_.shift())
@@ -46,7 +46,7 @@ std::string Simulation::difference_to(const std::string& checkpoint) {
     const auto kept = kept_names(interactions_);
     const CheckpointInfo info = load_checkpoint(comm_, checkpoint, groups_, *rods_, same_run, kept);
     recall(interactions_, info.kept);
-    written.take(info.step);
+    written.take(*rods_, interactions_, info.step);
 
     constexpr std::int64_t nobody = std::numeric_limits<std::int64_t>::max();
     std::int64_t first = nobody, differing = 0;

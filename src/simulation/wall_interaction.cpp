@@ -10,7 +10,7 @@
 namespace skein {
 
 WallInteraction::WallInteraction(const InteractionParts& parts)
-    : comm_(parts.comm), rods_(parts.rods), walls_(parts.around.walls), accounts_(parts.around.accounts),
+    : comm_(parts.comm), rods_(&parts.rods), walls_(parts.around.walls), accounts_(parts.around.accounts),
       work_(walls_->count(), 0) {
     for (std::size_t w = 0; w < walls_->count(); ++w) {
         const Wall& wall = walls_->wall[w];
@@ -21,6 +21,12 @@ WallInteraction::WallInteraction(const InteractionParts& parts)
         if (wall.servo.drives()) driven_.push_back({static_cast<int>(w), walls_->find(wall.servo.watch), Servo(wall)});
     }
     pressing_.resize(2 * driven_.size());
+}
+
+void WallInteraction::follow(const InteractionParts& parts) {
+    rods_ = &parts.rods;
+    walls_ = parts.around.walls;
+    accounts_ = parts.around.accounts;
 }
 
 void WallInteraction::steer(const Step& step, Timers& timers) {
@@ -67,12 +73,12 @@ Interaction::Ending WallInteraction::ending() const {
 
 Touch WallInteraction::strongest_touch(std::int64_t gid) const {
     Touch most;
-    const auto local = rods_.local();
+    const auto local = rods_->local();
     for (std::size_t i = 0; i < local.size(); ++i) {
         const WallAccounts* accounts = accounts_[static_cast<std::size_t>(local[i].group)].get();
         if (local[i].gid != gid || !accounts) continue;
         for (std::size_t w = 0; w < walls_->count(); ++w) {
-            const WallAccount a = accounts->account(rods_.place(i), static_cast<int>(w));
+            const WallAccount a = accounts->account(rods_->place(i), static_cast<int>(w));
             if (a.touching == 0 || norm(a.force) < most.force) continue;
             most = {norm(a.force), fmt::format("it presses the wall '{}' with {:.3g} N, {:.3g} of the diameter deep",
                                                walls_->wall[w].name, norm(a.force), a.deepest)};
@@ -87,12 +93,12 @@ std::vector<Figure> WallInteraction::figures() const {
     std::vector<std::vector<double>> normal(count);
     Figure touching{"wall_contacts[-]", Of::sum, {}}, overlap{"wall_overlap[-]", Of::largest, {0}},
         stored{"wall_energy[J]", Of::sum, {}}, rubbed{"wall_rubbed[J]", Of::sum, {}}, damped{"wall_damped[J]", Of::sum, {}};
-    const auto local = rods_.local();
+    const auto local = rods_->local();
     for (std::size_t i = 0; i < local.size(); ++i)
         for (std::size_t w = 0; w < count; ++w) {
             const WallAccounts* accounts = accounts_[static_cast<std::size_t>(local[i].group)].get();
             if (!accounts) continue;
-            const WallAccount a = accounts->account(rods_.place(i), static_cast<int>(w));
+            const WallAccount a = accounts->account(rods_->place(i), static_cast<int>(w));
             normal[w].push_back(a.normal);
             touching.terms.push_back(a.touching);
             stored.terms.push_back(a.stored);

@@ -11,6 +11,7 @@ class WallInteraction final : public Interaction {
 public:
     explicit WallInteraction(const InteractionParts& parts);
 
+    void follow(const InteractionParts& parts) override;
     void steer(const Step& step, Timers& timers) override;
     void look(const Step& step) override;
     Ending ending() const override;
@@ -31,7 +32,7 @@ private:
     const Wall& wall(const DrivenWall& driven) const { return walls_->wall[static_cast<std::size_t>(driven.wall)]; }
 
     const Communicator comm_;
-    const Rods& rods_;
+    const Rods* rods_;
     std::shared_ptr<Walls> walls_;
     std::vector<std::shared_ptr<const WallAccounts>> accounts_; ///< by group; null where no wall acts
     std::vector<OverlapWatch> overlaps_;                        ///< by wall

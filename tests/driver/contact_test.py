@@ -5,7 +5,7 @@ import unittest
 import h5py
 import numpy
 
-from driver import STICKS, DriverTest, digest_of
+from driver import SEARCH, STICKS, DriverTest, digest_of
 
 LAW = """law = "hertz"
 stiffness = 1e5
@@ -84,29 +84,10 @@ checkpoint = 0.05
 observables = ["knots", "angular_momentum"]
 """
 
-SUMMED_PER_RANK = ("contact_energyJ", "contact_rubbedJ", "contact_dampedJ")
-SEARCH = ("candidates", "renewals", "skinm")  # which a restart begins anew
-
-
 class Contact(DriverTest):
     def setUp(self):
         super().setUp()
         self.scene.write_text(SCENE)
-
-    def series(self, out):
-        return numpy.genfromtxt(self.directory / out / "observables.csv", delimiter=",", names=True)
-
-    def assert_same_series(self, out, whole, besides=()):
-        """Bit for bit, but for energies of contacts, which every rank sums on its own before all do."""
-        mine, theirs = self.series(out), self.series(whole)
-        self.assertEqual(mine.dtype, theirs.dtype)
-        for name in mine.dtype.names:
-            if name in besides:
-                continue
-            if name in SUMMED_PER_RANK:
-                self.assertLess(numpy.abs(mine[name] - theirs[name]).max(), 1e-12 * numpy.abs(mine[name]).max(), f"{name} of {out}")
-            else:
-                self.assertTrue(numpy.array_equal(mine[name], theirs[name], equal_nan=True), f"{name} of {out}")
 
     def test_ranks_threads_and_lanes(self):
         self.run_skein("one")

@@ -172,11 +172,13 @@ class Failure(BranchTest):
     def test_who_touched_it(self):
         self.scene.write_text(SHOT)
         done = {ranks: self.run_skein(f"shot{ranks}", ranks=ranks, expect=4) for ranks in (1, 2)}
+        done["moved"] = self.run_skein("moved", "--balance", "always", ranks=2, expect=4)
         self.assertEqual(first_line(done[1]), first_line(done[2]))
-        for ranks in (1, 2):
+        self.assertEqual(first_line(done[1]), first_line(done["moved"]))
+        for ranks in (1, 2, "moved"):
             self.assertRegex(done[ranks].stderr, "touched: at step \\d+ its element \\d and element \\d of rod 0 of '(bullet|target)' press each other")
-        self.assertIn("pass 'contact'", done[1].stderr)
-        self.assertEqual(re.search("touched: .*", done[1].stderr)[0], re.search("touched: .*", done[2].stderr)[0])
+            self.assertIn("pass 'contact'", done[ranks].stderr)
+            self.assertEqual(re.search("touched: .*", done[1].stderr)[0], re.search("touched: .*", done[ranks].stderr)[0])
 
     def test_a_copy_leaves_no_trace(self):
         self.run_skein("with", "--rewind", "always")

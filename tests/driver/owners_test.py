@@ -1,0 +1,41 @@
+"""Rods that go to other ranks at every list of candidates: nothing in the results tells."""
+
+import unittest
+
+from contact_test import SCENE
+from driver import SEARCH, DriverTest
+
+
+class Owners(DriverTest):
+    def setUp(self):
+        super().setUp()
+        self.scene.write_text(SCENE)
+
+    def test_move(self):
+        """At every list of candidates rods go to other ranks: nothing in the results tells, nor in those of runs that go on."""
+        waves = ["--set=output.paraview=vtp", "--set=output.contacts=0.1"]
+        self.run_skein("one", *waves)
+        for ranks, threads in ((2, 1), (2, 2), (3, 1), (4, 1), (8, 1)):
+            out = f"{ranks}x{threads}"
+            self.run_skein(out, "--balance", "always", *waves, ranks=ranks, threads=threads)
+            moved = self.summary(out)["balance"]
+            self.assertGreaterEqual(moved["migrations"], self.series(out)["renewals"][-1])
+            self.assertGreater(moved["rods"], 2 * moved["migrations"])
+            self.assertEqual(self.digest(out), self.digest("one"), out)
+            self.assert_same_series(out, "one")
+            self.assert_same_frames(out, "one", "curls")
+            for pattern in ("vtp/*.vtp", "contacts_*.csv"):
+                mine, theirs = (sorted((self.directory / o).glob(pattern)) for o in (out, "one"))
+                self.assertEqual([f.name for f in mine], [f.name for f in theirs])
+                self.assertGreater(len(mine), 2)
+                for a, b in zip(mine, theirs):
+                    self.assertEqual(a.read_bytes(), b.read_bytes(), f"{out} {a.name}")
+        self.run_skein("parts", "--steps", "1111", "--balance", "always", ranks=3)
+        self.run_skein("parts", "--until", "0.2", "--balance", "always", ranks=2)
+        self.run_skein("parts", ranks=1)
+        self.assertEqual(self.digest("parts"), self.digest("one"))
+        self.assert_same_series("parts", "one", besides=SEARCH)
+
+
+if __name__ == "__main__":
+    unittest.main()
