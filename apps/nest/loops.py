@@ -10,7 +10,7 @@ Reads observables.csv, physics.json and summary.json of a run, prints a table an
   psi         D/W_in = 1 - W_out/W_in: W_in what the lid does to the rods on its way forth, W_out what it gets back
   residual    loss of height over a cycle, between its ends, which have the same base stress
   friction    what contacts and walls lose beyond their dashpots: from the loads where the run was audited (output.audit), else as they
-              say (rubbed); drag: what the rods' own damping takes
+              say (friction_work); drag: what the rods' own damping takes
   z           2 contacts/rods, contacts counted by pairs of elements; mean of 11 rows
 """
 
@@ -187,20 +187,20 @@ def budget(run, first, last=-1):
          "kinetic_J": change(KINETIC),
          "elastic_J": change(ELASTIC),
          "contacts_and_walls_store_J": change(["contact_energy[J]", "wall_energy[J]"]),
-         "rubbed_J": change(["contact_rubbed[J]", "wall_rubbed[J]"]),
-         "damped_J": change(["contact_damped[J]", "wall_damped[J]"])}
+         "friction_work_J": change(["contact_friction_work[J]", "wall_friction_work[J]"]),
+         "viscous_work_J": change(["contact_viscous_work[J]", "wall_viscous_work[J]"])}
     b["audited"] = "dissipated[J]" in run.column
     if b["audited"]:
         b["rods_damping_J"] = change(["dissipated[J]"])
         # What contacts and walls did to the rods, from the loads; what they took from lid and springs and did not pass on they lost.
         passed_on = change(["work_loads[J]"]) - b["potential_loss_J"]
-        b["friction_by_loads_J"] = b["lid_work_J"] - b["contacts_and_walls_store_J"] - passed_on - b["damped_J"]
+        b["friction_by_loads_J"] = b["lid_work_J"] - b["contacts_and_walls_store_J"] - passed_on - b["viscous_work_J"]
     else:
         if any(d["kind"] != "uniform" for d in run.physics["damping"]):
             raise SystemExit(f"{run.directory}: damping that is not uniform; run with output.audit = true")
         rate = sum(d["rate"] for d in run.physics["damping"])
         b["rods_damping_J"] = 2 * rate * integral(kinetic, run.time, first, last)
-    gone = sum(b[key] for key in ("kinetic_J", "elastic_J", "contacts_and_walls_store_J", "rubbed_J", "damped_J", "rods_damping_J"))
+    gone = sum(b[key] for key in ("kinetic_J", "elastic_J", "contacts_and_walls_store_J", "friction_work_J", "viscous_work_J", "rods_damping_J"))
     b["defect_J"] = b["lid_work_J"] + b["potential_loss_J"] - gone
     b["defect_percent"] = 100 * b["defect_J"] / b["lid_work_J"]
     return b
@@ -220,7 +220,7 @@ def measure(run):
                      "peak_lid_stress_Pa": float(np.max(run.lid_stress[start.row:end.row + 1])),
                      "work_in_J": w_in, "work_out_J": w_out, "psi": (w_in - w_out) / w_in,
                      "work_in_by_rows_J": -integral(run.lid_force, run.height, start.row, peak.row - 1),
-                     "friction_J": lost.get("friction_by_loads_J", lost["rubbed_J"]), "dashpots_J": lost["damped_J"],
+                     "friction_J": lost.get("friction_by_loads_J", lost["friction_work_J"]), "dashpots_J": lost["viscous_work_J"],
                      "rods_damping_J": lost["rods_damping_J"],
                      "residual_m": start.height - end.height,
                      "z_low": coordination(run, start.row), "z_peak": coordination(run, peak.row)})
@@ -233,7 +233,7 @@ def measure(run):
             "until_s": float(run.time[-1]), "H0_m": h0,
             "height_at_822_Pa_m": height_at(run, 822, found[0][1].row) if found else None,
             "z_settled": coordination(run, max(touch - 1, 0)), "cycles": each,
-            "overlap_rods": float(np.max(run["deepest_overlap[-]"][loaded])), "overlap_walls": float(np.max(run["wall_overlap[-]"][loaded])),
+            "overlap_rods": float(np.max(run["max_overlap[-]"][loaded])), "overlap_walls": float(np.max(run["wall_overlap[-]"][loaded])),
             "budget": budget(run, touch), "rod_share": stepping[0] / sum(stepping) if sum(stepping) > 0 else None,
             "ns_per_element_step": run.summary.get("ns_per_element_step")}
 

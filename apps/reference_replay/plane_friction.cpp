@@ -62,10 +62,10 @@ double sticking(double speed, double tolerated) {
 Plane read_plane(const Entry& e) { return {e["origin"].vector(), e["normal"].vector()}; }
 
 PlaneFriction::PlaneFriction(const Entry& e)
-    : rubs(e["kind"].text() != "rod_plane"), stiffness(e["k"].number()), damping(e["nu"].number()),
+    : has_friction(e["kind"].text() != "rod_plane"), stiffness(e["k"].number()), damping(e["nu"].number()),
       surface_tolerance(e["surface_tol"].number()) {
     e.expect_keys({"kind", "system", "other", "k", "nu", "surface_tol", "slip_velocity_tol", "kinetic_mu", "static_mu"});
-    if (!rubs) return;
+    if (!has_friction) return;
     slip_velocity = e["slip_velocity_tol"].positive();
     kinetic = e["kinetic_mu"].vector();
     still = e["static_mu"].vector();
@@ -103,7 +103,7 @@ void PlaneFriction::add(Rod& rod, const Plane& plane) const {
     }
     // Loads were read for all elements before the first of them acts: neighbours share nodes.
     for (std::size_t i = 0; i < touches.size(); ++i) add_to_nodes(rod, touches[i].k, normal_force[i]);
-    if (!rubs) return;
+    if (!has_friction) return;
 
     for (const Touch& t : touches)
         add_to_nodes(rod, t.k,

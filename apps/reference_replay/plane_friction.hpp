@@ -22,7 +22,7 @@ struct Plane {
 Plane read_plane(const Entry& entry);
 
 struct PlaneFriction {
-    bool rubs;                 ///< kind `rod_plane` has the normal load only
+    bool has_friction;         ///< kind `rod_plane` has the normal load only
     double stiffness, damping; ///< k, N/m; nu, N s/m
     double surface_tolerance;  ///< m
     double slip_velocity = 0;  ///< m/s

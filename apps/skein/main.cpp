@@ -15,7 +15,7 @@ constexpr const char* examples = R"(Examples:
   skein run row_8.toml --set time.duration=72 --out out/short
   mpirun -n 2 --map-by slot:PE=8 --bind-to core skein run farm.toml --threads 8 --walltime 3600
   skein branch out/farm@12800 out/finer --set time.dt=1e-4    go on from a state under other numbers; then skein run out/finer
-  skein verify out/farm                           compute the stretch between two checkpoints again and compare the bits
+  skein verify out/farm                           compute the segment between two checkpoints again and compare the bits
   skein plan carpet_8x8.toml                      what will run: passes, time-step limits, memory, predicted cost
   skein describe rods.material                    the keys of a table; skein describe: all of them
 Exit codes: 0 done, 2 input, 3 stopped by a limit, 4 numerical, 5 I/O, 6 MPI or internal, 7 verify found other bits.
@@ -129,9 +129,9 @@ int main(int argc, char** argv) {
 
     skein::VerifyArguments verify;
     CLI::App* verify_command =
-        app.add_subcommand("verify", "compute a stretch between two checkpoints again, and compare every bit");
+        app.add_subcommand("verify", "compute a segment between two checkpoints again, and compare every bit");
     verify_command->add_option("DIRECTORY", verify.directory, "of a run")->required();
-    verify_command->add_option("--segment", verify.segment, "which stretch, from 0, or random; default: the last")
+    verify_command->add_option("--segment", verify.segment, "which segment, from 0, or random; default: the last")
         ->type_name("NUMBER");
     verify_command->add_option("-t,--threads", verify.layout.threads, "threads per rank; default: the cores this rank may use")
         ->check(CLI::PositiveNumber);

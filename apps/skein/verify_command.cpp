@@ -13,7 +13,7 @@ namespace skein {
 
 namespace {
 
-/// Which of `count` stretches between checkpoints, from 0.
+/// Which of `count` segments between checkpoints, from 0.
 std::int64_t chosen(const Communicator& comm, const std::string& text, std::int64_t count) {
     if (text.empty()) return count - 1;
     if (text == "random") {
@@ -36,7 +36,7 @@ int verify_command(const VerifyArguments& arguments, int& argc, char**& argv) {
         const auto files = checkpoint_files(comm, arguments.directory);
         if (files.size() < 2)
             throw InputError("'" + arguments.directory + "' holds " + std::to_string(files.size()) +
-                             " checkpoints; a stretch to be computed again lies between two");
+                             " checkpoints; a segment to be computed again lies between two");
         const auto count = static_cast<std::int64_t>(files.size()) - 1, segment = chosen(comm, arguments.segment, count);
         const auto path = [&](std::int64_t i) { return arguments.directory + "/" + files[static_cast<std::size_t>(i)]; };
         const CheckpointInfo from = read_checkpoint_info(comm, path(segment)), to = read_checkpoint_info(comm, path(segment + 1));
@@ -51,7 +51,7 @@ int verify_command(const VerifyArguments& arguments, int& argc, char**& argv) {
             throw InputError(from.file + ": the scene that it keeps is not quite one of this program's:" +
                              text_of(key_changes(from.scene, physics_json(scene, groups, plan.dt))));
         if (comm.root())
-            std::printf("%s: steps %lld to %lld, stretch %lld of 0 to %lld\n", arguments.directory.c_str(),
+            std::printf("%s: steps %lld to %lld, segment %lld of 0 to %lld\n", arguments.directory.c_str(),
                         static_cast<long long>(from.step), static_cast<long long>(to.step), static_cast<long long>(segment),
                         static_cast<long long>(count - 1));
         RunOptions options;

@@ -89,7 +89,7 @@ void contacts(benchmark::State& state, int rods, int thread_count) {
     const auto per = [&](double count) {
         return benchmark::Counter(count, benchmark::Counter::kIsIterationInvariantRate | benchmark::Counter::kInvert);
     };
-    state.counters["per listed pair"] = per(static_cast<double>(figures.listed));
+    state.counters["per candidate"] = per(static_cast<double>(figures.candidates));
     state.counters["per contact"] = per(static_cast<double>(figures.active));
     state.counters["per element"] = per(static_cast<double>(rods) * elements);
     state.counters["contacts per rod"] = 2 * static_cast<double>(figures.active) / rods;

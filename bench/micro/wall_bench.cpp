@@ -41,10 +41,10 @@ template <int W> void run(benchmark::State& state, Case which, long n, double by
     WorkingSet<W> set(group, bytes);
     const auto walls = std::make_shared<Walls>(
         box(which == Case::all_on_floor_without_friction ? ContactFriction::none : ContactFriction::memory));
-    const auto book = std::make_shared<WallBook<W>>(*walls, group);
+    const auto contacts = std::make_shared<WallContactTiles<W>>(*walls, group);
     std::unique_ptr<TilePass<W>> pass;
     if (which == Case::elastic) pass = std::make_unique<ElasticPass<IncompressibleLaw, W>>(Ends{});
-    else pass = std::make_unique<WallPass<W>>(walls, group, book);
+    else pass = std::make_unique<WallPass<W>>(walls, group, contacts);
     for (const RodTile<W>& tile : set.tiles()) pass->bind(tile);
     Clock clock(1e-5, 1);
     const auto steps = clock.next(2);
@@ -53,7 +53,7 @@ template <int W> void run(benchmark::State& state, Case which, long n, double by
         for (const RodTile<W>& tile : set.tiles()) pass->run(tile, set.load(), steps[0]);
         benchmark::ClobberMemory();
     }
-    if (lies && book->account({0, 0}, walls->find("box z-")).touching != static_cast<double>(n) + 1)
+    if (lies && contacts->figures({0, 0}, walls->find("box z-")).touching != static_cast<double>(n) + 1)
         state.SkipWithError("not all nodes touch");
     state.counters["per element"] =
         benchmark::Counter(set.elements(), benchmark::Counter::kIsIterationInvariantRate | benchmark::Counter::kInvert);

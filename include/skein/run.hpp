@@ -78,7 +78,7 @@ public:
     double time() const;        ///< s
 
     /// Makes steps until so many have been made in all, at most those of the scene; writes nothing. Throws where rods have become
-    /// unfit to go on, naming rod, element and quantity.
+    /// invalid, naming rod, element and quantity.
     void advance(std::int64_t until);
     /// To the scene's end with all outputs, as `skein run` does. Returns its exit code.
     int run();

@@ -61,7 +61,7 @@ void BroadPhase::append_near(const Exposure& c, const SelfGaps& gaps, double ski
                 if (!may_touch(c, gaps, a[l], b[l])) continue;
                 const bool own = c.owns_slot(a[l]);
                 if (!own && !c.owns_slot(b[l])) continue;
-                near.idle += own & ~touching >> lane & 1;
+                near.inactive += own & ~touching >> lane & 1;
                 near.pairs.push_back({a[l], b[l]});
             }
         });
@@ -197,7 +197,7 @@ void BroadPhase::measure(const Exposure& bodies, double skin) {
 
 void BroadPhase::fill_grids(const Exposure& bodies, const SelfGaps& gaps) {
     const std::size_t slots = bodies.slots();
-    const bool alone = threads_.count() == 1;
+    const bool single_thread = threads_.count() == 1;
     cell_of_.resize(slots);
     place_.resize(slots); // of an element among those of its cell
     for_blocks(threads_, slots, [&](std::size_t begin, std::size_t end, std::size_t) {
@@ -208,7 +208,7 @@ void BroadPhase::fill_grids(const Exposure& bodies, const SelfGaps& gaps) {
             const auto cell = [&](float x, int i) { return grid.cell_at(x) & (grid.size[i] - 1); };
             cell_of_[s] =
                 grid.first_cell + (cell(sphere.z, 2) * grid.size[1] + cell(sphere.y, 1)) * grid.size[0] + cell(sphere.x, 0);
-            place_[s] = count_one(cell_begin_[cell_of_[s]], alone);
+            place_[s] = count_one(cell_begin_[cell_of_[s]], single_thread);
         }
     });
     const std::size_t room = begins_from_counts(threads_, cell_begin_) + 16; // read in sixteens
@@ -328,7 +328,7 @@ void BroadPhase::build(const Exposure& bodies, const SelfGaps& gaps, double skin
     near_.resize(tasks.size());
     threads_.for_each(tasks.size(), [&](std::size_t t, int) {
         near_[t].pairs.clear();
-        near_[t].idle = 0;
+        near_[t].inactive = 0;
         Found found{.bodies = bodies, .gaps = gaps, .skin = skin, .near = near_[t]};
         look(*tasks[t].grid, tasks[t].begin, tasks[t].end, static_cast<float>(skin) + slack_, found);
     });
@@ -337,8 +337,8 @@ void BroadPhase::build(const Exposure& bodies, const SelfGaps& gaps, double skin
             for (const Pair& pair : near_[t].pairs) body(pair.a, pair.b);
         });
     };
-    candidates.idle = 0;
-    for (const Near& near : near_) candidates.idle += near.idle;
+    candidates.inactive = 0;
+    for (const Near& near : near_) candidates.inactive += near.inactive;
     group(threads_, bodies.slots(), visit, candidates.first, candidates.partner);
 }
 
@@ -361,7 +361,7 @@ void BroadPhase::build_exhaustively(const Exposure& bodies, const SelfGaps& gaps
         append_near(bodies, gaps, skin, first.data(), second.data(), count, near);
         for (const Pair& pair : near.pairs) candidates.partner.push_back(pair.b);
     }
-    candidates.idle = near.idle;
+    candidates.inactive = near.inactive;
     candidates.first[slots] = static_cast<std::uint32_t>(candidates.partner.size());
 }
 

@@ -28,7 +28,7 @@ using SelfGaps = std::vector<std::int32_t>;
 struct Candidates {
     std::vector<std::uint32_t> first; ///< [slots + 1]
     std::vector<std::uint32_t> partner;
-    std::int64_t idle = 0; ///< pairs that are near and do not touch, of those whose first element is of an own body
+    std::int64_t inactive = 0; ///< pairs that are near and do not touch, of those whose first element is of an own body
 
     std::size_t count() const { return partner.size(); }
 };
@@ -94,7 +94,7 @@ private:
     std::vector<std::uint32_t> cell_of_, place_, cell_begin_;
     struct Near {
         std::vector<Pair> pairs;
-        std::int64_t idle = 0;
+        std::int64_t inactive = 0;
     };
     std::vector<Near> near_; ///< by task
     static void append_near(const Exposure& bodies, const SelfGaps& gaps, double skin, std::uint32_t* a, std::uint32_t* b,

@@ -69,26 +69,26 @@ struct Contacts::Packed {
 };
 
 struct Contacts::Sums {
-    P deepest{0.0}, stiffest{0.0}, stored{0.0}, rubbed{0.0}, damped{0.0};
+    P max_overlap{0.0}, max_stiffness{0.0}, elastic_energy{0.0}, friction_work{0.0}, viscous_work{0.0};
 
     /// Of the lanes whose bits are set.
     SKEIN_INLINE void add(const ContactForce<P>& f, P depth, unsigned bits) {
         if (bits == 0xff) {
-            deepest = max(deepest, depth), stiffest = max(stiffest, f.stiffness);
-            stored += f.stored, rubbed += f.rubbed, damped += f.damped;
+            max_overlap = max(max_overlap, depth), max_stiffness = max(max_stiffness, f.stiffness);
+            elastic_energy += f.elastic_energy, friction_work += f.friction_work, viscous_work += f.viscous_work;
             return;
         }
         P counts(0.0);
         for (int l = 0; l < W; ++l) counts.set(l, bits >> l & 1);
         const auto counted = counts > P(0.0);
         const auto of = [&](P value) { return select(counted, value, P(0.0)); };
-        deepest = max(deepest, of(depth)), stiffest = max(stiffest, of(f.stiffness));
-        stored += of(f.stored), rubbed += of(f.rubbed), damped += of(f.damped);
+        max_overlap = max(max_overlap, of(depth)), max_stiffness = max(max_stiffness, of(f.stiffness));
+        elastic_energy += of(f.elastic_energy), friction_work += of(f.friction_work), viscous_work += of(f.viscous_work);
     }
 };
 
 /// One contact by itself.
-struct Contacts::Alone {
+struct Contacts::PairContact {
     using Q = Pack<1>;
     ContactForce<Q> force; ///< at the nearest points; sums and the stiffness are those of all points
     ContactMemory<Q> memory;
@@ -97,12 +97,12 @@ struct Contacts::Alone {
 };
 
 /// Adds those of some pairs that touch.
-void Contacts::pack(const Exposure& bodies, std::uint32_t begin, std::uint32_t end, Packed& packed, Finds& finds) {
+void Contacts::pack(const Exposure& bodies, std::uint32_t begin, std::uint32_t end, Packed& packed, BlockFigures& figures) {
     // Pointers by themselves: what is written here might be members, for all that the compiler knows.
     const Pair* const pair = &list_.pair[begin];
     const ExposedNode* const node = bodies.node.data();
     const ExposedMotion* const motion = bodies.motion.data();
-    const std::uint8_t* const was = &was_[begin];
+    const std::uint8_t* const previous = &previous_status_[begin];
     const bool remembers = remembers_;
     std::uint32_t n = packed.count, sides = packed.sides;
     for_capsule_tiles(
@@ -117,9 +117,9 @@ void Contacts::pack(const Exposure& bodies, std::uint32_t begin, std::uint32_t e
             const auto closest = closest_points(tile.p, tile.d1, tile.q, tile.d2);
             const P reach = tile.radius_1 + tile.radius_2, squared = dot(closest.apart, closest.apart);
             const unsigned valid = end - i >= W ? 0xffu : (1u << (end - i)) - 1, touch = bits_of(squared < reach * reach) & valid;
-            for (unsigned ended = low_bits(was + k) & ~touch & valid; ended != 0; ended &= ended - 1) {
+            for (unsigned ended = low_bits(previous + k) & ~touch & valid; ended != 0; ended &= ended - 1) {
                 const std::uint32_t at = i + static_cast<std::uint32_t>(std::countr_zero(ended));
-                if (bodies.owns_slot(list_.pair[at].a)) finds.rubbed += last_memory_[at].energy();
+                if (bodies.owns_slot(list_.pair[at].a)) figures.friction_work += last_memory_[at].energy();
             }
             if (touch == 0) return;
             compress_store(packed.s + n, touch, closest.s);
@@ -155,8 +155,8 @@ void Contacts::pack(const Exposure& bodies, std::uint32_t begin, std::uint32_t e
 /// At a joint: the spring of the neighbour beyond, if that touched within its elements; else the pair's own.
 SKEIN_INLINE std::uint32_t Contacts::spring_at_joint(std::uint32_t pair, int da, int db, std::uint32_t own) const {
     const auto take = [&](PairList::Neighbour n, std::uint32_t else_) {
-        const std::uint32_t at = n.listed ? n.pair : pair;
-        return n.listed & ((was_[at] & inside) != 0) ? at : else_;
+        const std::uint32_t at = n.is_candidate ? n.pair : pair;
+        return n.is_candidate & ((previous_status_[at] & inside) != 0) ? at : else_;
     };
     std::uint32_t from = take(list_.beyond(pair, db == 0 ? 0 : da, db), own);
     from = take(list_.beside(pair, db), from);
@@ -168,10 +168,10 @@ SKEIN_INLINE Contacts::Remembered<N> Contacts::memory_before(const std::uint32_t
     using Q = Pack<N>;
     const auto nothing = static_cast<std::uint32_t>(list_.count());
     std::uint32_t from[N];
-    for (int l = 0; l < N; ++l) from[l] = was_[pair[l]] & touching ? pair[l] : nothing;
+    for (int l = 0; l < N; ++l) from[l] = previous_status_[pair[l]] & touching ? pair[l] : nothing;
     const auto spring = load_transposed<N>([&](int l) { return &last_memory_[from[l]].x.x; });
-    const auto beside = load_transposed<N>([&](int l) { return &last_memory_[from[l]].beside.x; });
-    const ContactMemory<Q> own{spring.vector, spring.behind, beside.vector, beside.behind};
+    const auto viscous_part = load_transposed<N>([&](int l) { return &last_memory_[from[l]].viscous_part.x; });
+    const ContactMemory<Q> own{spring.vector, spring.behind, viscous_part.vector, viscous_part.behind};
     const unsigned a_low = bits_of(s <= Q(0.0)), a_high = bits_of(s >= Q(1.0)), b_low = bits_of(t <= Q(0.0)),
                    b_high = bits_of(t >= Q(1.0));
     unsigned at_joint = kinds_.friction == ContactFriction::memory ? a_low | a_high | b_low | b_high : 0;
@@ -207,7 +207,8 @@ template <int N> SKEIN_INLINE ContactNumbers<Pack<N>> Contacts::numbers(const Ex
 
 /// As it is, of a pair that touches. Near-parallel elements push at the two ends of their overlap, and at the nearest points with
 /// what is left of the normal force and all friction. `now`: the memory that the contact has, where it is not to move on.
-Contacts::Alone Contacts::alone(const Exposure& bodies, double h, std::uint32_t pair, const ContactMemory<double>* now) const {
+Contacts::PairContact Contacts::evaluate_pair(const Exposure& bodies, double h, std::uint32_t pair,
+                                              const ContactMemory<double>* now) const {
     using Q = Pack<1>;
     const auto [a, b] = list_.pair[pair];
     const ExposedNode *a0 = &bodies.node[a], *b0 = &bodies.node[b];
@@ -228,9 +229,9 @@ Contacts::Alone Contacts::alone(const Exposure& bodies, double h, std::uint32_t 
                                broadcast<1>(on_b->spin)};
     };
     const ContactNumbers<Q> law = numbers<1>(bodies, &pair);
-    Alone out{.s = closest.s[0], .t = closest.t[0]};
+    PairContact out{.s = closest.s[0], .t = closest.t[0]};
     double share = 0; // of the normal force that the two ends take
-    double elsewhere = 0, stored = 0, damped = 0, stiffest = 0;
+    double elsewhere = 0, elastic_energy = 0, viscous_work = 0, max_stiffness = 0;
     if (closest.sine_squared[0] < blend * blend && closest.last[0] > closest.first[0]) {
         share = 1 - closest.sine_squared[0] / (blend * blend);
         for (const double s : {closest.first[0], closest.last[0]}) {
@@ -238,8 +239,8 @@ Contacts::Alone Contacts::alone(const Exposure& bodies, double h, std::uint32_t 
             ContactMemory<Q> none{};
             const auto f =
                 contact_force<1>({kinds_.normal, ContactFriction::none}, law, state_at(s, t), h, none, none.x, 0.5 * share);
-            elsewhere += f.normal[0], stored += f.stored[0], damped += 2 * f.damped[0],
-                stiffest = std::max(stiffest, f.stiffness[0]);
+            elsewhere += f.normal[0], elastic_energy += f.elastic_energy[0], viscous_work += 2 * f.viscous_work[0],
+                max_stiffness = std::max(max_stiffness, f.stiffness[0]);
             const Vec3d on_1 = lane(f.on_1, 0), moment = lane(f.moment, 0);
             out.more_on_first += {.first = (1 - s) * on_1, .second = s * on_1, .couple = f.arm_1[0] * moment};
             out.more_on_second += {.first = -((1 - t) * on_1), .second = -(t * on_1), .couple = f.arm_2[0] * moment};
@@ -252,9 +253,9 @@ Contacts::Alone Contacts::alone(const Exposure& bodies, double h, std::uint32_t 
     out.distance = state.distance[0];
     out.force = contact_force<1>(kinds_, law, state, h, before.own, before.from, 1 - share, elsewhere);
     out.memory = before.own;
-    out.force.stored += stored;
-    out.force.damped += damped;
-    out.force.stiffness = max(out.force.stiffness, Q(stiffest));
+    out.force.elastic_energy += elastic_energy;
+    out.force.viscous_work += viscous_work;
+    out.force.stiffness = max(out.force.stiffness, Q(max_stiffness));
     return out;
 }
 
@@ -274,12 +275,12 @@ SKEIN_INLINE void take(ExertedLoad* at, const ElementLoad& load) {
 } // namespace
 
 void Contacts::push_packed(const Exposure& bodies, double h, const Packed& packed, const ContactBlock& block,
-                           std::vector<std::size_t>& next, Finds& finds, Sums& sums, std::span<ExertedLoad> loads) {
+                           std::vector<std::size_t>& next, BlockFigures& figures, Sums& sums, std::span<ExertedLoad> loads) {
     const P one(1.0), none(0.0);
     const ExposedMotion* const motion = bodies.motion.data();
     const std::int32_t* const window = bodies.window_of.data();
     const std::uint8_t* const own = bodies.own.empty() ? nullptr : bodies.own.data();
-    std::uint8_t *const what = what_.data(), *const touched = touched_.data();
+    std::uint8_t *const status = status_.data(), *const touched = touched_.data();
     ContactMemory<double>* const kept = memory_.data();
     ExertedLoad* const load = loads.data();
     DeferredLoads::Deferring deferring = deferred_.deferring(next);
@@ -327,18 +328,18 @@ void Contacts::push_packed(const Exposure& bodies, double h, const Packed& packe
         int sides = 0;
         for (; next_side < packed.sides && packed.side_by_side[next_side] < i + W; ++next_side) {
             const int l = static_cast<int>(packed.side_by_side[next_side] - i);
-            const Alone by_itself = alone(bodies, h, index[l]);
-            set_lane(force.on_1, l, lane(by_itself.force.on_1, 0));
-            set_lane(force.moment, l, lane(by_itself.force.moment, 0));
-            force.stored.set(l, by_itself.force.stored[0]);
-            force.rubbed.set(l, by_itself.force.rubbed[0]);
-            force.damped.set(l, by_itself.force.damped[0]);
-            force.stiffness.set(l, by_itself.force.stiffness[0]);
-            set_lane(memory.x, l, lane(by_itself.memory.x, 0));
-            memory.stiffness.set(l, by_itself.memory.stiffness[0]);
-            set_lane(memory.beside, l, lane(by_itself.memory.beside, 0));
-            memory.dashpot.set(l, by_itself.memory.dashpot[0]);
-            more[sides++] = {l, by_itself.more_on_first, by_itself.more_on_second};
+            const PairContact single = evaluate_pair(bodies, h, index[l]);
+            set_lane(force.on_1, l, lane(single.force.on_1, 0));
+            set_lane(force.moment, l, lane(single.force.moment, 0));
+            force.elastic_energy.set(l, single.force.elastic_energy[0]);
+            force.friction_work.set(l, single.force.friction_work[0]);
+            force.viscous_work.set(l, single.force.viscous_work[0]);
+            force.stiffness.set(l, single.force.stiffness[0]);
+            set_lane(memory.x, l, lane(single.memory.x, 0));
+            memory.stiffness.set(l, single.memory.stiffness[0]);
+            set_lane(memory.viscous_part, l, lane(single.memory.viscous_part, 0));
+            memory.viscous_normal.set(l, single.memory.viscous_normal[0]);
+            more[sides++] = {l, single.more_on_first, single.more_on_second};
         }
 
         alignas(64) ElementLoad on_first[W], on_second[W];
@@ -352,13 +353,13 @@ void Contacts::push_packed(const Exposure& bodies, double h, const Packed& packe
         for (int m = 0; m < sides; ++m) on_first[more[m].lane] += more[m].on_first, on_second[more[m].lane] += more[m].on_second;
         if (remembers_ && count == W) {
             store_transposed<W>(memory.x, memory.stiffness, [&](int l) { return &kept[index[l]].x.x; });
-            store_transposed<W>(memory.beside, memory.dashpot, [&](int l) { return &kept[index[l]].beside.x; });
+            store_transposed<W>(memory.viscous_part, memory.viscous_normal, [&](int l) { return &kept[index[l]].viscous_part.x; });
         } else if (remembers_) {
             for (int l = 0; l < count; ++l)
-                kept[index[l]] = {lane(memory.x, l), memory.stiffness[l], lane(memory.beside, l), memory.dashpot[l]};
+                kept[index[l]] = {lane(memory.x, l), memory.stiffness[l], lane(memory.viscous_part, l), memory.viscous_normal[l]};
         }
         const unsigned within = bits_of((s > none) & (s < one) & (t > none) & (t < one));
-        for (int l = 0; l < count; ++l) what[index[l]] = static_cast<std::uint8_t>(touching | (within >> l & 1) * inside);
+        for (int l = 0; l < count; ++l) status[index[l]] = static_cast<std::uint8_t>(touching | (within >> l & 1) * inside);
 
         unsigned mine = (1u << count) - 1; // by first bodies
         for (int l = 0; l < count; ++l) {
@@ -379,25 +380,25 @@ void Contacts::push_packed(const Exposure& bodies, double h, const Packed& packe
             }
         }
         sums.add(force, P(0.5) * (radius_1 + radius_2 - distance) * (some * inverse), mine);
-        finds.active += std::popcount(mine);
+        figures.active += std::popcount(mine);
     }
 }
 
 void Contacts::push(const Exposure& bodies, double h, std::size_t number, std::vector<std::size_t>& next,
                     std::span<ExertedLoad> loads) {
     const ContactBlock& block = deferred_.blocks()[number];
-    Finds& finds = finds_[number] = {};
+    BlockFigures& figures = block_figures_[number] = {};
     std::fill(touched_.begin() + block.first_window, touched_.begin() + block.last_window, std::uint8_t{0});
     std::fill(loads.begin() + block.first_slot, loads.begin() + block.last_slot, ExertedLoad{});
     const std::uint32_t begin = list_.first[block.first_slot], end = list_.first[block.last_slot];
     if (begin == end) return;
-    std::fill(what_.begin() + begin, what_.begin() + end, std::uint8_t{0});
+    std::fill(status_.begin() + begin, status_.begin() + end, std::uint8_t{0});
     deferred_.open(number, next);
     Packed packed;
     Sums sums;
     for (std::uint32_t i = begin; i < end;) {
         const std::uint32_t behind = std::min(end, i + Packed::at_a_time);
-        pack(bodies, i, behind, packed, finds);
+        pack(bodies, i, behind, packed, figures);
         i = behind;
         if (i < end && packed.count + Packed::at_a_time <= Packed::most) continue;
         for (std::uint32_t n = packed.count, first = n / W * W; n % W != 0; ++n) { // the last tile is filled up with its first
@@ -406,15 +407,15 @@ void Contacts::push(const Exposure& bodies, double h, std::size_t number, std::v
             packed.index[n] = packed.index[first];
             packed.pair[n] = packed.pair[first];
         }
-        push_packed(bodies, h, packed, block, next, finds, sums, loads);
+        push_packed(bodies, h, packed, block, next, figures, sums, loads);
         packed.count = packed.sides = 0;
     }
     deferred_.close(number, next);
-    finds.deepest = largest(sums.deepest);
-    finds.stiffest = largest(sums.stiffest);
-    finds.stored = sum(sums.stored);
-    finds.rubbed += sum(sums.rubbed);
-    finds.damped = sum(sums.damped);
+    figures.max_overlap = largest(sums.max_overlap);
+    figures.max_stiffness = largest(sums.max_stiffness);
+    figures.elastic_energy = sum(sums.elastic_energy);
+    figures.friction_work += sum(sums.friction_work);
+    figures.viscous_work = sum(sums.viscous_work);
 }
 
 void Contacts::add_deferred(const Exposure& bodies, std::size_t block, std::span<ExertedLoad> loads) {
@@ -428,8 +429,8 @@ std::vector<Contact> Contacts::active(const Exposure& bodies) const {
     std::vector<Contact> all;
     for (std::uint32_t i = 0; i < list_.count(); ++i) {
         const Pair pair = list_.pair[i];
-        if (!(what_[i] & touching) || !bodies.owns_slot(pair.a)) continue;
-        const Alone c = alone(bodies, 0, i, &memory_[i]); // a spring pulls as it is: what has slid has shortened it
+        if (!(status_[i] & touching) || !bodies.owns_slot(pair.a)) continue;
+        const PairContact c = evaluate_pair(bodies, 0, i, &memory_[i]); // a spring pulls as it is: what has slid has shortened it
         const Vec3d force = lane(c.force.on_1, 0) + c.more_on_first.first + c.more_on_first.second;
         all.push_back({pair, c.s, c.t, force, bodies.node[pair.a].radius + bodies.node[pair.b].radius - c.distance});
     }

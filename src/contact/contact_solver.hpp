@@ -15,17 +15,18 @@ namespace skein {
 
 struct ContactSpec;
 
-/// Figures of the last evaluation, but for the number of renewals and what is lost; over pairs whose first body is own.
+/// Figures of contacts on this rank, over pairs whose first body is own: of the last evaluation, and where so said sums since the
+/// beginning.
 struct ContactFigures {
-    std::int64_t listed = 0, active = 0; ///< pairs
-    double deepest = 0;                  ///< largest overlap over the smaller diameter
-    std::int64_t renewals = 0;           ///< of the list, since the beginning
-    double skin = 0;                     ///< m
-    double search_s = 0;                 ///< wall time of renewals since the beginning
-    double stiffest = 0;                 ///< largest slope of the normal force over the overlap, N/m
-    double stored = 0;                   ///< energy of normal and tangential springs, J
-    double rubbed = 0, damped = 0;       ///< by friction and by dashpots since the beginning, J; what handing over of springs gives
-                                         ///< counts against the former
+    std::int64_t candidates = 0, active = 0; ///< pairs; those that touch
+    double max_overlap = 0;                  ///< largest overlap over the smaller diameter
+    std::int64_t rebuilds = 0;               ///< of the list of candidates, since the beginning
+    double skin = 0;                         ///< m
+    double search_s = 0;                     ///< wall time of rebuilds since the beginning
+    double max_stiffness = 0;                ///< largest slope of the normal force over the overlap, N/m
+    double elastic_energy = 0;               ///< energy of normal and tangential springs, J
+    double friction_work = 0; ///< dissipated by friction since the beginning, J, less what springs gain when they are handed over
+    double viscous_work = 0;  ///< dissipated by viscous damping since the beginning, J
 };
 
 /// A contact that is, for those who look.
@@ -39,7 +40,7 @@ struct Contact {
 /// Memory of a contact from step to step, wherever it is kept.
 struct KeptContact {
     std::int64_t a, b;            ///< slots of the scene
-    std::uint32_t what;           ///< bits, as Contacts means them
+    std::uint32_t status;         ///< bits, as Contacts means them
     ContactMemory<double> memory; ///< lab
 };
 
@@ -53,7 +54,7 @@ struct ContactScene {
 ContactScene contact_scene(std::span<const RodGroup> groups, const ContactSpec& spec, ContactLaws laws);
 
 /// One per rank, of the bodies that it sees; bits of the loads on its own depend on the scene alone. A step: `holds`, else a
-/// renewal; then `begin`, and `finish` when ghosts have arrived. A renewal: `let_go`, `search` among all that may be near,
+/// rebuild; then `begin`, and `finish` when ghosts have arrived. A rebuild: `let_go`, `search` among all that may be near,
 /// `settle`.
 class ContactSolver {
 public:
@@ -72,12 +73,12 @@ public:
     virtual std::int64_t search(const Exposure& near, std::span<std::uint8_t> wanted) = 0;
     /// Pairs of the last search, until they are settled.
     virtual const Candidates& found() const = 0;
-    /// The list is that of the search; `slot`: by slot of `near`, where it is among `bodies` now. `idle`: sum of search() over
+    /// The list is that of the search; `slot`: by slot of `near`, where it is among `bodies` now. `inactive`: sum of search() over
     /// ranks.
-    virtual void settle(const Exposure& bodies, std::span<const std::uint32_t> slot, std::int64_t idle) = 0;
+    virtual void settle(const Exposure& bodies, std::span<const std::uint32_t> slot, std::int64_t inactive) = 0;
 
     /// Goes on from what others left, before the first search. May hold pairs that are not of this rank.
-    virtual void restore(std::span<const KeptContact> kept, double rubbed = 0, double damped = 0) = 0;
+    virtual void restore(std::span<const KeptContact> kept, double friction_work = 0, double viscous_work = 0) = 0;
     /// Of pairs whose first body is own, in order.
     virtual std::vector<KeptContact> kept(const Exposure& bodies) const = 0;
 
@@ -95,7 +96,7 @@ public:
     /// Of the last evaluation, which was of these bodies; pairs whose first body is own.
     virtual std::vector<Contact> active(const Exposure& bodies) const = 0;
 
-    /// A step of bodies none of which is a ghost, with a renewal where one is due.
+    /// A step of bodies none of which is a ghost, with a rebuild where one is due.
     void evaluate(const Exposure& bodies, double time, double h, SlotLoads& loads);
 };
 

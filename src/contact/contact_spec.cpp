@@ -12,7 +12,7 @@ void ContactSpec::fields(FieldVisitor& f) {
             self_gap);
     f.visit({.name = "overlap",
              .unit = "-",
-             .text = "over the diameter: the deepest that the limit of the time step allows for",
+             .text = "over the diameter: the largest that the limit of the time step allows for",
              .above = 0,
              .at_most = 1},
             overlap);

@@ -52,17 +52,17 @@ bool Contacts::holds(const Exposure& bodies) const {
     return !moved_far;
 }
 
-/// A list may last so long that its idle pairs cost more than a new one with less skin.
-bool Contacts::is_wasteful() const {
+/// A list may last so long that its inactive pairs cost more than a new one with less skin.
+bool Contacts::rebuild_pays() const {
     return figures_.skin > least_skin * scene_.diameter &&
-           static_cast<double>(age_) * static_cast<double>(idle_) > 4 * search_cost * static_cast<double>(scene_.slots);
+           static_cast<double>(age_) * static_cast<double>(inactive_) > 4 * search_cost * static_cast<double>(scene_.slots);
 }
 
 double Contacts::next_skin() {
-    if (figures_.renewals > 0 && age_ > 0) {
-        // Idle pairs grow with the skin, searches per step fall with it.
+    if (figures_.rebuilds > 0 && age_ > 0) {
+        // Inactive pairs grow with the skin, searches per step fall with it.
         const double search = search_cost * static_cast<double>(scene_.slots) / static_cast<double>(age_);
-        const double change = std::clamp(std::sqrt(search / static_cast<double>(std::max<std::int64_t>(idle_, 1))), 0.5, 1.5);
+        const double change = std::clamp(std::sqrt(search / static_cast<double>(std::max<std::int64_t>(inactive_, 1))), 0.5, 1.5);
         figures_.skin = std::clamp(figures_.skin * change, least_skin * scene_.diameter, scene_.diameter);
         age_ = 0;
     }
@@ -72,7 +72,7 @@ double Contacts::next_skin() {
 /// This step becomes the one before.
 void Contacts::swap_steps() {
     std::swap(memory_, last_memory_);
-    std::swap(what_, was_);
+    std::swap(status_, previous_status_);
 }
 
 /// Pairs that touch, by slots of the scene, in order.
@@ -83,8 +83,8 @@ std::vector<KeptContact> Contacts::touching_pairs(const Exposure& bodies, bool o
     for_blocks(threads_, slots, [&](std::size_t begin, std::size_t end, std::size_t block) {
         for (std::uint32_t i = list_.first[begin]; i < list_.first[end]; ++i) {
             const auto [a, b] = list_.pair[i];
-            if ((what_[i] & touching) && (!of_own || bodies.owns_slot(a)))
-                parts[block].push_back({bodies.in_scene(a), bodies.in_scene(b), what_[i], memory_[i]});
+            if ((status_[i] & touching) && (!of_own || bodies.owns_slot(a)))
+                parts[block].push_back({bodies.in_scene(a), bodies.in_scene(b), status_[i], memory_[i]});
         }
     });
     std::vector<KeptContact> all;
@@ -106,13 +106,13 @@ std::int64_t Contacts::search(const Exposure& near, std::span<std::uint8_t> want
             for (std::uint32_t i = found_.first[a]; i < found_.first[a + 1]; ++i)
                 for (const std::uint32_t slot : {static_cast<std::uint32_t>(a), found_.partner[i]})
                     if (!near.owns_slot(slot)) wanted[slot] = 1;
-    return found_.idle;
+    return found_.inactive;
 }
 
 /// Memory of earlier steps finds its places in the list.
 void Contacts::place_kept(const Exposure& bodies) {
     memory_.assign(list_.count() + 1, ContactMemory<double>{});
-    what_.assign(list_.count() + PairList::padding, 0);
+    status_.assign(list_.count() + PairList::padding, 0);
     std::vector<double> lost(blocks_of(kept_.size()), 0.0);
     for_blocks(threads_, kept_.size(), [&](std::size_t begin, std::size_t end, std::size_t block) {
         for (std::size_t i = begin; i < end; ++i) {
@@ -124,7 +124,7 @@ void Contacts::place_kept(const Exposure& bodies) {
                 const auto at = std::lower_bound(first, last, Pair{*a, *b});
                 if (at != last && *at == Pair{*a, *b}) {
                     const auto pair = static_cast<std::size_t>(at - list_.pair.begin());
-                    what_[pair] = static_cast<std::uint8_t>(kept.what);
+                    status_[pair] = static_cast<std::uint8_t>(kept.status);
                     memory_[pair] = kept.memory;
                     continue;
                 }
@@ -132,15 +132,15 @@ void Contacts::place_kept(const Exposure& bodies) {
             if (a && bodies.owns_slot(*a)) lost[block] += kept.memory.energy();
         }
     });
-    for (const double energy : lost) figures_.rubbed += energy;
+    for (const double energy : lost) figures_.friction_work += energy;
     kept_.clear();
 }
 
-void Contacts::settle(const Exposure& bodies, std::span<const std::uint32_t> slot, std::int64_t idle) {
+void Contacts::settle(const Exposure& bodies, std::span<const std::uint32_t> slot, std::int64_t inactive) {
     const Timers::Guard timing(figures_.search_s);
-    ++figures_.renewals;
+    ++figures_.rebuilds;
     age_ = 0;
-    idle_ = idle;
+    inactive_ = inactive;
     if (slot.size() != bodies.slots()) { // slots of ghosts that are in no pair are gone
         Candidates left;
         left.first.assign(bodies.slots() + 1, 0);
@@ -153,27 +153,27 @@ void Contacts::settle(const Exposure& bodies, std::span<const std::uint32_t> slo
     list_ = PairList(std::exchange(found_, {}), threads_, kinds_.friction == ContactFriction::memory);
     place_kept(bodies);
     last_memory_.assign(list_.count() + 1, ContactMemory<double>{});
-    was_.assign(list_.count() + PairList::padding, 0);
+    previous_status_.assign(list_.count() + PairList::padding, 0);
     deferred_.make_room(list_, bodies, threads_);
-    finds_.resize(deferred_.blocks().size());
+    block_figures_.resize(deferred_.blocks().size());
     touched_.assign(bodies.window.size(), 0);
     now_.clear(), later_.clear();
     for (std::size_t b = 0; b < deferred_.blocks().size(); ++b) (deferred_.blocks()[b].needs_ghosts ? later_ : now_).push_back(b);
     place_.resize((bodies.slots() + places_at_once - 1) / places_at_once);
     for (std::size_t tile = 0; tile < place_.size(); ++tile) place_[tile] = places(bodies, tile);
-    figures_.listed = 0;
+    figures_.candidates = 0;
     for (std::size_t w = 0; w < bodies.window.size(); ++w)
-        if (bodies.owns(w)) figures_.listed += list_.first[bodies.end_of(w)] - list_.first[bodies.window[w].first_slot];
+        if (bodies.owns(w)) figures_.candidates += list_.first[bodies.end_of(w)] - list_.first[bodies.window[w].first_slot];
 }
 
-void Contacts::restore(std::span<const KeptContact> kept, double rubbed, double damped) {
-    figures_.rubbed = rubbed;
-    figures_.damped = damped;
+void Contacts::restore(std::span<const KeptContact> kept, double friction_work, double viscous_work) {
+    figures_.friction_work = friction_work;
+    figures_.viscous_work = viscous_work;
     kept_.assign(kept.begin(), kept.end());
     std::sort(kept_.begin(), kept_.end(),
               [](const KeptContact& x, const KeptContact& y) { return std::pair(x.a, x.b) < std::pair(y.a, y.b); });
     list_ = {};
-    what_.clear();
+    status_.clear();
     memory_.clear();
     begun_ = false;
 }
@@ -231,11 +231,12 @@ void Contacts::finish(const Exposure& bodies, double h, std::span<ExertedLoad> l
     ++age_;
     ContactFigures& f = figures_;
     f.active = 0;
-    f.deepest = f.stiffest = f.stored = 0;
-    for (const Finds& found : finds_) {
+    f.max_overlap = f.max_stiffness = f.elastic_energy = 0;
+    for (const BlockFigures& found : block_figures_) {
         f.active += found.active;
-        f.deepest = std::max(f.deepest, found.deepest), f.stiffest = std::max(f.stiffest, found.stiffest);
-        f.stored += found.stored, f.rubbed += found.rubbed, f.damped += found.damped;
+        f.max_overlap = std::max(f.max_overlap, found.max_overlap),
+        f.max_stiffness = std::max(f.max_stiffness, found.max_stiffness);
+        f.elastic_energy += found.elastic_energy, f.friction_work += found.friction_work, f.viscous_work += found.viscous_work;
     }
 }
 

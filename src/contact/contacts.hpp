@@ -1,5 +1,5 @@
 // Contacts between rods: who may touch, who does, and what that does to them.                                theory.md section 18
-//   list of candidates, renewed when elements have moved half its skin
+//   list of candidates, rebuilt when elements have moved half its skin
 //   push:  of a block of bodies the pairs that touch, packed; their forces eight at a time; loads of both elements in order of
 //          pairs, but those of second elements in other blocks, which are deferred (drawing: deferred_loads.hpp)
 //   add:   loads that other blocks have deferred; a thread that goes on along the bodies does it as it pushes, while all is at hand
@@ -19,14 +19,14 @@ class Contacts final : public ContactSolver {
 public:
     Contacts(ContactScene scene, const Threads& threads);
 
-    bool lasts() const override { return !list_.first.empty() && !is_wasteful(); }
+    bool lasts() const override { return !list_.first.empty() && !rebuild_pays(); }
     bool holds(const Exposure& bodies) const override;
     double next_skin() override;
     void let_go(const Exposure& bodies) override;
     std::int64_t search(const Exposure& near, std::span<std::uint8_t> wanted) override;
     const Candidates& found() const override { return found_; }
-    void settle(const Exposure& bodies, std::span<const std::uint32_t> slot, std::int64_t idle) override;
-    void restore(std::span<const KeptContact> kept, double rubbed = 0, double damped = 0) override;
+    void settle(const Exposure& bodies, std::span<const std::uint32_t> slot, std::int64_t inactive) override;
+    void restore(std::span<const KeptContact> kept, double friction_work = 0, double viscous_work = 0) override;
     std::vector<KeptContact> kept(const Exposure& bodies) const override;
     bool begin(const Exposure& bodies, double time, double h, std::span<ExertedLoad> loads, bool look) override;
     void finish(const Exposure& bodies, double h, std::span<ExertedLoad> loads) override;
@@ -37,9 +37,9 @@ public:
 
 private:
     /// What a block finds.
-    struct alignas(64) Finds {
+    struct alignas(64) BlockFigures {
         std::int64_t active = 0;
-        double deepest = 0, stiffest = 0, stored = 0, rubbed = 0, damped = 0;
+        double max_overlap = 0, max_stiffness = 0, elastic_energy = 0, friction_work = 0, viscous_work = 0;
     };
     /// What contacts left behind, and the x that they go on from.
     template <int W> struct Remembered {
@@ -48,25 +48,26 @@ private:
     };
     static constexpr int places_at_once = 8;
     using Places = Vec3<Pack<places_at_once>>;
-    struct Alone;
+    struct PairContact;
     struct Packed;
     struct Sums;
 
     static Places places(const Exposure& bodies, std::size_t tile);
     bool far(const Exposure& bodies, std::size_t first_slot, std::size_t last_slot) const;
-    bool is_wasteful() const;
+    bool rebuild_pays() const;
     void swap_steps();
     std::vector<KeptContact> touching_pairs(const Exposure& bodies, bool of_own) const;
     void place_kept(const Exposure& bodies);
 
     void push(const Exposure& bodies, double h, std::size_t block, std::vector<std::size_t>& next, std::span<ExertedLoad> loads);
     void add_deferred(const Exposure& bodies, std::size_t block, std::span<ExertedLoad> loads);
-    void pack(const Exposure& bodies, std::uint32_t begin, std::uint32_t end, Packed& packed, Finds& finds);
+    void pack(const Exposure& bodies, std::uint32_t begin, std::uint32_t end, Packed& packed, BlockFigures& figures);
     void push_packed(const Exposure& bodies, double h, const Packed& packed, const ContactBlock& block,
-                     std::vector<std::size_t>& next, Finds& finds, Sums& sums, std::span<ExertedLoad> loads);
+                     std::vector<std::size_t>& next, BlockFigures& figures, Sums& sums, std::span<ExertedLoad> loads);
     template <int W> Remembered<W> memory_before(const std::uint32_t* pair, Pack<W> s, Pack<W> t) const;
     std::uint32_t spring_at_joint(std::uint32_t pair, int da, int db, std::uint32_t own) const;
-    Alone alone(const Exposure& bodies, double h, std::uint32_t pair, const ContactMemory<double>* now = nullptr) const;
+    PairContact evaluate_pair(const Exposure& bodies, double h, std::uint32_t pair,
+                              const ContactMemory<double>* now = nullptr) const;
     template <int W> ContactNumbers<Pack<W>> numbers(const Exposure& bodies, const std::uint32_t* pair) const;
 
     const ContactScene scene_;
@@ -82,16 +83,16 @@ private:
     AlignedVector<Places> place_; ///< of nodes when the list was made, so many at once
     /// What a pair is doing, as bits.
     enum : std::uint8_t { touching = 1, inside = 4 };           ///< inside: at no end of either element
-    std::vector<std::uint8_t> what_, was_;                      ///< by pair; now and before; padded
+    std::vector<std::uint8_t> status_, previous_status_;        ///< by pair; now and before; padded
     AlignedVector<ContactMemory<double>> memory_, last_memory_; ///< by pair, a cache line each; behind them one of zeros
     std::vector<KeptContact> kept_;                             ///< until they have their places in a list; rising
-    std::vector<Finds> finds_;                                  ///< by block
+    std::vector<BlockFigures> block_figures_;                   ///< by block
     std::vector<std::size_t> now_, later_;                      ///< blocks that need no ghosts, and those that do
     std::vector<std::vector<std::size_t>> next_;                ///< by thread: where next loads are deferred to, by block
     std::vector<std::uint8_t> touched_, added_;                 ///< by window; by block, of this step
     bool begun_ = false;                                        ///< a step
     std::int64_t age_ = 0;                                      ///< steps since the list was made
-    std::int64_t idle_ = 0;                                     ///< pairs, of all ranks, that did not touch then
+    std::int64_t inactive_ = 0;                                 ///< pairs, of all ranks, that did not touch then
     ContactFigures figures_;
 };
 

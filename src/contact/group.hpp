@@ -7,20 +7,21 @@
 
 namespace skein {
 
-/// One more; what was there before. `alone`: no other thread counts.
-inline std::uint32_t count_one(std::uint32_t& counter, bool alone) {
-    return alone ? counter++ : std::atomic_ref(counter).fetch_add(1, std::memory_order_relaxed); // a locked addition costs 8 ns
+/// One more; what was there before. `single_thread`: no other thread counts.
+inline std::uint32_t count_one(std::uint32_t& counter, bool single_thread) {
+    return single_thread ? counter++
+                         : std::atomic_ref(counter).fetch_add(1, std::memory_order_relaxed); // a locked addition costs 8 ns
 }
 
 /// visit(body) calls body(key, value) for every item, by threads in any order; it is called twice. Keys: 0 .. keys - 1.
 template <class Visit> void group(const Threads& threads, std::size_t keys, Visit&& visit, std::vector<std::uint32_t>& begin,
                                   std::vector<std::uint32_t>& values) {
-    const bool alone = threads.count() == 1;
+    const bool single_thread = threads.count() == 1;
     begin.assign(keys + 1, 0);
-    visit([&](std::size_t key, std::uint32_t) { count_one(begin[key], alone); });
+    visit([&](std::size_t key, std::uint32_t) { count_one(begin[key], single_thread); });
     values.resize(begins_from_counts(threads, begin));
     std::vector<std::uint32_t> next(begin);
-    visit([&](std::size_t key, std::uint32_t value) { values[count_one(next[key], alone)] = value; });
+    visit([&](std::size_t key, std::uint32_t value) { values[count_one(next[key], single_thread)] = value; });
     for_blocks(threads, keys, [&](std::size_t first, std::size_t last, std::size_t) {
         for (std::size_t key = first; key < last; ++key) {
             std::uint32_t *low = values.data() + begin[key], *high = values.data() + begin[key + 1];

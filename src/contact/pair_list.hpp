@@ -1,4 +1,4 @@
-// Candidate pairs one by one, in order, as the steps go through them until the list is renewed, and which pairs lie beyond the
+// Candidate pairs one by one, in order, as the steps go through them until the list is rebuilt, and which pairs lie beyond the
 // joints of a pair.
 #pragma once
 
@@ -18,17 +18,17 @@ struct PairList {
     PairList(Candidates&& candidates, const Threads& threads, bool with_neighbours);
 
     std::size_t count() const { return first.empty() ? 0 : first.back(); }
-    /// The pair of elements a + da and b + db, each -1, 0 or 1 and not both 0, if it is listed. No branch depends on where things
-    /// are.
+    /// The pair of elements a + da and b + db, each -1, 0 or 1 and not both 0, if it is a candidate. No branch depends on where
+    /// things are.
     struct Neighbour {
         std::uint32_t pair;
-        bool listed;
+        bool is_candidate;
     };
     Neighbour beside(std::uint32_t i, int db) const { // a + 0
         const std::uint32_t j = i + static_cast<std::uint32_t>(db);
-        const bool listed = (j < count()) & (db != 0);
-        const std::uint32_t at = listed ? j : i;
-        return {at, listed && pair[at] == Pair{pair[i].a, pair[i].b + static_cast<std::uint32_t>(db)}};
+        const bool is_candidate = (j < count()) & (db != 0);
+        const std::uint32_t at = is_candidate ? j : i;
+        return {at, is_candidate && pair[at] == Pair{pair[i].a, pair[i].b + static_cast<std::uint32_t>(db)}};
     }
     Neighbour beyond(std::uint32_t i, int da, int db) const { // da not 0, or none
         const std::uint32_t word = da == 0 ? 0 : beyond_[i][da > 0], bit = 1u << (db + 1), before = word & (bit - 1);

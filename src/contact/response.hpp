@@ -4,14 +4,15 @@
 //   linear        N = max(0, k g + c u_n)
 //   Hertz         N = max(0, sqrt(g) (k g + c u_n))
 //   memory        x <- (x + h u_t) in the tangent plane,  T* = -k_t x - c_t u_t,  k_t = kappa k (linear), kappa k sqrt(g) (Hertz)
-//                 T = T* while |T*| <= mu_s N;  else T = mu_k N T*/|T*| and x = -T/k_t: what slides, does so beside the dashpot
+//                 T = T* while |T*| <= mu_s N;  else T = mu_k N T*/|T*| and x = -T/k_t: a contact that slides has no dashpot
 //   regularised   T = -mu_k N u_t/max(|u_t|, v_s)
 //   published     T = -(1 - f) mu_k N u_t/|u_t|,  f = 1 up to v_s, 0 from 1.5 v_s on, linear between
 //   on 1: force -N n + T, couple a1 x T;  on 2: force N n - T, couple -a2 x T
 // A contact pushes, whatever its dashpot says. Energy: springs store k g^2/2 (Hertz 2 k g^2.5/5) and k_t x^2/2. Places and rates
-// stand half a step apart, so over a step of rates u the mean of a force and of that a step before works, exactly. So much is
-// damped by what N and T are beyond their springs, and the rest of what T takes is rubbed: that of slip, and of springs that change
-// otherwise than by motion. Source: Cundall, Strack 1979 (Geotechnique 29, 47). Cost: 190 flop, of which six divisions and roots.
+// stand half a step apart, so over a step of rates u the mean of a force and of that a step before works, exactly. The viscous
+// work is that of N and T beyond their springs; the friction work is the rest of what T takes: that of slip, and of springs that
+// change otherwise than by motion. Source: Cundall, Strack 1979 (Geotechnique 29, 47). Cost: 190 flop, of which six divisions and
+// roots.
 #pragma once
 
 #include "contact/contact_law.hpp"
@@ -26,23 +27,23 @@ template <class P> struct ContactState {
 
 /// What a contact keeps from a step to the next.
 template <class P> struct ContactMemory {
-    Vec3<P> x;      ///< the spring of friction, m
-    P stiffness;    ///< k_t with which it pulled, N/m
-    Vec3<P> beside; ///< what T was beyond that, N
-    P dashpot;      ///< what N was beyond its spring, N
+    Vec3<P> x;            ///< the spring of friction, m
+    P stiffness;          ///< k_t with which it pulled, N/m
+    Vec3<P> viscous_part; ///< what T was beyond that, N
+    P viscous_normal;     ///< what N was beyond its spring, N
 
     /// In the spring, J.
     SKEIN_INLINE P energy() const { return P(0.5) * stiffness * dot(x, x); }
 };
 
 template <class P> struct ContactForce {
-    Vec3<P> on_1;     ///< N; on 2 the opposite
-    Vec3<P> moment;   ///< n x T, N: the couple on i is arm_i times this
-    P arm_1, arm_2;   ///< m
-    P normal;         ///< N
-    P stiffness;      ///< of the normal spring as it is, N/m
-    P stored;         ///< J, now
-    P rubbed, damped; ///< J, in this step
+    Vec3<P> on_1;                  ///< N; on 2 the opposite
+    Vec3<P> moment;                ///< n x T, N: the couple on i is arm_i times this
+    P arm_1, arm_2;                ///< m
+    P normal;                      ///< N
+    P stiffness;                   ///< of the normal spring as it is, N/m
+    P elastic_energy;              ///< J, now
+    P friction_work, viscous_work; ///< J, in this step
 };
 
 struct ContactKinds {
@@ -72,11 +73,11 @@ template <int W> SKEIN_INLINE ContactForce<Pack<W>> contact_force(ContactKinds k
     const P root = hertz ? sqrt(depth) : one, weighted = weight * root, elastic = weighted * law.stiffness * depth;
     out.normal = select(touches, max(zero, fma(weighted * law.damping, approach, elastic)), zero);
     out.stiffness = select(touches, hertz ? P(1.5) * root * law.stiffness : law.stiffness, zero);
-    out.stored = P(hertz ? 0.4 : 0.5) * elastic * depth;
+    out.elastic_energy = P(hertz ? 0.4 : 0.5) * elastic * depth;
     const Vec3<P> none{zero, zero, zero}, half_way = (half * step) * tangential;
     ContactMemory<P> now{none, zero, none, select(touches, out.normal - elastic, zero)};
-    out.damped = half * step * approach * (memory.dashpot + now.dashpot);
-    out.rubbed = zero;
+    out.viscous_work = half * step * approach * (memory.viscous_normal + now.viscous_normal);
+    out.friction_work = zero;
     const P pressed = out.normal + elsewhere;
 
     Vec3<P> friction = none;
@@ -86,24 +87,24 @@ template <int W> SKEIN_INLINE ContactForce<Pack<W>> contact_force(ContactKinds k
         const Vec3<P> trial = -(stiffness * in_plane) - law.tangential_damping * tangential;
         const P squared = dot(trial, trial), limit = law.static_friction * pressed;
         const auto sticks = squared <= limit * limit;
-        Vec3<P> after = in_plane, beside = -(law.tangential_damping * tangential);
+        Vec3<P> after = in_plane, viscous_part = -(law.tangential_damping * tangential);
         friction = trial;
         if (any(!sticks)) {
             const P inverse = one / (max(sqrt(squared), tiny) * max(stiffness, tiny));
             const Vec3<P> slides = (law.kinetic_friction * pressed * inverse) * trial; // over k_t
             friction = select(sticks, trial, stiffness * slides);
             after = select(sticks, in_plane, -slides);
-            beside = select(sticks, beside, none);
+            viscous_part = select(sticks, viscous_part, none);
         }
         friction = select(touches, friction, none);
         now.x = select(touches, after, none);
         now.stiffness = select(touches, stiffness, zero);
-        now.beside = select(touches, beside, none);
-        const P damped = -dot(memory.beside + now.beside, half_way), energy = now.energy();
-        const Vec3<P> before = memory.beside - memory.stiffness * memory.x;
-        out.rubbed = memory.energy() - energy - damped - dot(before + friction, half_way);
-        out.damped += damped;
-        out.stored += energy;
+        now.viscous_part = select(touches, viscous_part, none);
+        const P viscous_work = -dot(memory.viscous_part + now.viscous_part, half_way), energy = now.energy();
+        const Vec3<P> before = memory.viscous_part - memory.stiffness * memory.x;
+        out.friction_work = memory.energy() - energy - viscous_work - dot(before + friction, half_way);
+        out.viscous_work += viscous_work;
+        out.elastic_energy += energy;
     } else if (kinds.friction != ContactFriction::none) {
         const P speed = norm(tangential);
         P share = law.kinetic_friction * pressed /
@@ -111,11 +112,11 @@ template <int W> SKEIN_INLINE ContactForce<Pack<W>> contact_force(ContactKinds k
         if (kinds.friction == ContactFriction::published)
             share *= min(max((speed - law.slip_speed) / max(half * law.slip_speed, tiny), zero), one);
         friction = -(share * tangential);
-        now.beside = friction;
-        out.rubbed = -dot(memory.beside + friction, half_way);
+        now.viscous_part = friction;
+        out.friction_work = -dot(memory.viscous_part + friction, half_way);
     }
-    out.damped = select(touches, out.damped, zero);
-    out.rubbed = select(touches, out.rubbed, memory.energy()); // what a spring has when the contact ends
+    out.viscous_work = select(touches, out.viscous_work, zero);
+    out.friction_work = select(touches, out.friction_work, memory.energy()); // what a spring has when the contact ends
     memory = now;
     out.moment = cross(n, friction);
     out.on_1 = friction - out.normal * n;

@@ -8,7 +8,7 @@
 #pragma once
 
 #include "contact/contact_limits.hpp"
-#include "contact/wall_book.hpp"
+#include "contact/wall_contacts.hpp"
 #include "contact/wall_points.hpp"
 
 #include <memory>
@@ -29,22 +29,22 @@ struct WallNow {
 
 template <int W, class Points = RodNodes<W>> class WallPass final : public TilePass<W> {
 public:
-    WallPass(std::shared_ptr<const Walls> walls, const RodGroup& group, std::shared_ptr<WallBook<W>> book)
-        : walls_(std::move(walls)), book_(std::move(book)), points_(group) {
-        for (const int w : book_->acting()) {
+    WallPass(std::shared_ptr<const Walls> walls, const RodGroup& group, std::shared_ptr<WallContactTiles<W>> contacts)
+        : walls_(std::move(walls)), contacts_(std::move(contacts)), points_(group) {
+        for (const int w : contacts_->acting()) {
             law_.push_back(walls_->wall[static_cast<std::size_t>(w)].law.resolved(mass_at_wall(group)));
-            rubs_ = rubs_ || law_.back().friction != ContactFriction::none;
+            has_friction_ = has_friction_ || law_.back().friction != ContactFriction::none;
         }
     }
 
-    void bind(const RodTile<W>& rod) override { book_->add_page(rod); }
+    void bind(const RodTile<W>& rod) override { contacts_->add_tile(rod); }
 
     /// Walls at all steps of the batch: driven ones where their states say now.
     void prepare(std::span<const Step> steps) override {
         now_.resize(std::max(now_.size(), static_cast<std::size_t>(steps.back().slot + 1) * acting()));
         for (const Step& step : steps)
             for (std::size_t i = 0; i < acting(); ++i) {
-                const auto at = static_cast<std::size_t>(book_->acting()[i]);
+                const auto at = static_cast<std::size_t>(contacts_->acting()[i]);
                 const Wall& wall = walls_->wall[at];
                 const WallState state = walls_->at(at, step.time);
                 const Vec3d point = wall.point + state.offset, direction = wall.kind == WallKind::tube ? wall.axis : wall.normal;
@@ -61,45 +61,45 @@ public:
     }
 
     std::span<Pack<W>> memory(const RodTile<W>& rod) override {
-        Page& page = book_->page(rod.number);
-        return {&page.kept.data()->of_last.x.x, sizeof(Kept) / sizeof(P) * page.kept.size()};
+        TileContacts& contacts = contacts_->of_tile(rod.number);
+        return {&contacts.kept.data()->of_last.x.x, sizeof(Kept) / sizeof(P) * contacts.kept.size()};
     }
     void recall(const RodTile<W>& rod) override { // what is put back has to be looked at
-        Page& page = book_->page(rod.number);
-        std::fill(page.touched.begin(), page.touched.end(), std::uint8_t{1});
-        page.any_touched = true;
+        TileContacts& contacts = contacts_->of_tile(rod.number);
+        std::fill(contacts.touched.begin(), contacts.touched.end(), std::uint8_t{1});
+        contacts.any_touched = true;
     }
 
     void run(const RodTile<W>& rod, SlotLoad<W>* load, const Step& step) const override {
         if (acting() == 0) return;
         const WallNow* wall = &now_[static_cast<std::size_t>(step.slot) * acting()];
-        Page& page = book_->page(rod.number);
+        TileContacts& contacts = contacts_->of_tile(rod.number);
         const Box box = box_of(rod);
-        if (page.busy) {
-            std::fill(page.entry.begin(), page.entry.end(), Entry{});
-            page.busy = false;
+        if (contacts.busy) {
+            std::fill(contacts.entry.begin(), contacts.entry.end(), Entry{});
+            contacts.busy = false;
         }
-        if (!find_near(wall, box, page) && !page.any_touched) return;
+        if (!find_near(wall, box, contacts) && !contacts.any_touched) return;
 
-        page.any_touched = false;
+        contacts.any_touched = false;
         typename Points::Behind behind;
         for (int i = 0; i < points_.count(rod); ++i) {
             const Vec3<P> at = points_.position(rod, i);
-            if (reaches(wall, page, at, box.reach)) {
-                page.busy = true;
-                page.any_touched = true;
-                touch(rod, load, step.kick, wall, i, at, page, behind);
-            } else if (page.touched[static_cast<std::size_t>(i)]) {
-                forget(page, i);
+            if (reaches(wall, contacts, at, box.reach)) {
+                contacts.busy = true;
+                contacts.any_touched = true;
+                touch(rod, load, step.kick, wall, i, at, contacts, behind);
+            } else if (contacts.touched[static_cast<std::size_t>(i)]) {
+                forget(contacts, i);
             }
         }
     }
 
 private:
     using P = Pack<W>;
-    using Entry = typename WallBook<W>::Entry;
-    using Kept = typename WallBook<W>::Kept;
-    using Page = typename WallBook<W>::Page;
+    using Entry = typename WallContactTiles<W>::Entry;
+    using Kept = typename WallContactTiles<W>::Kept;
+    using TileContacts = typename WallContactTiles<W>::TileContacts;
     static_assert(sizeof(Kept) % sizeof(P) == 0);
 
     /// Where the nodes of a tile are, and how far from a wall the thickest may be that touches it.
@@ -107,19 +107,20 @@ private:
         Vec3<P> low, high;
         P reach;
     };
-    std::size_t acting() const { return book_->acting().size(); }
+    std::size_t acting() const { return contacts_->acting().size(); }
 
     /// What springs held when a node leaves its walls is lost to friction.
     static void let_go(Kept& kept, Mask<W> where) {
         const P none(0.0);
         ContactMemory<P>& m = kept.of_last;
-        kept.rubbed += select(where, m.energy(), none);
-        m = {select(where, Vec3<P>{}, m.x), select(where, none, m.stiffness), select(where, Vec3<P>{}, m.beside),
-             select(where, none, m.dashpot)};
+        kept.friction_work += select(where, m.energy(), none);
+        m = {select(where, Vec3<P>{}, m.x), select(where, none, m.stiffness), select(where, Vec3<P>{}, m.viscous_part),
+             select(where, none, m.viscous_normal)};
     }
-    void forget(Page& page, int i) const {
-        for (std::size_t w = 0; w < acting(); ++w) let_go(page.kept[static_cast<std::size_t>(i) * acting() + w], P(1.0) > P(0.0));
-        page.touched[static_cast<std::size_t>(i)] = 0;
+    void forget(TileContacts& contacts, int i) const {
+        for (std::size_t w = 0; w < acting(); ++w)
+            let_go(contacts.kept[static_cast<std::size_t>(i) * acting() + w], P(1.0) > P(0.0));
+        contacts.touched[static_cast<std::size_t>(i)] = 0;
     }
 
     SKEIN_INLINE static void widen(Box& box, const Vec3<P>& x) {
@@ -133,7 +134,7 @@ private:
         return box;
     }
     /// Marks the walls that the box is near. Round-off is monotonic: no node of the box is nearer to a plane than its corner.
-    bool find_near(const WallNow* wall, const Box& box, Page& page) const {
+    bool find_near(const WallNow* wall, const Box& box, TileContacts& contacts) const {
         const Vec3<P> half = P(0.5) * (box.high - box.low), middle = P(0.5) * (box.high + box.low);
         bool found = false;
         for (std::size_t w = 0; w < acting(); ++w) {
@@ -148,8 +149,8 @@ private:
                 const P from = norm(away(one, middle)), size = norm(half) + box.reach;
                 room = one.side == WallSide::inside ? P(one.radius) - from - size : from - size - P(one.radius);
             }
-            page.near[w] = any(room < P(0.0));
-            found = found || page.near[w];
+            contacts.near[w] = any(room < P(0.0));
+            found = found || contacts.near[w];
         }
         return found;
     }
@@ -166,10 +167,10 @@ private:
         const P bound = wall.side == WallSide::inside ? P(wall.radius) - reach : P(wall.radius) + reach;
         return wall.side == WallSide::inside ? bound * abs(bound) - dot(y, y) : dot(y, y) - bound * bound;
     }
-    SKEIN_INLINE bool reaches(const WallNow* wall, const Page& page, const Vec3<P>& x, P reach) const {
+    SKEIN_INLINE bool reaches(const WallNow* wall, const TileContacts& contacts, const Vec3<P>& x, P reach) const {
         P least(1.0);
         for (std::size_t w = 0; w < acting(); ++w)
-            if (page.near[w]) least = min(least, margin(wall[w], x, reach));
+            if (contacts.near[w]) least = min(least, margin(wall[w], x, reach));
         return any(least < P(0.0));
     }
 
@@ -187,7 +188,7 @@ private:
     }
 
     [[gnu::noinline]] void touch(const RodTile<W>& rod, SlotLoad<W>* load, double h, const WallNow* wall, int i, const Vec3<P>& at,
-                                 Page& page, typename Points::Behind& behind) const {
+                                 TileContacts& contacts, typename Points::Behind& behind) const {
         const P zero(0.0);
         ContactState<P> state{};
         points_.describe(rod, i, state, behind);
@@ -195,11 +196,11 @@ private:
         Vec3<P> force{}, couple{};
         Mask<W> touched = zero > zero;
         for (std::size_t w = 0; w < acting(); ++w) {
-            Kept& kept = page.kept[static_cast<std::size_t>(i) * acting() + w];
-            const Surface s = page.near[w] ? surface(wall[w], at) : Surface{};
-            const Mask<W> touches = page.near[w] ? state.radius_1 > s.distance : zero > zero;
+            Kept& kept = contacts.kept[static_cast<std::size_t>(i) * acting() + w];
+            const Surface s = contacts.near[w] ? surface(wall[w], at) : Surface{};
+            const Mask<W> touches = contacts.near[w] ? state.radius_1 > s.distance : zero > zero;
             if (!any(touches)) {
-                if (page.touched[static_cast<std::size_t>(i)]) let_go(kept, !touches);
+                if (contacts.touched[static_cast<std::size_t>(i)]) let_go(kept, !touches);
                 continue;
             }
             touched = touched | touches;
@@ -208,15 +209,15 @@ private:
             state.velocity_2 = broadcast<W>(wall[w].velocity);
             const Vec3<P> from = kept.of_last.x;
             const ContactForce<P> out = contact_force<W>(wall[w].kinds, wall[w].law.template as<P>(), state, h, kept.of_last, from);
-            kept.rubbed += out.rubbed;
-            kept.damped += out.damped;
+            kept.friction_work += out.friction_work;
+            kept.viscous_work += out.viscous_work;
             force += out.on_1;
             couple += out.arm_1 * out.moment;
-            enter(page.entry[w], state, out, touches);
+            enter(contacts.entry[w], state, out, touches);
         }
-        page.touched[static_cast<std::size_t>(i)] = 1;
+        contacts.touched[static_cast<std::size_t>(i)] = 1;
         // Where nothing touches not even a zero is added: it would turn -0 into 0, and other lanes decide whether this is reached.
-        points_.push(rod, load, i, force, couple, touched, rubs_);
+        points_.push(rod, load, i, force, couple, touched, has_friction_);
     }
 
     static void enter(Entry& e, const ContactState<P>& in, const ContactForce<P>& out, Mask<W> touches) {
@@ -224,15 +225,15 @@ private:
         e.force -= out.on_1;
         e.normal += out.normal;
         e.touching += select(touches, P(1.0), zero);
-        e.deepest = max(e.deepest, max(in.radius_1 - in.distance, zero) / (in.radius_1 + in.radius_1));
+        e.max_overlap = max(e.max_overlap, max(in.radius_1 - in.distance, zero) / (in.radius_1 + in.radius_1));
         e.stiffness = max(e.stiffness, out.stiffness);
-        e.stored += out.stored;
+        e.elastic_energy += out.elastic_energy;
     }
 
     std::shared_ptr<const Walls> walls_;
-    std::shared_ptr<WallBook<W>> book_;
+    std::shared_ptr<WallContactTiles<W>> contacts_;
     Points points_;
-    bool rubs_ = false;
+    bool has_friction_ = false;
     std::vector<ContactLaw> law_; ///< by wall that acts
     std::vector<WallNow> now_;    ///< [slot of the step][wall]
 };

@@ -10,14 +10,14 @@ EnergyAudit audit_rod(std::span<const RodGroup> groups, const Rods& rods, std::s
     rods.export_rod(i, copy);
     synchronise(group, copy, lag);
     const RodEnergy u = rod_energy(group, copy, time, rods.local()[i].index);
-    const RodWorks w = rods.works(i);
+    const RodBudget w = rods.budget(i);
     return {u.translation + u.rotation + u.elastic(), w.loads, w.walls, w.dissipated};
 }
 
 EnergyAudit audit_scene(const Communicator& comm, const Rods& rods, double energy) {
     std::vector<std::vector<double>> columns(3, std::vector<double>(rods.local().size()));
     for (std::size_t i = 0; i < rods.local().size(); ++i) {
-        const RodWorks w = rods.works(i);
+        const RodBudget w = rods.budget(i);
         columns[0][i] = w.loads;
         columns[1][i] = w.walls;
         columns[2][i] = w.dissipated;

@@ -58,17 +58,17 @@ Record state_record(const RodGroup& group) {
             }};
 }
 
-Record works_record(const RodGroup& group) {
+Record budget_record(const RodGroup& group) {
     return {"/groups/" + group.name() + "/works", 1, 3,
             [](const Rods& rods, std::span<const std::size_t> local, const PutRecord& put) {
                 for (std::size_t j = 0; j < local.size(); ++j) {
-                    const RodWorks w = rods.works(local[j]);
+                    const RodBudget w = rods.budget(local[j]);
                     const double numbers[] = {w.loads, w.walls, w.dissipated};
                     put(j, numbers, hash_numbers(rods.local()[local[j]].gid, numbers));
                 }
             },
             [](Rods& rods, std::size_t i, std::span<const double> in) {
-                rods.set_works(i, {in[0], in[1], in[2]});
+                rods.set_budget(i, {in[0], in[1], in[2]});
             }};
 }
 
@@ -92,7 +92,7 @@ Record memory_record(const Communicator& comm, const RodGroup& group, const Rods
 /// Every record that a group has; the first is its state.
 std::vector<Record> records_of(const Communicator& comm, const RodGroup& group, const Rods& rods, bool audited) {
     std::vector<Record> all = {state_record(group)};
-    if (audited) all.push_back(works_record(group));
+    if (audited) all.push_back(budget_record(group));
     if (Record memory = memory_record(comm, group, rods); memory.columns > 0) all.push_back(std::move(memory));
     return all;
 }

@@ -33,7 +33,7 @@ struct CheckpointInfo {
     std::string scene;        ///< canonical JSON of the scene; a run resumes only where it is equal
     std::string file;         ///< path it was read from
     std::optional<double> audited_from =
-        {}; ///< J, the energy that an audit began with; with it go the works of every rod. None: no audit
+        {}; ///< J, the energy that an audit began with; with it goes the energy budget of every rod. None: no audit
     std::vector<KeptNumbers> kept = {};
     std::optional<SeriesMark> series = {};                            ///< none: there was no series
     std::optional<std::int64_t> last_trajectory = {}, last_tips = {}; ///< steps of the last frames in files, -1 of none

@@ -29,7 +29,7 @@ void OutputSpec::fields(FieldVisitor& f) {
     f.visit(
         {.name = "audit",
          .unit = "",
-         .text = "adds an energy audit to the series: works of loads and moving walls, dissipation, and the defect of the balance"},
+         .text = "adds an energy audit to the series: work of loads and moving walls, dissipation, and the defect of the balance"},
         audit);
     f.visit({.name = "checkpoint",
              .unit = "s",

@@ -29,26 +29,25 @@ std::size_t RodFile::width(std::size_t q) const {
     return quantities[q].components * (per == Per::rod ? 1 : per == Per::node ? elements_ + 1 : elements_);
 }
 
-void RodFile::complain(std::size_t quantity, std::int64_t rod, const std::string& what) const {
+void RodFile::refuse(std::size_t quantity, std::int64_t rod, const std::string& what) const {
     throw InputError(fmt::format("{}: {}", place(quantity, rod), what));
 }
-void RodFile::complain(const std::string& what) const { throw InputError(fmt::format("{}: {}", path_, what)); }
+void RodFile::refuse(const std::string& what) const { throw InputError(fmt::format("{}: {}", path_, what)); }
 
 void RodFile::check_quantities() const {
-    if (count_ == 0) complain("there is no rod in it");
+    if (count_ == 0) refuse("there is no rod in it");
     const auto beside = [&](Which q, Which other, const char* why) {
-        if (has_[q] && has_[other]) complain(fmt::format("'{}' beside '{}': {}", quantities[q].name, quantities[other].name, why));
+        if (has_[q] && has_[other]) refuse(fmt::format("'{}' beside '{}': {}", quantities[q].name, quantities[other].name, why));
     };
     const auto without = [&](Which q, Which other, const char* why) {
-        if (has_[q] && !has_[other])
-            complain(fmt::format("'{}' without '{}': {}", quantities[q].name, quantities[other].name, why));
+        if (has_[q] && !has_[other]) refuse(fmt::format("'{}' without '{}': {}", quantities[q].name, quantities[other].name, why));
     };
     for (const Which q : {origin, tangent, length}) beside(q, nodes, "the nodes say it already");
     beside(normal, directors, "the first of the directors says it already");
     beside(radius, radii, "one of the two is enough");
     without(directors, nodes, "they are those of the elements between nodes");
     if (has_[nodes]) return;
-    if (!has_[origin]) complain("'origin' is missing: the start of every rod [m]");
+    if (!has_[origin]) refuse("'origin' is missing: the start of every rod [m]");
     without(normal, tangent, "a direction across the rod needs that of the rod");
 }
 
@@ -61,8 +60,8 @@ RodRows RodFile::read(std::int64_t begin, std::int64_t end) const {
     for (std::size_t q = 0; q < all; ++q)
         for (std::size_t i = 0; i < numbers[q].size(); ++i) {
             const std::int64_t rod = begin + static_cast<std::int64_t>(i / width(q));
-            if (!std::isfinite(numbers[q][i])) complain(q, rod, "not a finite number");
-            if (quantities[q].components == 1 && !(numbers[q][i] > 0)) complain(q, rod, "must be above 0 [m]");
+            if (!std::isfinite(numbers[q][i])) refuse(q, rod, "not a finite number");
+            if (quantities[q].components == 1 && !(numbers[q][i] > 0)) refuse(q, rod, "must be above 0 [m]");
         }
     RodRows rows;
     const auto vectors = [&](std::size_t q, std::vector<Vec3d>& into) {
@@ -88,10 +87,10 @@ RodRows RodFile::read(std::int64_t begin, std::int64_t end) const {
 }
 
 void RodFile::check_frame(std::int64_t rod, std::size_t i, const RodRows& rows) const {
-    if (norm(rows.tangents[i]) == 0) complain(tangent, rod, "has no direction");
+    if (norm(rows.tangents[i]) == 0) refuse(tangent, rod, "has no direction");
     if (rows.normals.empty()) return;
-    if (norm(rows.normals[i]) == 0) complain(normal, rod, "has no direction");
-    if (along(rows.tangents[i], rows.normals[i])) complain(normal, rod, "is parallel to the tangent");
+    if (norm(rows.normals[i]) == 0) refuse(normal, rod, "has no direction");
+    if (along(rows.tangents[i], rows.normals[i])) refuse(normal, rod, "is parallel to the tangent");
 }
 
 /// Its edges, which must be there and not turn back, and what lies across them.
@@ -101,17 +100,16 @@ void RodFile::trace(std::int64_t rod, std::size_t i, const Numbers& numbers, Rod
     Vec3d before{0, 0, 0};
     for (std::size_t k = 0; k < elements_; ++k) {
         const Vec3d edge = rows.nodes[first + k + 1] - rows.nodes[first + k];
-        if (norm(edge) == 0) complain(nodes, rod, fmt::format("nodes {} and {} are one point", k, k + 1));
+        if (norm(edge) == 0) refuse(nodes, rod, fmt::format("nodes {} and {} are one point", k, k + 1));
         if (k > 0 && dot(before, edge) < -0.99 * norm(before) * norm(edge))
-            complain(nodes, rod, fmt::format("turns back at node {}", k));
+            refuse(nodes, rod, fmt::format("turns back at node {}", k));
         before = edge;
         if (has_[directors]) {
             const Vec3d d1 = vector_at(numbers[directors], 3 * (i * elements_ + k));
-            if (norm(d1) == 0 || along(edge, d1))
-                complain(directors, rod, fmt::format("d1 of element {} is not across the rod", k));
+            if (norm(d1) == 0 || along(edge, d1)) refuse(directors, rod, fmt::format("d1 of element {} is not across the rod", k));
             rows.element_normals.push_back(d1);
         } else if (k == 0 && has_[normal] && (norm(rows.normals[i]) == 0 || along(edge, rows.normals[i]))) {
-            complain(normal, rod, "is not across the first element");
+            refuse(normal, rod, "is not across the first element");
         }
     }
 }

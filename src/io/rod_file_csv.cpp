@@ -17,7 +17,7 @@ class CsvRodFile final : public RodFile {
 public:
     explicit CsvRodFile(const std::string& path) : RodFile(path) {
         std::ifstream file(path_, std::ios::binary);
-        if (!file) complain("cannot be opened for reading");
+        if (!file) refuse("cannot be opened for reading");
         std::string line;
         std::getline(file, line);
         read_header(line);
@@ -79,7 +79,7 @@ private:
         std::string line;
         for (std::int64_t rod = begin / block * block; rod < end; ++rod) {
             do {
-                if (!std::getline(file, line)) complain(fmt::format("row {}: the file has been cut short", rod));
+                if (!std::getline(file, line)) refuse(fmt::format("row {}: the file has been cut short", rod));
                 if (line.ends_with('\r')) line.pop_back();
             } while (line.empty());
             if (rod < begin) continue;
@@ -93,9 +93,9 @@ private:
                 at = behind;
                 while (at < last && (*at == ' ' || *at == '\t')) ++at;
                 const bool more = c + 1 < named_.size();
-                if (error != std::errc{}) complain(q, rod, fmt::format("'{}' is not a number", quantities[q].columns[axis]));
+                if (error != std::errc{}) refuse(q, rod, fmt::format("'{}' is not a number", quantities[q].columns[axis]));
                 if (more ? at == last || *at != ',' : at != last)
-                    complain(q, rod, fmt::format("expected {} values, as the first line names them", named_.size()));
+                    refuse(q, rod, fmt::format("expected {} values, as the first line names them", named_.size()));
                 at += more;
                 numbers[q][static_cast<std::size_t>(rod - begin) * width(q) + axis] = value;
             }

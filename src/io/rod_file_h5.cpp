@@ -33,7 +33,7 @@ class Hdf5RodFile final : public RodFile {
 public:
     explicit Hdf5RodFile(const std::string& path)
         : RodFile(path), file_(quietly([&] { return H5Fopen(path.c_str(), H5F_ACC_RDONLY, H5P_DEFAULT); }), H5Fclose) {
-        if (!file_.valid()) complain("cannot be read as HDF5");
+        if (!file_.valid()) refuse("cannot be read as HDF5");
         for (std::size_t q = 0; q < std::size(quantities); ++q) look_at(q);
         const auto other = [](hid_t, const char* name, const H5L_info_t*, void* found) -> herr_t {
             const bool known =
@@ -43,7 +43,7 @@ public:
         };
         std::string unknown;
         H5Literate(file_, H5_INDEX_NAME, H5_ITER_INC, nullptr, other, &unknown);
-        if (!unknown.empty()) complain(fmt::format("unknown dataset '{}'; a file of rods takes {}", unknown, quantity_names()));
+        if (!unknown.empty()) refuse(fmt::format("unknown dataset '{}'; a file of rods takes {}", unknown, quantity_names()));
         check_quantities();
     }
 
@@ -56,10 +56,10 @@ private:
         const std::string name(quantities[q].name);
         if (H5Lexists(file_, name.c_str(), H5P_DEFAULT) <= 0) return;
         const H5Handle data = dataset(q);
-        if (!data.valid()) complain(fmt::format("'{}' is not a dataset", name));
+        if (!data.valid()) refuse(fmt::format("'{}' is not a dataset", name));
         const H5Handle type(H5Dget_type(data), H5Tclose), space(H5Dget_space(data), H5Sclose);
         const auto kind = H5Tget_class(type);
-        if (kind != H5T_FLOAT && kind != H5T_INTEGER) complain(fmt::format("dataset '{}' does not hold numbers", name));
+        if (kind != H5T_FLOAT && kind != H5T_INTEGER) refuse(fmt::format("dataset '{}' does not hold numbers", name));
         std::vector<hsize_t> shape(static_cast<std::size_t>(std::max(0, H5Sget_simple_extent_ndims(space))));
         if (!shape.empty()) H5Sget_simple_extent_dims(space, shape.data(), nullptr);
         const RodQuantity& quantity = quantities[q];
@@ -69,15 +69,15 @@ private:
         bool fits = shape.size() == wanted.size();
         for (std::size_t d = 1; fits && d < shape.size(); ++d) fits = wanted[d] == "3" ? shape[d] == 3 : shape[d] > 1;
         if (!fits)
-            complain(fmt::format("dataset '{}' has the shape [{}]; it must be [{}]", name, fmt::join(shape, ", "),
-                                 fmt::join(wanted, ", ")));
+            refuse(fmt::format("dataset '{}' has the shape [{}]; it must be [{}]", name, fmt::join(shape, ", "),
+                               fmt::join(wanted, ", ")));
         const auto rods = static_cast<std::int64_t>(shape[0]);
         if (!first_.empty() && rods != count_)
-            complain(fmt::format("dataset '{}' has {} rows, but '{}' has {}: a row per rod", name, rods, first_, count_));
+            refuse(fmt::format("dataset '{}' has {} rows, but '{}' has {}: a row per rod", name, rods, first_, count_));
         if (quantity.per != Per::rod) {
             const std::size_t elements = shape[1] - (quantity.per == Per::node);
             if (elements_ > 0 && elements != elements_)
-                complain(fmt::format("dataset '{}' is of rods of {} elements, others of {}", name, elements, elements_));
+                refuse(fmt::format("dataset '{}' is of rods of {} elements, others of {}", name, elements, elements_));
             elements_ = elements;
         }
         if (first_.empty()) first_ = name;
@@ -98,8 +98,7 @@ private:
             H5Sselect_hyperslab(space, H5S_SELECT_SET, start.data(), nullptr, count.data(), nullptr);
             const herr_t status =
                 quietly([&] { return H5Dread(data, H5T_NATIVE_DOUBLE, memory, space, H5P_DEFAULT, numbers[q].data()); });
-            if (status < 0)
-                complain(fmt::format("dataset '{}', rows {} to {}: cannot be read", quantities[q].name, begin, end - 1));
+            if (status < 0) refuse(fmt::format("dataset '{}', rows {} to {}: cannot be read", quantities[q].name, begin, end - 1));
         }
     }
     std::string place(std::size_t quantity, std::int64_t rod) const override {

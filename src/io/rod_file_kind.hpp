@@ -45,8 +45,8 @@ protected:
     virtual void read_numbers(std::int64_t begin, std::int64_t end, Numbers& numbers) const = 0;
     virtual std::string place(std::size_t quantity, std::int64_t rod) const = 0;
     std::size_t width(std::size_t q) const; ///< numbers of a rod
-    [[noreturn]] void complain(std::size_t quantity, std::int64_t rod, const std::string& what) const;
-    [[noreturn]] void complain(const std::string& what) const;
+    [[noreturn]] void refuse(std::size_t quantity, std::int64_t rod, const std::string& what) const;
+    [[noreturn]] void refuse(const std::string& what) const;
     void check_quantities() const; ///< when it is known what the file holds
 
     std::string path_;

@@ -54,9 +54,9 @@ template <int W> struct PassParts {
     const Scheme scheme;
     double dt; ///< s
     const Surroundings& around;
-    std::shared_ptr<WallBook<W>> walls;  ///< null where none act
-    std::shared_ptr<AuditBook<W>> audit; ///< null where there is none
-    std::shared_ptr<MovingEnds> moving;  ///< null where ends are still
+    std::shared_ptr<WallContactTiles<W>> walls; ///< null where none act
+    std::shared_ptr<EnergyBudget<W>> audit;     ///< null where there is none
+    std::shared_ptr<MovingEnds> moving;         ///< null where ends are still
 };
 
 /// Makes the passes of a group whose rods lie across.

@@ -15,14 +15,14 @@ template <int W, class Maker> TileProgram<W> make_program(const GroupProgram& of
 template <int W> std::unique_ptr<Rods> make_rods_at(const Plan& plan, std::span<const RodGroup> groups, std::vector<LocalRod> owned,
                                                     const Threads& threads, Surroundings& around) {
     std::vector<TileProgram<W>> programs;
-    std::vector<std::shared_ptr<AuditBook<W>>> audits;
+    std::vector<std::shared_ptr<EnergyBudget<W>>> audits;
     for (std::size_t g = 0; g < groups.size(); ++g) {
         PassParts<W> parts{
             .plan = plan.groups[g], .group = groups[g], .scheme = scheme_of(plan.integrator), .dt = plan.dt, .around = around};
-        if (plan.groups[g].walls) parts.walls = std::make_shared<WallBook<W>>(*around.walls, groups[g]);
-        if (plan.audit) parts.audit = audits.emplace_back(std::make_shared<AuditBook<W>>(groups[g]));
+        if (plan.groups[g].walls) parts.walls = std::make_shared<WallContactTiles<W>>(*around.walls, groups[g]);
+        if (plan.audit) parts.audit = audits.emplace_back(std::make_shared<EnergyBudget<W>>(groups[g]));
         if (groups[g].spec().ends_move()) parts.moving = std::make_shared<MovingEnds>(groups[g]);
-        around.accounts.push_back(parts.walls);
+        around.wall_contacts.push_back(parts.walls);
         programs.push_back(make_program<W>(plan.groups[g].program, PassMaker<W>(parts)));
     }
     std::vector<std::int64_t> counts(groups.size(), 0);

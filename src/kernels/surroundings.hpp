@@ -1,7 +1,7 @@
 // Parts of a run outside of the tiles that passes and interactions share.
 #pragma once
 
-#include "contact/wall_book.hpp"
+#include "contact/wall_contacts.hpp"
 #include "neighbourhood/exposure.hpp"
 #include "scene/plan.hpp"
 
@@ -16,7 +16,7 @@ struct Surroundings {
     std::shared_ptr<Exposure> exposure; ///< where rods feel each other
     std::shared_ptr<SlotLoads> loads;   ///< where rods feel each other
     std::shared_ptr<Walls> walls;
-    std::vector<std::shared_ptr<const WallAccounts>> accounts; ///< by group, once the rods are made; null where no wall acts
+    std::vector<std::shared_ptr<const WallContacts>> wall_contacts; ///< by group, once the rods are made; null where no wall acts
 };
 /// `owned`: rods of this rank, as make_rods is given them.
 Surroundings make_surroundings(const Plan& plan, std::span<const RodGroup> groups, std::span<const LocalRod> owned);

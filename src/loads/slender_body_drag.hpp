@@ -119,9 +119,9 @@ private:
             for (int k = 0; k < rod.n; ++k) data.length[static_cast<std::size_t>(k)] = norm(edge_of(rod, k));
             for (const Seat& seat : rod.strands->seats()) {
                 double sum = 0;
-                for (int lane_ = seat.lane, left = seat.group->elements(); left > 0; ++lane_, left -= rod.n)
-                    for (std::size_t k = 0; k < static_cast<std::size_t>(std::min(left, rod.n)); ++k) sum += data.length[k][lane_];
-                for (int lane_ = seat.lane; lane_ < seat.lane + seat.lanes; ++lane_) total.set(lane_, sum);
+                for (int l = seat.lane, left = seat.group->elements(); left > 0; ++l, left -= rod.n)
+                    for (std::size_t k = 0; k < static_cast<std::size_t>(std::min(left, rod.n)); ++k) sum += data.length[k][l];
+                for (int l = seat.lane; l < seat.lane + seat.lanes; ++l) total.set(l, sum);
             }
         } else {
             for (int k = 0; k < rod.n; ++k) total = total + norm(edge_of(rod, k));

@@ -84,7 +84,7 @@ std::vector<OwnBody> own_bodies(const Exposure& bodies) {
     return own;
 }
 
-/// Boxes of consecutive bodies, which mostly stand together: a rod that has gone astray makes one of them large, and not all.
+/// Boxes of consecutive bodies, which mostly stand together: a rod far from the others makes one of them large, and not all.
 std::vector<Box> boxes_of_parts(std::span<const OwnBody> own) {
     std::vector<Box> boxes(boxes_of_rank);
     for (std::size_t part = 0; part < boxes_of_rank; ++part)

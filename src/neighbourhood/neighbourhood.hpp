@@ -1,6 +1,6 @@
 // The boundary between ranks. A rank's ghosts are the elements of others' bodies that may touch its own: no halo of a domain, so no
 // shape of one can lose a contact. Both ranks work out what such a pair does, so no loads are sent back. Which elements are ghosts
-// changes at renewals of candidates only; in between the same messages go to the same ranks in every step.
+// changes at rebuilds of candidates only; in between the same messages go to the same ranks in every step.
 #pragma once
 
 #include "neighbourhood/exposure.hpp"
@@ -31,7 +31,7 @@ public:
     Neighbourhood(const Neighbourhood&) = delete;
     ~Neighbourhood();
 
-    /// Other own bodies, in this exposure; a renewal of ghosts must follow.
+    /// Other own bodies, in this exposure; a rebuild of ghosts must follow.
     void follow(std::shared_ptr<Exposure> exposure);
 
     /// Exposure of own elements starts on its way to the ranks whose ghosts they are, and so does a vote: whether lists of partners

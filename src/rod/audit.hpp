@@ -18,35 +18,35 @@
 namespace skein {
 
 /// What the passes of one group's audit share, by tile number.
-template <int W> struct AuditBook {
+template <int W> struct EnergyBudget {
     using P = Pack<W>;
     struct Rates {
         Vec3<P> velocity, spin;
     };
-    struct Page {
+    struct TileBudget {
         AlignedVector<SlotLoad<W>> inner, all; ///< internal loads, all loads, [n + 1]
         AlignedVector<Rates> before;           ///< rates before the kick, [n + 1]
         P held_before{};                       ///< kinetic energy of held nodes and elements before their walls moved, J
         P wall_power{};                        ///< of the couples that half cells exert on walls, W
         P loads{}, walls{}, dissipated{};      ///< sums, J
     };
-    AlignedVector<Page> pages;
+    AlignedVector<TileBudget> tiles;
 
-    explicit AuditBook(const RodGroup& group) : group_(group) {}
+    explicit EnergyBudget(const RodGroup& group) : group_(group) {}
 
-    RodWorks works(std::size_t tile, int lane_) const {
-        const Page& p = pages[tile];
-        return {p.loads[lane_], p.walls[lane_], p.dissipated[lane_]};
+    RodBudget budget(std::size_t tile, int l) const {
+        const TileBudget& p = tiles[tile];
+        return {p.loads[l], p.walls[l], p.dissipated[l]};
     }
-    void set_works(std::size_t tile, int lane_, const RodWorks& works) {
-        Page& p = pages[tile];
-        p.loads.set(lane_, works.loads);
-        p.walls.set(lane_, works.walls);
-        p.dissipated.set(lane_, works.dissipated);
+    void set_budget(std::size_t tile, int l, const RodBudget& budget) {
+        TileBudget& p = tiles[tile];
+        p.loads.set(l, budget.loads);
+        p.walls.set(l, budget.walls);
+        p.dissipated.set(l, budget.dissipated);
     }
     std::size_t bytes() const {
         std::size_t sum = 0;
-        for (const Page& p : pages) sum += sizeof(Page) + p.inner.size() * (2 * sizeof(SlotLoad<W>) + sizeof(Rates));
+        for (const TileBudget& p : tiles) sum += sizeof(TileBudget) + p.inner.size() * (2 * sizeof(SlotLoad<W>) + sizeof(Rates));
         return sum;
     }
 
@@ -71,40 +71,40 @@ private:
 /// Before moving ends take their new rates.
 template <int W> class AuditEndsPass final : public TilePass<W> {
 public:
-    explicit AuditEndsPass(std::shared_ptr<AuditBook<W>> book) : book_(std::move(book)) {}
+    explicit AuditEndsPass(std::shared_ptr<EnergyBudget<W>> budget) : budget_(std::move(budget)) {}
     void run(const RodTile<W>& rod, SlotLoad<W>*, const Step&) const override {
-        book_->pages[rod.number].held_before = book_->held_energy(rod);
+        budget_->tiles[rod.number].held_before = budget_->held_energy(rod);
     }
 
 private:
-    std::shared_ptr<AuditBook<W>> book_;
+    std::shared_ptr<EnergyBudget<W>> budget_;
 };
 
 /// After the elastic pass, when the load is the internal one.
 template <class Law, int W> class AuditInnerPass final : public TilePass<W> {
 public:
-    AuditInnerPass(std::shared_ptr<AuditBook<W>> book, Ends ends, std::shared_ptr<const MovingEnds> moving)
-        : book_(std::move(book)), elastic_(ends, moving), moving_(std::move(moving)) {}
+    AuditInnerPass(std::shared_ptr<EnergyBudget<W>> budget, Ends ends, std::shared_ptr<const MovingEnds> moving)
+        : budget_(std::move(budget)), elastic_(ends, moving), moving_(std::move(moving)) {}
 
     void bind(const RodTile<W>& rod) override {
         const auto slots = static_cast<std::size_t>(rod.n) + 1;
-        typename AuditBook<W>::Page& page = book_->pages.emplace_back();
-        page.inner.resize(slots);
-        page.all.resize(slots);
-        page.before.resize(slots);
+        typename EnergyBudget<W>::TileBudget& tile = budget_->tiles.emplace_back();
+        tile.inner.resize(slots);
+        tile.all.resize(slots);
+        tile.before.resize(slots);
     }
 
     void run(const RodTile<W>& rod, SlotLoad<W>* load, const Step& step) const override {
-        typename AuditBook<W>::Page& page = book_->pages[rod.number];
-        std::copy(load, load + rod.n + 1, page.inner.begin());
-        if (rod.group->closed()) page.inner[0].force += page.inner[static_cast<std::size_t>(rod.n)].force;
+        typename EnergyBudget<W>::TileBudget& tile = budget_->tiles[rod.number];
+        std::copy(load, load + rod.n + 1, tile.inner.begin());
+        if (rod.group->closed()) tile.inner[0].force += tile.inner[static_cast<std::size_t>(rod.n)].force;
         if (!moving_) return;
-        page.wall_power = dot(elastic_.couple_on_start_wall(rod, step), broadcast<W>(moving_->start(step).spin)) +
+        tile.wall_power = dot(elastic_.couple_on_start_wall(rod, step), broadcast<W>(moving_->start(step).spin)) +
                           dot(elastic_.couple_on_end_wall(rod, step), broadcast<W>(moving_->end(step).spin));
     }
 
 private:
-    std::shared_ptr<AuditBook<W>> book_;
+    std::shared_ptr<EnergyBudget<W>> budget_;
     ElasticPass<Law, W> elastic_;
     std::shared_ptr<const MovingEnds> moving_;
 };
@@ -112,26 +112,26 @@ private:
 /// Before the kick, when the load is complete.
 template <int W> class AuditLoadsPass final : public TilePass<W> {
 public:
-    explicit AuditLoadsPass(std::shared_ptr<AuditBook<W>> book) : book_(std::move(book)) {}
+    explicit AuditLoadsPass(std::shared_ptr<EnergyBudget<W>> budget) : budget_(std::move(budget)) {}
     void run(const RodTile<W>& rod, SlotLoad<W>* load, const Step&) const override {
-        typename AuditBook<W>::Page& page = book_->pages[rod.number];
-        std::copy(load, load + rod.n + 1, page.all.begin());
-        for (int k = 0; k <= rod.n; ++k) page.before[static_cast<std::size_t>(k)] = {rod.slot[k].velocity, rod.slot[k].spin};
+        typename EnergyBudget<W>::TileBudget& tile = budget_->tiles[rod.number];
+        std::copy(load, load + rod.n + 1, tile.all.begin());
+        for (int k = 0; k <= rod.n; ++k) tile.before[static_cast<std::size_t>(k)] = {rod.slot[k].velocity, rod.slot[k].spin};
     }
 
 private:
-    std::shared_ptr<AuditBook<W>> book_;
+    std::shared_ptr<EnergyBudget<W>> budget_;
 };
 
 /// At the end of the step.
 template <int W> class AuditBalancePass final : public TilePass<W> {
 public:
-    AuditBalancePass(std::shared_ptr<AuditBook<W>> book, bool moving) : book_(std::move(book)), moving_(moving) {}
+    AuditBalancePass(std::shared_ptr<EnergyBudget<W>> budget, bool moving) : budget_(std::move(budget)), moving_(moving) {}
 
     void run(const RodTile<W>& rod, SlotLoad<W>*, const Step& step) const override {
         using P = Pack<W>;
-        const AuditBook<W>& book = *book_;
-        typename AuditBook<W>::Page& page = book_->pages[rod.number];
+        const EnergyBudget<W>& budget = *budget_;
+        typename EnergyBudget<W>::TileBudget& tile = budget_->tiles[rod.number];
         P external(0.0), held(0.0), free(0.0),
             gained(0.0); // power of external loads, of all on the held and on the free; kinetic energy
         const auto tally = [&](const Vec3<P>& all, const Vec3<P>& inner, const Vec3<P>& before, const Vec3<P>& after, bool is_held,
@@ -149,22 +149,22 @@ public:
         const int nodes = rod.group->closed() ? rod.n : rod.n + 1;
         for (int i = 0; i < nodes; ++i) {
             const auto at = static_cast<std::size_t>(i);
-            tally(page.all[at].force, page.inner[at].force, page.before[at].velocity, rod.slot[i].velocity,
-                  rod.group->holds_node(i), [&](const Vec3<P>& v) { return book.node_energy(v, i); });
+            tally(tile.all[at].force, tile.inner[at].force, tile.before[at].velocity, rod.slot[i].velocity,
+                  rod.group->holds_node(i), [&](const Vec3<P>& v) { return budget.node_energy(v, i); });
         }
         for (int k = 0; k < rod.n; ++k) {
             const auto at = static_cast<std::size_t>(k);
-            tally(page.all[at].couple, page.inner[at].couple, page.before[at].spin, rod.slot[k].spin, rod.group->holds_element(k),
-                  [&](const Vec3<P>& w) { return book.element_energy(w, k); });
+            tally(tile.all[at].couple, tile.inner[at].couple, tile.before[at].spin, rod.slot[k].spin, rod.group->holds_element(k),
+                  [&](const Vec3<P>& w) { return budget.element_energy(w, k); });
         }
         const P h(step.kick);
-        page.loads = fma(h, external, page.loads);
-        page.dissipated = page.dissipated + (h * free - gained);
-        if (moving_) page.walls = page.walls + (book.held_energy(rod) - page.held_before - h * (held + page.wall_power));
+        tile.loads = fma(h, external, tile.loads);
+        tile.dissipated = tile.dissipated + (h * free - gained);
+        if (moving_) tile.walls = tile.walls + (budget.held_energy(rod) - tile.held_before - h * (held + tile.wall_power));
     }
 
 private:
-    std::shared_ptr<AuditBook<W>> book_;
+    std::shared_ptr<EnergyBudget<W>> budget_;
     bool moving_;
 };
 

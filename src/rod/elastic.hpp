@@ -86,15 +86,15 @@ public:
 
         Vec3<P> nu = strain(rod, 0), force_before{};
         // Where a ring closes, or a lane's rod goes on in the next, one cell is worked out first and serves both sides.
-        CellLoads<P> joint, before;
+        CellLoads<P> seam, before;
         if constexpr (Map::along) {
-            joint = loads(rod, n - 1, cell(rod, n - 1, n, strain(rod, n - 1).z, from_lane_after(nu.z)));
-            before = from_joint(rod.strands->first, joint, ends_.start_wall ? start_wall(rod, step, nu.z) : CellLoads<P>{});
+            seam = loads(rod, n - 1, cell(rod, n - 1, n, strain(rod, n - 1).z, from_lane_after(nu.z)));
+            before = from_seam(rod.strands->first, seam, ends_.start_wall ? start_wall(rod, step, nu.z) : CellLoads<P>{});
         } else {
-            joint = ends_.closed       ? loads(rod, n - 1, cell(rod, n - 1, 0, strain(rod, n - 1).z, nu.z))
-                    : ends_.start_wall ? start_wall(rod, step, nu.z)
-                                       : CellLoads<P>{};
-            before = joint;
+            seam = ends_.closed       ? loads(rod, n - 1, cell(rod, n - 1, 0, strain(rod, n - 1).z, nu.z))
+                   : ends_.start_wall ? start_wall(rod, step, nu.z)
+                                      : CellLoads<P>{};
+            before = seam;
         }
         const auto finish = [&](int k, const CellLoads<P>& after) __attribute__((always_inline)) {
             Vec3<P> n_body = Law::stress(Map::element(rod, k), nu);
@@ -125,7 +125,7 @@ public:
             nu = nu_next;
             ++k;
         }
-        finish(k, Map::along || ends_.closed ? joint : ends_.end_wall ? end_wall(rod, step, nu.z) : CellLoads<P>{});
+        finish(k, Map::along || ends_.closed ? seam : ends_.end_wall ? end_wall(rod, step, nu.z) : CellLoads<P>{});
         load[n].force = -force_before;
         if constexpr (Map::along) load[0].force += select(rod.strands->first, Vec3<P>{}, from_lane_before(load[n].force));
     }
@@ -142,9 +142,9 @@ private:
     using P = Pack<W>;
 
     /// What the lane before hands on, and `otherwise` in lanes where a rod begins.
-    static CellLoads<P> from_joint(Mask<W> begins, const CellLoads<P>& joint, const CellLoads<P>& otherwise) {
-        return {otherwise.before, select(begins, otherwise.after, from_lane_before(joint.after)),
-                select(begins, otherwise.tension, from_lane_before(joint.tension))};
+    static CellLoads<P> from_seam(Mask<W> begins, const CellLoads<P>& seam, const CellLoads<P>& otherwise) {
+        return {otherwise.before, select(begins, otherwise.after, from_lane_before(seam.after)),
+                select(begins, otherwise.tension, from_lane_before(seam.tension))};
     }
 
     SKEIN_INLINE static Vec3<P> strain(const RodTile<W>& rod, int k) { return element_strain<Map>(rod, k); }

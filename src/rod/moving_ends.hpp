@@ -67,10 +67,10 @@ public:
     void bind(const RodTile<W>& rod) override {
         std::vector<Slot<1>> state(static_cast<std::size_t>(rod.n) + 1);
         Home& home = home_.emplace_back();
-        for (int lane_ = 0; lane_ < W; ++lane_) {
-            rod.group->start_state(rod.index[lane_], state);
-            set_lane(home.start, lane_, lane(state.front().position, 0));
-            set_lane(home.end, lane_, lane(state.back().position, 0));
+        for (int l = 0; l < W; ++l) {
+            rod.group->start_state(rod.index[l], state);
+            set_lane(home.start, l, lane(state.front().position, 0));
+            set_lane(home.end, l, lane(state.back().position, 0));
         }
     }
 

@@ -1,4 +1,4 @@
-// What a pass does to one rod in a step: for those who ask why a rod came out unfit.
+// What a pass does to one rod in a step: for those who ask why a rod is invalid.
 #pragma once
 
 #include "skein/rod/rod_group.hpp"

@@ -69,7 +69,7 @@ template <class Map, int W> Pack<W> walls_at(const RodTile<W>& rod, const Ends& 
 }
 
 /// Where a ring closes, or a lane's rod goes on in the next.
-template <class Law, class Map, int W> PresentCell<Pack<W>> joint_cell(const RodTile<W>& rod, const Ends& ends) {
+template <class Law, class Map, int W> PresentCell<Pack<W>> seam_cell(const RodTile<W>& rod, const Ends& ends) {
     const int n = rod.n;
     const auto e = [&](int k) { return element_strain<Map>(rod, k).z; };
     if constexpr (Map::along)
@@ -86,19 +86,19 @@ template <class Law, class Map, int W, class F> void present_eigenvalues(const R
     const bool published = group.law() == skein::Law::elastica;
     const int n = rod.n;
     Vec3<P> nu = element_strain<Map>(rod, 0);
-    const PresentCell<P> joint = joint_cell<Law, Map>(rod, ends);
-    PresentCell<P> before = joint;
+    const PresentCell<P> seam = seam_cell<Law, Map>(rod, ends);
+    PresentCell<P> before = seam;
     auto mobility_before = Map::element(rod, n - 1).inv_inertia, mobility = Map::element(rod, 0).inv_inertia,
          mobility_around = mobility;
     if constexpr (Map::along) {
-        before = inner_only(!rod.strands->first, from_lane_before(joint));
+        before = inner_only(!rod.strands->first, from_lane_before(seam));
         mobility_before = from_lane_before(mobility_before);
         mobility_around = from_lane_after(mobility);
     }
     for (int k = 0; k < n; ++k) {
         const bool last = k == n - 1;
         const Vec3<P> nu_next = last ? nu : element_strain<Map>(rod, k + 1);
-        PresentCell<P> after = joint;
+        PresentCell<P> after = seam;
         if (!last) {
             after = present_cell<Law, Map>(rod, k, k + 1, nu.z, nu_next.z);
             if constexpr (Map::along) after = inner_only(rod.strands->cell[k].inner, after);

@@ -1,9 +1,9 @@
 #include "rod/rod_tiles.hpp"
 
 #include "core/rotation.hpp"
-#include "rod/complaint.hpp"
 #include "rod/drift.hpp"
 #include "rod/figures.hpp"
+#include "rod/invalid_state.hpp"
 #include "rod/present_eigenvalues.hpp"
 #include "rod/rod_profile.hpp"
 #include "rod/synchronise.hpp"
@@ -26,8 +26,8 @@ template <int W> Pack<W> most_dilatation(const RodTile<W>& tile) {
     return most;
 }
 
-/// True in lanes whose state is fit: finite, dilatations and turns within bounds. The cheap test of all rods.
-template <class Map, int W> bool fit(const RodTile<W>& tile) {
+/// True in lanes whose state is valid: finite, dilatations and turns within bounds. The cheap test of all rods.
+template <class Map, int W> bool valid(const RodTile<W>& tile) {
     using P = Pack<W>;
     P zero(0.0), least(1.0), most(0.0), half_cosine(1.0);
     const bool strained = tile.last == tile.n;
@@ -52,15 +52,15 @@ template <class Map, int W> bool fit(const RodTile<W>& tile) {
         (zero >= P(0.0)) & (least > P(least_dilatation)) & (most < most_dilatation(tile)) & (half_cosine > P(least_half_cosine));
     return !any(!good);
 }
-template <int W> bool fit(const RodTile<W>& tile) {
-    return with_mapping(tile, [&]<class Map> { return fit<Map>(tile); });
+template <int W> bool valid(const RodTile<W>& tile) {
+    return with_mapping(tile, [&]<class Map> { return valid<Map>(tile); });
 }
 
 } // namespace
 
 template <int W> RodTiles<W>::RodTiles(std::span<const RodGroup> groups, std::vector<LocalRod> rods, const Tiling& tiling,
                                        std::vector<TileProgram<W>> programs, const Threads& threads,
-                                       std::vector<std::shared_ptr<AuditBook<W>>> audits, StepWatch watch)
+                                       std::vector<std::shared_ptr<EnergyBudget<W>>> audits, StepWatch watch)
     : groups_(groups), local_(std::move(rods)), programs_(std::move(programs)), audits_(std::move(audits)), threads_(threads),
       watch_(watch), reading_(static_cast<std::size_t>(threads.count())) {
     std::vector<Boarding> boardings = lay_out(tiling);
@@ -76,19 +76,19 @@ template <int W> RodTiles<W>::RodTiles(std::span<const RodGroup> groups, std::ve
         const RodTile<W>& tile = tiles_[t];
         SlotLoad<W>* load = scratch_[static_cast<std::size_t>(thread)].data();
         const TilePasses<W>& program = programs_[tile.program].passes;
-        for (const Stretch& stretch : visit_) {
-            const auto [first, behind] = passes(tile.program, stretch.part);
-            for (const Step& step : stretch.steps)
+        for (const StepPart& part : visit_) {
+            const auto [first, behind] = passes(tile.program, part.which);
+            for (const Step& step : part.steps)
                 for (std::size_t pass = first; pass < behind; ++pass) program[pass]->run(tile, load, step);
         }
-        if (check_ && !healthy(tile)) fit_.store(false, std::memory_order_relaxed);
+        if (check_ && !healthy(tile)) valid_.store(false, std::memory_order_relaxed);
     };
 }
 
 template <int W> std::vector<std::string_view> RodTiles<W>::passes(std::size_t group) const { return programs_[group].names; }
 
 template <int W> bool RodTiles<W>::healthy(const RodTile<W>& tile) {
-    if (!fit(tile)) return false;
+    if (!valid(tile)) return false;
     if (watch_.dt == 0) return true;
     const Pack<W> share_squared = Pack<W>(watch_.share_squared()) * largest_eigenvalue(tile);
     if (!any(share_squared > Pack<W>(StepWatch::near * StepWatch::near))) return true;
@@ -136,14 +136,14 @@ template <int W> std::vector<typename RodTiles<W>::Boarding> RodTiles<W>::lay_ou
     std::vector<Boarding> boardings;
     for (const AlongTile& along : tiling.along) {
         auto& [seats, rods] = boardings.emplace_back();
-        int lane_ = 0;
-        for (const auto& [g, stretches] : along.parts) {
+        int l = 0;
+        for (const auto& [g, pieces] : along.parts) {
             const auto group = static_cast<std::size_t>(g);
             const std::size_t i = pool[group][next[group]++];
-            seats.push_back({&groups_[group], local_[i].index, lane_, stretches});
+            seats.push_back({&groups_[group], local_[i].index, l, pieces});
             rods.push_back(i);
-            place_[i] = {tiles_.size(), lane_};
-            lane_ += stretches;
+            place_[i] = {tiles_.size(), l};
+            l += pieces;
         }
         open({.n = along.rows, .lanes = static_cast<int>(seats.size())}, groups_.size() + static_cast<std::size_t>(along.family));
     }
@@ -231,34 +231,34 @@ template <int W> template <class F> void RodTiles<W>::for_slots(std::size_t i, F
         return;
     }
     for (int k = 0; k < slots; ++k) {
-        const auto [row, lane_] = tile.strands->place(first, k);
-        f(k, tile.slot[row], lane_);
+        const auto [row, l] = tile.strands->place(first, k);
+        f(k, tile.slot[row], l);
     }
 }
 
 template <int W> bool RodTiles<W>::visit(std::span<const Step> steps, bool check) {
-    const Stretch all{Part::whole, steps};
+    const StepPart all{Part::whole, steps};
     prepare(all);
     return run(all, {}, check);
 }
 
-template <int W> void RodTiles<W>::move(const Step& step) {
-    const Stretch there{Part::before, {&step, 1}};
-    prepare(there);
-    run(there, {}, false);
+template <int W> void RodTiles<W>::visit_before(const Step& step) {
+    const StepPart before{Part::before, {&step, 1}};
+    prepare(before);
+    run(before, {}, false);
 }
 
-template <int W> bool RodTiles<W>::act(const Step& step, bool check) {
-    const Stretch back{Part::after, {&step, 1}};
-    prepare(back);
-    return run(back, {}, check);
+template <int W> bool RodTiles<W>::visit_after(const Step& step, bool check) {
+    const StepPart after{Part::after, {&step, 1}};
+    prepare(after);
+    return run(after, {}, check);
 }
 
-template <int W> void RodTiles<W>::act_and_move(const Step& step, const Step& next) {
-    const Stretch back{Part::after, {&step, 1}}, there{Part::before, {&next, 1}};
-    prepare(back);
-    prepare(there);
-    run(back, there, false);
+template <int W> void RodTiles<W>::visit_after_and_before(const Step& step, const Step& next) {
+    const StepPart after{Part::after, {&step, 1}}, before{Part::before, {&next, 1}};
+    prepare(after);
+    prepare(before);
+    run(after, before, false);
 }
 
 template <int W> std::pair<std::size_t, std::size_t> RodTiles<W>::passes(std::size_t program, Part part) const {
@@ -266,24 +266,24 @@ template <int W> std::pair<std::size_t, std::size_t> RodTiles<W>::passes(std::si
     return {part == Part::after ? all.before : 0, part == Part::before ? all.before : all.passes.size()};
 }
 
-template <int W> void RodTiles<W>::prepare(const Stretch& stretch) {
+template <int W> void RodTiles<W>::prepare(const StepPart& part) {
     for (std::size_t program = 0; program < programs_.size(); ++program) {
-        const auto [first, behind] = passes(program, stretch.part);
-        for (std::size_t pass = first; pass < behind; ++pass) programs_[program].passes[pass]->prepare(stretch.steps);
+        const auto [first, behind] = passes(program, part.which);
+        for (std::size_t pass = first; pass < behind; ++pass) programs_[program].passes[pass]->prepare(part.steps);
     }
 }
 
-template <int W> bool RodTiles<W>::run(const Stretch& first, const Stretch& then, bool check) {
-    visit_ = {first, then};
+template <int W> bool RodTiles<W>::run(const StepPart& first, const StepPart& second, bool check) {
+    visit_ = {first, second};
     check_ = check;
-    fit_ = true;
+    valid_ = true;
     near_ = false;
     threads_.for_each(tiles_.size(), advance_tile_);
-    return fit_;
+    return valid_;
 }
 
 template <int W> void RodTiles<W>::export_rod(std::size_t i, std::span<Slot<1>> out) const {
-    for_slots(i, [&](int k, const Slot<W>& slot, int lane_) { out[static_cast<std::size_t>(k)] = lane(slot, lane_); });
+    for_slots(i, [&](int k, const Slot<W>& slot, int l) { out[static_cast<std::size_t>(k)] = lane(slot, l); });
     const RodTile<W>& tile = tiles_[place_[i].tile];
     if (tile.strands) out.back().director = broadcast<1>(no_turn); // not the wall's
 }
@@ -292,10 +292,10 @@ template <int W> void RodTiles<W>::import_rod(std::size_t i, std::span<const Slo
     const auto [t, first] = place_[i];
     const RodTile<W>& tile = tiles_[t];
     if (tile.strands) {
-        for_slots(i, [&](int k, Slot<W>& slot, int lane_) {
-            const Quaterniond wall = lane(slot.director, lane_);
-            set_lane(slot, lane_, in[static_cast<std::size_t>(k)]);
-            if (static_cast<std::size_t>(k) + 1 == in.size()) set_lane(slot.director, lane_, wall);
+        for_slots(i, [&](int k, Slot<W>& slot, int l) {
+            const Quaterniond wall = lane(slot.director, l);
+            set_lane(slot, l, in[static_cast<std::size_t>(k)]);
+            if (static_cast<std::size_t>(k) + 1 == in.size()) set_lane(slot.director, l, wall);
         });
         join(tile);
         return;
@@ -403,10 +403,10 @@ void RodTiles<W>::read(std::span<const std::size_t> rods, Copy copy, double lag,
             const auto slots = static_cast<std::size_t>(group.slots()), elements = static_cast<std::size_t>(group.elements());
             if (tile.strands) take_along(rods[i], copy, lag, time, reading);
             else if (!same_tile(i)) take_apart(tile, copy, lag, time, &local_[first_rod_[place(i).tile]], reading);
-            const auto lane_ = tile.strands ? 0 : static_cast<std::size_t>(place(i).lane);
-            RodCopy one{.state = std::span(reading.state).subspan(lane_ * slots, slots), .hash = reading.hash[lane_]};
-            if (copy == Copy::strained) one.profile = std::span(reading.profiles).subspan(lane_ * slots, slots);
-            if (has_frames(copy)) one.frames = std::span(reading.frames).subspan(lane_ * elements, elements);
+            const auto l = tile.strands ? 0 : static_cast<std::size_t>(place(i).lane);
+            RodCopy one{.state = std::span(reading.state).subspan(l * slots, slots), .hash = reading.hash[l]};
+            if (copy == Copy::strained) one.profile = std::span(reading.profiles).subspan(l * slots, slots);
+            if (has_frames(copy)) one.frames = std::span(reading.frames).subspan(l * elements, elements);
             reader(thread, i, one);
         }
     });
@@ -449,16 +449,16 @@ template <int W> std::uint64_t RodTiles<W>::digest() const {
     return sum;
 }
 
-template <int W> RodWorks RodTiles<W>::works(std::size_t i) const {
+template <int W> RodBudget RodTiles<W>::budget(std::size_t i) const {
     if (audits_.empty()) return {};
     const auto [t, l] = place_[i];
-    return audits_[static_cast<std::size_t>(local_[i].group)]->works(tiles_[t].number, l);
+    return audits_[static_cast<std::size_t>(local_[i].group)]->budget(tiles_[t].number, l);
 }
 
-template <int W> void RodTiles<W>::set_works(std::size_t i, const RodWorks& works) {
+template <int W> void RodTiles<W>::set_budget(std::size_t i, const RodBudget& budget) {
     if (audits_.empty()) return;
     const auto [t, l] = place_[i];
-    audits_[static_cast<std::size_t>(local_[i].group)]->set_works(tiles_[t].number, l, works);
+    audits_[static_cast<std::size_t>(local_[i].group)]->set_budget(tiles_[t].number, l, budget);
 }
 
 template <int W> std::vector<double> RodTiles<W>::memory(std::size_t i) const {
@@ -497,16 +497,16 @@ template <int W> void RodTiles<W>::inspect(std::int64_t step, double dt) const {
     std::snprintf(where, sizeof where, " at step %lld (t = %.6g s, dt = %.6g s)", static_cast<long long>(step),
                   static_cast<double>(step) * dt, dt);
     std::vector<Slot<1>> state;
-    std::vector<bool> unfit(tiles_.size());
-    for (std::size_t t = 0; t < tiles_.size(); ++t) unfit[t] = !fit(tiles_[t]);
+    std::vector<bool> invalid(tiles_.size());
+    for (std::size_t t = 0; t < tiles_.size(); ++t) invalid[t] = !valid(tiles_[t]);
     for (std::size_t rod = 0; rod < local_.size(); ++rod) {
-        if (!unfit[place_[rod].tile]) continue;
+        if (!invalid[place_[rod].tile]) continue;
         const RodGroup& group = groups_[static_cast<std::size_t>(local_[rod].group)];
         state.resize(static_cast<std::size_t>(group.slots()));
         export_rod(rod, state);
         with_rod(group, local_[rod].index, [&](const RodGroup& own) {
-            if (const auto what = complaint(own, state))
-                throw NumericalError(name_of(rod) + what->text + where + tension_hint(own, state));
+            if (const auto invalid = find_invalid(own, state))
+                throw NumericalError(name_of(rod) + invalid->reason + where + tension_hint(own, state));
         });
     }
     const NearLimit found = nearest_limit();
@@ -569,9 +569,9 @@ template <int W> std::vector<PassEffect> RodTiles<W>::dissect(std::size_t i, con
         for (std::size_t p = 0; p < effects.size(); ++p) {
             program.passes[p]->run(tile, load, step);
             for (int k = 0; k < group.slots(); ++k) {
-                const auto [row, lane_] = tile.strands ? tile.strands->place(first, k) : typename Strands<W>::Place{k, first};
+                const auto [row, l] = tile.strands ? tile.strands->place(first, k) : typename Strands<W>::Place{k, first};
                 const auto at = static_cast<std::size_t>(k);
-                force[at] = lane(load[row].force, lane_), couple[at] = lane(load[row].couple, lane_);
+                force[at] = lane(load[row].force, l), couple[at] = lane(load[row].couple, l);
             }
             export_rod(i, state);
             watch.look(effects[p], state, force, couple, step.dt, program.passes[p]->adds_loads());

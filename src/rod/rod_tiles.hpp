@@ -31,13 +31,13 @@ public:
     /// `rods` as partition() orders them; one program per group across, then one per family along; one audit per group or none at
     /// all. `tiling`: of these rods. Rods take their start state.
     RodTiles(std::span<const RodGroup> groups, std::vector<LocalRod> rods, const Tiling& tiling,
-             std::vector<TileProgram<W>> programs, const Threads& threads, std::vector<std::shared_ptr<AuditBook<W>>> audits = {},
-             StepWatch watch = {});
+             std::vector<TileProgram<W>> programs, const Threads& threads,
+             std::vector<std::shared_ptr<EnergyBudget<W>>> audits = {}, StepWatch watch = {});
 
     bool visit(std::span<const Step> steps, bool check) override;
-    void move(const Step& step) override;
-    bool act(const Step& step, bool check) override;
-    void act_and_move(const Step& step, const Step& next) override;
+    void visit_before(const Step& step) override;
+    bool visit_after(const Step& step, bool check) override;
+    void visit_after_and_before(const Step& step, const Step& next) override;
     std::string near_limit() const override;
     std::vector<std::string_view> passes(std::size_t group) const override;
     std::span<const LocalRod> local() const override { return local_; }
@@ -48,8 +48,8 @@ public:
     void figures(double time, double lag, std::span<RodFigures> out) const override;
     std::uint64_t digest() const override;
     void inspect(std::int64_t step, double dt) const override;
-    RodWorks works(std::size_t i) const override;
-    void set_works(std::size_t i, const RodWorks& works) override;
+    RodBudget budget(std::size_t i) const override;
+    void set_budget(std::size_t i, const RodBudget& budget) override;
     std::vector<double> memory(std::size_t i) const override;
     void set_memory(std::size_t i, std::span<const double> numbers) override;
     int threads() const override { return threads_.count(); }
@@ -59,14 +59,14 @@ public:
 private:
     enum class Part { whole, before, after }; // rods feel each other
     /// A part of every step of a batch.
-    struct Stretch {
-        Part part = Part::whole;
+    struct StepPart {
+        Part which = Part::whole;
         std::span<const Step> steps;
     };
     std::pair<std::size_t, std::size_t> passes(std::size_t program, Part part) const; ///< first and behind the last
-    void prepare(const Stretch& stretch);
-    /// One stretch and then another over all tiles, in one visit. With `check`, false if a rod came out unfit.
-    bool run(const Stretch& first, const Stretch& then, bool check);
+    void prepare(const StepPart& part);
+    /// One part of a step and then another over all tiles, in one visit. With `check`, false if a rod is invalid.
+    bool run(const StepPart& first, const StepPart& second, bool check);
     struct Place {
         std::size_t tile;
         int lane;
@@ -118,7 +118,7 @@ private:
     std::span<const RodGroup> groups_;
     std::vector<LocalRod> local_;
     std::vector<TileProgram<W>> programs_;
-    std::vector<std::shared_ptr<AuditBook<W>>> audits_;
+    std::vector<std::shared_ptr<EnergyBudget<W>>> audits_;
     const Threads& threads_;
     StepWatch watch_;
     UnsetArray<Slot<W>> slots_; ///< first written by the threads that visit them
@@ -129,9 +129,9 @@ private:
     std::vector<std::size_t> along_;                          ///< rods that lie along, in local()
     mutable std::vector<Reading> reading_;                    ///< per thread
     mutable std::vector<AlignedVector<SlotLoad<W>>> scratch_; ///< per thread
-    std::array<Stretch, 2> visit_;                            ///< under way
+    std::array<StepPart, 2> visit_;                           ///< under way
     bool check_ = false;                                      ///< of the visit under way
-    std::atomic<bool> fit_ = true, near_ = false;
+    std::atomic<bool> valid_ = true, near_ = false;
     std::function<void(std::size_t, int)> advance_tile_;
 };
 

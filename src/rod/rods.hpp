@@ -32,7 +32,7 @@ struct RodPlace {
 };
 
 /// What has been done to a rod since the audit began, J. See rod/audit.hpp.
-struct RodWorks {
+struct RodBudget {
     double loads = 0, walls = 0, dissipated = 0;
 };
 
@@ -101,14 +101,13 @@ class Rods {
 public:
     virtual ~Rods() = default;
 
-    /// Advances every rod by the given steps, tile by tile. With `check`, false if a rod came out unfit (see inspect).
+    /// Advances every rod by the given steps, tile by tile. With `check`, false if a rod is invalid (see inspect).
     virtual bool visit(std::span<const Step> steps, bool check) = 0;
-    /// A step of rods that feel each other, in two halves: `move` until they meet, `act` from there; the second tells what visit
-    /// does.
-    virtual void move(const Step& step) = 0;
-    virtual bool act(const Step& step, bool check) = 0;
-    /// act(step), then move(next), in one visit to each tile. Steps of different slots.
-    virtual void act_and_move(const Step& step, const Step& next) = 0;
+    /// The halves of a step of rods that feel each other: before and after their coupling; the second returns what visit does.
+    virtual void visit_before(const Step& step) = 0;
+    virtual bool visit_after(const Step& step, bool check) = 0;
+    /// visit_after(step), then visit_before(next), in one visit to each tile. Steps of different slots.
+    virtual void visit_after_and_before(const Step& step, const Step& next) = 0;
     /// Names the rod whose strains leave the step least room, where the last check found one that is near its limit
     /// (rod/step_watch.hpp).
     virtual std::string near_limit() const = 0;
@@ -130,13 +129,13 @@ public:
     virtual void figures(double time, double lag, std::span<RodFigures> out) const = 0;
     /// Sum over owned rods of a hash of (gid, canonical state), modulo 2^64: order-free, so equal for any distribution.
     virtual std::uint64_t digest() const = 0;
-    /// Throws NumericalError naming rod, element and quantity where a rod is unfit: not finite, an element turned over, or strains
-    /// at which the step is too long.
+    /// Throws NumericalError naming rod, element and quantity where a rod is invalid: not finite, an element turned over, or
+    /// strains at which the step is too long.
     virtual void inspect(std::int64_t step, double dt) const = 0;
     /// Of local()[i]; zeros without an audit.
-    virtual RodWorks works(std::size_t i) const = 0;
+    virtual RodBudget budget(std::size_t i) const = 0;
     /// Goes on from sums that a checkpoint kept; nothing without an audit.
-    virtual void set_works(std::size_t i, const RodWorks& works) = 0;
+    virtual void set_budget(std::size_t i, const RodBudget& budget) = 0;
     /// What passes remember of local()[i] from step to step: the same numbers for any width and lane.
     virtual std::vector<double> memory(std::size_t i) const = 0;
     virtual void set_memory(std::size_t i, std::span<const double> numbers) = 0;

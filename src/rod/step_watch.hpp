@@ -16,7 +16,7 @@ struct StepWatch {
     static constexpr double near = 0.93; ///< share of the limit beyond which it may be passed in truth
     double dt = 0;                       ///< s; 0: nobody watches
     double stability = 1;                ///< of the scheme, over Verlet's
-    bool stops = true;                   ///< a rod is unfit where the step is beyond its limit
+    bool stops = true;                   ///< a rod is invalid where the step is beyond its limit
 
     /// (dt over the limit)^2 of a mode over its eigenvalue, s^2.
     double share_squared() const { return 0.25 * dt * dt / (stability * stability); }

@@ -13,28 +13,27 @@ constexpr double tile_rows = 2, along_tile_rows = 3;
 // Rows of a tile that the second cache holds beside its loads, 1280 B each of eight lanes; a tile of more takes twice as long.
 constexpr int cached_rows = 600;
 double rows_cost(double rows, int lanes) { return rows * lanes > 8 * cached_rows ? 2 * rows : rows; }
-constexpr int least_rows = 4; // of a stretch: the joint between two is worked out twice
+constexpr int least_rows = 4; // of a piece: the seam between two is worked out twice
 
 struct PooledRod {
-    int group, elements, stretches = 1;
-    int rows() const { return (elements + stretches - 1) / stretches; }
+    int group, elements, pieces = 1;
+    int rows() const { return (elements + pieces - 1) / pieces; }
 };
 
-/// Rods in stretches of at most `longest` rows where that makes four rows at least, packed into tiles: first fit, longest first.
+/// Rods in pieces of at most `longest` rows where that makes four rows at least, packed into tiles: first fit, longest first.
 std::vector<AlongTile> pack(std::vector<PooledRod> rods, int family, int longest, int lanes) {
     for (PooledRod& rod : rods)
-        rod.stretches =
-            std::clamp((rod.elements + longest - 1) / longest, 1, std::min(lanes, std::max(1, rod.elements / least_rows)));
+        rod.pieces = std::clamp((rod.elements + longest - 1) / longest, 1, std::min(lanes, std::max(1, rod.elements / least_rows)));
     std::stable_sort(rods.begin(), rods.end(), [](const PooledRod& a, const PooledRod& b) { return a.rows() > b.rows(); });
     std::vector<AlongTile> tiles;
     std::vector<int> room;
     std::size_t open = 0; // tiles before are full
     for (const PooledRod& rod : rods) {
         std::size_t t = open;
-        while (t < tiles.size() && room[t] < rod.stretches) ++t;
+        while (t < tiles.size() && room[t] < rod.pieces) ++t;
         if (t == tiles.size()) tiles.push_back({family, rod.rows(), {}}), room.push_back(lanes);
-        tiles[t].parts.push_back({rod.group, rod.stretches});
-        room[t] -= rod.stretches;
+        tiles[t].parts.push_back({rod.group, rod.pieces});
+        room[t] -= rod.pieces;
         while (open < tiles.size() && room[open] == 0) ++open;
     }
     return tiles;

@@ -21,11 +21,11 @@ struct TilingGroup {
     bool along_only = false;
 };
 
-/// A tile along: rods of these groups, in order, each cut into so many stretches.
+/// A tile along: rods of these groups, in order, each cut into so many pieces.
 struct AlongTile {
     struct Part {
         int group;
-        int stretches;
+        int pieces;
     };
     int family, rows;
     std::vector<Part> parts;

@@ -1,7 +1,7 @@
 #include "scene/plan.hpp"
 
 #include "contact/contact_limits.hpp"
-#include "contact/wall_book.hpp"
+#include "contact/wall_contacts.hpp"
 #include "io/rod_file.hpp"
 #include "io/trajectory.hpp"
 #include "io/vtk_series.hpp"
@@ -218,12 +218,11 @@ double lay_out(Plan& plan) {
         int least = m.lanes, most = 1;
         for (const AlongTile& tile : tiling.along)
             for (const AlongTile::Part& part : tile.parts)
-                if (part.group == static_cast<int>(g))
-                    least = std::min(least, part.stretches), most = std::max(most, part.stretches);
+                if (part.group == static_cast<int>(g)) least = std::min(least, part.pieces), most = std::max(most, part.pieces);
         if (p.along > 0)
-            p.seats = most == 1       ? "whole"
-                      : least == most ? fmt::format("in {} stretches each", most)
-                                      : fmt::format("in {} to {} stretches", least, most);
+            p.pieces = most == 1       ? "whole"
+                       : least == most ? fmt::format("in {} pieces each", most)
+                                       : fmt::format("in {} to {} pieces", least, most);
     }
     double constants = 0;
     for (const AlongTile& tile : tiling.along) {
@@ -408,7 +407,7 @@ std::vector<RodGroup> make_whole_groups(const SceneSpec& scene) {
     return groups;
 }
 
-bool steps_together(const Plan& plan) {
+bool is_coupled(const Plan& plan) {
     return plan.contact || std::any_of(plan.walls.begin(), plan.walls.end(), [](const Wall& wall) { return wall.servo.drives(); });
 }
 
@@ -447,13 +446,13 @@ Plan make_plan(const SceneSpec& as_given, std::span<const RodGroup> groups, cons
         plan.state_bytes += static_cast<double>(p.rods) * sizeof(LocalRod);
         if (scene.output.audit)
             plan.state_bytes += static_cast<double>(p.tiles) * (p.elements + 1) *
-                                (2 * sizeof(SlotLoad<1>) + sizeof(AuditBook<1>::Rates)) * machine.lanes;
+                                (2 * sizeof(SlotLoad<1>) + sizeof(EnergyBudget<1>::Rates)) * machine.lanes;
         const auto of_all = [&](auto of_one) { return static_cast<double>(p.rods) * static_cast<double>(of_one); };
         const double slots = of_all(group.slots());
         plan.copy_bytes += slots * sizeof(Slot<1>);
         if (scene.contact)
             plan.state_bytes += of_all(group.exposed_slots()) * (Exposure::bytes_per_slot + SlotLoads::bytes_per_slot);
-        if (p.walls) plan.state_bytes += of_all(wall_points(group) * plan.walls.size() * sizeof(WallBook<1>::Kept));
+        if (p.walls) plan.state_bytes += of_all(wall_points(group) * plan.walls.size() * sizeof(WallContactTiles<1>::Kept));
         frame_values += of_all(3 * group.slots() + (scene.output.directors ? 9 * p.elements + 3 * group.slots() : 0));
         nodes += of_all(group.exposed_slots());
         lines += of_all(group.body() ? group.body()->part.size() : 1);

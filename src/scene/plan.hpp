@@ -37,7 +37,7 @@ struct GroupPlan {
     int elements = 0;
     std::int64_t tiles = 0; ///< across, at least; ranks may each leave one tile part full
     std::int64_t along = 0; ///< rods that lie along, on all ranks
-    std::string seats;      ///< how these are cut
+    std::string pieces;     ///< how these are cut
     int family = -1;        ///< groups with the same passes, which may share tiles along; -1: across only
     bool sized = false;     ///< rods have lengths, radii or shapes of their own: they lie along, each with its constants
     std::vector<std::size_t> load_numbers; ///< of `loads` in the scene
@@ -111,8 +111,8 @@ StepWatch step_watch(const Plan& plan);
 /// Which of a rank's rods, counted by group, lie across and which along.
 Tiling tiling_of(const Plan& plan, std::span<const std::int64_t> counts, int lanes);
 
-/// Rods must wait for each other in every step: they touch, or a wall heeds what all of them do to it.
-bool steps_together(const Plan& plan);
+/// Rods must wait for each other in every step: they touch, or a wall reacts to their forces.
+bool is_coupled(const Plan& plan);
 
 /// The groups of a scene with their constants worked out. What files say of single rods is not read yet, unless rods press.
 std::vector<RodGroup> make_groups(const SceneSpec& scene);

@@ -48,12 +48,12 @@ std::string checkpoint_text(const Plan& p) {
 /// What is lost with a run that is killed at the worst moment.
 std::string failure_text(const Plan& p) {
     const double steps = static_cast<double>(std::max<std::int64_t>(p.steps, 1));
-    const double stretch = p.cadence.checkpoint > 0 ? static_cast<double>(p.cadence.checkpoint) / steps : 1;
-    const double predicted = p.predicted_s * std::min(stretch, 1.0);
+    const double share = p.cadence.checkpoint > 0 ? static_cast<double>(p.cadence.checkpoint) / steps : 1;
+    const double predicted = p.predicted_s * std::min(share, 1.0);
     if (p.cadence.checkpoint_wall > 0 && p.cadence.checkpoint_wall < predicted)
         return "costs at most " + duration_text(p.cadence.checkpoint_wall) + " of work";
     return fmt::format("costs at most {} of work, as predicted{}", predicted < 1 ? "a second" : duration_text(predicted),
-                       stretch >= 1 ? ": all there is to do" : "");
+                       share >= 1 ? ": all there is to do" : "");
 }
 
 std::string law_text(const ContactLaw& law) {
@@ -120,7 +120,7 @@ std::string to_text(const Plan& p) {
                      counted(p.machine.lanes, "lane"), level_name(p.machine.lanes)));
     for (const GroupPlan& g : p.groups) {
         const std::string across = g.tiles > 0 ? counted(g.tiles, "tile") : "",
-                          along = g.along > 0 ? fmt::format("{} along tiles, {}", counted(g.along, "rod"), g.seats) : "";
+                          along = g.along > 0 ? fmt::format("{} along tiles, {}", counted(g.along, "rod"), g.pieces) : "";
         if (!g.body.empty())
             fmt::format_to(out, "  group '{}': {}, {}, each {}\n", g.name,
                            g.rods == 1 ? "1 body" : fmt::format("{} bodies", g.rods), across, g.body);
@@ -151,7 +151,7 @@ std::string to_text(const Plan& p) {
         line("  overlap", overlap_text(p.outlook, p.contact->law, p.contact_laws->materials() == 1, p.contact->overlap));
     }
     for (std::size_t w = 0; w < p.walls.size(); ++w) line("wall", wall_text(p.walls[w], p.outlook.wall_overlaps[w]));
-    if (steps_together(p)) line("protocol", "one step per visit: rods wait for each other");
+    if (is_coupled(p)) line("protocol", "one step per visit: rods wait for each other");
     if (p.contact) line("coupling", coupling_text(p));
     if (p.integrator != Integrator::verlet)
         line("integrator", fmt::format("{}, limits times {:.4g}", integrator_names[static_cast<std::size_t>(p.integrator)],
@@ -234,7 +234,7 @@ std::string to_json(const Plan& p) {
                                                                {"overlap_of_step", p.contact->overlap}}
                                       : nlohmann::ordered_json()},
         {"walls", walls},
-        {"steps_together", steps_together(p)},
+        {"steps_together", is_coupled(p)},
         {"coupling", coupling},
         {"dt", p.dt},
         {"limit", p.limit},

@@ -13,7 +13,7 @@ struct SourceText {
     std::vector<std::string> lines;
 };
 
-/// A stretch of one line. `column` and `length` count bytes, `line` and `column` from 1.
+/// Part of one line. `column` and `length` count bytes, `line` and `column` from 1.
 struct Place {
     std::shared_ptr<const SourceText> text;
     int line = 0;

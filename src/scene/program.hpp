@@ -131,7 +131,7 @@ namespace interact {
 struct Contacts {
     static constexpr std::string_view name = "contacts";
 };
-/// Accounts of walls, and the servos that drive some of them.
+/// Contacts with walls, and the servos that drive some of them.
 struct Walls {
     static constexpr std::string_view name = "walls";
 };

@@ -117,7 +117,7 @@ CheckpointInfo begin_branch(const Communicator& comm, const BranchOf& branch, st
     if (!info.ancestry.empty()) ancestry["ancestry"] = Json::parse(info.ancestry, nullptr, false);
     info.ancestry = ancestry.dump();
     info.step = after.done(), info.dt = branch.dt, info.shift = after.shift();
-    if (std::any_of(changes.begin(), changes.end(), stores_energy)) info.audited_from.reset(); // the books begin anew
+    if (std::any_of(changes.begin(), changes.end(), stores_energy)) info.audited_from.reset(); // the energy budget begins anew
     return info;
 }
 

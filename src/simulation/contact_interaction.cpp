@@ -16,7 +16,7 @@ namespace skein {
 
 namespace {
 
-constexpr std::size_t contact_size = 11; ///< two slots, what, memory
+constexpr std::size_t contact_size = 11; ///< two slots, status, memory
 using Row = std::array<double, contact_size>;
 
 std::vector<Row> rows_of(std::span<const std::byte> bytes) {
@@ -60,18 +60,18 @@ ContactInteraction::ContactInteraction(const InteractionParts& parts)
                 .stiffness = materials == 1 ? laws.between(0, 0).stiffness : 0};
 }
 
-double ContactInteraction::begin_renewal() {
+double ContactInteraction::begin_rebuild() {
     contacts_->let_go(*exposure_);
     return contacts_->next_skin();
 }
 
 void ContactInteraction::find_partners(const Exposure& near, std::span<std::uint8_t> wanted) {
-    idle_ = contacts_->search(near, wanted);
+    inactive_ = contacts_->search(near, wanted);
 }
 
 void ContactInteraction::settle(std::span<const std::uint32_t> slot) {
     loads_->load.resize(exposure_->slots());
-    contacts_->settle(*exposure_, slot, comm_.sum(idle_));
+    contacts_->settle(*exposure_, slot, comm_.sum(inactive_));
 }
 
 void ContactInteraction::follow(const InteractionParts& parts) {
@@ -100,21 +100,21 @@ std::int64_t ContactInteraction::element(std::size_t slot) const {
 }
 
 bool ContactInteraction::add_own(const Step& step) {
-    return contacts_->begin(*exposure_, step.time, step.kick, loads_->load, alone());
+    return contacts_->begin(*exposure_, step.time, step.kick, loads_->load, single_rank());
 }
 
 void ContactInteraction::add_shared(const Step& step) {
     contacts_->finish(*exposure_, step.kick, loads_->load);
     loads_->touched = contacts_->touched();
     forces_lost_ = false;
-    if (step.time >= soft_until_) overlap_.take(contacts_->figures().deepest, step.index);
+    if (step.time >= soft_until_) overlap_.take(contacts_->figures().max_overlap, step.index);
 }
 
 double ContactInteraction::step_limit() const {
     double limit = HUGE_VAL;
     const ContactFigures f = contacts_->figures();
     for (std::size_t g = 0; g < groups_.size(); ++g)
-        limit = std::min(limit, contact_limit(mobility_[g], plan_.contact_laws->between(g, g), f.stiffest, 0, 1));
+        limit = std::min(limit, contact_limit(mobility_[g], plan_.contact_laws->between(g, g), f.max_stiffness, 0, 1));
     return limit;
 }
 
@@ -125,7 +125,7 @@ std::string ContactInteraction::invalid() const {
     if (plan_.dt <= limit) return {};
     return fmt::format("contacts are as stiff as {:.4g} N/m, where rods overlap by {:.3g} of their diameter: the step of {:.4g} s "
                        "is beyond the {:.4g} s that they leave",
-                       f.stiffest, f.deepest, plan_.dt, limit);
+                       f.max_stiffness, f.max_overlap, plan_.dt, limit);
 }
 
 Touch ContactInteraction::strongest_touch(std::int64_t gid) const {
@@ -152,12 +152,12 @@ std::vector<Figure> ContactInteraction::figures() const {
     const auto contacts = static_cast<double>(f.active);
     return {{"contacts[-]", Of::sum, {contacts}},
             {"coordination[-]", Of::sum, {contacts}, 2, static_cast<double>(all_rods_)},
-            {"deepest_overlap[-]", Of::largest, {f.deepest}},
-            {"contact_energy[J]", Of::sum, {f.stored}},
-            {"contact_rubbed[J]", Of::sum, {f.rubbed}},
-            {"contact_damped[J]", Of::sum, {f.damped}},
-            {"candidates[-]", Of::sum, {static_cast<double>(f.listed)}},
-            {"renewals[-]", Of::largest, {static_cast<double>(f.renewals)}},
+            {"max_overlap[-]", Of::largest, {f.max_overlap}},
+            {"contact_energy[J]", Of::sum, {f.elastic_energy}},
+            {"contact_friction_work[J]", Of::sum, {f.friction_work}},
+            {"contact_viscous_work[J]", Of::sum, {f.viscous_work}},
+            {"candidates[-]", Of::sum, {static_cast<double>(f.candidates)}},
+            {"rebuilds[-]", Of::largest, {static_cast<double>(f.rebuilds)}},
             {"skin[m]", Of::same, {f.skin}}};
 }
 
@@ -207,14 +207,14 @@ KeptNumbers ContactInteraction::kept() const {
     std::vector<std::int64_t> first_body;
     for (const KeptContact& c : contacts_->kept(*exposure_)) {
         const ContactMemory<double>& m = c.memory;
-        mine.push_back({double(c.a), double(c.b), double(c.what), m.x.x, m.x.y, m.x.z, m.stiffness, m.beside.x, m.beside.y,
-                        m.beside.z, m.dashpot});
+        mine.push_back({double(c.a), double(c.b), double(c.status), m.x.x, m.x.y, m.x.z, m.stiffness, m.viscous_part.x,
+                        m.viscous_part.y, m.viscous_part.z, m.viscous_normal});
         first_body.push_back(exposure_->scene().gid_at(c.a));
     }
     std::vector<Row> rows = rows_of(directory().to_blocks(std::as_bytes(std::span(mine)), sizeof(Row), first_body));
     std::sort(rows.begin(), rows.end());
     KeptNumbers kept{.name = kept_name(),
-                     .numbers = exact_sums(comm_, std::vector<std::vector<double>>{{f.rubbed}, {f.damped}}),
+                     .numbers = exact_sums(comm_, std::vector<std::vector<double>>{{f.friction_work}, {f.viscous_work}}),
                      .sums = 2,
                      .columns = contact_size,
                      .rows = {}};

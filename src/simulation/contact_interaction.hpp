@@ -12,8 +12,8 @@ class ContactInteraction final : public Interaction {
 public:
     explicit ContactInteraction(const InteractionParts& parts);
 
-    bool holds() const override { return alone() ? contacts_->lasts() : contacts_->holds(*exposure_); }
-    double begin_renewal() override;
+    bool holds() const override { return single_rank() ? contacts_->lasts() : contacts_->holds(*exposure_); }
+    double begin_rebuild() override;
     void find_partners(const Exposure& near, std::span<std::uint8_t> wanted) override;
     void settle(std::span<const std::uint32_t> slot) override;
     void follow(const InteractionParts& parts) override;
@@ -37,7 +37,7 @@ public:
     void forces(std::int64_t gid, std::span<Vec3d> out) const;
 
 private:
-    bool alone() const { return comm_.size() == 1; }
+    bool single_rank() const { return comm_.size() == 1; }
     OwnerDirectory directory() const;
     /// Of a slot: the element of a rod, or the part of a body.
     std::int64_t element(std::size_t slot) const;
@@ -52,8 +52,8 @@ private:
     std::vector<ContactMobility> mobility_; ///< by group
     double soft_until_ = 0;                 ///< s; the last of the laws
     OverlapWatch overlap_;
-    std::int64_t idle_ = 0;    ///< pairs of the last search that do not touch, whose first body is own
-    bool forces_lost_ = false; ///< since a checkpoint was loaded
+    std::int64_t inactive_ = 0; ///< pairs of the last search that do not touch, whose first body is own
+    bool forces_lost_ = false;  ///< since a checkpoint was loaded
 };
 
 } // namespace skein

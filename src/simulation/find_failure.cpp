@@ -2,7 +2,7 @@
 // where it began.
 #include "io/disk.hpp"
 #include "kernels/kernels.hpp"
-#include "rod/complaint.hpp"
+#include "rod/invalid_state.hpp"
 #include "simulation/branch.hpp"
 #include "simulation/simulation.hpp"
 #include "simulation/state_copy.hpp"
@@ -68,8 +68,8 @@ std::string story_of(const std::vector<PassEffect>& effects) {
 
 } // namespace
 
-/// A rod that came out unfit.
-struct Simulation::Unfit {
+/// A rod that is invalid.
+struct Simulation::InvalidRod {
     std::int64_t gid = nobody;
     std::size_t rod = 0; ///< place in local()
     bool finite = true;
@@ -96,18 +96,18 @@ void Simulation::go_back(const StateCopy& copy) {
 }
 
 bool Simulation::redo(std::int64_t until, bool look) {
-    bool fit = true;
+    bool valid = true;
     while (clock_.done() < until) {
         const auto steps = clock_.next(until);
         const bool check = look && steps.back().index == until;
-        fit = (steps_together(plan_) ? step_together(steps, check) : step_alone(steps, check)) || !check;
+        valid = (is_coupled(plan_) ? step_coupled(steps, check) : step_uncoupled(steps, check)) || !check;
         clock_.advance(steps);
     }
-    return comm_.max(static_cast<std::int64_t>(!fit)) == 0;
+    return comm_.max(static_cast<std::int64_t>(!valid)) == 0;
 }
 
-Simulation::Unfit Simulation::first_unfit() const {
-    Unfit first;
+Simulation::InvalidRod Simulation::first_invalid_rod() const {
+    InvalidRod first;
     std::vector<Slot<1>> state;
     const StepWatch watch = step_watch(plan_);
     for (std::size_t i = 0; i < rods_->local().size(); ++i) {
@@ -118,8 +118,8 @@ Simulation::Unfit Simulation::first_unfit() const {
         rods_->export_rod(i, state);
         const std::string name = fmt::format("rod {} of '{}', ", rod.index, group.name());
         with_rod(group, rod.index, [&](const RodGroup& own) {
-            if (const auto what = complaint(own, state)) {
-                first = {rod.gid, i, what->finite, false, name + what->text + tension_hint(own, state)};
+            if (const auto invalid = find_invalid(own, state)) {
+                first = {rod.gid, i, invalid->finite, false, name + invalid->reason + tension_hint(own, state)};
             } else if (const Tightest at = tightest(own, state); watch.stops && watch.share(at.eigenvalue) > 1) {
                 first = {rod.gid, i, true, true, name + text_of(at, watch)};
             }
@@ -138,13 +138,13 @@ double Simulation::present_limit() const {
         state.resize(static_cast<std::size_t>(group.slots()));
         rods_->export_rod(i, state);
         with_rod(group, rod.index, [&](const RodGroup& own) {
-            if (!complaint(own, state)) least = std::min(least, watch.limit(tightest(own, state).eigenvalue));
+            if (!find_invalid(own, state)) least = std::min(least, watch.limit(tightest(own, state).eigenvalue));
         });
     }
     return comm_.min(std::min(least, step_limit(interactions_)));
 }
 
-/// From the copy 64 steps at a time until a rod comes out unfit, and those steps again one at a time.
+/// From the copy 64 steps at a time until a rod becomes invalid, and those steps again one at a time.
 Simulation::Failure Simulation::find_failure() {
     const std::int64_t failed_by = comm_.max(failure_.empty() ? std::int64_t{0} : clock_.done());
     const auto copy_here = [&] {
@@ -172,7 +172,7 @@ Simulation::Failure Simulation::find_failure() {
     }
 
     Failure found{.step = clock_.done()};
-    const Unfit mine = first_unfit();
+    const InvalidRod mine = first_invalid_rod();
     const std::int64_t gid = comm_.min(mine.gid);
     const bool here = gid != nobody && mine.gid == gid;
     if (gid == nobody) { // contacts alone
@@ -277,11 +277,11 @@ void Simulation::throw_failure() {
         ratio > 0.95 ? ", too close to it; lower dt" : "; strains have grown beyond what it allows, or a load is too strong");
     if (!found.frame.empty()) text += "\n  " + found.frame;
     if (found.remedy == Remedy::none)
-        text += fmt::format(
-            "\n  a shorter step does not help: the same stretch fails with time.dt = {:g} too; weaken what acts, or give "
-            "the scene more elements or stiffer rods",
-            found.dt);
-    if (found.remedy == Remedy::step) text += fmt::format("\n  the same stretch holds with time.dt = {:g}: it was tried", found.dt);
+        text +=
+            fmt::format("\n  a shorter step does not help: the same steps fail with time.dt = {:g} too; weaken what acts, or give "
+                        "the scene more elements or stiffer rods",
+                        found.dt);
+    if (found.remedy == Remedy::step) text += fmt::format("\n  the same steps hold with time.dt = {:g}: it was tried", found.dt);
     if (found.remedy == Remedy::untried)
         text += fmt::format("\n  time.dt = {:g} may hold; to try it would take longer than {:g} s", found.dt, trial_seconds);
     const std::string change = found.remedy == Remedy::none

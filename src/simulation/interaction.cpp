@@ -35,9 +35,9 @@ ContactInteraction* contacts_of(const Interactions& all) {
 namespace {
 
 /// Partners anew, and with them the ghosts.
-void renew(const Interactions& all, Neighbourhood& neighbourhood, const std::function<void()>& at_renewal) {
+void rebuild(const Interactions& all, Neighbourhood& neighbourhood, const std::function<void()>& at_renewal) {
     double reach = 0;
-    for (const auto& one : all) reach = std::max(reach, one->begin_renewal());
+    for (const auto& one : all) reach = std::max(reach, one->begin_rebuild());
     if (at_renewal) at_renewal();
     const Exposure& near = neighbourhood.widen(reach);
     std::vector<std::uint8_t> wanted(near.slots(), 0);
@@ -69,7 +69,7 @@ void couple(const Interactions& all, Neighbourhood& neighbourhood, const Step& s
     if (!hold) { // on some rank
         {
             const auto timing = timers.time(Phase::search);
-            renew(all, neighbourhood, at_renewal);
+            rebuild(all, neighbourhood, at_renewal);
         }
         for_each(add_own);
     }
@@ -157,10 +157,10 @@ std::string tell_of_overlaps(const Communicator& comm, const Interactions& all) 
     std::string text;
     for (const auto& one : all)
         for (OverlapWatch& watch : one->overlaps()) {
-            const std::string complaint = watch.largest(comm).complaint();
-            if (watch.told || complaint.empty()) continue;
+            const std::string warning = watch.largest(comm).warning();
+            if (watch.told || warning.empty()) continue;
             watch.told = true;
-            text += (text.empty() ? "" : "\n  ") + complaint;
+            text += (text.empty() ? "" : "\n  ") + warning;
         }
     return text;
 }

@@ -50,16 +50,16 @@ public:
 
     /// Whether its partners are still all that bodies may have where they are now. This rank alone.
     virtual bool holds() const { return true; }
-    /// A renewal of partners, in this order. It begins: slots are about to change their numbers; its reach, m, within which
+    /// A rebuild of partners, in this order. It begins: slots are about to change their numbers; its reach, m, within which
     /// elements of others are to be seen. Then its partners among all that are, marking those of ghosts that it needs. Then where
     /// slots are from now on, by slot of the search; that is collective.
-    virtual double begin_renewal() { return 0; }
+    virtual double begin_rebuild() { return 0; }
     virtual void find_partners(const Exposure& near, std::span<std::uint8_t> wanted) {
         static_cast<void>(near), static_cast<void>(wanted);
     }
     virtual void settle(std::span<const std::uint32_t> slot) { static_cast<void>(slot); }
 
-    /// Bodies have other owners, and are other `parts` with them, between begin_renewal and find_partners; recall() of what was
+    /// Bodies have other owners, and are other `parts` with them, between begin_rebuild and find_partners; recall() of what was
     /// kept() before follows.
     virtual void follow(const InteractionParts& parts) = 0;
     /// Adds its work in a step to that of own bodies, in pairs of elements. This rank alone.
@@ -73,7 +73,7 @@ public:
     /// The rest, when ghosts have arrived. This rank alone.
     virtual void add_shared(const Step& step) { static_cast<void>(step); }
     /// After the kick: moves what bodies drive. Collective.
-    virtual void steer(const Step& step, Timers& timers) { static_cast<void>(step), static_cast<void>(timers); }
+    virtual void drive(const Step& step, Timers& timers) { static_cast<void>(step), static_cast<void>(timers); }
     /// Every 64 steps and at events: watches that are too dear for every step. This rank alone.
     virtual void look(const Step& step) { static_cast<void>(step); }
 

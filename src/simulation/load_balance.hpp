@@ -18,7 +18,7 @@ namespace skein {
 /// When bodies may go to other ranks.
 enum class Balance {
     automatic, ///< where the time that this saves, over as many steps as the present owners have had, pays for it
-    always,    ///< at every renewal of partners, with costs that are made up: for checks of the program
+    always,    ///< at every rebuild of partners, with costs that are made up: for checks of the program
     never
 };
 
@@ -35,7 +35,7 @@ public:
     /// Measures what a step costs since the last look, and whether other owners would pay. `left`: steps of the run to come.
     /// Collective.
     void look(const Timers& timers, const Rods& rods, const Interactions& all, std::int64_t step, std::int64_t left);
-    /// Whether bodies are to move at the next renewal: the same on all ranks.
+    /// Whether bodies are to move at the next rebuild: the same on all ranks.
     bool due() const { return due_; }
     /// New owners of this rank's rods. Collective.
     std::vector<Assignment> assign(const Rods& rods, const Interactions& all) const;

@@ -15,16 +15,18 @@ Machine machine_of(const Communicator& comm, int threads, int lanes_wanted, Mapp
     char host[256] = "";
     ::gethostname(host, sizeof host - 1);
     const std::string cores = Threads::available_core_list();
-    const auto seats = comm.all_gather(std::string(host) + ':' + cores);
-    const int sharing = static_cast<int>(std::count(seats.begin(), seats.end(), seats[static_cast<std::size_t>(comm.rank())]));
+    const auto bindings = comm.all_gather(std::string(host) + ':' + cores);
+    const int sharing =
+        static_cast<int>(std::count(bindings.begin(), bindings.end(), bindings[static_cast<std::size_t>(comm.rank())]));
     const int own = std::max(1, Threads::available_cores() / sharing);
     std::string which = cores;
     if (sharing > 1) {
         which += " shared by " + std::to_string(sharing);
     } else {
         constexpr std::size_t shown = 8;
-        for (std::size_t r = 1; r < std::min(shown, seats.size()); ++r) which += " | " + seats[r].substr(seats[r].rfind(':') + 1);
-        if (seats.size() > shown) which += " | ...";
+        for (std::size_t r = 1; r < std::min(shown, bindings.size()); ++r)
+            which += " | " + bindings[r].substr(bindings[r].rfind(':') + 1);
+        if (bindings.size() > shown) which += " | ...";
     }
     // The same on all ranks, those of an older processor too.
     const auto lanes = static_cast<int>(comm.min(static_cast<std::int64_t>(lanes_for(lanes_wanted))));

@@ -80,7 +80,7 @@ Migration::Migration(const Communicator& comm, std::span<RodGroup> groups, const
             *out++ = static_cast<double>(rods.local()[place].gid);
             *out++ = comm.rank();
             std::memcpy(out, rod.state.data(), state * sizeof(double));
-            const RodWorks w = rods.works(place);
+            const RodBudget w = rods.works(place);
             out[state] = w.loads, out[state + 1] = w.walls, out[state + 2] = w.dissipated;
             const std::vector<double> remembered = rods.memory(place);
             std::copy(remembered.begin(), remembered.end(), out + state + works);
@@ -116,7 +116,7 @@ void Migration::put_into(Rods& rods) const {
         const std::span<const Slot<1>> own = state(i);
         const double* behind = records_[i].numbers + own.size() * slot_doubles;
         rods.import_rod(i, own);
-        rods.set_works(i, {behind[0], behind[1], behind[2]});
+        rods.set_budget(i, {behind[0], behind[1], behind[2]});
         if (const std::size_t numbers = memory_[static_cast<std::size_t>(owned_[i].group)]; numbers > 0)
             rods.set_memory(i, {behind + works, numbers});
     }

@@ -23,7 +23,7 @@ LargestOverlap OverlapWatch::largest(const Communicator& comm) const {
     return one;
 }
 
-std::string LargestOverlap::complaint() const {
+std::string LargestOverlap::warning() const {
     if (passed < 0) return {};
     std::string text = fmt::format("{} overlap by {:.3g} of the diameter, since step {} by more than the {:g} that the time step "
                                    "allows for",

@@ -18,7 +18,7 @@ struct LargestOverlap {
     double stiffness = 0;            ///< of the law; 0: there are several, or it is said otherwise
 
     /// Text for the user where the allowed overlap has been passed; empty otherwise.
-    std::string complaint() const;
+    std::string warning() const;
 };
 
 /// Looks at the overlaps of this rank.

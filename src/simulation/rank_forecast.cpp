@@ -43,7 +43,7 @@ public:
     /// Pairs near enough for the first list, by slots of the scene; none where rods do not feel each other.
     Candidates first_candidates(std::span<const RodGroup> groups) {
         if (!around_.exposure) return {};
-        rods_->move(clock_.next(1, 1).front());
+        rods_->visit_before(clock_.next(1, 1).front());
         const auto contacts =
             kernels(plan_.machine.lanes).make_contacts(contact_scene(groups, *plan_.contact, *plan_.contact_laws), threads_);
         std::vector<std::uint8_t> wanted(around_.exposure->slots());
@@ -54,7 +54,7 @@ public:
     /// Goes on from first_candidates(). Seconds of a step in passes and in interactions.
     std::pair<double, double> time(double seconds) {
         Timers timers;
-        const bool coupled = steps_together(plan_);
+        const bool coupled = is_coupled(plan_);
         bool moved = around_.exposure != nullptr; // by first_candidates
         std::int64_t steps = 0;
         for (const double began = wall_seconds(); steps < 4 || (wall_seconds() < began + seconds && clock_.done() < plan_.steps);) {
@@ -66,14 +66,14 @@ public:
                 const Step& step = batch.front();
                 {
                     const auto timing = timers.time(Phase::rods);
-                    if (!std::exchange(moved, false)) rods_->move(step);
+                    if (!std::exchange(moved, false)) rods_->visit_before(step);
                 }
                 if (neighbourhood_) couple(interactions_, *neighbourhood_, step, timers);
                 {
                     const auto timing = timers.time(Phase::rods);
-                    rods_->act(step, false);
+                    rods_->visit_after(step, false);
                 }
-                for (const auto& one : interactions_) one->steer(step, timers);
+                for (const auto& one : interactions_) one->drive(step, timers);
             }
             clock_.advance(batch);
             steps += static_cast<std::int64_t>(batch.size());

@@ -26,7 +26,7 @@ namespace skein {
 namespace {
 
 constexpr double tick_seconds = 1;         ///< wall time between two agreements of all ranks
-constexpr std::int64_t check_every = 64;   ///< steps between two looks for rods that have gone astray
+constexpr std::int64_t check_every = 64;   ///< steps between two looks for rods whose state is invalid
 constexpr std::int64_t tick_multiple = 64; ///< steps between ticks: fewer would cut visits short and look at rods more often
 
 std::int64_t multiple_after(std::int64_t step, std::int64_t every) { return (step / every + 1) * every; }
@@ -180,13 +180,13 @@ void Simulation::begin_audit(std::optional<double> audited_from) {
     audited_from_ = audited_from;
     if (audited_from_) return;
     audited_from_ = observed_energy(observe(comm_, threads_, groups_, *rods_, clock_.time(), clock_.lag()));
-    for (std::size_t i = 0; i < rods_->local().size(); ++i) rods_->set_works(i, {}); // a damaged checkpoint may have left its own
+    for (std::size_t i = 0; i < rods_->local().size(); ++i) rods_->set_budget(i, {}); // a damaged checkpoint may have left its own
 }
 
 std::uint64_t Simulation::digest() const { return comm_.sum_wrapping(rods_->digest()); }
 
 void Simulation::advance(std::int64_t until) {
-    const bool coupled = steps_together(plan_), together = coupled || options_.protocol == Protocol::synchronous;
+    const bool coupled = is_coupled(plan_), together = coupled || options_.protocol == Protocol::synchronous;
     bool going = true;
     while (clock_.done() < until && going) {
         const std::int64_t next_check = (clock_.done() / check_every + 1) * check_every;
@@ -194,7 +194,7 @@ void Simulation::advance(std::int64_t until) {
             coupled ? clock_.next(std::min(until, next_check)) : clock_.next(until, together ? 1 : Clock::largest_batch);
         const std::int64_t last = steps.back().index;
         const bool check = last == until || last >= next_check;
-        const bool fit = coupled ? step_together(steps, check) : step_alone(steps, check);
+        const bool valid = coupled ? step_coupled(steps, check) : step_uncoupled(steps, check);
         clock_.advance(steps);
         if (check && !told_limit_ && near_limit_.empty()) {
             near_limit_ = rods_->near_limit();
@@ -202,17 +202,17 @@ void Simulation::advance(std::int64_t until) {
         }
         for (const auto& interaction : interactions_)
             if (check) interaction->look(steps.back());
-        if (!fit) failure_ = reason_of_failure(); // the other ranks learn of it when they meet
+        if (!valid) failure_ = reason_of_failure(); // the other ranks learn of it when they meet
         going = (together ? meet() : failure_.empty()) && !ended();
     }
 }
 
-bool Simulation::step_alone(std::span<const Step> steps, bool check) {
+bool Simulation::step_uncoupled(std::span<const Step> steps, bool check) {
     const auto timing = timers_.time(Phase::rods);
     return rods_->visit(steps, check); // per tile: drift, forces, loads, kick
 }
 
-bool Simulation::step_together(std::span<const Step> steps, bool check) {
+bool Simulation::step_coupled(std::span<const Step> steps, bool check) {
     const auto timed = [&](Phase phase, auto&& work) {
         const auto timing = timers_.time(phase);
         work();
@@ -220,17 +220,17 @@ bool Simulation::step_together(std::span<const Step> steps, bool check) {
     const auto at_renewal = [this] {
         if (balance_.due()) move_bodies();
     };
-    bool fit = true;
-    timed(Phase::rods, [&] { rods_->move(steps.front()); }); // per tile: drift, expose
+    bool valid = true;
+    timed(Phase::rods, [&] { rods_->visit_before(steps.front()); }); // per tile: drift, expose
     for (std::size_t i = 0; i < steps.size(); ++i) {
         if (neighbourhood_) couple(interactions_, *neighbourhood_, steps[i], timers_, at_renewal); // contacts; ghosts meanwhile
         timed(Phase::rods, [&] { // per tile: forces, loads, walls, kick; then the next drift
-            if (i + 1 < steps.size()) rods_->act_and_move(steps[i], steps[i + 1]);
-            else fit = rods_->act(steps[i], check);
+            if (i + 1 < steps.size()) rods_->visit_after_and_before(steps[i], steps[i + 1]);
+            else valid = rods_->visit_after(steps[i], check);
         });
-        for (const auto& interaction : interactions_) interaction->steer(steps[i], timers_); // servos
+        for (const auto& interaction : interactions_) interaction->drive(steps[i], timers_); // servos
     }
-    return fit && (!check || invalid(interactions_).empty());
+    return valid && (!check || invalid(interactions_).empty());
 }
 
 std::string Simulation::reason_of_failure() const {
@@ -502,7 +502,7 @@ void Simulation::write_summary(const RunResult& result) {
                        .first_step = first_step_,
                        .time_s = clock_.time(),
                        .ancestry = ancestry_,
-                       .protocol = steps_together(plan_) ? Protocol::synchronous : options_.protocol,
+                       .protocol = is_coupled(plan_) ? Protocol::synchronous : options_.protocol,
                        .wall_s = wall_seconds() - started_,
                        .names = names(),
                        .observables = last_sample_,

@@ -91,7 +91,7 @@ public:
     /// Names and values of the series; the values are collective.
     std::vector<std::string> names() const;
     std::vector<double> observables() const;
-    /// What has made rods of some rank unfit to go on since the start; empty: nothing. Collective.
+    /// Reason why rods of some rank became invalid since the start; empty: nothing. Collective.
     std::string failure() const { return comm_.first_text(failure_); }
 
     /// Steps up to `until` without looking at outputs: what a run does between two events.
@@ -102,10 +102,10 @@ public:
     std::string difference_to(const std::string& checkpoint);
 
 private:
-    /// Steps of rods that do not wait for each other, many in a visit. With `check`, false where a rod came out unfit.
-    bool step_alone(std::span<const Step> steps, bool check);
+    /// Steps of rods that do not wait for each other, many in a visit. With `check`, false where a rod is invalid.
+    bool step_uncoupled(std::span<const Step> steps, bool check);
     /// Steps of rods that do. With `check` as before.
-    bool step_together(std::span<const Step> steps, bool check);
+    bool step_coupled(std::span<const Step> steps, bool check);
     /// Why rods or interactions of this rank cannot go on; empty where they can.
     std::string reason_of_failure() const;
     /// Rods in their start state, and what they do to each other. Collective.
@@ -162,10 +162,10 @@ private:
     /// At an event, if it is time for one.
     void keep_copy();
     void go_back(const StateCopy& copy);
-    /// Steps that were made before; with `look`, false on all ranks where a rod of some rank came out unfit of the last.
+    /// Steps that were made before; with `look`, false on all ranks where a rod of some rank is invalid after the last.
     bool redo(std::int64_t until, bool look);
-    struct Unfit;
-    Unfit first_unfit() const;
+    struct InvalidRod;
+    InvalidRod first_invalid_rod() const;
     double present_limit() const; ///< of the step, s, as rods are now
     enum class Remedy { unknown, step, untried, none };
     struct Failure {

@@ -16,7 +16,7 @@ StateCopy::StateCopy(std::span<const RodGroup> groups, const Rods& rods, std::in
         remembers = remembers || (opens && !rods.memory(i).empty());
     }
     slots_.resize(first_.back());
-    works_.resize(owned_.size());
+    budgets_.resize(owned_.size());
     if (remembers) memory_.resize(owned_.size());
     for (std::size_t g = 0; g < groups.size(); ++g)
         if (!groups[g].places().holds_all()) places_.emplace_back(g, groups[g].places());
@@ -25,7 +25,7 @@ StateCopy::StateCopy(std::span<const RodGroup> groups, const Rods& rods, std::in
 void StateCopy::take(const Rods& rods, const Interactions& interactions, std::int64_t step) {
     rods.read(all_, Copy::canonical, 0, [&](int, std::size_t i, const RodCopy& rod) {
         std::copy(rod.state.begin(), rod.state.end(), slots_.begin() + static_cast<std::ptrdiff_t>(first_[i]));
-        works_[i] = rods.works(i);
+        budgets_[i] = rods.budget(i);
         if (!memory_.empty()) memory_[i] = rods.memory(i);
     });
     kept_ = skein::kept(interactions);
@@ -33,9 +33,9 @@ void StateCopy::take(const Rods& rods, const Interactions& interactions, std::in
 }
 
 void StateCopy::put_back(Rods& rods, const Interactions& interactions) const {
-    for (std::size_t i = 0; i < works_.size(); ++i) { // one by one: rods of a tile share what is put back
+    for (std::size_t i = 0; i < budgets_.size(); ++i) { // one by one: rods of a tile share what is put back
         rods.import_rod(i, state(i));
-        rods.set_works(i, works_[i]);
+        rods.set_budget(i, budgets_[i]);
         if (!memory_.empty()) rods.set_memory(i, memory_[i]);
     }
     recall(interactions, kept_);

@@ -27,7 +27,7 @@ public:
     const std::vector<LocalRod>& owned() const { return owned_; }
     /// Canonical state of owned()[i].
     std::span<const Slot<1>> state(std::size_t i) const { return {slots_.data() + first_[i], first_[i + 1] - first_[i]}; }
-    const RodWorks& works(std::size_t i) const { return works_[i]; }
+    const RodBudget& budget(std::size_t i) const { return budgets_[i]; }
     std::span<const double> memory(std::size_t i) const { return memory_.empty() ? std::span<const double>() : memory_[i]; }
     const std::vector<KeptNumbers>& kept() const { return kept_; }
 
@@ -38,7 +38,7 @@ private:
     std::vector<std::size_t> all_;                       ///< places in owned_
     std::vector<std::size_t> first_;                     ///< slot of each rod, and behind the last
     std::vector<Slot<1>> slots_;
-    std::vector<RodWorks> works_;
+    std::vector<RodBudget> budgets_;
     std::vector<std::vector<double>> memory_; ///< of each rod; none where passes remember nothing
     std::vector<KeptNumbers> kept_;
 };

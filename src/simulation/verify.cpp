@@ -35,7 +35,7 @@ std::span<const double> numbers(std::span<const Slot<1>> state) {
 } // namespace
 
 std::string Simulation::difference_to(const std::string& checkpoint) {
-    if (const std::string unfit = failure(); !unfit.empty()) return unfit;
+    if (const std::string reason = failure(); !reason.empty()) return reason;
     StateCopy computed(groups_, *rods_, owners_), written(computed);
     computed.take(*rods_, interactions_, clock_.done());
     const double audited_from = audited_from_.value_or(0);
@@ -54,16 +54,16 @@ std::string Simulation::difference_to(const std::string& checkpoint) {
     for (std::size_t i = 0; i < rods_->local().size(); ++i) {
         const LocalRod& rod = rods_->local()[i];
         const bool state = same_bits(numbers(computed.state(i)), numbers(written.state(i)));
-        const RodWorks a = computed.works(i), b = written.works(i);
-        const bool works = same_bits(std::array{a.loads, a.walls, a.dissipated}, std::array{b.loads, b.walls, b.dissipated});
-        if (state && works && same_bits(computed.memory(i), written.memory(i))) continue;
+        const RodBudget a = computed.budget(i), b = written.budget(i);
+        const bool budget = same_bits(std::array{a.loads, a.walls, a.dissipated}, std::array{b.loads, b.walls, b.dissipated});
+        if (state && budget && same_bits(computed.memory(i), written.memory(i))) continue;
         ++differing;
         if (rod.gid >= first) continue;
         first = rod.gid;
         mine = fmt::format("rod {} of '{}' in its {}", rod.index, groups_[static_cast<std::size_t>(rod.group)].name(),
-                           !state  ? "state"
-                           : works ? "springs at walls"
-                                   : "works");
+                           !state   ? "state"
+                           : budget ? "springs at walls"
+                                    : "energy budget");
     }
     const std::int64_t all = comm_.sum(differing), lowest = comm_.min(first);
     std::string text;

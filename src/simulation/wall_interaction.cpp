@@ -10,7 +10,7 @@
 namespace skein {
 
 WallInteraction::WallInteraction(const InteractionParts& parts)
-    : comm_(parts.comm), rods_(&parts.rods), walls_(parts.around.walls), accounts_(parts.around.accounts),
+    : comm_(parts.comm), rods_(&parts.rods), walls_(parts.around.walls), wall_contacts_(parts.around.wall_contacts),
       work_(walls_->count(), 0) {
     for (std::size_t w = 0; w < walls_->count(); ++w) {
         const Wall& wall = walls_->wall[w];
@@ -26,21 +26,21 @@ WallInteraction::WallInteraction(const InteractionParts& parts)
 void WallInteraction::follow(const InteractionParts& parts) {
     rods_ = &parts.rods;
     walls_ = parts.around.walls;
-    accounts_ = parts.around.accounts;
+    wall_contacts_ = parts.around.wall_contacts;
 }
 
-void WallInteraction::steer(const Step& step, Timers& timers) {
+void WallInteraction::drive(const Step& step, Timers& timers) {
     if (driven_.empty()) return;
     const auto timing = timers.time(Phase::exchange);
     for (std::size_t i = 0; i < driven_.size(); ++i) {
         const DrivenWall& d = driven_[i];
         std::vector<double>&on_watched = pressing_[2 * i], &power = pressing_[2 * i + 1];
         on_watched.clear(), power.clear();
-        for (const auto& accounts : accounts_) {
-            if (!accounts) continue;
-            accounts->append_normal(d.watched, on_watched);
+        for (const auto& contacts : wall_contacts_) {
+            if (!contacts) continue;
+            contacts->append_normal(d.watched, on_watched);
             if (d.servo.direction() != 0)
-                accounts->append_force(d.wall, walls_->state[static_cast<std::size_t>(d.wall)].velocity, power);
+                contacts->append_force(d.wall, walls_->state[static_cast<std::size_t>(d.wall)].velocity, power);
         }
     }
     const std::vector<double> sums = exact_sums(comm_, pressing_);
@@ -56,8 +56,8 @@ void WallInteraction::steer(const Step& step, Timers& timers) {
 void WallInteraction::look(const Step& step) {
     for (std::size_t w = 0; w < overlaps_.size(); ++w) {
         if (step.time < walls_->wall[w].law.soft_until) continue;
-        for (const auto& accounts : accounts_)
-            if (accounts) overlaps_[w].take(accounts->deepest(static_cast<int>(w)), step.index);
+        for (const auto& contacts : wall_contacts_)
+            if (contacts) overlaps_[w].take(contacts->max_overlap(static_cast<int>(w)), step.index);
     }
 }
 
@@ -75,13 +75,13 @@ Touch WallInteraction::strongest_touch(std::int64_t gid) const {
     Touch most;
     const auto local = rods_->local();
     for (std::size_t i = 0; i < local.size(); ++i) {
-        const WallAccounts* accounts = accounts_[static_cast<std::size_t>(local[i].group)].get();
-        if (local[i].gid != gid || !accounts) continue;
+        const WallContacts* contacts = wall_contacts_[static_cast<std::size_t>(local[i].group)].get();
+        if (local[i].gid != gid || !contacts) continue;
         for (std::size_t w = 0; w < walls_->count(); ++w) {
-            const WallAccount a = accounts->account(rods_->place(i), static_cast<int>(w));
+            const WallFigures a = contacts->figures(rods_->place(i), static_cast<int>(w));
             if (a.touching == 0 || norm(a.force) < most.force) continue;
             most = {norm(a.force), fmt::format("it presses the wall '{}' with {:.3g} N, {:.3g} of the diameter deep",
-                                               walls_->wall[w].name, norm(a.force), a.deepest)};
+                                               walls_->wall[w].name, norm(a.force), a.max_overlap)};
         }
     }
     return most;
@@ -92,19 +92,20 @@ std::vector<Figure> WallInteraction::figures() const {
     const std::size_t count = walls_->count();
     std::vector<std::vector<double>> normal(count);
     Figure touching{"wall_contacts[-]", Of::sum, {}}, overlap{"wall_overlap[-]", Of::largest, {0}},
-        stored{"wall_energy[J]", Of::sum, {}}, rubbed{"wall_rubbed[J]", Of::sum, {}}, damped{"wall_damped[J]", Of::sum, {}};
+        elastic_energy{"wall_energy[J]", Of::sum, {}}, friction_work{"wall_friction_work[J]", Of::sum, {}},
+        viscous_work{"wall_viscous_work[J]", Of::sum, {}};
     const auto local = rods_->local();
     for (std::size_t i = 0; i < local.size(); ++i)
         for (std::size_t w = 0; w < count; ++w) {
-            const WallAccounts* accounts = accounts_[static_cast<std::size_t>(local[i].group)].get();
-            if (!accounts) continue;
-            const WallAccount a = accounts->account(rods_->place(i), static_cast<int>(w));
+            const WallContacts* contacts = wall_contacts_[static_cast<std::size_t>(local[i].group)].get();
+            if (!contacts) continue;
+            const WallFigures a = contacts->figures(rods_->place(i), static_cast<int>(w));
             normal[w].push_back(a.normal);
             touching.terms.push_back(a.touching);
-            stored.terms.push_back(a.stored);
-            rubbed.terms.push_back(a.rubbed);
-            damped.terms.push_back(a.damped);
-            overlap.terms.front() = std::max(overlap.terms.front(), a.deepest);
+            elastic_energy.terms.push_back(a.elastic_energy);
+            friction_work.terms.push_back(a.friction_work);
+            viscous_work.terms.push_back(a.viscous_work);
+            overlap.terms.front() = std::max(overlap.terms.front(), a.max_overlap);
         }
     std::vector<Figure> figures;
     for (std::size_t w = 0; w < count; ++w) figures.push_back({walls_->wall[w].name + "_force[N]", Of::sum, std::move(normal[w])});
@@ -114,7 +115,8 @@ std::vector<Figure> WallInteraction::figures() const {
         figures.push_back({name + "_work[J]", Of::same, {work_[static_cast<std::size_t>(d.wall)]}});
         figures.push_back({name + "_turns[-]", Of::same, {static_cast<double>(d.servo.turns())}});
     }
-    for (Figure* figure : {&touching, &overlap, &stored, &rubbed, &damped}) figures.push_back(std::move(*figure));
+    for (Figure* figure : {&touching, &overlap, &elastic_energy, &friction_work, &viscous_work})
+        figures.push_back(std::move(*figure));
     return figures;
 }
 

@@ -1,5 +1,5 @@
-// Walls as an interaction: rods push them in a pass of their own (contact/wall_pass.hpp); here servos answer, and accounts are
-// read.
+// Walls as an interaction: rods push them in a pass of their own (contact/wall_pass.hpp); here servos answer, and their
+// figures are read.
 #pragma once
 
 #include "contact/servo.hpp"
@@ -12,7 +12,7 @@ public:
     explicit WallInteraction(const InteractionParts& parts);
 
     void follow(const InteractionParts& parts) override;
-    void steer(const Step& step, Timers& timers) override;
+    void drive(const Step& step, Timers& timers) override;
     void look(const Step& step) override;
     Ending ending() const override;
     Touch strongest_touch(std::int64_t gid) const override;
@@ -34,8 +34,8 @@ private:
     const Communicator comm_;
     const Rods* rods_;
     std::shared_ptr<Walls> walls_;
-    std::vector<std::shared_ptr<const WallAccounts>> accounts_; ///< by group; null where no wall acts
-    std::vector<OverlapWatch> overlaps_;                        ///< by wall
+    std::vector<std::shared_ptr<const WallContacts>> wall_contacts_; ///< by group; null where no wall acts
+    std::vector<OverlapWatch> overlaps_;                             ///< by wall
     std::vector<DrivenWall> driven_;
     std::vector<double> work_;                  ///< of every wall on the rods since the start, J
     std::vector<std::vector<double>> pressing_; ///< scratch: per driven wall, forces on the watched one, then powers of its own

@@ -111,8 +111,8 @@ def digest_of(gid, numbers):
     return mixed(h)
 
 
-SUMMED_PER_RANK = ("contact_energyJ", "contact_rubbedJ", "contact_dampedJ")
-SEARCH = ("candidates", "renewals", "skinm")  # which a restart begins anew
+SUMMED_PER_RANK = ("contact_energyJ", "contact_friction_workJ", "contact_viscous_workJ")
+SEARCH = ("candidates", "rebuilds", "skinm")  # which a restart begins anew
 
 
 class DriverTest(unittest.TestCase):

@@ -122,7 +122,7 @@ class Faults(DriverTest):
             self.assertEqual(code, 3, text)
             self.assertEqual(len(self.checkpoints(out)), 1)
 
-    def test_nohup_is_heeded(self):
+    def test_nohup_is_respected(self):
         run = self.start("out", *LONG, preexec_fn=lambda: signal.signal(signal.SIGHUP, signal.SIG_IGN))
         self.wait_for(lambda: (self.path("out") / "observables.csv").exists(), run)
         run.send_signal(signal.SIGHUP)

@@ -25,7 +25,7 @@ class Ghosts(DriverTest):
             out = f"{ranks}"
             self.run_skein(out, "--steps", "3", *QUIET, *arguments, ranks=ranks)
             counted = self.summary(out)["ghosts"]
-            self.assertEqual(self.summary(out)["observables"]["renewals[-]"], 1)
+            self.assertEqual(self.summary(out)["observables"]["rebuilds[-]"], 1)
             self.assertEqual(sum(counted["messages"]) > 0, True, "ranks that share nothing prove nothing")
             for name, of_plan in (("rods", "ghost_rods"), ("elements", "ghost_elements"), ("neighbours", "neighbours"),
                                   ("messages", "messages"), ("bytes", "bytes")):

@@ -109,7 +109,7 @@ class Overlap(DriverTest):
         for name, law, damping in ("hertz", "hertz", 20.0), ("linear", "linear", 2.0):
             done = self.pile(name, law=law, damping=damping)
             self.assertIn("(auto)", done.stdout)
-            at_rest = self.summary(name)["observables"]["deepest_overlap[-]"]
+            at_rest = self.summary(name)["observables"]["max_overlap[-]"]
             self.assertGreater(at_rest, 0.025, name)
             self.assertLess(at_rest, 0.1, name)
 
@@ -137,7 +137,7 @@ kind = "plane"
 series = 0.1
 """
             self.run_scene(f"stack{layers}", text)
-            at_rest = self.summary(f"stack{layers}")["observables"]["deepest_overlap[-]"]
+            at_rest = self.summary(f"stack{layers}")["observables"]["max_overlap[-]"]
             self.assertGreater(at_rest, 0.025, f"{layers} layers")
             self.assertLess(at_rest, 0.1, f"{layers} layers")
 

@@ -1,4 +1,4 @@
-"""`skein verify`: a stretch between two checkpoints computed again, on any ranks; a changed number is found."""
+"""`skein verify`: a segment between two checkpoints computed again, on any ranks; a changed number is found."""
 
 import re
 import subprocess
@@ -34,7 +34,7 @@ class Verify(BranchTest):
     def test_rods(self):
         self.run_skein("run", "--set", "output.audit=true")
         before = self.results("run")
-        ends = []  # of stretches
+        ends = []  # of segments
         for path in sorted((self.directory / "run").glob("checkpoint_*.h5"))[1:]:
             with h5py.File(path) as file:
                 ends.append(f"{int(file.attrs['digest']):016x}")

@@ -67,9 +67,9 @@ struct Field {
     }
     void step() {
         const Step s = clock.next(clock.done() + 1, 1).front();
-        rods->move(s);
+        rods->visit_before(s);
         couple(interactions, *neighbourhood, s, timers);
-        rods->act(s, false);
+        rods->visit_after(s, false);
         clock.advance(std::span(&s, 1));
     }
     std::vector<Slot<1>> state(std::size_t i) const {
@@ -178,7 +178,7 @@ TEST(Exposure, shows_what_its_pass_shows) {
     Field field;
     for (int i = 0; i < 20; ++i) field.step();
     const Step s = field.clock.next(field.clock.done() + 1, 1).front();
-    field.rods->move(s);
+    field.rods->visit_before(s);
     const Exposure& shown = *field.around.exposure;
     Exposure again(field.groups, field.rods->local());
     for (std::size_t i = 0; i < field.rods->local().size(); ++i) again.show(i, field.state(i));

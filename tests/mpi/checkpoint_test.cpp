@@ -91,7 +91,7 @@ TEST_F(CheckpointTest, keeps_the_works_of_an_audit) {
     ASSERT_TRUE(info && info->audited_from);
     EXPECT_EQ(*info->audited_from, 0.25);
     for (std::size_t i = 0; i < rods.local().size(); ++i) {
-        const RodWorks found = rods.works(i), expected = test::FakeRods::fake_works(rods.local()[i].gid, 120);
+        const RodBudget found = rods.budget(i), expected = test::FakeRods::fake_budget(rods.local()[i].gid, 120);
         EXPECT_EQ(found.loads, expected.loads);
         EXPECT_EQ(found.walls, expected.walls);
         EXPECT_EQ(found.dissipated, expected.dissipated);
@@ -101,7 +101,8 @@ TEST_F(CheckpointTest, keeps_the_works_of_an_audit) {
     ASSERT_TRUE(info);
     EXPECT_EQ(info->step, 130);
     EXPECT_FALSE(info->audited_from);
-    EXPECT_EQ(rods.works(0).walls, test::FakeRods::fake_works(rods.local()[0].gid, -1).walls) << "works from a file without any";
+    EXPECT_EQ(rods.budget(0).walls, test::FakeRods::fake_budget(rods.local()[0].gid, -1).walls)
+        << "energy budget from a file without any";
 }
 
 TEST_F(CheckpointTest, keeps_the_newest_two_and_milestones) {
@@ -208,7 +209,7 @@ struct DamagedCheckpointTest : CheckpointTest {
         ASSERT_EQ(info->dt, 0.001) << what;
         ASSERT_EQ(info->audited_from.value_or(0), info->step == 2 ? 0.25 : 0.0) << what;
         for (std::size_t i = 0; info->step == 2 && i < rods.local().size(); ++i)
-            ASSERT_EQ(rods.works(i).walls, test::FakeRods::fake_works(rods.local()[i].gid, 2).walls) << what;
+            ASSERT_EQ(rods.budget(i).walls, test::FakeRods::fake_budget(rods.local()[i].gid, 2).walls) << what;
         if (info->step != 2) ++refused;
         if (!comm.root()) return;
         ASSERT_EQ(warnings.size(), info->step == 2 ? 0u : 1u) << what;

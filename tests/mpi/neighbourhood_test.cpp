@@ -55,7 +55,7 @@ struct Share {
     Neighbourhood neighbourhood;
     Contacts contacts;
     SlotLoads loads = {};
-    bool renewed = false;
+    bool rebuilt = false;
 
     Share(const Communicator& comm, const Threads& threads, const Crowd& crowd, const std::vector<int>& owner)
         : bodies(std::make_shared<Exposure>(own(comm, crowd, owner))), neighbourhood(comm, threads, bodies),
@@ -74,15 +74,15 @@ struct Share {
         const bool hold = contacts.holds(*bodies);
         neighbourhood.publish(hold);
         if (hold) contacts.begin(*bodies, 0, h, loads.load, false);
-        renewed = !neighbourhood.arrive();
-        if (renewed) {
+        rebuilt = !neighbourhood.arrive();
+        if (rebuilt) {
             contacts.let_go(*bodies);
             const Exposure& near = neighbourhood.widen(contacts.next_skin());
             std::vector<std::uint8_t> wanted(near.slots());
-            const std::int64_t idle = contacts.search(near, wanted);
+            const std::int64_t inactive = contacts.search(near, wanted);
             const auto slot = neighbourhood.narrow(wanted);
             loads.load.resize(bodies->slots());
-            contacts.settle(*bodies, slot, comm.sum(idle));
+            contacts.settle(*bodies, slot, comm.sum(inactive));
             contacts.begin(*bodies, 0, h, loads.load, false);
         }
         contacts.finish(*bodies, h, loads.load);
@@ -126,7 +126,7 @@ TEST_P(Neighbourhoods, GiveTheLoadsOfOneRank) {
     Contacts of_whole(crowd.bodies.scene(law()), one);
     SlotLoads expected;
     Share share(comm, comm.rank() % 2 ? two : one, crowd, owners(crowd, GetParam(), comm.size()));
-    std::int64_t renewals = 0, touched = 0;
+    std::int64_t rebuilds = 0, touched = 0;
     const double h = 1e-4;
     for (int step = 0; step < 150; ++step) {
         for (std::size_t i = 0; i < whole.slots(); ++i) whole.node[i].position += h * whole.motion[i].velocity;
@@ -135,14 +135,14 @@ TEST_P(Neighbourhoods, GiveTheLoadsOfOneRank) {
         const auto before = Communicator::traffic();
         share.step(comm, h);
         const auto after = Communicator::traffic();
-        renewals += share.renewed;
-        if (!share.renewed) { // nothing but ghosts is sent, and a vote
+        rebuilds += share.rebuilt;
+        if (!share.rebuilt) { // nothing but ghosts is sent, and a vote
             EXPECT_EQ(after.bytes - before.bytes, share.neighbourhood.figures().bytes);
             EXPECT_EQ(after.messages - before.messages, share.neighbourhood.figures().messages);
             EXPECT_EQ(after.calls - before.calls, comm.size() > 1 ? 1 : 0);
         }
         std::set<std::int64_t> needed, here; // slots of ghosts' elements
-        if (share.renewed) {
+        if (share.rebuilt) {
             Candidates pairs;
             BroadPhase::build_exhaustively(whole, crowd.bodies.gaps, of_whole.figures().skin, pairs);
             const auto mine = [&](std::size_t slot) {
@@ -175,13 +175,14 @@ TEST_P(Neighbourhoods, GiveTheLoadsOfOneRank) {
             }
         }
     }
-    EXPECT_EQ(renewals, of_whole.figures().renewals);
+    EXPECT_EQ(rebuilds, of_whole.figures().rebuilds);
     EXPECT_EQ(share.contacts.figures().skin, of_whole.figures().skin);
-    EXPECT_GT(renewals, 2);
+    EXPECT_GT(rebuilds, 2);
     EXPECT_GT(comm.sum(touched), 1000);
-    for (const auto of : {&ContactFigures::listed, &ContactFigures::active})
+    for (const auto of : {&ContactFigures::candidates, &ContactFigures::active})
         EXPECT_EQ(comm.sum(share.contacts.figures().*of), of_whole.figures().*of);
-    for (const auto of : {&ContactFigures::rubbed, &ContactFigures::damped, &ContactFigures::stored}) { // none twice, none lost
+    for (const auto of : {&ContactFigures::friction_work, &ContactFigures::viscous_work,
+                          &ContactFigures::elastic_energy}) { // none twice, none lost
         const double mine = share.contacts.figures().*of, all = of_whole.figures().*of;
         EXPECT_NEAR(exact_sums(comm, std::vector<std::vector<double>>{{mine}})[0], all, 1e-10 * std::abs(all));
     }

@@ -57,21 +57,21 @@ public:
     /// Every rod to its state at a step.
     void set(std::int64_t step) {
         states_.clear();
-        works_.clear();
+        budgets_.clear();
         for (const LocalRod& rod : local_) {
             states_.push_back(fake_state(groups_[static_cast<std::size_t>(rod.group)], rod.index, step));
-            works_.push_back(fake_works(rod.gid, step));
+            budgets_.push_back(fake_budget(rod.gid, step));
         }
     }
-    static RodWorks fake_works(std::int64_t gid, std::int64_t step) {
+    static RodBudget fake_budget(std::int64_t gid, std::int64_t step) {
         const double x = static_cast<double>(gid) + 1e-3 * static_cast<double>(step);
         return {1 / (1 + x * x), -x, 3 + x};
     }
 
     bool visit(std::span<const Step>, bool) override { return true; }
-    void move(const Step&) override {}
-    bool act(const Step&, bool) override { return true; }
-    void act_and_move(const Step&, const Step&) override {}
+    void visit_before(const Step&) override {}
+    bool visit_after(const Step&, bool) override { return true; }
+    void visit_after_and_before(const Step&, const Step&) override {}
     std::string near_limit() const override { return {}; }
     std::vector<std::string_view> passes(std::size_t) const override { return {}; }
     std::span<const LocalRod> local() const override { return local_; }
@@ -107,8 +107,8 @@ public:
         return sum;
     }
     void inspect(std::int64_t, double) const override {}
-    RodWorks works(std::size_t i) const override { return works_[i]; }
-    void set_works(std::size_t i, const RodWorks& works) override { works_[i] = works; }
+    RodBudget budget(std::size_t i) const override { return budgets_[i]; }
+    void set_budget(std::size_t i, const RodBudget& budget) override { budgets_[i] = budget; }
     std::vector<double> memory(std::size_t) const override { return {}; }
     void set_memory(std::size_t, std::span<const double>) override {}
     int threads() const override { return 2; }
@@ -120,7 +120,7 @@ private:
     std::span<const RodGroup> groups_;
     std::vector<LocalRod> local_;
     std::vector<std::vector<Slot<1>>> states_;
-    std::vector<RodWorks> works_;
+    std::vector<RodBudget> budgets_;
 };
 
 } // namespace skein::test

@@ -1,4 +1,4 @@
-// The energy audit (theory.md section 16): kinetic and elastic energy, less the works of loads and walls, plus dissipation, stay as
+// The energy audit (theory.md section 16): kinetic and elastic energy, less the work of loads and walls, plus dissipation, stay as
 // they were, to the second order in the step.
 //   walls    rods whose clamped ends are shifted and turned by ramps; the wall's work is all there is
 //   driven   cilia in a turning field under damping; ramped walls, gravity and damping together
@@ -102,7 +102,7 @@ TEST(EnergyAudit, DrivenDampedCiliaBalance) {
     study(table, "walls and gravity, uniform", scene, 2000, 1e-6);
 }
 
-// Filters count as dissipation; a step of four stages has four kicks to keep books of, two of them backwards.
+// Filters count as dissipation; a step of four stages has four kicks in its energy budget, two of them backwards.
 TEST(EnergyAudit, ClosesWithFiltersAndAtFourthOrder) {
     test::ErrorTable table("energy_audit_schemes");
     for (const bool filtered : {false, true}) {
@@ -166,8 +166,8 @@ TEST(EnergyAudit, HasTheSameBitsAtEveryWidthAndLeavesTheRunAlone) {
     audited.advance(128);
     EXPECT_EQ(plain.rods->digest(), audited.rods->digest());
     EXPECT_LT(plain.rods->bytes(), audited.rods->bytes());
-    EXPECT_EQ(plain.rods->works(0).loads, 0);
-    EXPECT_GT(audited.rods->works(0).loads, 0);
+    EXPECT_EQ(plain.rods->budget(0).loads, 0);
+    EXPECT_GT(audited.rods->budget(0).loads, 0);
 }
 
 } // namespace

@@ -1,4 +1,4 @@
-// The mapping along the rod: lanes of a tile carry strands. A strand is a rod, or one of the equal stretches that a rod is cut
+// The mapping along the rod: lanes of a tile carry strands. A strand is a rod, or one of the equal pieces that a rod is cut
 // into, so that a lone rod fills all lanes, and rods of other lengths and groups lie beside it.
 //   row       0           1           ...   m - 1             m
 //   lane j    slot j m    slot j m+1  ...   slot (j+1) m - 1  the next lane's row 0, where the rod goes on there
@@ -45,13 +45,13 @@ private:
 };
 
 /// Puts one lane's numbers into a structure of packs that has the same members.
-template <template <class> class Constants, int W> void set_lane(Constants<Pack<W>>& all, int lane_, const Constants<double>& one) {
+template <template <class> class Constants, int W> void set_lane(Constants<Pack<W>>& all, int l, const Constants<double>& one) {
     using Numbers = std::array<double, sizeof one / sizeof(double)>;
     using Packs = std::array<Pack<W>, sizeof all / sizeof(Pack<W>)>;
     static_assert(std::tuple_size_v<Numbers> == std::tuple_size_v<Packs>);
     const auto numbers = std::bit_cast<Numbers>(one);
     auto packs = std::bit_cast<Packs>(all);
-    for (std::size_t i = 0; i < numbers.size(); ++i) packs[i].set(lane_, numbers[i]);
+    for (std::size_t i = 0; i < numbers.size(); ++i) packs[i].set(l, numbers[i]);
     all = std::bit_cast<Constants<Pack<W>>>(packs);
 }
 
@@ -59,7 +59,7 @@ template <template <class> class Constants, int W> void set_lane(Constants<Pack<
 struct Seat {
     const RodGroup* group;
     std::int64_t index; ///< in its group
-    int lane, lanes;    ///< where its first stretch lies, and how many there are
+    int lane, lanes;    ///< where its first piece lies, and how many there are
 };
 
 template <int W> class Strands {
@@ -81,10 +81,10 @@ public:
     int rows() const { return rows_; }
     std::span<const Seat> seats() const { return seats_; }
     /// The slot of its rod that a lane has in a row, or -1; row `rows()` is a slot of its own where the rod does not go on.
-    int slot(int lane_, int row) const;
+    int slot(int l, int row) const;
     /// Of the rod in a lane; an empty one takes the first.
-    const RodGroup& group(int lane_) const { return *seat(lane_).group; }
-    std::int64_t index(int lane_) const { return seat(lane_).index; }
+    const RodGroup& group(int l) const { return *seat(l).group; }
+    std::int64_t index(int l) const { return seat(l).index; }
 
     /// Rods with sizes of their own are seated by groups of their own, whose constants are taken while a tile is laid out; from
     /// then on they belong to `group`.
@@ -96,9 +96,9 @@ public:
     struct Place {
         int row, lane;
     };
-    Place place(int lane_, int slot_) const {
-        const int stretch = std::min(slot_ / rows_, seat(lane_).lanes - 1);
-        return {slot_ - stretch * rows_, seat(lane_).lane + stretch};
+    Place place(int l, int k) const {
+        const int piece = std::min(k / rows_, seat(l).lanes - 1);
+        return {k - piece * rows_, seat(l).lane + piece};
     }
 
     LaneRows<Element> element; ///< [rows]
@@ -117,7 +117,7 @@ public:
     }
 
 private:
-    const Seat& seat(int lane_) const { return seats_[static_cast<std::size_t>(std::max(0, seat_[lane_]))]; }
+    const Seat& seat(int l) const { return seats_[static_cast<std::size_t>(std::max(0, seat_[l]))]; }
 
     std::vector<Seat> seats_;
     int rows_;
@@ -132,18 +132,18 @@ inline ElementConstants absent_element(ElementConstants c) {
     return c;
 }
 
-template <int W> int Strands<W>::slot(int lane_, int row) const {
-    if (seat_[lane_] < 0) return -1;
-    const Seat& seat = seats_[static_cast<std::size_t>(seat_[lane_])];
-    const int stretch = lane_ - seat.lane, at = stretch * rows_ + row;
-    if (row == rows_ && stretch + 1 < seat.lanes) return -1;
+template <int W> int Strands<W>::slot(int l, int row) const {
+    if (seat_[l] < 0) return -1;
+    const Seat& seat = seats_[static_cast<std::size_t>(seat_[l])];
+    const int piece = l - seat.lane, at = piece * rows_ + row;
+    if (row == rows_ && piece + 1 < seat.lanes) return -1;
     return at <= seat.group->elements() ? at : -1;
 }
 
 template <int W> Strands<W>::Strands(std::span<const Seat> seats, int rows) : seats_(seats.begin(), seats.end()), rows_(rows) {
     std::fill(seat_, seat_ + W, -1);
     for (std::size_t s = 0; s < seats_.size(); ++s)
-        for (int stretch = 0; stretch < seats_[s].lanes; ++stretch) seat_[seats_[s].lane + stretch] = static_cast<int>(s);
+        for (int piece = 0; piece < seats_[s].lanes; ++piece) seat_[seats_[s].lane + piece] = static_cast<int>(s);
 
     const auto mask = [](auto holds) {
         P one(0.0);

@@ -34,13 +34,13 @@ template <int W> struct RodTile {
     const Strands<W>* strands = nullptr; ///< of a tile along
     std::size_t program = 0;             ///< which passes run over it
 
-    const RodGroup& group_of(int lane_) const { return strands ? strands->group(lane_) : *group; }
-    std::int64_t index_of(int lane_) const { return strands ? strands->index(lane_) : index[lane_]; }
+    const RodGroup& group_of(int l) const { return strands ? strands->group(l) : *group; }
+    std::int64_t index_of(int l) const { return strands ? strands->index(l) : index[l]; }
     /// The element of its rod that a lane has in row k; the first where it has none there.
-    int element_of(int lane_, int k) const {
+    int element_of(int l, int k) const {
         if (!strands) return k;
-        const int slot_ = strands->slot(lane_, k);
-        return slot_ < 0 || slot_ >= group_of(lane_).elements() ? 0 : slot_;
+        const int at = strands->slot(l, k);
+        return at < 0 || at >= group_of(l).elements() ? 0 : at;
     }
 };
 

@@ -57,7 +57,7 @@ TEST(BroadPhase, FindsWhatASearchThroughAllPairsFinds) {
         ASSERT_EQ(found.partner, all.partner) << seed;
         ASSERT_EQ(by_three.first, all.first) << seed;
         ASSERT_EQ(by_three.partner, all.partner) << seed;
-        ASSERT_EQ(found.idle, all.idle) << seed;
+        ASSERT_EQ(found.inactive, all.inactive) << seed;
         pairs += found.count();
         grids = std::max(grids, search.grids());
     }

@@ -53,7 +53,7 @@ TEST(ContactLaw, BouncesAsItIsTold) {
     EXPECT_THROW((ContactLaw{.restitution = 0.5}.resolved(1)), InputError);
 }
 
-/// A body held by nothing but the spring of a contact: what it swings is not rubbed away, what it slides is, all of it.
+/// A body held by nothing but the spring of a contact: swinging dissipates nothing, sliding all of its work.
 TEST(ContactLaw, RubsOnlyWhereItSlides) {
     const double mass = 0.2, overlap = 0.01;
     const Vec3d none{0, 0, 0};
@@ -73,30 +73,30 @@ TEST(ContactLaw, RubsOnlyWhereItSlides) {
                                      broadcast<1>(none), broadcast<1>(none), broadcast<1>(none)},
                                     h, memory, memory.x);
         };
-        double v = 0.01, rubbed = 0;
+        double v = 0.01, friction_work = 0;
         const double energy = 0.5 * mass * v * v;
         for (int i = 0; i < 20000; ++i) {
             const auto f = step(v);
-            rubbed += f.rubbed[0];
+            friction_work += f.friction_work[0];
             v += h * f.on_1.y[0] / mass;
         }
-        EXPECT_LT(std::abs(rubbed), 1e-6 * energy);
+        EXPECT_LT(std::abs(friction_work), 1e-6 * energy);
         EXPECT_NEAR(0.5 * mass * v * v + memory.energy()[0], energy, 0.2 * energy) << "it swings on";
 
         const double before = memory.energy()[0];
         double slid = 0, drag = 0;
-        rubbed = 0;
+        friction_work = 0;
         for (int i = 0; i < 20000; ++i) {
             const auto f = step(1.0);
-            rubbed += f.rubbed[0];
+            friction_work += f.friction_work[0];
             slid += h;
             drag = -f.on_1.y[0];
         }
-        EXPECT_NEAR(rubbed + memory.energy()[0] - before, drag * slid, 1e-2 * drag * slid); // the beginning sticks
+        EXPECT_NEAR(friction_work + memory.energy()[0] - before, drag * slid, 1e-2 * drag * slid); // the beginning sticks
     }
 }
 
-/// Rates that change their sign from step to step: books hold all the same.
+/// Rates that change their sign from step to step: the energy budget closes all the same.
 TEST(ContactLaw, DashpotsDampWhatIsThere) {
     const double mass = 0.2, overlap = 0.01, h = 1e-3;
     const Vec3d none{0, 0, 0};
@@ -110,7 +110,7 @@ TEST(ContactLaw, DashpotsDampWhatIsThere) {
             (along ? law.tangential_damping : law.damping) = damping;
             const auto numbers = law.numbers().as<Pack<1>>();
             ContactMemory<Pack<1>> memory{};
-            double v = 0.01, damped = 0, rubbed = 0, stored = 0;
+            double v = 0.01, viscous_work = 0, friction_work = 0, elastic_energy = 0;
             const double energy = 0.5 * mass * v * v;
             for (int i = 0; i < 60; ++i) {
                 const auto f = contact_force<1>({law.normal, law.friction}, numbers,
@@ -118,16 +118,16 @@ TEST(ContactLaw, DashpotsDampWhatIsThere) {
                                                  broadcast<1>(along ? Vec3d{0, v, 0} : Vec3d{v, 0, 0}), broadcast<1>(none),
                                                  broadcast<1>(none), broadcast<1>(none)},
                                                 h, memory, memory.x);
-                damped += f.damped[0], rubbed += f.rubbed[0], stored = memory.energy()[0];
+                viscous_work += f.viscous_work[0], friction_work += f.friction_work[0], elastic_energy = memory.energy()[0];
                 v += h * (along ? f.on_1.y[0] : f.on_1.x[0] + law.stiffness * overlap) / mass; // the spring holds what presses
             }
             if (along && friction == 0) {
-                EXPECT_EQ(damped, 0);
-                EXPECT_EQ(rubbed, 0);
-                EXPECT_EQ(stored, 0);
+                EXPECT_EQ(viscous_work, 0);
+                EXPECT_EQ(friction_work, 0);
+                EXPECT_EQ(elastic_energy, 0);
             } else {
-                EXPECT_NEAR(damped + rubbed + stored + 0.5 * mass * v * v, energy, 1e-6 * energy);
-                EXPECT_NEAR(damped, energy, 1e-2 * energy);
+                EXPECT_NEAR(viscous_work + friction_work + elastic_energy + 0.5 * mass * v * v, energy, 1e-6 * energy);
+                EXPECT_NEAR(viscous_work, energy, 1e-2 * energy);
             }
         }
 }
@@ -168,9 +168,9 @@ template <int W> Drawn<W> draw(unsigned seed, int first) {
         d.state.radius_1.set(l, 0.5 + uniform(random)), d.state.radius_2.set(l, 0.5 + uniform(random)),
             d.state.distance.set(l, 2 * uniform(random));
         for (Vec3<Pack<W>>* v :
-             {&d.state.velocity_1, &d.state.spin_1, &d.state.velocity_2, &d.state.spin_2, &d.memory.x, &d.memory.beside})
+             {&d.state.velocity_1, &d.state.spin_1, &d.state.velocity_2, &d.state.spin_2, &d.memory.x, &d.memory.viscous_part})
             set_lane(*v, l, vector());
-        d.memory.stiffness.set(l, uniform(random)), d.memory.dashpot.set(l, uniform(random));
+        d.memory.stiffness.set(l, uniform(random)), d.memory.viscous_normal.set(l, uniform(random));
         for (Pack<W>* p : {&d.law.stiffness, &d.law.damping, &d.law.static_friction, &d.law.kinetic_friction,
                            &d.law.tangential_stiffness, &d.law.tangential_damping, &d.law.slip_speed})
             p->set(l, uniform(random));
@@ -191,9 +191,9 @@ TEST(ContactForce, IsTheSameInOneLaneAndInEight) {
                     ASSERT_EQ(norm(lane(all.on_1, l) - lane(f.on_1, 0)), 0);
                     ASSERT_EQ(norm(lane(all.moment, l) - lane(f.moment, 0)), 0);
                     ASSERT_EQ(norm(lane(eight.memory.x, l) - lane(one.memory.x, 0)), 0);
-                    ASSERT_EQ(all.stored[l], f.stored[0]);
-                    ASSERT_EQ(all.rubbed[l], f.rubbed[0]);
-                    ASSERT_EQ(all.damped[l], f.damped[0]);
+                    ASSERT_EQ(all.elastic_energy[l], f.elastic_energy[0]);
+                    ASSERT_EQ(all.friction_work[l], f.friction_work[0]);
+                    ASSERT_EQ(all.viscous_work[l], f.viscous_work[0]);
                 }
             }
 }
@@ -220,12 +220,13 @@ TEST(ContactForce, OfPublishedFriction) {
     EXPECT_NEAR(drag(-1), -0.4 * 10, 1e-9);
 }
 
-/// A mass on another, pushed to and fro and pressed more and less: what the contact takes is stored, rubbed or damped.
+/// A mass on another, pushed to and fro and pressed more and less: the work on the contact becomes energy of springs, or friction
+/// or viscous work.
 TEST(ContactForce, AccountsForItsEnergy) {
     for (const ContactNormal normal : {ContactNormal::linear, ContactNormal::hertz}) {
         const ContactNumbers<Pack<1>> law{1e4, 5.0, 0.5, 0.4, 8e3, 3.0, 0.0};
         ContactMemory<Pack<1>> memory{};
-        double done = 0, lost = 0, stored = 0, rubbed = 0;
+        double done = 0, lost = 0, elastic_energy = 0, friction_work = 0;
         const double h = 2e-6, radius = 0.1;
         Vec3d force_before{0, 0, 0};
         for (int step = 0; step <= 500000; ++step) {
@@ -241,11 +242,11 @@ TEST(ContactForce, AccountsForItsEnergy) {
             const Vec3d force = lane(f.on_1, 0);
             done -= h * dot(0.5 * (force + force_before), v);
             force_before = force;
-            lost += f.rubbed[0] + f.damped[0], rubbed += f.rubbed[0];
-            stored = f.stored[0];
+            lost += f.friction_work[0] + f.viscous_work[0], friction_work += f.friction_work[0];
+            elastic_energy = f.elastic_energy[0];
         }
-        EXPECT_GT(rubbed, 0.1 * done);
-        EXPECT_NEAR(done, stored + lost, 2e-3 * done) << static_cast<int>(normal);
+        EXPECT_GT(friction_work, 0.1 * done);
+        EXPECT_NEAR(done, elastic_energy + lost, 2e-3 * done) << static_cast<int>(normal);
     }
 }
 

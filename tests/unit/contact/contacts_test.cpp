@@ -95,7 +95,7 @@ TEST(Contacts, OfALawKnownInClosedForm) {
     hertz.evaluate(c, 0, 1e-4, out);
     EXPECT_NEAR(loads[2].force.z + loads[3].force.z, 1e5 * 0.001, 1e-9);
     EXPECT_EQ(hertz.figures().active, 1);
-    EXPECT_NEAR(hertz.figures().deepest, 0.1, 1e-12);
+    EXPECT_NEAR(hertz.figures().max_overlap, 0.1, 1e-12);
 }
 
 /// Largest change of the force on the second of two rods along a path of places, over the whole change: small for a smooth force.
@@ -234,7 +234,7 @@ TEST(Contacts, AreTheSameForAnyThreads) {
             contacts.evaluate(moving, 0, 1e-4, out);
         }
         EXPECT_GT(contacts.figures().active, 100);
-        EXPECT_GT(contacts.figures().renewals, 1);
+        EXPECT_GT(contacts.figures().rebuilds, 1);
         return loads;
     };
     const AlignedVector<ExertedLoad> one = run(1), three = run(3);

@@ -86,16 +86,16 @@ struct Rank {
 };
 void step_together(std::span<Rank* const> ranks, double h) {
     if (!std::all_of(ranks.begin(), ranks.end(), [](Rank* r) { return r->contacts.holds(r->bodies); })) {
-        std::int64_t idle = 0;
+        std::int64_t inactive = 0;
         for (Rank* r : ranks) {
             r->contacts.let_go(r->bodies);
             std::vector<std::uint8_t> wanted(r->bodies.slots());
-            idle += r->contacts.search(r->bodies, wanted);
+            inactive += r->contacts.search(r->bodies, wanted);
         }
         for (Rank* r : ranks) {
             std::vector<std::uint32_t> same(r->bodies.slots());
             std::iota(same.begin(), same.end(), 0u);
-            r->contacts.settle(r->bodies, same, idle);
+            r->contacts.settle(r->bodies, same, inactive);
             r->loads.load.resize(r->bodies.slots());
         }
     }
@@ -132,24 +132,24 @@ TEST(ManyContacts, AreTheSameForAnyThreadsAndOwners) {
     }
     const ContactFigures f = whole.figures(), t = threaded.figures(), a = first.figures(), b = second.figures();
     EXPECT_GT(f.active, 100);
-    EXPECT_GT(f.renewals, 2);
+    EXPECT_GT(f.rebuilds, 2);
     EXPECT_EQ(f.active, a.active + b.active);
-    EXPECT_GE(f.listed, 1);
-    EXPECT_EQ(f.listed, a.listed + b.listed);
+    EXPECT_GE(f.candidates, 1);
+    EXPECT_EQ(f.candidates, a.candidates + b.candidates);
     for (const ContactFigures& other : {t, a, b}) {
-        EXPECT_EQ(f.renewals, other.renewals);
+        EXPECT_EQ(f.rebuilds, other.rebuilds);
         EXPECT_EQ(f.skin, other.skin);
     }
-    EXPECT_EQ(f.deepest, std::max(a.deepest, b.deepest));
-    EXPECT_EQ(f.stiffest, std::max(a.stiffest, b.stiffest));
-    EXPECT_NEAR(f.stored, a.stored + b.stored, 1e-12 * f.stored);
-    EXPECT_NEAR(f.rubbed, a.rubbed + b.rubbed, 1e-12 * f.rubbed);
-    EXPECT_NEAR(f.damped, a.damped + b.damped, 1e-12 * f.damped);
-    EXPECT_GT(f.rubbed, 0);
-    EXPECT_GT(f.damped, 0);
-    EXPECT_EQ(f.stored, t.stored);
-    EXPECT_EQ(f.rubbed, t.rubbed);
-    EXPECT_EQ(f.damped, t.damped);
+    EXPECT_EQ(f.max_overlap, std::max(a.max_overlap, b.max_overlap));
+    EXPECT_EQ(f.max_stiffness, std::max(a.max_stiffness, b.max_stiffness));
+    EXPECT_NEAR(f.elastic_energy, a.elastic_energy + b.elastic_energy, 1e-12 * f.elastic_energy);
+    EXPECT_NEAR(f.friction_work, a.friction_work + b.friction_work, 1e-12 * f.friction_work);
+    EXPECT_NEAR(f.viscous_work, a.viscous_work + b.viscous_work, 1e-12 * f.viscous_work);
+    EXPECT_GT(f.friction_work, 0);
+    EXPECT_GT(f.viscous_work, 0);
+    EXPECT_EQ(f.elastic_energy, t.elastic_energy);
+    EXPECT_EQ(f.friction_work, t.friction_work);
+    EXPECT_EQ(f.viscous_work, t.viscous_work);
 }
 
 TEST(ManyContacts, GoOnFromWhatWasKept) {
@@ -167,15 +167,15 @@ TEST(ManyContacts, GoOnFromWhatWasKept) {
     Contacts resumed(scene, one);
     resumed.restore(kept);
     EXPECT_EQ(resumed.kept(bodies).size(), kept.size()) << "before its first step";
-    const double rubbed = whole.figures().rubbed;
+    const double friction_work = whole.figures().friction_work;
     for (int step = 0; step < 60; ++step) {
         crowd.move(1e-4);
         whole.evaluate(bodies, 0, 1e-4, x);
         resumed.evaluate(bodies, 0, 1e-4, y);
         ASSERT_EQ(different(bodies, x, y, all), 0) << step;
     }
-    EXPECT_NE(whole.figures().renewals, resumed.figures().renewals);
-    EXPECT_NEAR(whole.figures().rubbed - rubbed, resumed.figures().rubbed, 1e-9 * rubbed);
+    EXPECT_NE(whole.figures().rebuilds, resumed.figures().rebuilds);
+    EXPECT_NEAR(whole.figures().friction_work - friction_work, resumed.figures().friction_work, 1e-9 * friction_work);
     Contacts fresh(scene, one);
     fresh.evaluate(bodies, 0, 1e-4, y);
     EXPECT_GT(different(bodies, x, y, all), 10) << "springs matter here";

@@ -1,4 +1,4 @@
-// Rods on walls: at rest, bouncing, sliding, rolling, in tubes; what walls book; eight lanes against one.
+// Rods on walls: at rest, bouncing, sliding, rolling, in tubes; energy budgets of walls; eight lanes against one.
 #include "contact/wall_pass.hpp"
 
 #include "diagnostics/observables.hpp"
@@ -25,7 +25,7 @@ template <int W> class Stage {
 public:
     Stage(const RodGroup& group, const std::vector<State>& states, const std::vector<Wall>& scene, const Vec3d& gravity, double dt,
           std::int64_t done = 0, const std::vector<Load>& more = {})
-        : group_(group), walls(std::make_shared<Walls>(scene)), book(std::make_shared<WallBook<W>>(*walls, group)),
+        : group_(group), walls(std::make_shared<Walls>(scene)), contacts(std::make_shared<WallContactTiles<W>>(*walls, group)),
           slot_(states[0].size()), load_(states[0].size()), clock_(dt, done) {
         for (std::size_t k = 0; k < slot_.size(); ++k)
             for (int i = 0; i < W; ++i) set_lane(slot_[k], i, states[static_cast<std::size_t>(i)][k]);
@@ -34,7 +34,7 @@ public:
         with_energy_law(group.law(), [&]<class L>(L) { program_.push_back(std::make_unique<ElasticPass<L, W>>(ends_of(group))); });
         program_.push_back(make_pass<W>(Gravity{gravity}, group));
         for (const Load& load : more) program_.push_back(make_pass<W>(load, group));
-        auto pass = std::make_unique<WallPass<W>>(walls, group, book);
+        auto pass = std::make_unique<WallPass<W>>(walls, group, contacts);
         wall_pass = pass.get();
         program_.push_back(std::move(pass));
         if (group.closed()) program_.push_back(std::make_unique<FoldRingPass<W>>());
@@ -52,13 +52,13 @@ public:
         }
     }
     /// Of the time of the rates.
-    State state(int lane_ = 0) const {
+    State state(int l = 0) const {
         State out;
-        for (const Slot<W>& s : slot_) out.push_back(lane(s, lane_));
+        for (const Slot<W>& s : slot_) out.push_back(lane(s, l));
         synchronise(group_, out, clock_.lag());
         return out;
     }
-    WallAccount account(int wall = 0, int lane_ = 0) const { return book->account({0, lane_}, wall); }
+    WallFigures figures(int wall = 0, int l = 0) const { return contacts->figures({0, l}, wall); }
     const AlignedVector<Slot<W>>& slots() const { return slot_; }
     const RodTile<W>& tile() const { return tile_; }
     double time() const { return clock_.time(); }
@@ -68,7 +68,7 @@ private:
 
 public:
     std::shared_ptr<Walls> walls;
-    std::shared_ptr<WallBook<W>> book;
+    std::shared_ptr<WallContactTiles<W>> contacts;
     WallPass<W>* wall_pass = nullptr;
 
 private:
@@ -142,13 +142,13 @@ TEST(Walls, CarryARodAtTheOverlapOfTheirLaw) {
                        {0, 0, -gravity}, 2e-5);
         stage.advance(150000);
         EXPECT_NEAR(radius - lane(stage.state()[3].position, 0).z, overlap, 1e-6 * overlap);
-        const WallAccount account = stage.account();
-        EXPECT_NEAR(account.force.z, -mass_of(ring) * gravity, 1e-6 * mass_of(ring) * gravity);
-        EXPECT_NEAR(account.normal, mass_of(ring) * gravity, 1e-6 * mass_of(ring) * gravity);
-        EXPECT_EQ(account.touching, 16);
-        EXPECT_NEAR(account.deepest, overlap / (2 * radius), 1e-5 * account.deepest);
-        EXPECT_NEAR(account.stiffness, normal == ContactNormal::linear ? k : 1.5 * k * std::sqrt(overlap),
-                    1e-5 * account.stiffness);
+        const WallFigures figures = stage.figures();
+        EXPECT_NEAR(figures.force.z, -mass_of(ring) * gravity, 1e-6 * mass_of(ring) * gravity);
+        EXPECT_NEAR(figures.normal, mass_of(ring) * gravity, 1e-6 * mass_of(ring) * gravity);
+        EXPECT_EQ(figures.touching, 16);
+        EXPECT_NEAR(figures.max_overlap, overlap / (2 * radius), 1e-5 * figures.max_overlap);
+        EXPECT_NEAR(figures.stiffness, normal == ContactNormal::linear ? k : 1.5 * k * std::sqrt(overlap),
+                    1e-5 * figures.stiffness);
     }
     // A straight rod bends a little, since its ends weigh half; but the overlaps together carry its weight.
     const RodGroup group(lying_rod(radius), 0, 0, "");
@@ -173,13 +173,13 @@ TEST(Walls, GiveBackAllEnergyWithoutADashpot) {
         double most = 0;
         for (int look = 0; look < 60; ++look) {
             stage.advance(1000);
-            if (stage.account().touching == 0) most = std::max(most, energy(group, stage.state()) / before - 1);
+            if (stage.figures().touching == 0) most = std::max(most, energy(group, stage.state()) / before - 1);
         }
         EXPECT_GT(velocity(group, stage.state()).z, 0.5) << "has bounced";
-        EXPECT_EQ(stage.account().touching, 0);
+        EXPECT_EQ(stage.figures().touching, 0);
         EXPECT_NEAR(energy(group, stage.state()) / before, 1, 1e-6);
         EXPECT_LT(most, 1e-6);
-        EXPECT_EQ(stage.account().damped, 0);
+        EXPECT_EQ(stage.figures().viscous_work, 0);
     }
 }
 
@@ -198,14 +198,14 @@ TEST(Walls, BounceAsADampedOscillator) {
                        {floor_of({.normal = ContactNormal::linear, .stiffness = k, .damping = 2 * zeta * w * m})}, {0, 0, 0}, 2e-6);
         const double before = energy(ring, stage.state());
         stage.advance(20000);
-        ASSERT_EQ(stage.account().touching, 0);
+        ASSERT_EQ(stage.figures().touching, 0);
         const double root = std::sqrt(1 - zeta * zeta),
                      at = std::atan2(2 * zeta * root, 2 * zeta * zeta - 1) / (root * w); // where N = 0
         const double out = -std::exp(-zeta * w * at) * (std::cos(root * w * at) - zeta / root * std::sin(root * w * at));
         EXPECT_NEAR(velocity(ring, stage.state()).z, out, 2e-3 * out) << zeta;
-        EXPECT_NEAR(before - energy(ring, stage.state()), stage.account().damped, 2e-3 * before);
-        EXPECT_NEAR(stage.account().damped, before * (1 - out * out), 2e-3 * before);
-        EXPECT_EQ(stage.account().rubbed, 0);
+        EXPECT_NEAR(before - energy(ring, stage.state()), stage.figures().viscous_work, 2e-3 * before);
+        EXPECT_NEAR(stage.figures().viscous_work, before * (1 - out * out), 2e-3 * before);
+        EXPECT_EQ(stage.figures().friction_work, 0);
     }
 }
 
@@ -319,8 +319,8 @@ TEST(Walls, OfATubeHoldARodAtItsLowestLine) {
         post.point = lane(start(group)[4].position, 0) + Vec3d{0, 0, -(0.1 + radius - 0.001)};
         Stage<1> one(group, {start(group)}, {post}, {0, 0, 0}, 1e-6);
         one.advance(1);
-        EXPECT_EQ(one.account().touching, kind == WallKind::tube ? 9 : 1);
-        EXPECT_NEAR(one.account().force.z, kind == WallKind::tube ? -90 : -10, 1e-6);
+        EXPECT_EQ(one.figures().touching, kind == WallKind::tube ? 9 : 1);
+        EXPECT_NEAR(one.figures().force.z, kind == WallKind::tube ? -90 : -10, 1e-6);
     }
 }
 
@@ -355,13 +355,13 @@ template <int W> void expect_lanes_alike(const ContactLaw& law) {
             const Slot<1> a = lane(wide.slots()[k], i), b = one.slots()[k];
             ASSERT_EQ(std::memcmp(&a, &b, sizeof a), 0) << "W " << W << " lane " << i << " slot " << k;
         }
-        double rubbed = 0;
+        double friction_work = 0;
         for (int w = 0; w < 7; ++w) {
-            const WallAccount a = wide.account(w, i), b = one.account(w, 0);
+            const WallFigures a = wide.figures(w, i), b = one.figures(w, 0);
             EXPECT_EQ(std::memcmp(&a, &b, sizeof a), 0) << "W " << W << " lane " << i << " wall " << w;
-            rubbed += a.rubbed;
+            friction_work += a.friction_work;
         }
-        EXPECT_TRUE(law.friction == ContactFriction::none || rubbed > 0);
+        EXPECT_TRUE(law.friction == ContactFriction::none || friction_work > 0);
         if (i > 1) break;
     }
 }
@@ -408,7 +408,7 @@ TEST(Walls, TakeWhatRodsGive) {
     double size = 0;
     for (int step = 0; step < 20000; ++step) {
         stage.advance(1);
-        for (int w = 0; w < 7; ++w) given += 2e-5 * stage.account(w).force, size += 2e-5 * norm(stage.account(w).force);
+        for (int w = 0; w < 7; ++w) given += 2e-5 * stage.figures(w).force, size += 2e-5 * norm(stage.figures(w).force);
     }
     EXPECT_GT(size, 1);
     EXPECT_LT(norm(before - test::momenta(group, stage.state()).linear - given), 1e-12 * size);
@@ -434,13 +434,14 @@ TEST(Walls, CloseTheEnergyAccount) {
             double worst = 0;
             for (int look = 0; look < 100; ++look) {
                 stage.advance(2000);
-                const WallAccount a = stage.account();
+                const WallFigures a = stage.figures();
                 const double now = energy(group, stage.state()) + weight * centre(group, stage.state()).z;
-                if (a.touching == 0) worst = std::max(worst, std::abs(now + a.stored + a.rubbed + a.damped - before) / before);
+                if (a.touching == 0)
+                    worst = std::max(worst, std::abs(now + a.elastic_energy + a.friction_work + a.viscous_work - before) / before);
             }
-            EXPECT_GT(stage.account().rubbed, 0.05 * before);
-            EXPECT_GT(stage.account().damped, 0.05 * before);
-            EXPECT_EQ(stage.account().touching, 0);
+            EXPECT_GT(stage.figures().friction_work, 0.05 * before);
+            EXPECT_GT(stage.figures().viscous_work, 0.05 * before);
+            EXPECT_EQ(stage.figures().touching, 0);
             EXPECT_LT(worst, 1e-3) << static_cast<int>(normal) << static_cast<int>(friction);
         }
 }
@@ -456,8 +457,8 @@ TEST(Walls, GoOnFromWhatTheyRemember) {
     };
     Stage<1> whole = make(0), other = make(3000);
     whole.advance(3000);
-    ASSERT_GT(whole.account().touching, 0);
-    ASSERT_GT(whole.account().stored, 0);
+    ASSERT_GT(whole.figures().touching, 0);
+    ASSERT_GT(whole.figures().elastic_energy, 0);
     const auto memory = whole.wall_pass->memory(whole.tile());
     ASSERT_EQ(memory.size(), 90u); // per node what the contact keeps and two sums
     for (std::size_t k = 0; k < whole.slots().size(); ++k) other.tile().slot[k] = whole.slots()[k];
@@ -467,7 +468,7 @@ TEST(Walls, GoOnFromWhatTheyRemember) {
     other.advance(3000);
     for (std::size_t k = 0; k < whole.slots().size(); ++k)
         EXPECT_EQ(std::memcmp(&whole.slots()[k], &other.slots()[k], sizeof(Slot<1>)), 0) << k;
-    const WallAccount a = whole.account(), b = other.account();
+    const WallFigures a = whole.figures(), b = other.figures();
     EXPECT_EQ(std::memcmp(&a, &b, sizeof a), 0);
 }
 
@@ -477,7 +478,7 @@ TEST(Walls, ActOnTheGroupsTheyName) {
     floor.rods = {"others"};
     Stage<1> stage(group, {start(group)}, {floor}, {0, 0, 0}, 1e-5);
     stage.advance(10);
-    EXPECT_EQ(stage.account().touching, 0);
+    EXPECT_EQ(stage.figures().touching, 0);
     EXPECT_EQ(test::momenta(group, stage.state()).linear.z, 0);
 }
 

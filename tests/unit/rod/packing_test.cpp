@@ -179,7 +179,7 @@ TEST(Packing, DirectionsFollowTheirLaw) {
     EXPECT_LT(chi_square(elevations, -pi / 18, pi / 6), 43.8);
 }
 
-std::string complaint(const Packing& p) {
+std::string refusal(const Packing& p) {
     try {
         packed(p);
     } catch (const InputError& e) {
@@ -189,15 +189,15 @@ std::string complaint(const Packing& p) {
 }
 
 TEST(Packing, SaysHowManyFitted) {
-    const std::string full = complaint(box(2000, {0.1, 0.1, 0.1}));
+    const std::string full = refusal(box(2000, {0.1, 0.1, 0.1}));
     EXPECT_NE(full.find("here: "), std::string::npos);
     EXPECT_NE(full.find(" of 2000 rods could be packed"), std::string::npos) << full;
     EXPECT_NE(full.find("enlarge the region"), std::string::npos) << full;
 }
 
 TEST(Packing, SaysWhatNeverFits) {
-    EXPECT_NE(complaint(box(100, {0.1, 0.1, 0.02})).find("does not fit into the region"), std::string::npos);
-    EXPECT_NE(complaint(cylinder(1, 0.01, 0.05)).find("does not fit into the region"), std::string::npos);
+    EXPECT_NE(refusal(box(100, {0.1, 0.1, 0.02})).find("does not fit into the region"), std::string::npos);
+    EXPECT_NE(refusal(cylinder(1, 0.01, 0.05)).find("does not fit into the region"), std::string::npos);
 }
 
 TEST(Packing, GroupsStartStraightInFramesOfTheirOwn) {

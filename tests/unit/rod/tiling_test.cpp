@@ -8,7 +8,7 @@
 namespace skein {
 namespace {
 
-/// Every pooled rod has a part, no tile more lanes than there are, no stretch more rows than its tile.
+/// Every pooled rod has a part, no tile more lanes than there are, no piece more rows than its tile.
 void expect_complete(const Tiling& tiling, const std::vector<TilingGroup>& groups, int lanes) {
     std::vector<std::int64_t> seen = tiling.across;
     for (const AlongTile& tile : tiling.along) {
@@ -16,9 +16,9 @@ void expect_complete(const Tiling& tiling, const std::vector<TilingGroup>& group
         for (const AlongTile::Part& part : tile.parts) {
             const TilingGroup& g = groups[static_cast<std::size_t>(part.group)];
             EXPECT_EQ(g.family, tile.family);
-            EXPECT_GE(part.stretches * tile.rows, g.elements);
+            EXPECT_GE(part.pieces * tile.rows, g.elements);
             ++seen[static_cast<std::size_t>(part.group)];
-            taken += part.stretches;
+            taken += part.pieces;
         }
         EXPECT_LE(taken, lanes);
     }
@@ -38,7 +38,7 @@ TEST(Tiling, ALoneRodFillsAllLanes) {
         const Tiling tiling = choose_tiling(groups, lanes, 2);
         expect_complete(tiling, groups, lanes);
         ASSERT_EQ(tiling.along.size(), 1u);
-        EXPECT_EQ(tiling.along[0].parts[0].stretches, lanes);
+        EXPECT_EQ(tiling.along[0].parts[0].pieces, lanes);
         EXPECT_EQ(tiling.along[0].rows, 200 / lanes);
     }
 }

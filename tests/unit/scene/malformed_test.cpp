@@ -37,7 +37,7 @@ TEST_P(Malformed, IsToldWhereAndWhat) {
     const std::string mark = "# expect: ";
     ASSERT_TRUE(head.starts_with(mark)) << head;
 
-    const auto said = lines_of(complaint(file));
+    const auto said = lines_of(refusal(file));
     ASSERT_GE(said.size(), 3u);
     EXPECT_EQ(said[0], file + ":" + head.substr(mark.size()));
 

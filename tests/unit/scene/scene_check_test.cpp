@@ -25,20 +25,20 @@ SceneSpec one_rod() {
     return scene;
 }
 
-TEST(CheckScene, IsContentWithARod) { EXPECT_EQ(complaint(one_rod()), ""); }
+TEST(CheckScene, IsContentWithARod) { EXPECT_EQ(refusal(one_rod()), ""); }
 
-TEST(CheckScene, IsContentWithWhatReadSceneGives) { EXPECT_EQ(complaint(read_scene(good_scene)), ""); }
+TEST(CheckScene, IsContentWithWhatReadSceneGives) { EXPECT_EQ(refusal(read_scene(good_scene)), ""); }
 
 TEST(CheckScene, NamesTheTableWhereTheSceneHasNoFile) {
     SceneSpec scene = one_rod();
     scene.rods[0].section.radius_2 = 0.02;
-    EXPECT_EQ(complaint(scene), "rods.0: 'radius_2' has no use in a circular section; kind = \"elliptic\" has two radii");
+    EXPECT_EQ(refusal(scene), "rods.0: 'radius_2' has no use in a circular section; kind = \"elliptic\" has two radii");
 }
 
 TEST(CheckScene, NamesTheLineWhereItHasOne) {
     SceneSpec scene = read_scene(good_scene);
     scene.loads[0].rods = {"cilla"};
-    EXPECT_EQ(complaint(scene), good_scene + ":45: there is no group of rods 'cilla'; did you mean 'cilia'?");
+    EXPECT_EQ(refusal(scene), good_scene + ":45: there is no group of rods 'cilla'; did you mean 'cilia'?");
 }
 
 TEST(CheckScene, NamesAllThatIsWrong) {
@@ -47,7 +47,7 @@ TEST(CheckScene, NamesAllThatIsWrong) {
     scene.time.dt = 2;
     scene.loads.push_back({.load = EndForce{}});
     scene.damping.push_back({.damping = {.kind = DampingKind::physical, .rate = 1}});
-    EXPECT_EQ(complaint(scene),
+    EXPECT_EQ(refusal(scene),
               "rods.1: two groups of rods are named 'rod'\n"
               "'dt' of 2 s is longer than 'duration' of 1 s\n"
               "load.0: an end_force needs 'start' or 'end' [N]: both are 0\n"
@@ -64,14 +64,14 @@ TEST(CheckScene, ChecksAMusclesProfileAgainstEachOfItsGroups) {
     wave.amplitude = wave.period = wave.wavelength = 1;
     wave.profile.assign(9, 1.0);
     scene.loads.push_back({.load = wave, .rods = {"rod"}});
-    EXPECT_EQ(complaint(scene), "");
+    EXPECT_EQ(refusal(scene), "");
     scene.loads[0].rods.clear();
-    EXPECT_EQ(complaint(scene),
+    EXPECT_EQ(refusal(scene),
               "load.0: 'profile' has 9 values, but needs 19: one for each inner vertex (elements - 1) of group 'long'");
 }
 
 TEST(CheckScene, LetsARotationBeSwitchedOff) {
-    EXPECT_EQ(complaint(good_scene, {"load.magnetic_field.rotating=0", "load.magnetic_field.constant=[0, 0, 0.1]"}), "");
+    EXPECT_EQ(refusal(good_scene, {"load.magnetic_field.rotating=0", "load.magnetic_field.constant=[0, 0, 0.1]"}), "");
 }
 
 TEST(ChangedKeys, AreThoseThatDifferFromTheirDefaults) {

@@ -83,15 +83,15 @@ TEST_F(GoodScene, LoadsDampingAndOutput) {
 }
 
 TEST(SceneFile, SaysWhenThereIsNone) {
-    EXPECT_EQ(complaint("nowhere/scene.toml"), "nowhere/scene.toml: there is no such file");
-    EXPECT_EQ(complaint(test_data), test_data + ": not a file");
+    EXPECT_EQ(refusal("nowhere/scene.toml"), "nowhere/scene.toml: there is no such file");
+    EXPECT_EQ(refusal(test_data), test_data + ": not a file");
 }
 
 class WrittenScene : public testing::Test {
 protected:
     std::string written(const std::string& text) const {
         std::ofstream(file, std::ios::binary) << text;
-        return complaint(file);
+        return refusal(file);
     }
     const std::string file = testing::TempDir() + "skein_written_scene.toml";
 };

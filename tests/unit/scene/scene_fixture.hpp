@@ -22,7 +22,7 @@ inline std::vector<std::string> all_scenes() {
 }
 
 /// What read_scene says to a scene; empty where it is content.
-inline std::string complaint(const std::string& file, const std::vector<std::string>& overrides = {}) {
+inline std::string refusal(const std::string& file, const std::vector<std::string>& overrides = {}) {
     try {
         read_scene(file, overrides);
     } catch (const InputError& e) {
@@ -32,7 +32,7 @@ inline std::string complaint(const std::string& file, const std::vector<std::str
 }
 
 /// What check_scene says.
-inline std::string complaint(const SceneSpec& scene) {
+inline std::string refusal(const SceneSpec& scene) {
     try {
         check_scene(scene);
     } catch (const InputError& e) {

@@ -47,7 +47,7 @@ struct Mistake {
 class MistakenOverride : public testing::TestWithParam<Mistake> {};
 
 TEST_P(MistakenOverride, NamesItsOwnText) {
-    EXPECT_EQ(complaint(good_scene, {GetParam().override}), "--set " + GetParam().override + ": " + GetParam().message);
+    EXPECT_EQ(refusal(good_scene, {GetParam().override}), "--set " + GetParam().override + ": " + GetParam().message);
 }
 
 INSTANTIATE_TEST_SUITE_P(
@@ -71,7 +71,7 @@ INSTANTIATE_TEST_SUITE_P(
         Mistake{"time..duration=1", "a name is missing in the path; expected path=value, e.g. time.duration=10"}));
 
 TEST(Override, RefusesAnAmbiguousName) {
-    EXPECT_EQ(complaint(good_scene, {"damping.1.kind=legacy", "damping.legacy.rate=1"}),
+    EXPECT_EQ(refusal(good_scene, {"damping.1.kind=legacy", "damping.legacy.rate=1"}),
               "--set damping.legacy.rate=1: 'damping.legacy' is not the only one of this name; use its number, counted from 0");
 }
 

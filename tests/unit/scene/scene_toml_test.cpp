@@ -10,7 +10,7 @@ namespace {
 TomlValue parsed(const std::string& text) { return parse_toml(text, source_text("t.toml", text)); }
 
 /// "line:column: message" without the line below; empty where the text is good.
-std::string complaint(const std::string& text) {
+std::string refusal(const std::string& text) {
     try {
         parsed(text);
     } catch (const InputError& e) {
@@ -60,41 +60,40 @@ TEST(SceneToml, NothingIsOpenedTwice) {
     for (const char* text :
          {"a = 1\na = 2", "[a]\n[a]", "a = 1\n[a]", "a = 1\na.b = 2", "[a]\nb = 1\n[a.b]", "[[a]]\n[a]", "[a]\n[[a]]",
           "a = []\n[[a]]", "a = {b = 1}\na.c = 2", "[[a]]\nb = 1\nb = 2", "[a.b]\nc = 1\n[d]\n[a.b]"})
-        EXPECT_NE(complaint(text).find("is given twice; the first is on line"), std::string::npos)
-            << text << ": " << complaint(text);
+        EXPECT_NE(refusal(text).find("is given twice; the first is on line"), std::string::npos) << text << ": " << refusal(text);
     for (const char* text : {"v = {a = 1, a = 2}", "v = {a.b = 1, a = 2}", "v = [{a = 1},\n{a = 2, a = 3}]"})
-        EXPECT_NE(complaint(text).find("is given twice"), std::string::npos) << text << ": " << complaint(text);
-    EXPECT_EQ(complaint("[x]\n[[a]]\nb = 1\n[[a]]\nb = 2\n  b = 3\n"), "6:3: 'b' is given twice; the first is on line 5");
-    EXPECT_EQ(complaint("[x]\n[a.\"b c\"]\n[y]\n[ a.\"b c\" ]\n"), "4:6: 'b c' is given twice; the first is on line 2");
+        EXPECT_NE(refusal(text).find("is given twice"), std::string::npos) << text << ": " << refusal(text);
+    EXPECT_EQ(refusal("[x]\n[[a]]\nb = 1\n[[a]]\nb = 2\n  b = 3\n"), "6:3: 'b' is given twice; the first is on line 5");
+    EXPECT_EQ(refusal("[x]\n[a.\"b c\"]\n[y]\n[ a.\"b c\" ]\n"), "4:6: 'b c' is given twice; the first is on line 2");
 }
 
 /// The tree is walked by recursion: any depth that the text can have must be refused and not end the program.
 TEST(SceneToml, RefusesWhatIsNestedTooDeep) {
     const auto nested = [](std::size_t depth) { return "a = " + std::string(depth, '[') + std::string(depth, ']'); };
-    EXPECT_EQ(complaint(nested(200)), "");
+    EXPECT_EQ(refusal(nested(200)), "");
     const std::string expected = ": arrays or tables within each other, more than 256 deep";
-    EXPECT_EQ(complaint(nested(10000)), "1:261" + expected);
-    EXPECT_EQ(complaint("\ntitle = " + std::string(1000000, '[')), "2:265" + expected);
+    EXPECT_EQ(refusal(nested(10000)), "1:261" + expected);
+    EXPECT_EQ(refusal("\ntitle = " + std::string(1000000, '[')), "2:265" + expected);
     std::string tables = "a = ", dotted = "a", quoted = "a", blank = "a";
     for (int i = 0; i < 100000; ++i) tables += "{a = ", dotted += ".a", quoted += ".\"#,\"", blank += " . a";
-    EXPECT_NE(complaint(tables).find(expected), std::string::npos) << complaint(tables);
+    EXPECT_NE(refusal(tables).find(expected), std::string::npos) << refusal(tables);
     for (const std::string& key : {dotted, quoted, blank})
         for (const std::string& text : {key + " = 1", "[" + key + "]", "[[" + key + "]]", "b = 1\nv = {c = 0.5, " + key + " = 1}"})
-            EXPECT_NE(complaint(text).find(": a key of more than 16 names"), std::string::npos) << complaint(text);
+            EXPECT_NE(refusal(text).find(": a key of more than 16 names"), std::string::npos) << refusal(text);
 }
 
 TEST(SceneToml, LongKeysAreNotSeenWhereThereAreNone) {
     std::string numbers, words, dots;
     for (int i = 0; i < 1000; ++i) numbers += "0.5, ", words += "0.5 1.5 ", dots += ".";
-    EXPECT_EQ(complaint("a = [" + numbers + "]"), "");
-    EXPECT_EQ(complaint("# " + dots + "\n# " + words + "\na = \"" + words + dots + "\"\nb = '''" + words + "\n" + words + "'''\n"),
+    EXPECT_EQ(refusal("a = [" + numbers + "]"), "");
+    EXPECT_EQ(refusal("# " + dots + "\n# " + words + "\na = \"" + words + dots + "\"\nb = '''" + words + "\n" + words + "'''\n"),
               "");
 }
 
 TEST(SceneToml, TellsOfBytesThatAreNoText) {
     for (const char* text : {"a = 1\n# a bell: \a\n", "# latin: \xe4\n", "a = 1\rb = 2\n", "# \xc0\xaf", "# \x80"})
-        EXPECT_NE(complaint(text), "") << text;
-    EXPECT_EQ(complaint("\xef\xbb\xbf# \xc3\xa4 \xf0\x9f\x98\x80\na = 1\n"), "");
+        EXPECT_NE(refusal(text), "") << text;
+    EXPECT_EQ(refusal("\xef\xbb\xbf# \xc3\xa4 \xf0\x9f\x98\x80\na = 1\n"), "");
 }
 
 /// Places counted from the start of the text for each value would take hours.

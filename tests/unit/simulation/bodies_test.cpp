@@ -191,7 +191,7 @@ TEST(Body, PressesTheFloorWithItsWeightAtAllItsPoints) {
     Meeting stage(scene);
     stage.advance(50000);
     const double weight = stage.groups[0].node_mass[0] * gravity;
-    const WallAccount account = stage.around.accounts[0]->account({0, 0}, 0);
+    const WallFigures account = stage.around.accounts[0]->account({0, 0}, 0);
     EXPECT_EQ(account.touching, 3);
     EXPECT_NEAR(account.normal, weight, 1e-6 * weight);
     EXPECT_NEAR(-account.force.z, weight, 1e-6 * weight);
@@ -395,7 +395,7 @@ TEST(Body, NeedsAStepWhereNothingLimitsIt) {
 }
 
 TEST(Body, RefusesWhatItCannotHave) {
-    const auto complaint = [](const std::function<void(SceneSpec&)>& change) -> std::string {
+    const auto refusal = [](const std::function<void(SceneSpec&)>& change) -> std::string {
         SceneSpec scene;
         scene.rods = {test::rigid_body(0.1, radius)};
         scene.time = {.duration = 1, .dt = 1e-3};
@@ -407,8 +407,8 @@ TEST(Body, RefusesWhatItCannotHave) {
         }
         return {};
     };
-    EXPECT_EQ(complaint([](SceneSpec&) {}), "");
-    EXPECT_EQ(complaint([](SceneSpec& s) {
+    EXPECT_EQ(refusal([](SceneSpec&) {}), "");
+    EXPECT_EQ(refusal([](SceneSpec& s) {
                   s.loads = {{.load = Gravity{}}, {.load = UniformForce{.force = {1, 0, 0}}}, {.load = UniformCouple{}}};
               }),
               "");
@@ -438,7 +438,7 @@ TEST(Body, RefusesWhatItCannotHave) {
          "\"legacy\" is not for rigid bodies"},
     };
     for (const auto& [change, message] : cases)
-        EXPECT_NE(complaint(change).find(message), std::string::npos) << complaint(change) << "\n" << message;
+        EXPECT_NE(refusal(change).find(message), std::string::npos) << refusal(change) << "\n" << message;
 }
 
 } // namespace

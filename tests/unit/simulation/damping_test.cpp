@@ -85,7 +85,7 @@ TEST(Damping, TakesEnergyInEveryStep) {
         double most = 0, worst = 0, before = 0, energy = kinetic(stage);
         for (int step = 1; step <= 150; ++step) {
             stage.advance(step);
-            const double now = kinetic(stage), taken = stage.rods->works(0).dissipated;
+            const double now = kinetic(stage), taken = stage.rods->budget(0).dissipated;
             most = std::max({most, energy, now});
             worst = std::min(worst, (taken - before) / std::max(energy, now));
             energy = now, before = taken;

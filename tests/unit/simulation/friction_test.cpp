@@ -1,4 +1,4 @@
-// A plane that rubs feels all that presses on it: rods upon rods, and walls.
+// A plane with friction answers all that presses on it: rods upon rods, and walls.
 #include "loads/gravity.hpp"
 #include "loads/plane_friction.hpp"
 #include "loads/uniform_force.hpp"

@@ -1,4 +1,4 @@
-// Rods along tiles, in stretches or beside rods of other lengths, have the bits of rods across.
+// Rods along tiles, in pieces or beside rods of other lengths, have the bits of rods across.
 #include "loads/end_force.hpp"
 #include "loads/gravity.hpp"
 #include "loads/muscle_torques.hpp"

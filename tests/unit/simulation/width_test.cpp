@@ -120,7 +120,7 @@ TEST(Inspect, NamesRodElementAndQuantity) {
     }
 }
 
-// A rod of ten, squeezed evenly more and more: told from 0.93 of the limit on, unfit from 1 on, at every width alike.
+// A rod of ten, squeezed evenly more and more: told from 0.93 of the limit on, invalid from 1 on, at every width alike.
 TEST(Inspect, NamesARodWhoseStrainsLeaveTheStepNoRoom) {
     for (const bool forced : {false, true})
         for (const int lanes : {1, 8}) {

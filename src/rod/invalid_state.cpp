@@ -1,4 +1,4 @@
-#include "rod/complaint.hpp"
+#include "rod/invalid_state.hpp"
 
 #include "core/rotation.hpp"
 #include "rod/time_limits.hpp"
@@ -11,7 +11,7 @@ namespace skein {
 
 double most_dilatation(const RodGroup& group) { return std::min(20.0, tension_limit(group)); }
 
-std::optional<Complaint> complaint(const RodGroup& group, std::span<const Slot<1>> state) {
+std::optional<InvalidState> find_invalid(const RodGroup& group, std::span<const Slot<1>> state) {
     const auto finite = [](const Vec3d& a) { return std::isfinite(a.x) && std::isfinite(a.y) && std::isfinite(a.z); };
     char text[160];
     for (int k = 0; k < group.slots(); ++k) {
@@ -23,7 +23,7 @@ std::optional<Complaint> complaint(const RodGroup& group, std::span<const Slot<1
                                                                                 : nullptr;
         if (quantity) {
             std::snprintf(text, sizeof text, "element %d: %s is not finite", k, quantity);
-            return Complaint{k, false, text};
+            return InvalidState{k, false, text};
         }
     }
     if (!group.strained()) return std::nullopt;
@@ -34,13 +34,13 @@ std::optional<Complaint> complaint(const RodGroup& group, std::span<const Slot<1
         if (!(e > least_dilatation && e < most_dilatation(group))) {
             std::snprintf(text, sizeof text, "element %d: dilatation e = %.4g left [%g, %g]", k, e, least_dilatation,
                           most_dilatation(group));
-            return Complaint{k, true, text};
+            return InvalidState{k, true, text};
         }
         if (k == cell_count(group)) break;
         const int after = (k + 1) % group.elements();
         if (!(std::abs(dot(s.director, state[static_cast<std::size_t>(after)].director)[0]) > least_half_cosine)) {
             std::snprintf(text, sizeof text, "elements %d and %d: turned against each other by more than 3 rad", k, after);
-            return Complaint{k, true, text};
+            return InvalidState{k, true, text};
         }
     }
     return std::nullopt;

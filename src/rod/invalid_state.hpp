@@ -1,4 +1,4 @@
-// What makes a rod unfit to go on: numbers that are not finite, an element turned over, or beyond the tension limit.
+// States in which a rod cannot go on: numbers that are not finite, an element turned over, or beyond the tension limit.
 #pragma once
 
 #include "skein/rod/rod_group.hpp"
@@ -19,13 +19,13 @@ double most_dilatation(const RodGroup& group);
 /// Beyond this cell none follows: the element at a free or held end has no neighbour, a ring's has its first.
 inline int cell_count(const RodGroup& group) { return static_cast<int>(group.voronoi.size()); }
 
-struct Complaint {
+struct InvalidState {
     int element;
-    bool finite;      ///< the rod's numbers are, but its shape is out of bounds
-    std::string text; ///< "element 3: dilatation e = ..."
+    bool finite;        ///< the rod's numbers are, but its shape is out of bounds
+    std::string reason; ///< "element 3: dilatation e = ..."
 };
 /// The first one along the rod.
-std::optional<Complaint> complaint(const RodGroup& group, std::span<const Slot<1>> state);
+std::optional<InvalidState> find_invalid(const RodGroup& group, std::span<const Slot<1>> state);
 
 /// "; tension instability of element ..." of the most stretched element, where it is beyond the group's tension limit: directors
 /// flip there, and all else follows from it.

@@ -13,43 +13,43 @@
 namespace skein {
 
 /// One rod and one wall.
-struct WallAccount {
-    Vec3d force{0, 0, 0};          ///< of the rod on the wall at the last step, N
-    double normal = 0;             ///< sum of normal forces, N
-    double touching = 0;           ///< nodes
-    double deepest = 0;            ///< overlap over diameter
-    double stiffness = 0;          ///< largest tangent stiffness dN/dg of a node, N/m
-    double stored = 0;             ///< in all springs, J
-    double rubbed = 0, damped = 0; ///< sums since the start, J
+struct WallFigures {
+    Vec3d force{0, 0, 0};                       ///< of the rod on the wall at the last step, N
+    double normal = 0;                          ///< sum of normal forces, N
+    double touching = 0;                        ///< nodes
+    double max_overlap = 0;                     ///< overlap over diameter
+    double stiffness = 0;                       ///< largest tangent stiffness dN/dg of a node, N/m
+    double elastic_energy = 0;                  ///< in all springs, J
+    double friction_work = 0, viscous_work = 0; ///< sums since the start, J
 };
 
-/// The accounts of one group, whatever the width of its tiles.
-class WallAccounts {
+/// The contacts of one group with walls, whatever the width of its tiles.
+class WallContacts {
 public:
-    virtual ~WallAccounts() = default;
+    virtual ~WallContacts() = default;
     /// Zeros where the wall does not act.
-    virtual WallAccount account(RodPlace rod, int wall) const = 0;
+    virtual WallFigures figures(RodPlace rod, int wall) const = 0;
     /// Appends the force of each rod that pressed a wall at the last step, N: normal forces, and forces along a direction.
     virtual void append_normal(int wall, std::vector<double>& forces) const = 0;
     virtual void append_force(int wall, const Vec3d& direction, std::vector<double>& forces) const = 0;
     /// Largest overlap of a node with the wall at the last step, over its diameter.
-    virtual double deepest(int wall) const = 0;
+    virtual double max_overlap(int wall) const = 0;
 };
 
-template <int W> class WallBook final : public WallAccounts {
+template <int W> class WallContactTiles final : public WallContacts {
 public:
     using P = Pack<W>;
     /// Of the last step, lane by lane.
     struct Entry {
         Vec3<P> force{};
-        P normal{}, touching{}, deepest{}, stiffness{}, stored{};
+        P normal{}, touching{}, max_overlap{}, stiffness{}, elastic_energy{};
     };
     /// What a node keeps of a wall from step to step.
     struct Kept {
         ContactMemory<P> of_last;
-        P rubbed{}, damped{}; ///< J
+        P friction_work{}, viscous_work{}; ///< J
     };
-    struct Page {
+    struct TileContacts {
         AlignedVector<Entry> entry;        ///< one per wall that acts on the group
         AlignedVector<Kept> kept;          ///< [point][wall]
         std::vector<std::uint8_t> touched; ///< [point]: springs may be other than zero
@@ -59,7 +59,7 @@ public:
         int lanes = 0;     ///< that have rods of their own
     };
 
-    WallBook(const Walls& walls, const RodGroup& group) : points_(wall_points(group)) {
+    WallContactTiles(const Walls& walls, const RodGroup& group) : points_(wall_points(group)) {
         for (std::size_t w = 0; w < walls.count(); ++w) {
             const bool acts = walls.wall[w].acts_on(group.name());
             place_.push_back(acts ? static_cast<int>(acting_.size()) : -1);
@@ -69,15 +69,15 @@ public:
 
     /// Numbers of the walls that act on the group.
     const std::vector<int>& acting() const { return acting_; }
-    void add_page(const RodTile<W>& rod) {
-        Page& page = pages_.emplace_back();
-        page.entry.resize(acting_.size());
-        page.kept.resize(points_ * acting_.size());
-        page.touched.assign(points_, 0);
-        page.near.assign(acting_.size(), 0);
-        page.lanes = rod.lanes;
+    void add_tile(const RodTile<W>& rod) {
+        TileContacts& contacts = tiles_.emplace_back();
+        contacts.entry.resize(acting_.size());
+        contacts.kept.resize(points_ * acting_.size());
+        contacts.touched.assign(points_, 0);
+        contacts.near.assign(acting_.size(), 0);
+        contacts.lanes = rod.lanes;
     }
-    Page& page(std::size_t tile) { return pages_[tile]; }
+    TileContacts& of_tile(std::size_t tile) { return tiles_[tile]; }
 
     void append_normal(int wall, std::vector<double>& forces) const override {
         append(wall, forces, [](const Entry& e, int l) { return e.normal[l]; });
@@ -85,26 +85,26 @@ public:
     void append_force(int wall, const Vec3d& direction, std::vector<double>& forces) const override {
         append(wall, forces, [&](const Entry& e, int l) { return dot(lane(e.force, l), direction); });
     }
-    double deepest(int wall) const override {
+    double max_overlap(int wall) const override {
         const int at = place_[static_cast<std::size_t>(wall)];
         double most = 0;
         if (at < 0) return most;
-        for (const Page& page : pages_)
-            for (int l = 0; page.busy && l < W; ++l) most = std::max(most, page.entry[static_cast<std::size_t>(at)].deepest[l]);
+        for (const TileContacts& contacts : tiles_)
+            for (int l = 0; contacts.busy && l < W; ++l)
+                most = std::max(most, contacts.entry[static_cast<std::size_t>(at)].max_overlap[l]);
         return most;
     }
     /// Spare lanes, which repeat the last rod, are for the reader to skip.
-    WallAccount account(RodPlace rod, int wall) const override {
-        const auto [tile, lane_] = rod;
+    WallFigures figures(RodPlace rod, int wall) const override {
+        const auto [tile, l] = rod;
         const int at = place_[static_cast<std::size_t>(wall)];
         if (at < 0) return {};
-        const Page& page = pages_[tile];
-        const Entry& e = page.entry[static_cast<std::size_t>(at)];
-        WallAccount all{lane(e.force, lane_), e.normal[lane_],    e.touching[lane_],
-                        e.deepest[lane_],     e.stiffness[lane_], e.stored[lane_]};
-        for (std::size_t i = static_cast<std::size_t>(at); i < page.kept.size(); i += acting_.size()) {
-            all.rubbed += page.kept[i].rubbed[lane_];
-            all.damped += page.kept[i].damped[lane_];
+        const TileContacts& contacts = tiles_[tile];
+        const Entry& e = contacts.entry[static_cast<std::size_t>(at)];
+        WallFigures all{lane(e.force, l), e.normal[l], e.touching[l], e.max_overlap[l], e.stiffness[l], e.elastic_energy[l]};
+        for (std::size_t i = static_cast<std::size_t>(at); i < contacts.kept.size(); i += acting_.size()) {
+            all.friction_work += contacts.kept[i].friction_work[l];
+            all.viscous_work += contacts.kept[i].viscous_work[l];
         }
         return all;
     }
@@ -113,17 +113,17 @@ private:
     template <class F> void append(int wall, std::vector<double>& forces, F&& value) const {
         const int at = place_[static_cast<std::size_t>(wall)];
         if (at < 0) return;
-        for (const Page& page : pages_) {
-            if (!page.busy) continue;
-            const Entry& e = page.entry[static_cast<std::size_t>(at)];
-            for (int l = 0; l < page.lanes; ++l)
+        for (const TileContacts& contacts : tiles_) {
+            if (!contacts.busy) continue;
+            const Entry& e = contacts.entry[static_cast<std::size_t>(at)];
+            for (int l = 0; l < contacts.lanes; ++l)
                 if (const double force = value(e, l); force != 0) forces.push_back(force);
         }
     }
 
     std::size_t points_; ///< of a rod
     std::vector<int> acting_, place_;
-    std::vector<Page> pages_;
+    std::vector<TileContacts> tiles_;
 };
 
 } // namespace skein
