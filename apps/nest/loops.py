@@ -172,7 +172,7 @@ def budget(run, first, last=-1):
     """Energies between two rows, J.
 
     Loads and damping enter once: `dissipated` of the audit is the work of all loads, those of contacts among them, less what kinetic energy
-    has gained: what damping of the rods alone takes. Contacts and walls tell what they keep (energy), rub and damp by themselves.
+    has gained: what damping of the rods alone takes. Contacts and walls have the energy that they store and their friction and viscous work in columns of their own.
     """
     last %= len(run.time)
 

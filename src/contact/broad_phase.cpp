@@ -67,7 +67,7 @@ void BroadPhase::append_near(const Exposure& c, const SelfGaps& gaps, double ski
         });
 }
 
-/// Where the elements of some cells are.
+/// Ranges of elements, in order of cells, that a search looks at.
 struct BroadPhase::Ranges {
     Range range[27];
     int count = 0;

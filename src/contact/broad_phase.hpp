@@ -42,7 +42,7 @@ public:
     /// element of a grid is at most twice its smallest.
     void build(const Exposure& bodies, const SelfGaps& gaps, double skin, Candidates& candidates);
 
-    /// The same by looking at every pair: what `build` is held against.
+    /// The same by looking at every pair, for tests of `build`.
     static void build_exhaustively(const Exposure& bodies, const SelfGaps& gaps, double skin, Candidates& candidates);
 
     int grids() const { return static_cast<int>(grids_.size()); }

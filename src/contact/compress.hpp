@@ -1,4 +1,4 @@
-// Of numbers side by side, those that are wanted, one after another.
+// Left-packing: the selected lanes of a pack, one after another.
 #pragma once
 
 #include "skein/core/pack.hpp"
@@ -8,7 +8,7 @@
 
 namespace skein {
 
-/// The lanes whose bits are set. `to` has room for all.
+/// Stores the lanes whose bits are set, without gaps. `to` has room for all.
 template <int W> SKEIN_INLINE void compress_store(double* to, unsigned bits, const Pack<W>& from) {
 #if defined(__AVX512F__)
     if constexpr (W == 8) {

@@ -1,4 +1,4 @@
-// How rods push and rub: the law of a contact as scenes state it, and one law per pair of materials.          theory.md section 18
+// The law of a contact, normal force and friction, as scenes state it; one law per pair of materials.        theory.md section 18
 //   linear  N = max(0, k g + c u_n)        Hertz  N = max(0, sqrt(g) (k g + c u_n))        friction: contact/response.hpp
 // A law may begin softly, so that rods placed into each other part slowly, and its friction later. Instead of k and c a restitution
 // e and a time t_c may be given, for which bodies of a known effective mass m push each other:
@@ -62,7 +62,7 @@ struct ContactLaw {
     double kinetic() const { return kinetic_friction < 0 ? static_friction : kinetic_friction; }
     /// With k and c for this restitution and time of bodies whose effective mass m1 m2/(m1 + m2) is known, kg. Itself without.
     ContactLaw resolved(double effective_mass) const;
-    /// At a time: soft or not, with friction or not yet; mu_k is said.
+    /// The law at a time: soft or final stiffness, with or without friction; mu_k always a number.
     ContactLaw at(double time) const;
     ContactNumbers<double> numbers() const;
 };
@@ -86,7 +86,7 @@ public:
     ContactFriction friction() const { return laws_[0].friction; }
     /// Whether a contact has to know what it did a step before: all but elastic ones without friction.
     bool remember() const;
-    /// At a time, in the order of the laws.
+    /// Numbers of all laws at a time, in their order.
     std::vector<ContactNumbers<double>> numbers(double time) const;
 
 private:

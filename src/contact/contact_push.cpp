@@ -16,7 +16,7 @@ constexpr int W = CapsuleTile::width;
 using P = Pack<W>;
 constexpr double blend = 0.05; // sine of the angle below which elements meet at both ends of their overlap as well
 
-/// From one axis to the other where they meet: across both, or across one of them where they are parallel.
+/// Direction from one axis to the other where they intersect: across both, or across one of them where they are parallel.
 template <int N> Vec3<Pack<N>> across(const Vec3<Pack<N>>& d1, const Vec3<Pack<N>>& d2) {
     using Q = Pack<N>;
     const Vec3<Q> both = cross(d1, d2),
@@ -56,7 +56,7 @@ unsigned low_bits(const std::uint8_t* bytes) {
 
 } // namespace
 
-/// Pairs that touch, one after another.
+/// Pairs in contact, left-packed, in order of pairs.
 struct Contacts::Packed {
     static constexpr std::uint32_t most = 128, at_a_time = 64;
     alignas(64) double s[most + W], t[most + W], x[most + W], y[most + W], z[most + W], squared[most + W], radius_1[most + W],
@@ -71,7 +71,7 @@ struct Contacts::Packed {
 struct Contacts::Sums {
     P max_overlap{0.0}, max_stiffness{0.0}, elastic_energy{0.0}, friction_work{0.0}, viscous_work{0.0};
 
-    /// Of the lanes whose bits are set.
+    /// Adds the lanes whose bits are set.
     SKEIN_INLINE void add(const ContactForce<P>& f, P depth, unsigned bits) {
         if (bits == 0xff) {
             max_overlap = max(max_overlap, depth), max_stiffness = max(max_stiffness, f.stiffness);
@@ -87,16 +87,16 @@ struct Contacts::Sums {
     }
 };
 
-/// One contact by itself.
+/// A pair in contact with all of its points: the nearest ones, and of near-parallel elements the ends of their overlap.
 struct Contacts::PairContact {
     using Q = Pack<1>;
     ContactForce<Q> force; ///< at the nearest points; sums and the stiffness are those of all points
     ContactMemory<Q> memory;
     double s, t, distance;
-    ElementLoad more_on_first, more_on_second; ///< at the ends of what lies side by side
+    ElementLoad more_on_first, more_on_second; ///< at the ends of the overlap
 };
 
-/// Adds those of some pairs that touch.
+/// Appends the pairs from `begin` to `end` that touch.
 void Contacts::pack(const Exposure& bodies, std::uint32_t begin, std::uint32_t end, Packed& packed, BlockFigures& figures) {
     // Pointers by themselves: what is written here might be members, for all that the compiler knows.
     const Pair* const pair = &list_.pair[begin];
@@ -205,8 +205,8 @@ template <int N> SKEIN_INLINE ContactNumbers<Pack<N>> Contacts::numbers(const Ex
     return all;
 }
 
-/// As it is, of a pair that touches. Near-parallel elements push at the two ends of their overlap, and at the nearest points with
-/// what is left of the normal force and all friction. `now`: the memory that the contact has, where it is not to move on.
+/// Evaluates a pair in contact by itself. Near-parallel elements push at the two ends of their overlap, and at the nearest points
+/// with what is left of the normal force and all friction. `now`: the memory that the contact has, where it is not to move on.
 Contacts::PairContact Contacts::evaluate_pair(const Exposure& bodies, double h, std::uint32_t pair,
                                               const ContactMemory<double>* now) const {
     using Q = Pack<1>;
@@ -261,7 +261,7 @@ Contacts::PairContact Contacts::evaluate_pair(const Exposure& bodies, double h, 
 
 namespace {
 
-/// What a contact does to the slots of its element.
+/// Adds the load of a contact to the slots of its element.
 SKEIN_INLINE void take(ExertedLoad* at, const ElementLoad& load) {
     using Four = detail::FourDoubles;
     const auto add = [](Vec3d & to, const Vec3d& more) __attribute__((always_inline)) {

@@ -1,4 +1,4 @@
-// What works contacts out, as the rest of a run sees it: loads of slots, figures, and what goes into checkpoints.
+// The contact solver as the rest of a run sees it: loads of slots, figures, and what goes into checkpoints.
 #pragma once
 
 #include "contact/broad_phase.hpp"
@@ -29,7 +29,7 @@ struct ContactFigures {
     double viscous_work = 0;  ///< dissipated by viscous damping since the beginning, J
 };
 
-/// A contact that is, for those who look.
+/// A pair in contact at the last evaluation, for tables and messages.
 struct Contact {
     Pair pair;
     double s, t;    ///< where on its elements
@@ -40,11 +40,11 @@ struct Contact {
 /// Memory of a contact from step to step, wherever it is kept.
 struct KeptContact {
     std::int64_t a, b;            ///< slots of the scene
-    std::uint32_t status;         ///< bits, as Contacts means them
+    std::uint32_t status;         ///< bits of Contacts: touching, inside
     ContactMemory<double> memory; ///< lab
 };
 
-/// What the solver needs to know of the whole scene.
+/// Laws, gaps and sizes of the whole scene, the same in the solvers of all ranks.
 struct ContactScene {
     ContactLaws laws; ///< by pair of groups
     SelfGaps gaps;    ///< by group
@@ -77,30 +77,30 @@ public:
     /// ranks.
     virtual void settle(const Exposure& bodies, std::span<const std::uint32_t> slot, std::int64_t inactive) = 0;
 
-    /// Goes on from what others left, before the first search. May hold pairs that are not of this rank.
+    /// Memory and work that an earlier run left, before the first search. May hold pairs that are not of this rank.
     virtual void restore(std::span<const KeptContact> kept, double friction_work = 0, double viscous_work = 0) = 0;
-    /// Of pairs whose first body is own, in order.
+    /// Memory of contacts whose first body is own, in order of pairs.
     virtual std::vector<KeptContact> kept(const Exposure& bodies) const = 0;
 
     /// Contacts of blocks of bodies that need no ghosts, over a step of length h, s. With `look`, false where the list turns out
     /// not to hold: it looks at bodies while it has them in cache, and has then done nothing that counts.
     virtual bool begin(const Exposure& bodies, double time, double h, std::span<ExertedLoad> loads, bool look) = 0;
-    /// The others; then loads are those of all contacts. Those of bodies that nothing touches mean nothing.
+    /// Contacts of the other blocks; then loads are those of all contacts. Loads of bodies without contact mean nothing.
     virtual void finish(const Exposure& bodies, double h, std::span<ExertedLoad> loads) = 0;
-    /// Not 0 for windows of own bodies that are touched.
+    /// Flags by window: not 0 where the body is own and in contact.
     virtual std::span<const std::uint8_t> touched() const = 0;
 
     virtual ContactFigures figures() const = 0;
     /// Work of each window's bodies, by window, in pairs of the list: half of a pair counts for each of its bodies.
     virtual std::vector<double> work(const Exposure& bodies) const = 0;
-    /// Of the last evaluation, which was of these bodies; pairs whose first body is own.
+    /// Contacts of the last evaluation, which was of these bodies, whose first body is own.
     virtual std::vector<Contact> active(const Exposure& bodies) const = 0;
 
     /// A step of bodies none of which is a ghost, with a rebuild where one is due.
     void evaluate(const Exposure& bodies, double time, double h, SlotLoads& loads);
 };
 
-/// Of the level of instructions that the caller is compiled for.
+/// A solver of the level of instructions that the caller is compiled for.
 std::unique_ptr<ContactSolver> make_contacts(ContactScene scene, const Threads& threads);
 
 } // namespace skein

@@ -24,7 +24,7 @@ Contacts::Contacts(ContactScene scene, const Threads& threads)
     figures_.skin = 0.25 * scene_.diameter;
 }
 
-/// The places of some nodes; behind the last one that one again.
+/// Places of the nodes of a tile; behind the last node that node again.
 Contacts::Places Contacts::places(const Exposure& bodies, std::size_t tile) {
     const std::size_t first = tile * places_at_once, last = bodies.slots() - 1;
     return load_transposed<places_at_once>(

@@ -1,11 +1,11 @@
-// Contacts between rods: who may touch, who does, and what that does to them.                                theory.md section 18
+// Contacts between rods: candidates, pairs in contact, their forces and memory.                              theory.md section 18
 //   list of candidates, rebuilt when elements have moved half its skin
 //   push:  of a block of bodies the pairs that touch, packed; their forces eight at a time; loads of both elements in order of
 //          pairs, but those of second elements in other blocks, which are deferred (drawing: deferred_loads.hpp)
 //   add:   loads that other blocks have deferred; a thread that goes on along the bodies does it as it pushes, while all is at hand
 // No atomic, no order among threads: the bits of a body's loads depend on the bodies alone. A contact's friction spring is kept by
-// pair. Where a contact passes over a joint both elements touch, one at its end: that one follows the other's spring, and has it
-// when it takes over. Cost: see docs/performance.md.
+// pair. A contact that passes over a joint touches both elements of a rod for a while, one of them at its end: the pair of that
+// element follows the spring of the other pair, so that it has it when it takes over. Cost: see docs/performance.md.
 #pragma once
 
 #include "contact/contact_solver.hpp"
@@ -36,12 +36,12 @@ public:
     std::vector<Contact> active(const Exposure& bodies) const override;
 
 private:
-    /// What a block finds.
+    /// Figures of the contacts of a block.
     struct alignas(64) BlockFigures {
         std::int64_t active = 0;
         double max_overlap = 0, max_stiffness = 0, elastic_energy = 0, friction_work = 0, viscous_work = 0;
     };
-    /// What contacts left behind, and the x that they go on from.
+    /// Memory of contacts from the step before, and the spring x that they go on from.
     template <int W> struct Remembered {
         ContactMemory<Pack<W>> own;
         Vec3<Pack<W>> from;
@@ -81,7 +81,7 @@ private:
     PairList list_;
     DeferredLoads deferred_;
     AlignedVector<Places> place_; ///< of nodes when the list was made, so many at once
-    /// What a pair is doing, as bits.
+    /// Status of a pair, as bits.
     enum : std::uint8_t { touching = 1, inside = 4 };           ///< inside: at no end of either element
     std::vector<std::uint8_t> status_, previous_status_;        ///< by pair; now and before; padded
     AlignedVector<ContactMemory<double>> memory_, last_memory_; ///< by pair, a cache line each; behind them one of zeros

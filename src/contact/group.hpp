@@ -7,7 +7,7 @@
 
 namespace skein {
 
-/// One more; what was there before. `single_thread`: no other thread counts.
+/// Increments a counter and returns its value before. `single_thread`: no other thread counts.
 inline std::uint32_t count_one(std::uint32_t& counter, bool single_thread) {
     return single_thread ? counter++
                          : std::atomic_ref(counter).fetch_add(1, std::memory_order_relaxed); // a locked addition costs 8 ns

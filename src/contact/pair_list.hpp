@@ -38,8 +38,8 @@ struct PairList {
 private:
     void find_neighbours(const Threads& threads);
 
-    /// Of pair (a, b), for a - 1 and a + 1: which of b - 1, b, b + 1 are its partners (three bits), and where the first of these
-    /// is.
+    /// Neighbours of pair (a, b) at a - 1 and at a + 1: which of b - 1, b, b + 1 are its partners (three bits), and where the first
+    /// of these is.
     std::vector<std::array<std::uint32_t, 2>> beyond_;
 };
 

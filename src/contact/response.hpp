@@ -25,12 +25,12 @@ template <class P> struct ContactState {
     Vec3<P> velocity_1, spin_1, velocity_2, spin_2; ///< of the axes beside the contact; lab
 };
 
-/// What a contact keeps from a step to the next.
+/// Memory of a contact from one step to the next.
 template <class P> struct ContactMemory {
     Vec3<P> x;            ///< the spring of friction, m
     P stiffness;          ///< k_t with which it pulled, N/m
-    Vec3<P> viscous_part; ///< what T was beyond that, N
-    P viscous_normal;     ///< what N was beyond its spring, N
+    Vec3<P> viscous_part; ///< T less the pull of that spring, N
+    P viscous_normal;     ///< N less its spring, N
 
     /// In the spring, J.
     SKEIN_INLINE P energy() const { return P(0.5) * stiffness * dot(x, x); }
@@ -116,7 +116,7 @@ template <int W> SKEIN_INLINE ContactForce<Pack<W>> contact_force(ContactKinds k
         out.friction_work = -dot(memory.viscous_part + friction, half_way);
     }
     out.viscous_work = select(touches, out.viscous_work, zero);
-    out.friction_work = select(touches, out.friction_work, memory.energy()); // what a spring has when the contact ends
+    out.friction_work = select(touches, out.friction_work, memory.energy()); // a contact that ends loses the energy of its spring
     memory = now;
     out.moment = cross(n, friction);
     out.on_1 = friction - out.normal * n;

@@ -70,7 +70,8 @@ bool has_side(const Wall& box, std::string_view side);
 /// InputError where numbers contradict each other.
 std::vector<Wall> expanded(const std::vector<Wall>& walls);
 
-/// What passes and the conductor share. The conductor sets the states of driven walls before each step; steady walls have none.
+/// Walls of a scene, shared by passes and the interaction of walls, which sets the states of driven ones after each step; steady
+/// walls have none.
 struct Walls {
     std::vector<Wall> wall;
     std::vector<WallState> state; ///< one per wall; of steady ones unused

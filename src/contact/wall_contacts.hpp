@@ -1,4 +1,4 @@
-// What walls and the rods of one group do to each other, per tile, lane and wall: forces of the last step, sums since the start,
+// Contacts of the rods of one group with walls, per tile, lane and wall: forces of the last step, sums since the start,
 // and the springs of friction. Sums run along the rod and in time, lane by lane: the same bits for any ranks, threads and lanes.
 #pragma once
 
@@ -12,7 +12,7 @@
 
 namespace skein {
 
-/// One rod and one wall.
+/// Figures of one rod at one wall.
 struct WallFigures {
     Vec3d force{0, 0, 0};                       ///< of the rod on the wall at the last step, N
     double normal = 0;                          ///< sum of normal forces, N
@@ -39,16 +39,17 @@ public:
 template <int W> class WallContactTiles final : public WallContacts {
 public:
     using P = Pack<W>;
-    /// Of the last step, lane by lane.
+    /// Forces of the last step, lane by lane.
     struct Entry {
         Vec3<P> force{};
         P normal{}, touching{}, max_overlap{}, stiffness{}, elastic_energy{};
     };
-    /// What a node keeps of a wall from step to step.
+    /// Memory of a node at a wall from step to step, and work since the start.
     struct Kept {
         ContactMemory<P> of_last;
         P friction_work{}, viscous_work{}; ///< J
     };
+    /// Contacts of the rods of one tile.
     struct TileContacts {
         AlignedVector<Entry> entry;        ///< one per wall that acts on the group
         AlignedVector<Kept> kept;          ///< [point][wall]
@@ -59,7 +60,7 @@ public:
         int lanes = 0;     ///< that have rods of their own
     };
 
-    WallContactTiles(const Walls& walls, const RodGroup& group) : points_(wall_points(group)) {
+    WallContactTiles(const Walls& walls, const RodGroup& group) {
         for (std::size_t w = 0; w < walls.count(); ++w) {
             const bool acts = walls.wall[w].acts_on(group.name());
             place_.push_back(acts ? static_cast<int>(acting_.size()) : -1);
@@ -71,9 +72,10 @@ public:
     const std::vector<int>& acting() const { return acting_; }
     void add_tile(const RodTile<W>& rod) {
         TileContacts& contacts = tiles_.emplace_back();
+        const auto nodes = static_cast<std::size_t>(rod.n) + 1;
         contacts.entry.resize(acting_.size());
-        contacts.kept.resize(points_ * acting_.size());
-        contacts.touched.assign(points_, 0);
+        contacts.kept.resize(nodes * acting_.size());
+        contacts.touched.assign(nodes, 0);
         contacts.near.assign(acting_.size(), 0);
         contacts.lanes = rod.lanes;
     }

@@ -3,6 +3,7 @@
 #include "io/descriptor.hpp"
 #include "io/disk.hpp"
 #include "io/own_files.hpp"
+#include "io/series_names.hpp"
 #include "skein/core/error.hpp"
 
 #include <fmt/format.h>
@@ -86,12 +87,21 @@ std::string_view rows_up_to(std::int64_t last_step, std::string_view content, st
     return content.substr(0, kept);
 }
 
+/// A file whose header is `from`, with the header `to`; any other as it is.
+std::string with_header(std::string_view content, std::string_view from, std::string_view to) {
+    if (!content.starts_with(from)) return std::string(content);
+    return std::string(to).append(content.substr(from.size()));
+}
+
 /// Adds rows to those that were lost before.
-void keep_lost(const std::string& path, std::string_view head, std::string_view rows) {
+void keep_lost(const std::string& path, const std::string& head, std::string_view rows) {
     if (rows.empty()) return;
     const std::string lost = std::filesystem::path(path).replace_extension(".lost.csv").string();
-    const bool there = std::filesystem::exists(lost);
-    if (there && !read_file(lost).starts_with(head)) set_aside(lost, lost + ".foreign");
+    if (std::filesystem::exists(lost)) {
+        const std::string before = read_file(lost), now = with_header(before, earlier_header(head), head);
+        if (!now.starts_with(head)) set_aside(lost, lost + ".foreign");
+        else if (now != before) write_file(lost, now);
+    }
     Descriptor file(lost, O_WRONLY | O_CREAT | O_APPEND);
     if (!std::filesystem::file_size(lost)) file.write(head);
     file.write(rows);
@@ -106,12 +116,19 @@ std::string damage_of(std::string_view content, const SeriesMark& mark) {
     return {};
 }
 
-/// What a run that resumes keeps of the file. Rows that it will write again are moved to others that were lost.
+/// Header and rows that a run which resumes keeps of the file, in the names of columns of today. Rows that it will write again are
+/// moved to others that were lost.
 std::string kept_rows(const std::string& path, const std::string& head, std::int64_t resume_step, const SeriesMark* mark,
                       const std::function<void(const std::string&)>& warn) {
     const bool there = std::filesystem::exists(path);
+    const std::string earlier = earlier_header(head);
+    std::string old = there ? read_file(path) : std::string();
     if (mark) {
-        const std::string damage = there ? damage_of(read_file(path), *mark) : "it is missing";
+        // Killed after the header was brought up to date, and before a checkpoint knew of that: the mark is of the earlier one.
+        if (std::string marked = with_header(old, head, earlier);
+            !damage_of(old, *mark).empty() && damage_of(marked, *mark).empty())
+            old = std::move(marked);
+        const std::string damage = there ? damage_of(old, *mark) : "it is missing";
         if (!damage.empty()) {
             const std::string now = there ? "; put aside as " + set_aside(path, path + ".damaged") : "";
             if (warn)
@@ -121,15 +138,15 @@ std::string kept_rows(const std::string& path, const std::string& head, std::int
         }
     }
     if (!there) return head;
-    const std::string old = read_file(path);
-    if (!old.starts_with(head)) {
+    const std::string& own = old.starts_with(head) ? head : earlier; // names of the file's columns
+    if (!old.starts_with(own)) {
         if (resume_step >= 0) throw IoError(path + ": its columns are not those of this run; move it away");
         set_aside(path, path + ".foreign");
         return head;
     }
-    const std::string_view kept = mark ? std::string_view(old).substr(0, mark->bytes) : rows_up_to(resume_step, old, head);
+    const std::string_view kept = mark ? std::string_view(old).substr(0, mark->bytes) : rows_up_to(resume_step, old, own);
     keep_lost(path, head, std::string_view(old).substr(kept.size()));
-    return std::string(kept);
+    return with_header(kept, own, head);
 }
 
 /// Step of the last row, -1 where there is none.

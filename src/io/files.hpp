@@ -30,7 +30,8 @@ std::uint64_t text_digest(std::string_view text, std::uint64_t digest = 0xcbf29c
 /// observables.csv: step, time, then one column per observable, with units in the header, e.g. "kinetic_energy[J]".
 /// Root only. On resume the rows up to the checkpoint's step stay; later ones, and one that a killed run left unfinished, are
 /// moved to observables.lost.csv; a step of -1 keeps none. Where the file is not what the checkpoint's mark says it is put aside
-/// as observables.csv.damaged, `warn` is told, and a new one begins.
+/// as observables.csv.damaged, `warn` is told, and a new one begins. A file with the column names of an earlier program gets those
+/// of today (io/series_names.hpp).
 class SeriesFile {
 public:
     SeriesFile(std::string path, std::vector<std::string> columns, std::int64_t resume_step, const SeriesMark* mark = nullptr,

@@ -17,7 +17,7 @@
 
 namespace skein {
 
-/// What the passes of one group's audit share, by tile number.
+/// Energy budget of one group, by tile number, shared by the passes of its audit.
 template <int W> struct EnergyBudget {
     using P = Pack<W>;
     struct Rates {

@@ -16,15 +16,16 @@ inline constexpr double least_dilatation = 0.05;
 /// Beyond the tension limit directors flip, so a run must not go on.
 double most_dilatation(const RodGroup& group);
 
-/// Beyond this cell none follows: the element at a free or held end has no neighbour, a ring's has its first.
+/// Number of cells between elements: one less than elements, and in a ring, whose last element has the first as neighbour, as many.
 inline int cell_count(const RodGroup& group) { return static_cast<int>(group.voronoi.size()); }
 
+/// Element at which the state of a rod is invalid, and why.
 struct InvalidState {
     int element;
     bool finite;        ///< the rod's numbers are, but its shape is out of bounds
     std::string reason; ///< "element 3: dilatation e = ..."
 };
-/// The first one along the rod.
+/// The first invalid element along the rod.
 std::optional<InvalidState> find_invalid(const RodGroup& group, std::span<const Slot<1>> state);
 
 /// "; tension instability of element ..." of the most stretched element, where it is beyond the group's tension limit: directors

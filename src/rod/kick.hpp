@@ -30,11 +30,11 @@ struct DampingRates {
     bool follow_stretch() const { return !element_stretched.empty(); }
 };
 
-/// What the kick of a node multiplies with: numbers, or packs where they differ from lane to lane.
+/// Factors of the kick of a node: numbers, or packs where they differ from lane to lane.
 template <class P> struct KickNodeOf {
     P decay, gain; ///< a, (h/m) b
 };
-/// What the kick of an element does.
+/// Factors of the kick of an element.
 template <class P> struct KickElementOf {
     Vec3<P> decay, gain;  ///< a_i, (h/J_i) b_i: constant rates
     Vec3<P> z, z_stretch; ///< z_i = z + z_stretch e: rates that follow the stretch

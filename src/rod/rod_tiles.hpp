@@ -57,7 +57,7 @@ public:
     std::size_t bytes() const override;
 
 private:
-    enum class Part { whole, before, after }; // rods feel each other
+    enum class Part { whole, before, after }; // coupling
     /// A part of every step of a batch.
     struct StepPart {
         Part which = Part::whole;

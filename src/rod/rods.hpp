@@ -31,7 +31,7 @@ struct RodPlace {
     int lane;
 };
 
-/// What has been done to a rod since the audit began, J. See rod/audit.hpp.
+/// Energy budget of a rod since its audit began, J: work of loads, work of walls, energy dissipated. See rod/audit.hpp.
 struct RodBudget {
     double loads = 0, walls = 0, dissipated = 0;
 };
@@ -103,7 +103,8 @@ public:
 
     /// Advances every rod by the given steps, tile by tile. With `check`, false if a rod is invalid (see inspect).
     virtual bool visit(std::span<const Step> steps, bool check) = 0;
-    /// The halves of a step of rods that feel each other: before and after their coupling; the second returns what visit does.
+    /// The halves of a step of rods that feel each other: before and after their coupling; with `check`, the second
+    /// returns false if a rod is invalid.
     virtual void visit_before(const Step& step) = 0;
     virtual bool visit_after(const Step& step, bool check) = 0;
     /// visit_after(step), then visit_before(next), in one visit to each tile. Steps of different slots.
@@ -132,7 +133,7 @@ public:
     /// Throws NumericalError naming rod, element and quantity where a rod is invalid: not finite, an element turned over, or
     /// strains at which the step is too long.
     virtual void inspect(std::int64_t step, double dt) const = 0;
-    /// Of local()[i]; zeros without an audit.
+    /// Energy budget of local()[i]; zeros without an audit.
     virtual RodBudget budget(std::size_t i) const = 0;
     /// Goes on from sums that a checkpoint kept; nothing without an audit.
     virtual void set_budget(std::size_t i, const RodBudget& budget) = 0;

@@ -447,16 +447,14 @@ Plan make_plan(const SceneSpec& as_given, std::span<const RodGroup> groups, cons
         if (scene.output.audit)
             plan.state_bytes += static_cast<double>(p.tiles) * (p.elements + 1) *
                                 (2 * sizeof(SlotLoad<1>) + sizeof(EnergyBudget<1>::Rates)) * machine.lanes;
-        const auto of_all = [&](auto of_one) { return static_cast<double>(p.rods) * static_cast<double>(of_one); };
-        const double slots = of_all(group.slots());
+        const double slots = static_cast<double>(p.rods) * (p.elements + 1);
         plan.copy_bytes += slots * sizeof(Slot<1>);
-        if (scene.contact)
-            plan.state_bytes += of_all(group.exposed_slots()) * (Exposure::bytes_per_slot + SlotLoads::bytes_per_slot);
-        if (p.walls) plan.state_bytes += of_all(wall_points(group) * plan.walls.size() * sizeof(WallContactTiles<1>::Kept));
-        frame_values += of_all(3 * group.slots() + (scene.output.directors ? 9 * p.elements + 3 * group.slots() : 0));
-        nodes += of_all(group.exposed_slots());
-        lines += of_all(group.body() ? group.body()->part.size() : 1);
-        tip_values += of_all(3);
+        if (scene.contact) plan.state_bytes += slots * (Exposure::bytes_per_slot + SlotLoads::bytes_per_slot);
+        if (p.walls) plan.state_bytes += slots * static_cast<double>(plan.walls.size()) * sizeof(WallContactTiles<1>::Kept);
+        frame_values += static_cast<double>(p.rods) *
+                        (3.0 * (p.elements + 1) + (scene.output.directors ? 9.0 * p.elements + 3.0 * (p.elements + 1) : 0.0));
+        nodes += slots;
+        tip_values += 3.0 * static_cast<double>(p.rods);
     }
     for (const InteractionSpec& interaction : plan.interactions)
         ns += predicted_ns(interaction) * static_cast<double>(plan.elements) /

@@ -68,7 +68,7 @@ std::string story_of(const std::vector<PassEffect>& effects) {
 
 } // namespace
 
-/// A rod that is invalid.
+/// The invalid rod of lowest number on a rank.
 struct Simulation::InvalidRod {
     std::int64_t gid = nobody;
     std::size_t rod = 0; ///< place in local()

@@ -34,11 +34,11 @@ ContactInteraction* contacts_of(const Interactions& all) {
 
 namespace {
 
-/// Partners anew, and with them the ghosts.
-void rebuild(const Interactions& all, Neighbourhood& neighbourhood, const std::function<void()>& at_renewal) {
+/// Finds partners anew, and with them the ghosts.
+void rebuild(const Interactions& all, Neighbourhood& neighbourhood, const std::function<void()>& at_rebuild) {
     double reach = 0;
     for (const auto& one : all) reach = std::max(reach, one->begin_rebuild());
-    if (at_renewal) at_renewal();
+    if (at_rebuild) at_rebuild();
     const Exposure& near = neighbourhood.widen(reach);
     std::vector<std::uint8_t> wanted(near.slots(), 0);
     for (const auto& one : all) one->find_partners(near, wanted);
@@ -49,7 +49,7 @@ void rebuild(const Interactions& all, Neighbourhood& neighbourhood, const std::f
 } // namespace
 
 void couple(const Interactions& all, Neighbourhood& neighbourhood, const Step& step, Timers& timers,
-            const std::function<void()>& at_renewal) {
+            const std::function<void()>& at_rebuild) {
     const auto for_each = [&](auto&& work) {
         const auto timing = timers.time(Phase::contacts);
         for (const auto& one : all) work(*one);
@@ -69,7 +69,7 @@ void couple(const Interactions& all, Neighbourhood& neighbourhood, const Step& s
     if (!hold) { // on some rank
         {
             const auto timing = timers.time(Phase::search);
-            rebuild(all, neighbourhood, at_renewal);
+            rebuild(all, neighbourhood, at_rebuild);
         }
         for_each(add_own);
     }

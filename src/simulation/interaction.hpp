@@ -50,9 +50,9 @@ public:
 
     /// Whether its partners are still all that bodies may have where they are now. This rank alone.
     virtual bool holds() const { return true; }
-    /// A rebuild of partners, in this order. It begins: slots are about to change their numbers; its reach, m, within which
-    /// elements of others are to be seen. Then its partners among all that are, marking those of ghosts that it needs. Then where
-    /// slots are from now on, by slot of the search; that is collective.
+    /// A rebuild of partners, in three calls. First: slots are about to change their numbers; returns the reach, m, within which
+    /// elements of others are to be seen. Second: finds partners among all elements near, and marks the ghosts that it needs.
+    /// Third: takes the slots from now on, by slot of the search; collective.
     virtual double begin_rebuild() { return 0; }
     virtual void find_partners(const Exposure& near, std::span<std::uint8_t> wanted) {
         static_cast<void>(near), static_cast<void>(wanted);
@@ -72,7 +72,7 @@ public:
     virtual bool add_own(const Step& step) { return static_cast<void>(step), true; }
     /// The rest, when ghosts have arrived. This rank alone.
     virtual void add_shared(const Step& step) { static_cast<void>(step); }
-    /// After the kick: moves what bodies drive. Collective.
+    /// After the kick: drives what answers the bodies, such as walls with servos. Collective.
     virtual void drive(const Step& step, Timers& timers) { static_cast<void>(step), static_cast<void>(timers); }
     /// Every 64 steps and at events: watches that are too dear for every step. This rank alone.
     virtual void look(const Step& step) { static_cast<void>(step); }
@@ -104,10 +104,10 @@ using Interactions = std::vector<std::unique_ptr<Interaction>>;
 /// The interactions of a plan, in the order in which they add loads. Collective.
 Interactions make_interactions(const InteractionParts& parts);
 
-/// Between the halves of a step: the loads that bodies exert on each other. Ghosts travel meanwhile. `at_renewal`, if given, is
+/// Between the halves of a step: the loads that bodies exert on each other. Ghosts travel meanwhile. `at_rebuild`, if given, is
 /// where bodies may go to other ranks. Collective.
 void couple(const Interactions& all, Neighbourhood& neighbourhood, const Step& step, Timers& timers,
-            const std::function<void()>& at_renewal = {});
+            const std::function<void()>& at_rebuild = {});
 
 /// Work of all of them in a step on each of these bodies, in pairs of elements.
 std::vector<double> work_of(const Interactions& all, std::span<const LocalRod> own);

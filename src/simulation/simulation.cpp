@@ -217,13 +217,13 @@ bool Simulation::step_coupled(std::span<const Step> steps, bool check) {
         const auto timing = timers_.time(phase);
         work();
     };
-    const auto at_renewal = [this] {
+    const auto at_rebuild = [this] {
         if (balance_.due()) move_bodies();
     };
     bool valid = true;
     timed(Phase::rods, [&] { rods_->visit_before(steps.front()); }); // per tile: drift, expose
     for (std::size_t i = 0; i < steps.size(); ++i) {
-        if (neighbourhood_) couple(interactions_, *neighbourhood_, steps[i], timers_, at_renewal); // contacts; ghosts meanwhile
+        if (neighbourhood_) couple(interactions_, *neighbourhood_, steps[i], timers_, at_rebuild); // contacts; ghosts meanwhile
         timed(Phase::rods, [&] { // per tile: forces, loads, walls, kick; then the next drift
             if (i + 1 < steps.size()) rods_->visit_after_and_before(steps[i], steps[i + 1]);
             else valid = rods_->visit_after(steps[i], check);

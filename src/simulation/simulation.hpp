@@ -1,4 +1,4 @@
-// A run: owns rods, clock and outputs, and carries out the plan. The readable step is Simulation::advance.
+// A run: owns rods, clock and outputs, and carries out the plan. The step is Simulation::step_coupled, of uncoupled rods a visit.
 #pragma once
 
 #include "core/timer.hpp"
@@ -102,9 +102,9 @@ public:
     std::string difference_to(const std::string& checkpoint);
 
 private:
-    /// Steps of rods that do not wait for each other, many in a visit. With `check`, false where a rod is invalid.
+    /// Steps of rods without coupling, many in a visit. With `check`, false where a rod is invalid.
     bool step_uncoupled(std::span<const Step> steps, bool check);
-    /// Steps of rods that do. With `check` as before.
+    /// Steps of rods with coupling, which wait for each other in each. With `check` as before.
     bool step_coupled(std::span<const Step> steps, bool check);
     /// Why rods or interactions of this rank cannot go on; empty where they can.
     std::string reason_of_failure() const;

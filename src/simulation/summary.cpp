@@ -1,6 +1,7 @@
 #include "simulation/summary.hpp"
 
 #include "io/files.hpp"
+#include "io/series_names.hpp"
 #include "scene/scene_file.hpp"
 
 #include <fmt/format.h>
@@ -75,6 +76,7 @@ std::string summary_json(const RunFigures& f) {
           {"rods_bytes_per_element", static_cast<double>(f.rod_bytes) / static_cast<double>(f.plan.elements)},
           {"resident_bytes", f.resident_bytes}}},
         {"output", nlohmann::ordered_json::parse(f.output)},
+        {"series_format", series_format},
         {"observables", observables}};
     if (!f.ghosts.empty()) {
         const auto of_ranks = [&](std::int64_t GhostFigures::*of) {

@@ -5,7 +5,7 @@ import unittest
 import h5py
 import numpy
 
-from driver import SEARCH, STICKS, DriverTest, digest_of
+from driver import SEARCH, STICKS, DriverTest, digest_of, text_digest
 
 LAW = """law = "hertz"
 stiffness = 1e5
@@ -84,6 +84,12 @@ checkpoint = 0.05
 observables = ["knots", "angular_momentum"]
 """
 
+EARLIER_NAMES = {  # of columns that have been renamed
+    "contact_friction_work[J]": "contact_rubbed[J]", "contact_viscous_work[J]": "contact_damped[J]",  # earlier names
+    "wall_friction_work[J]": "wall_rubbed[J]", "wall_viscous_work[J]": "wall_damped[J]",  # earlier names
+    "max_overlap[-]": "deepest_overlap[-]", "rebuilds[-]": "renewals[-]"}  # earlier names
+
+
 class Contact(DriverTest):
     def setUp(self):
         super().setUp()
@@ -156,6 +162,32 @@ class Contact(DriverTest):
             file.attrs["version"] = numpy.int64(2)
         self.run_skein("old", "--until", "0.2", ranks=3)
         self.assertEqual(self.digest("old"), self.digest("whole"))
+
+    def test_series_of_a_run_that_began_with_an_earlier_program_goes_on(self):
+        """Its columns had other names, which its header and the marks of its checkpoints have; a kill may come between the two."""
+        self.run_skein("whole", "--until", "0.2")
+        for state in ("as it was left", "killed with its columns renamed"):
+            out = state.split()[0]
+            self.run_skein(out, "--until", "0.15")
+            series = self.directory / out / "observables.csv"
+            today = series.read_text()
+            header, rows = today.split("\n", 1)
+            for now, earlier in EARLIER_NAMES.items():
+                self.assertIn(now, header)
+                header = header.replace(now, earlier)
+            text = header + "\n" + rows
+            if out == "as":
+                series.write_text(text)
+            for checkpoint in self.checkpoints(out):
+                with h5py.File(checkpoint, "r+") as file:
+                    size = int(file.attrs["series_bytes"]) + len(text) - len(today)
+                    file.attrs.modify("series_bytes", numpy.uint64(size))
+                    file.attrs.modify("series_digest", numpy.uint64(text_digest(text[:size])))
+            result = self.run_skein(out, "--until", "0.2", ranks=2)
+            self.assertNotIn("warning", result.stderr, state)
+            self.assertEqual(self.digest(out), self.digest("whole"), state)
+            self.assert_same_series(out, "whole", besides=SEARCH)
+            self.assertEqual(self.summary(out)["series_format"], 2)
 
 
 if __name__ == "__main__":

@@ -111,6 +111,14 @@ def digest_of(gid, numbers):
     return mixed(h)
 
 
+def text_digest(text):
+    """text_digest of src/io/files.cpp."""
+    digest = 0xCBF29CE484222325
+    for byte in text.encode():
+        digest = (digest ^ byte) * 0x100000001B3 % 2**64
+    return digest
+
+
 SUMMED_PER_RANK = ("contact_energyJ", "contact_friction_workJ", "contact_viscous_workJ")
 SEARCH = ("candidates", "rebuilds", "skinm")  # which a restart begins anew
 

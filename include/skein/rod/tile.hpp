@@ -44,7 +44,7 @@ template <int W> struct RodTile {
     }
 };
 
-/// One rod alone.
+/// Tile of one rod.
 inline RodTile<1> tile_of(const RodGroup& group, std::span<Slot<1>> state, std::int64_t index = 0) {
     return {state.data(), group.element.data(), group.voronoi.data(), &group, group.elements(), 0, {index}, 1, group.slots() - 1};
 }
@@ -64,9 +64,9 @@ public:
     virtual void run(const RodTile<W>& rod, SlotLoad<W>* load, const Step& step) const = 0;
     /// False where it moves loads from slot to slot and brings none.
     virtual bool adds_loads() const { return true; }
-    /// What the pass remembers of a tile from step to step, lane by lane, for checkpoints.
+    /// Memory of the pass from step to step, of one tile, lane by lane, for checkpoints.
     virtual std::span<Pack<W>> memory(const RodTile<W>&) { return {}; }
-    /// Called when it has been put back.
+    /// Called when a checkpoint or a copy has put the memory back.
     virtual void recall(const RodTile<W>&) {}
 };
 

@@ -1,5 +1,6 @@
 #include "io/files.hpp"
 
+#include "io/series_names.hpp"
 #include "skein/core/error.hpp"
 
 #include <gtest/gtest.h>
@@ -192,6 +193,80 @@ TEST_F(FilesTest, series_of_other_columns_is_not_overwritten) {
     const auto text = error_of([&] { SeriesFile(path("s.csv"), {"b"}, 20); });
     EXPECT_NE(text.find("its columns are not those of this run"), text.npos) << text;
     EXPECT_EQ(read_file(path("s.csv")), "step,time[s],a\n10,5,1\n");
+}
+
+TEST(SeriesNames, headers_of_the_format_before_differ_in_renamed_columns_alone) {
+    EXPECT_EQ(
+        earlier_header("step,time[s],contact_energy[J],contact_friction_work[J],contact_viscous_work[J],max_overlap[-],rebuilds[-],"
+                       "wall_friction_work[J],wall_viscous_work[J],max_speed[m/s]\n"),
+        "step,time[s],contact_energy[J],contact_rubbed[J],contact_damped[J],deepest_overlap[-],renewals[-],wall_rubbed[J],"
+        "wall_damped[J],max_speed[m/s]\n");
+    for (const std::string same : {"", "\n", "a", "a,b\n", "max_overlap[-] of the lid,rebuilds\n"})
+        EXPECT_EQ(earlier_header(same), same);
+}
+
+struct EarlierSeries : FilesTest {
+    static constexpr const char* columns = "contact_friction_work[J]";
+    const std::string earlier = "step,time[s],contact_rubbed[J]\n", now = "step,time[s],contact_friction_work[J]\n",
+                      rows = "0,0,1\n10,10,1\n", later = "20,20,1\n";
+    std::string told;
+
+    SeriesMark mark_of(const std::string& content) const { return {content.size(), text_digest(content), {}}; }
+    /// Resumes at step 10, writes a row; the file as it is then.
+    std::string resumed(const SeriesMark* mark) {
+        SeriesFile series(path("s.csv"), {columns}, 10, mark, [&](const std::string& text) { told += text; });
+        series.append(20, 20, std::vector<double>{2});
+        EXPECT_EQ(series.mark().digest, text_digest(read_file(path("s.csv"))));
+        return read_file(path("s.csv"));
+    }
+};
+
+TEST_F(EarlierSeries, goes_on_with_the_names_of_today) {
+    const SeriesMark of_earlier = mark_of(earlier + rows), of_now = mark_of(now + rows);
+    const struct {
+        std::string head;
+        const SeriesMark* mark;
+    } cases[] = {
+        {earlier, nullptr}, {earlier, &of_earlier}, {now, &of_earlier}, {now, &of_now}}; // the third: killed after renaming
+    for (const auto& [head, mark] : cases) {
+        fs::remove(path("s.lost.csv"));
+        write_file(path("s.csv"), head + rows + later);
+        EXPECT_EQ(resumed(mark), now + rows + "20,20,2\n");
+        EXPECT_EQ(read_file(path("s.lost.csv")), now + later);
+        EXPECT_EQ(told, "");
+    }
+}
+
+TEST_F(EarlierSeries, rows_lost_before_get_the_names_of_today) {
+    write_file(path("s.lost.csv"), earlier + "20,20,0\n");
+    write_file(path("s.csv"), earlier + rows + later);
+    resumed(nullptr);
+    EXPECT_EQ(read_file(path("s.lost.csv")), now + "20,20,0\n" + later);
+}
+
+TEST_F(EarlierSeries, row_that_could_not_be_written_comes_from_the_mark) {
+    SeriesMark mark = mark_of(earlier + "0,0,1\n");
+    mark.row = "10,10,1\n";
+    write_file(path("s.csv"), earlier + "0,0,1\n10,1");
+    EXPECT_EQ(resumed(&mark), now + rows + "20,20,2\n");
+}
+
+TEST_F(EarlierSeries, changed_rows_are_noticed_under_either_header) {
+    const SeriesMark mark = mark_of(earlier + rows);
+    for (const std::string& head : {earlier, now}) {
+        write_file(path("s.csv"), head + "0,0,1\n10,10,3\n");
+        EXPECT_EQ(resumed(&mark), now + "20,20,2\n");
+        EXPECT_NE(told.find("rows of it were changed"), told.npos) << told;
+        EXPECT_EQ(read_file(path("s.csv.damaged")), head + "0,0,1\n10,10,3\n");
+        fs::remove(path("s.csv.damaged"));
+        told.clear();
+    }
+}
+
+TEST_F(EarlierSeries, of_other_columns_is_not_overwritten) {
+    write_file(path("s.csv"), "step,time[s],contact_rubbed\n10,5,1\n");
+    EXPECT_NE(error_of([&] { SeriesFile(path("s.csv"), {columns}, 20); }).find("its columns are not those of this run"),
+              std::string::npos);
 }
 
 TEST_F(FilesTest, directory_is_locked_for_one_run_at_a_time) {

@@ -394,7 +394,7 @@ TEST(Body, NeedsAStepWhereNothingLimitsIt) {
     EXPECT_TRUE(stage.rods->visit({}, true));
 }
 
-TEST(Body, RefusesWhatItCannotHave) {
+TEST(RigidBody, RefusesWhatItCannotHave) {
     const auto refusal = [](const std::function<void(SceneSpec&)>& change) -> std::string {
         SceneSpec scene;
         scene.rods = {test::rigid_body(0.1, radius)};
@@ -409,7 +409,10 @@ TEST(Body, RefusesWhatItCannotHave) {
     };
     EXPECT_EQ(refusal([](SceneSpec&) {}), "");
     EXPECT_EQ(refusal([](SceneSpec& s) {
-                  s.loads = {{.load = Gravity{}}, {.load = UniformForce{.force = {1, 0, 0}}}, {.load = UniformCouple{}}};
+                  s.loads = {{.load = Gravity{}},
+                             {.load = UniformForce{.force = {1, 0, 0}}},
+                             {.load = UniformCouple{}},
+                             {.load = EndForce{.end = {1, 0, 0}}}};
               }),
               "");
     const std::pair<std::function<void(SceneSpec&)>, const char*> cases[] = {
