@@ -30,7 +30,8 @@ ContactMobility mobility_of_surface(const BodyShape& body) {
         most.tangential = std::max(most.tangential, 1 / body.mass + rim * rim);
         most.diameter = std::max(most.diameter, 2 * p.radius);
     }
-    most.touching = 6 * static_cast<int>(body.part.size());
+    most.touching = 0;
+    for (const BodyShape::Part& part : body.part) most.touching += part.box ? 24 : 6;
     return most;
 }
 

@@ -6,7 +6,8 @@
 //   of
 //              [c]x^T J^-1 [c]x; friction at most 1/m + (sqrt(A) + r/sqrt(J_min))^2, which is exact of a ball about the centre.
 //              Each part of a surface may be touched by more others than a node: balls stacked densely, 12 around each, have
-//              eigenvalues up to (2/m) max(4 k + 8 k_t, 20 k_t), which six at once cover
+//              eigenvalues up to (2/m) max(4 k + 8 k_t, 20 k_t), which six at once cover; of a box four on each face are allowed
+//              for
 #pragma once
 
 #include "contact/response.hpp"

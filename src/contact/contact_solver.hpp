@@ -15,6 +15,12 @@ namespace skein {
 
 struct ContactSpec;
 
+/// A part of a body, if it is a box: half of its sides without the rounding, and that, m.
+struct PartBox {
+    Vec3d half{0, 0, 0};
+    double radius = 0; ///< 0: it is none
+};
+
 /// Figures of contacts on this rank, over pairs whose first body is own: of the last evaluation, and where so said sums since the
 /// beginning.
 struct ContactFigures {
@@ -50,6 +56,7 @@ struct ContactScene {
     SelfGaps gaps;    ///< by group
     double diameter;  ///< mean over elements, m
     std::int64_t slots;
+    std::vector<std::vector<PartBox>> boxes; ///< by group and part; of groups without boxes none, without any no groups
 };
 ContactScene contact_scene(std::span<const RodGroup> groups, const ContactSpec& spec, ContactLaws laws);
 

@@ -60,7 +60,7 @@ public:
         int lanes = 0;     ///< that have rods of their own
     };
 
-    WallContactTiles(const Walls& walls, const RodGroup& group) {
+    WallContactTiles(const Walls& walls, const RodGroup& group) : points_(wall_points(group)) {
         for (std::size_t w = 0; w < walls.count(); ++w) {
             const bool acts = walls.wall[w].acts_on(group.name());
             place_.push_back(acts ? static_cast<int>(acting_.size()) : -1);
@@ -72,10 +72,9 @@ public:
     const std::vector<int>& acting() const { return acting_; }
     void add_tile(const RodTile<W>& rod) {
         TileContacts& contacts = tiles_.emplace_back();
-        const auto nodes = static_cast<std::size_t>(rod.n) + 1;
         contacts.entry.resize(acting_.size());
-        contacts.kept.resize(nodes * acting_.size());
-        contacts.touched.assign(nodes, 0);
+        contacts.kept.resize(points_ * acting_.size());
+        contacts.touched.assign(points_, 0);
         contacts.near.assign(acting_.size(), 0);
         contacts.lanes = rod.lanes;
     }

@@ -9,6 +9,7 @@
 
 #include "contact/contact_limits.hpp"
 #include "contact/wall_contacts.hpp"
+#include "contact/wall_points.hpp"
 
 #include <memory>
 
@@ -29,7 +30,7 @@ struct WallNow {
 template <int W, class Points = RodNodes<W>> class WallPass final : public TilePass<W> {
 public:
     WallPass(std::shared_ptr<const Walls> walls, const RodGroup& group, std::shared_ptr<WallContactTiles<W>> contacts)
-        : walls_(std::move(walls)), contacts_(std::move(contacts)) {
+        : walls_(std::move(walls)), contacts_(std::move(contacts)), points_(group) {
         for (const int w : contacts_->acting()) {
             law_.push_back(walls_->wall[static_cast<std::size_t>(w)].law.resolved(mass_at_wall(group)));
             has_friction_ = has_friction_ || law_.back().friction != ContactFriction::none;
@@ -80,14 +81,14 @@ public:
         }
         if (!find_near(wall, box, contacts) && !contacts.any_touched) return;
 
-        const int nodes = rod.group->closed() ? rod.n : rod.n + 1;
         contacts.any_touched = false;
-        Element behind{.number = -1};
-        for (int i = 0; i < nodes; ++i) {
-            if (reaches(wall, contacts, rod.slot[i].position, box.reach)) {
+        typename Points::Behind behind;
+        for (int i = 0; i < points_.count(rod); ++i) {
+            const Vec3<P> at = points_.position(rod, i);
+            if (reaches(wall, contacts, at, box.reach)) {
                 contacts.busy = true;
                 contacts.any_touched = true;
-                touch(rod, load, step.kick, wall, i, contacts, behind);
+                touch(rod, load, step.kick, wall, i, at, contacts, behind);
             } else if (contacts.touched[static_cast<std::size_t>(i)]) {
                 forget(contacts, i);
             }
@@ -106,13 +107,6 @@ private:
         Vec3<P> low, high;
         P reach;
     };
-    /// Radius and spin of an element, for its nodes.
-    struct Element {
-        int number;
-        P radius;
-        Vec3<P> spin; ///< lab
-    };
-
     std::size_t acting() const { return contacts_->acting().size(); }
 
     /// The energy of its springs counts as friction work when a node leaves its walls.
@@ -193,22 +187,9 @@ private:
         return {P(sign) * (P(wall.radius) - from), (P(sign) / max(from, P(1e-300))) * y};
     }
 
-    Element element(const RodTile<W>& rod, int k) const {
-        const ElementConstants& c = rod.element[k];
-        const Slot<W>& s = rod.slot[k];
-        return {k, P(c.radius), transpose_times(s.director, s.spin)};
-    }
-
-    /// `behind`: the element before the node, if the node before it has left it.
-    [[gnu::noinline]] void touch(const RodTile<W>& rod, SlotLoad<W>* load, double h, const WallNow* wall, int i,
-                                 TileContacts& contacts, Element& behind) const {
-        const int n = rod.n;
-        // At an end both are the one element there.
-        const int before = i > 0 ? i - 1 : rod.group->closed() ? n - 1 : 0, after = i < n ? i : n - 1;
-        const P half(0.5), zero(0.0);
-        const Slot<W>& node = rod.slot[i];
-        if (behind.number != before) behind = element(rod, before);
-        const Element ahead = before == after ? behind : element(rod, after);
+    [[gnu::noinline]] void touch(const RodTile<W>& rod, SlotLoad<W>* load, double h, const WallNow* wall, int i, const Vec3<P>& at,
+                                 TileContacts& contacts, typename Points::Behind& behind) const {
+        const P zero(0.0);
         ContactState<P> state{};
         points_.describe(rod, i, state, behind);
 
@@ -216,7 +197,7 @@ private:
         Mask<W> touched = zero > zero;
         for (std::size_t w = 0; w < acting(); ++w) {
             Kept& kept = contacts.kept[static_cast<std::size_t>(i) * acting() + w];
-            const Surface s = contacts.near[w] ? surface(wall[w], node.position) : Surface{};
+            const Surface s = contacts.near[w] ? surface(wall[w], at) : Surface{};
             const Mask<W> touches = contacts.near[w] ? state.radius_1 > s.distance : zero > zero;
             if (!any(touches)) {
                 if (contacts.touched[static_cast<std::size_t>(i)]) let_go(kept, !touches);
@@ -236,12 +217,7 @@ private:
         }
         contacts.touched[static_cast<std::size_t>(i)] = 1;
         // Where nothing touches not even a zero is added: it would turn -0 into 0, and other lanes decide whether this is reached.
-        load[i].force = select(touched, load[i].force + force, load[i].force);
-        if (!has_friction_) return;
-        for (const int k : {before, after}) {
-            const Vec3<P> more = load[k].couple + half * (rod.slot[k].director * couple);
-            load[k].couple = select(touched, more, load[k].couple);
-        }
+        points_.push(rod, load, i, force, couple, touched, has_friction_);
     }
 
     static void enter(Entry& e, const ContactState<P>& in, const ContactForce<P>& out, Mask<W> touches) {
@@ -256,8 +232,8 @@ private:
 
     std::shared_ptr<const Walls> walls_;
     std::shared_ptr<WallContactTiles<W>> contacts_;
+    Points points_;
     bool has_friction_ = false;
-    double largest_radius_ = 0;
     std::vector<ContactLaw> law_; ///< by wall that acts
     std::vector<WallNow> now_;    ///< [slot of the step][wall]
 };

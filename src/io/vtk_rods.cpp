@@ -79,7 +79,8 @@ VtkRods::VtkRods(const Communicator& comm, const RodGroup& group, const Rods& ro
     before.magnetised |= is_magnetised(group);
 }
 
-std::int64_t VtkRods::lines() const { return group_.body() ? static_cast<std::int64_t>(group_.body()->part.size()) : 1; }
+std::int64_t VtkRods::lines() const { return group_.body() ? static_cast<std::int64_t>(group_.body()->line.size()) : 1; }
+std::int64_t VtkRods::nodes() const { return group_.body() ? 2 * lines() : group_.slots(); }
 
 void VtkRods::describe_body(const RodCopy& body, const VtkContent& content, Scratch& scratch) const {
     const Slot<1>& s = body.state[0];
@@ -87,8 +88,8 @@ void VtkRods::describe_body(const RodCopy& body, const VtkContent& content, Scra
     const Quaterniond axes = lane(s.director, 0);
     double* out = scratch.numbers.data();
     const auto each = [&](auto&& number) {
-        for (const BodyShape::Part& part : group_.body()->part)
-            for (const Vec3d& place : {part.from, part.to}) out = put(out, number(place));
+        for (const BodyShape::Line& line : group_.body()->line)
+            for (const Vec3d& place : {line.from, line.to}) out = put(out, number(place));
     };
     each([&](const Vec3d& place) { return centre + transpose_times(axes, place); });
     for (const double radius : radius_) out = put(out, radius);
@@ -96,14 +97,16 @@ void VtkRods::describe_body(const RodCopy& body, const VtkContent& content, Scra
     for (int strain = 0; strain < 3; ++strain) each([](const Vec3d&) { return 0.0; }); // nor curvature, nor energy
     if (content.normals) each([&](const Vec3d&) { return body.frames[0].d1; });
     if (!content.forces) return;
-    for (const Vec3d& force : scratch.force) out = put(out, force);
+    for (const BodyShape::Line& line : group_.body()->line)
+        for (const int end : {0, 1})
+            out = put(out, line.slot < 0 ? Vec3d{0, 0, 0} : scratch.force[static_cast<std::size_t>(line.slot + end)]);
 }
 
 void VtkRods::find_radii() {
     radius_.clear();
     const auto put_radii = [this](const RodGroup& rod) {
         for (std::int64_t k = 0; k < nodes(); ++k)
-            radius_.push_back(rod.body() ? rod.body()->part[static_cast<std::size_t>(k / 2)].radius : node_radius(rod, k));
+            radius_.push_back(rod.body() ? rod.body()->line[static_cast<std::size_t>(k / 2)].radius : node_radius(rod, k));
     };
     if (!group_.sized()) put_radii(group_);
     else
@@ -138,7 +141,7 @@ std::span<const std::byte> VtkRods::take(const VtkContent& content, double time,
                                          RecordBuffers& buffers) {
     const auto nodes = static_cast<std::size_t>(this->nodes());
     for (Scratch& scratch : scratch_) {
-        scratch.force.resize(nodes);
+        scratch.force.resize(static_cast<std::size_t>(group_.exposed_slots()));
         scratch.numbers.resize(content.bytes_per_node() / bytes_of(content.real) * nodes);
     }
     buffers.begin(blocks_, record_bytes(content));

@@ -1,6 +1,6 @@
 // The rods of a group in frames of poly data: the numbers of each, and where in the file those of this rank's block stand. A frame
 // has all groups in the order of the scene, rods in that of their group, and of each array the nodes of a rod side by side. A rod
-// is a line; a body one for each part of its surface, between two nodes.
+// is a line; a body some, of two nodes each: its spheres and capsules, and the edges of its boxes.
 #pragma once
 
 #include "io/descriptor.hpp"
@@ -57,7 +57,7 @@ private:
         return content.bytes_per_node() * static_cast<std::size_t>(nodes());
     }
     /// Of one rod.
-    std::int64_t nodes() const { return group_.exposed_slots(); }
+    std::int64_t nodes() const;
     std::int64_t lines() const;
     void describe_body(const RodCopy& body, const VtkContent& content, Scratch& scratch) const;
     void find_radii();

@@ -1,8 +1,7 @@
-// The surface of rigid bodies among what interactions read: each part is a capsule of its own, between two slots, and what is
-// exerted on these comes together at the centre of mass.                                                          theory.md section
-// 18
-//   x_s = x_c + Q^T a,  v_s = v_c + Q^T (w x a)          F = sum f_s,  C = sum [a x Q f_s + Q c_s]      a: of slot s, along the
-//   axes
+// The surface of rigid bodies among what interactions read: each part is an element of its own, between two slots, and what is
+// exerted on these comes together at the centre of mass. A box shows its centre, a radius that covers it, and for the rates of the
+// slot behind, which has no element, its first two axes.                                                      theory.md (59c)
+//   x_s = x_c + Q^T a,  v_s = v_c + Q^T (w x a)       F = sum f_s,  C = sum [a x Q f_s + Q c_s]       a: of slot s, along the axes
 // Cost: 60 flop per slot each way.
 #pragma once
 
@@ -27,18 +26,23 @@ public:
         const Slot<W>& s = rod.slot[0];
         const Vec3<P> turning = transpose_times(s.director, s.spin);
         std::size_t k = 0;
-        const auto show = [&](const Vec3d& place, double radius, const Vec3<P>& spin) {
-            const Vec3<P> arm = broadcast<W>(place);
-            const Vec3<P> position = s.position + transpose_times(s.director, arm),
-                          velocity = s.velocity + transpose_times(s.director, cross(s.spin, arm));
+        const auto show = [&](const Vec3<P>& position, double radius, const Vec3<P>& velocity, const Vec3<P>& spin) {
             store_transposed<W>(position, P(radius), [&](int l) { return &node[l][k].position.x; });
             store_transposed<W>(velocity, P(0.0), [&](int l) { return &motion[l][k].velocity.x; });
             store_transposed<W>(spin, P(0.0), [&](int l) { return &motion[l][k].spin.x; });
             ++k;
         };
         for (const BodyShape::Part& part : body_.part) {
-            show(part.from, part.radius, turning);
-            show(part.to, -1, {P(0.0), P(0.0), P(0.0)});
+            const auto place = [&](const Vec3d& arm) { return s.position + transpose_times(s.director, broadcast<W>(arm)); };
+            const auto rate = [&](const Vec3d& arm) {
+                return s.velocity + transpose_times(s.director, cross(s.spin, broadcast<W>(arm)));
+            };
+            const auto axis = [&](const Vec3d& of_box) {
+                return transpose_times(s.director, broadcast<W>(transpose_times(part.axes, of_box)));
+            };
+            show(place(part.from), part.cover(), rate(part.from), turning);
+            if (part.box) show(place(part.from), -1, axis({1, 0, 0}), axis({0, 1, 0}));
+            else show(place(part.to), -1, rate(part.to), {P(0.0), P(0.0), P(0.0)});
         }
     }
 

@@ -42,6 +42,25 @@ Solid capsule(const Vec3d& from, const Vec3d& to, double r) {
     return {volume, 0.5 * (from + to), about((1 / l) * (to - from), j1 / volume, j3 / volume)};
 }
 
+/// Integral of x^2 over the box of half sides a, b, c and all within r of it.
+double second_moment(double a, double b, double c, double r) {
+    const double inner = a * a / 3, disc = pi * r * r, ball = 4.0 / 3 * pi * r * r * r;
+    const double out = (a + r) * (a + r) * (a + r) - a * a * a;
+    const double plates = 8 * b * c * (a * a * a + out) / 3 + 8 * (a * c + a * b) * r * inner; // and the box itself
+    const double along = 2 * a * disc * inner;
+    const double across = 2 * (b + c) * (disc * a * a + a * (8.0 / 3 * r * r * r) + 0.25 * disc * r * r);
+    return plates + along + across + ball * a * a + pi * a * r * r * r * r + ball * r * r / 5;
+}
+
+/// h: half sides without the rounding.
+Solid box(const Vec3d& centre, const Vec3d& h, double r) {
+    const double volume = 8 * h.x * h.y * h.z + 8 * r * (h.x * h.y + h.y * h.z + h.z * h.x) + 2 * pi * r * r * (h.x + h.y + h.z) +
+                          4.0 / 3 * pi * r * r * r;
+    const double x = second_moment(h.x, h.y, h.z, r) / volume, y = second_moment(h.y, h.z, h.x, r) / volume,
+                 z = second_moment(h.z, h.x, h.y, r) / volume;
+    return {volume, centre, {y + z, x + z, x + y}};
+}
+
 SymmetricMatrix times(double a, const SymmetricMatrix& m) { return {a * m.xx, a * m.yy, a * m.zz, a * m.xy, a * m.xz, a * m.yz}; }
 
 /// |d|^2 1 - d d^T: of a point mass.
@@ -65,6 +84,13 @@ BodyShape::BodyShape(const RodSpec& spec) {
     for (std::size_t i = 0; i < body.capsules.radii.size(); ++i) {
         solids.push_back(capsule(body.capsules.from[i], body.capsules.to[i], body.capsules.radii[i]));
         part.push_back({body.capsules.from[i], body.capsules.to[i], body.capsules.radii[i]});
+    }
+    for (std::size_t i = 0; i < body.boxes.radii.size(); ++i) {
+        const double r = body.boxes.radii[i];
+        const Vec3d at = body.boxes.centres.empty() ? Vec3d{0, 0, 0} : body.boxes.centres[i],
+                    half = 0.5 * body.boxes.sizes[i] - Vec3d{r, r, r};
+        solids.push_back(box(at, half, r));
+        part.push_back({.from = at, .to = at, .radius = r, .half = half, .box = true});
     }
     Vec3d first{0, 0, 0};
     for (const Solid& s : solids) volume += s.volume, first += s.volume * s.centre;
@@ -94,10 +120,35 @@ BodyShape::BodyShape(const RodSpec& spec) {
     take_axes(v, principal.axes);
     for (Part& p : part) {
         p.from = axes * (p.from - centre), p.to = axes * (p.to - centre);
+        const int slot = 2 * static_cast<int>(&p - part.data());
+        if (p.box) {
+            p.axes = {axes.w, -axes.v}; // of the frame of the parts
+            add_corners_and_edges(p, slot);
+            continue;
+        }
+        line.push_back({p.from, p.to, p.radius, slot});
         point.push_back({p.from, p.radius});
         if (norm(p.to - p.from) > 0) point.push_back({p.to, p.radius});
     }
     for (const Point& p : point) reach = std::max(reach, norm(p.place) + p.radius);
+}
+
+void BodyShape::add_corners_and_edges(const Part& box, int slot) {
+    const auto corner = [&](int bits) {
+        const Vec3d at{bits & 1 ? box.half.x : -box.half.x, bits & 2 ? box.half.y : -box.half.y,
+                       bits & 4 ? box.half.z : -box.half.z};
+        return box.from + transpose_times(box.axes, at);
+    };
+    for (int bits = 0; bits < 8; ++bits) {
+        const bool again = (bits & 1 && box.half.x == 0) || (bits & 2 && box.half.y == 0) || (bits & 4 && box.half.z == 0);
+        if (!again) point.push_back({corner(bits), box.radius}); // of a plate four
+        for (const int side : {1, 2, 4})
+            if (!(bits & side)) line.push_back({corner(bits), corner(bits | side), box.radius, bits == 0 && side == 1 ? slot : -1});
+    }
+}
+
+bool BodyShape::has_boxes() const {
+    return std::any_of(part.begin(), part.end(), [](const Part& p) { return p.box; });
 }
 
 void BodyShape::take_axes(const Vec3d& values, const Mat3d& rows) {

@@ -13,6 +13,16 @@ void CapsuleParts::fields(FieldVisitor& f) {
     f.visit({.name = "radii", .unit = "m", .text = "of each capsule", .above = 0}, radii);
 }
 
+void BoxParts::fields(FieldVisitor& f) {
+    f.visit({.name = "centres", .unit = "m", .text = "of each box; of a single one the origin where absent"}, centres);
+    f.visit({.name = "sizes", .unit = "m", .text = "of each box along the axes of the frame, with its rounded edges"}, sizes);
+    f.visit({.name = "radii",
+             .unit = "m",
+             .text = "of the edges of each box: of contacts with it, a depth that counts as rods' radii do",
+             .above = 0},
+            radii);
+}
+
 void BodySpec::fields(FieldVisitor& f) {
     f.visit({.name = "mass", .unit = "kg", .text = "instead of a density", .at_least = 0}, mass);
     f.visit_optional({.name = "centre", .unit = "m", .text = "centre of mass; that of the parts where absent"}, centre);
@@ -23,6 +33,7 @@ void BodySpec::fields(FieldVisitor& f) {
             inertia);
     f.table({.name = "spheres", .unit = "", .text = ""}, spheres);
     f.table({.name = "capsules", .unit = "", .text = ""}, capsules);
+    f.table({.name = "boxes", .unit = "", .text = ""}, boxes);
 }
 
 } // namespace skein

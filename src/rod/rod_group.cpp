@@ -168,7 +168,7 @@ int RodGroup::exposed_slots() const { return body_ ? 2 * static_cast<int>(body_-
 
 double RodGroup::exposed_radius(int slot) const {
     const auto at = static_cast<std::size_t>(slot);
-    if (body_) return at % 2 ? -1 : body_->part[at / 2].radius;
+    if (body_) return at % 2 ? -1 : body_->part[at / 2].cover();
     return at < element.size() ? element[at].radius : -1;
 }
 
@@ -311,7 +311,7 @@ void RodGroup::append_capsules(std::int64_t i, std::vector<Capsule>& capsules) c
         const Quaterniond axes = start_director(i, 0);
         const Vec3d at = origin(i) + as_turned(i, centre_offset_);
         for (const BodyShape::Part& p : body_->part)
-            capsules.push_back({at + transpose_times(axes, p.from), at + transpose_times(axes, p.to), p.radius});
+            capsules.push_back({at + transpose_times(axes, p.from), at + transpose_times(axes, p.to), p.cover()});
         return;
     }
     const Shares share(spec_.shape);

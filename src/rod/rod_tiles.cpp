@@ -406,7 +406,7 @@ void RodTiles<W>::read(std::span<const std::size_t> rods, Copy copy, double lag,
             const auto l = tile.strands ? 0 : static_cast<std::size_t>(place(i).lane);
             RodCopy one{.state = std::span(reading.state).subspan(l * slots, slots), .hash = reading.hash[l]};
             if (copy == Copy::strained) one.profile = std::span(reading.profiles).subspan(l * slots, slots);
-            if (has_frames(copy)) one.frames = std::span(reading.frames).subspan(l * (slots - 1), slots - 1);
+            if (has_frames(copy)) one.frames = std::span(reading.frames).subspan(l * elements, elements);
             reader(thread, i, one);
         }
     });

@@ -3,6 +3,8 @@
 #include "scene/placement_check.hpp"
 #include "scene/table_objections.hpp"
 
+#include <algorithm>
+
 #include <fmt/format.h>
 
 namespace skein {
@@ -10,7 +12,7 @@ namespace skein {
 namespace {
 
 void parts(const BodySpec& body, Objections& of_body) {
-    TableObjections spheres(of_body, "spheres"), capsules(of_body, "capsules");
+    TableObjections spheres(of_body, "spheres"), capsules(of_body, "capsules"), boxes(of_body, "boxes");
     const auto of_each = [](TableObjections& table, const char* key, std::size_t has, std::size_t needs) {
         table.length(key, has, static_cast<long>(needs), "one for each of 'radii'");
     };
@@ -19,8 +21,17 @@ void parts(const BodySpec& body, Objections& of_body) {
     const CapsuleParts& c = body.capsules;
     of_each(capsules, "from", c.from.size(), c.radii.size());
     of_each(capsules, "to", c.to.size(), c.radii.size());
-    if (s.radii.empty() && c.radii.empty())
-        of_body.add("", "a body needs parts: give 'radii' of [bodies.spheres] or [bodies.capsules]");
+    const BoxParts& b = body.boxes;
+    if (b.radii.size() != 1 || !b.centres.empty()) of_each(boxes, "centres", b.centres.size(), b.radii.size());
+    of_each(boxes, "sizes", b.sizes.size(), b.radii.size());
+    for (std::size_t i = 0; i < std::min(b.sizes.size(), b.radii.size()); ++i)
+        if (const Vec3d& size = b.sizes[i]; !(std::min({size.x, size.y, size.z}) >= 2 * b.radii[i]))
+            boxes.add(fmt::format("sizes.{}", i),
+                      fmt::format("a box of {} x {} x {} m has no room for edges of radius {} m: no side may be "
+                                  "shorter than twice that",
+                                  size.x, size.y, size.z, b.radii[i]));
+    if (s.radii.empty() && c.radii.empty() && b.radii.empty())
+        of_body.add("", "a body needs parts: give 'radii' of [bodies.spheres], [bodies.capsules] or [bodies.boxes]");
 }
 
 } // namespace

@@ -364,6 +364,20 @@ ContactLaws contact_laws(const SceneSpec& scene, std::span<const RodGroup> group
     return alike ? ContactLaws(laws.front()) : ContactLaws(groups.size(), std::move(laws));
 }
 
+/// Boxes touch rods, spheres and capsules, not each other.
+void refuse_boxes_that_meet(const SceneSpec& scene, std::span<const RodGroup> groups) {
+    std::int64_t bodies = 0;
+    for (const RodGroup& group : groups) {
+        if (!group.body() || !group.body()->has_boxes()) continue;
+        bodies += group.count();
+        if (bodies > 1)
+            throw InputError(
+                fmt::format("{}: the body '{}': with [contact] one body of a scene may have boxes, as boxes do not touch each "
+                            "other yet, and there are {} so far: make others of spheres and capsules",
+                            group.spec().source.empty() ? scene.file : group.spec().source, group.name(), bodies));
+    }
+}
+
 void weigh(Plan& plan, std::span<const RodGroup> groups, const SceneSpec& scene) {
     for (const RodGroup& group : groups)
         plan.mass += static_cast<double>(group.count()) * std::accumulate(group.node_mass.begin(), group.node_mass.end(), 0.0);
@@ -433,6 +447,7 @@ Plan make_plan(const SceneSpec& as_given, std::span<const RodGroup> groups, cons
     plan.walls = expanded(scene.walls);
     if (plan.contact || !plan.walls.empty())
         plan.outlook = contact_outlook(scene, plan.contact_laws ? &*plan.contact_laws : nullptr, groups);
+    if (plan.contact) refuse_boxes_that_meet(scene, groups);
     if (plan.contact) plan.interactions.emplace_back(interact::Contacts{});
     if (!plan.walls.empty()) plan.interactions.emplace_back(interact::Walls{});
     find_families(plan, groups);
@@ -447,14 +462,16 @@ Plan make_plan(const SceneSpec& as_given, std::span<const RodGroup> groups, cons
         if (scene.output.audit)
             plan.state_bytes += static_cast<double>(p.tiles) * (p.elements + 1) *
                                 (2 * sizeof(SlotLoad<1>) + sizeof(EnergyBudget<1>::Rates)) * machine.lanes;
-        const double slots = static_cast<double>(p.rods) * (p.elements + 1);
+        const auto of_all = [&](auto of_one) { return static_cast<double>(p.rods) * static_cast<double>(of_one); };
+        const double slots = of_all(group.slots());
         plan.copy_bytes += slots * sizeof(Slot<1>);
-        if (scene.contact) plan.state_bytes += slots * (Exposure::bytes_per_slot + SlotLoads::bytes_per_slot);
-        if (p.walls) plan.state_bytes += slots * static_cast<double>(plan.walls.size()) * sizeof(WallContactTiles<1>::Kept);
-        frame_values += static_cast<double>(p.rods) *
-                        (3.0 * (p.elements + 1) + (scene.output.directors ? 9.0 * p.elements + 3.0 * (p.elements + 1) : 0.0));
-        nodes += slots;
-        tip_values += 3.0 * static_cast<double>(p.rods);
+        if (scene.contact)
+            plan.state_bytes += of_all(group.exposed_slots()) * (Exposure::bytes_per_slot + SlotLoads::bytes_per_slot);
+        if (p.walls) plan.state_bytes += of_all(wall_points(group) * plan.walls.size() * sizeof(WallContactTiles<1>::Kept));
+        frame_values += of_all(3 * group.slots() + (scene.output.directors ? 9 * p.elements + 3 * group.slots() : 0));
+        nodes += of_all(group.body() ? 2 * group.body()->line.size() : static_cast<std::size_t>(group.slots()));
+        lines += of_all(group.body() ? group.body()->line.size() : 1);
+        tip_values += of_all(3);
     }
     for (const InteractionSpec& interaction : plan.interactions)
         ns += predicted_ns(interaction) * static_cast<double>(plan.elements) /

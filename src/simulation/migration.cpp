@@ -80,7 +80,7 @@ Migration::Migration(const Communicator& comm, std::span<RodGroup> groups, const
             *out++ = static_cast<double>(rods.local()[place].gid);
             *out++ = comm.rank();
             std::memcpy(out, rod.state.data(), state * sizeof(double));
-            const RodBudget w = rods.works(place);
+            const RodBudget w = rods.budget(place);
             out[state] = w.loads, out[state + 1] = w.walls, out[state + 2] = w.dissipated;
             const std::vector<double> remembered = rods.memory(place);
             std::copy(remembered.begin(), remembered.end(), out + state + works);

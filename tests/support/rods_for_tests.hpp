@@ -41,6 +41,14 @@ inline RodSpec rigid_body(double length, double radius) {
     return spec;
 }
 
+/// A box about the origin, with edges rounded by 5 mm.
+inline RodSpec box_body(const Vec3d& size) {
+    RodSpec spec = rigid_body(0, 0.1);
+    spec.body->spheres = {};
+    spec.body->boxes = {{}, {size}, {0.005}};
+    return spec;
+}
+
 /// A body of three parts, none of whose principal axes is one of theirs.
 inline RodSpec crooked_body() {
     RodSpec spec = rigid_body(0, 0.03);

@@ -24,6 +24,14 @@ struct CapsuleParts {
     void fields(FieldVisitor& f);
 };
 
+/// Boxes along the axes of the frame, with rounded edges: all points within `radius` of a box that is smaller by it.
+struct BoxParts {
+    std::vector<Vec3d> centres, sizes; ///< m; sizes with the rounding
+    std::vector<double> radii;         ///< of the edges, m
+
+    void fields(FieldVisitor& f);
+};
+
 struct BodySpec {
     double mass = 0;             ///< kg; 0: by the density
     std::optional<Vec3d> centre; ///< of mass, m; absent: of the parts
@@ -31,6 +39,7 @@ struct BodySpec {
     std::vector<double> inertia;
     SphereParts spheres;
     CapsuleParts capsules;
+    BoxParts boxes;
 
     /// Keys of a [[bodies]] behind its density.
     void fields(FieldVisitor& f);

@@ -84,7 +84,8 @@ public:
     /// Of a body; null of rods.
     const BodyShape* body() const { return body_.get(); }
     /// Slots that a rod shows to others, which lie between nodes that follow each other; a body two for each part of its surface.
-    /// And the radius of the element that one has at rest, m; below 0: it has none.
+    /// And the radius of the element that one has at rest, m,
+    /// of a box that of the ball around it; below 0: it has none.
     int exposed_slots() const;
     double exposed_radius(int slot) const;
     /// A ring: node n is node 0 (its slot a copy, without mass), cell n-1 joins element n-1 to element 0.

@@ -99,6 +99,42 @@ TEST(BodyShape, HasTheMassCentreAndInertiaOfItsParts) {
     EXPECT_NEAR(ball.inertia.x, ball.inertia.z, 1e-15);
 }
 
+// Of a box with rounded edges, column by column; and of one with sharp edges.
+TEST(BodyShape, HasTheMassAndInertiaOfABox) {
+    const Vec3d size{0.1, 0.06, 0.04};
+    RodSpec spec = test::box_body(size);
+    spec.body->boxes.centres = {{0.3, -0.1, 0.2}};
+    const double r = spec.body->boxes.radii[0] = 0.015;
+    const BodyShape shape(spec);
+    const Vec3d half = 0.5 * size - Vec3d{r, r, r};
+    Integrals counted;
+    constexpr int n = 500;
+    for (int i = 0; i < n; ++i)
+        for (int j = 0; j < n; ++j) {
+            const double x = size.x * ((i + 0.5) / n - 0.5), y = size.y * ((j + 0.5) / n - 0.5);
+            const double out_x = std::max(0.0, std::abs(x) - half.x), out_y = std::max(0.0, std::abs(y) - half.y),
+                         left = r * r - out_x * out_x - out_y * out_y;
+            if (left < 0) continue;
+            const double height = half.z + std::sqrt(left), of_half = 1000 * height * size.x * size.y / (double(n) * n);
+            for (const double side : {-1.0, 1.0}) counted.add(of_half, {x, y, side * height / std::sqrt(3.0)});
+        }
+    EXPECT_NEAR(shape.mass, counted.mass, 2e-5 * counted.mass);
+    EXPECT_LT(norm(shape.centre - Vec3d{0.3, -0.1, 0.2}), 1e-15);
+    for (const Vec3d& w : {Vec3d{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}) {
+        const Vec3d expected = counted.second * w;
+        EXPECT_LT(norm(inertia_times(shape, w) - expected), 5e-5 * norm(expected));
+    }
+    EXPECT_EQ(shape.point.size(), 8u);
+    EXPECT_EQ(shape.line.size(), 12u);
+    spec.body->boxes.radii = {1e-9};
+    const BodyShape sharp(spec);
+    const double m = 1000 * size.x * size.y * size.z;
+    EXPECT_NEAR(sharp.mass, m, 1e-6 * m);
+    const Vec3d exact =
+        (m / 12) * Vec3d{size.y * size.y + size.z * size.z, size.x * size.x + size.z * size.z, size.x * size.x + size.y * size.y};
+    EXPECT_LT(norm(inertia_times(sharp, {1, 1, 1}) - exact), 1e-6 * norm(exact));
+}
+
 TEST(BodyShape, TakesMassCentreAndInertiaThatAreGiven) {
     RodSpec spec = test::rigid_body(0.3, 0.1);
     spec.material.density = 0;
