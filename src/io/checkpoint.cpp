@@ -369,10 +369,15 @@ std::uint64_t read_state(const Communicator& comm, const H5File& file, const std
 CheckpointInfo read_info(const H5File& file, const std::string& path);
 
 /// A disk may keep other bytes than it was given and say nothing.
-void verify(const Communicator& comm, const std::string& path, std::span<const RodGroup> groups, bool audited, const Rods& rods) {
+void verify(const Communicator& comm, const std::string& path, std::span<const RodGroup> groups, const CheckpointInfo& info,
+            const Rods& rods) {
     H5File file(comm, path, H5File::Mode::read);
     read_info(file, path);
-    read_state(comm, file, path, groups, audited, rods, nullptr);
+    read_state(comm, file, path, groups, info.audited_from.has_value(), rods, nullptr);
+    for (const KeptNumbers& kept : info.kept) {
+        KeptNumbers found{.name = kept.name};
+        read_kept(comm, file, path, found);
+    }
     file.close();
 }
 
@@ -405,7 +410,7 @@ void write_checkpoint(const Communicator& comm, const std::string& directory, st
             make_way(temporary, format_name);
         });
         write_state(comm, temporary, groups, rods, info, bytes);
-        verify(comm, temporary, groups, info.audited_from.has_value(), rods);
+        verify(comm, temporary, groups, info, rods);
         on_root(comm, [&] {
             make_way(path, format_name);
             publish(temporary, path);

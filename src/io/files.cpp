@@ -18,6 +18,7 @@
 #include <filesystem>
 #include <fstream>
 #include <iterator>
+#include <numeric>
 #include <utility>
 
 namespace skein {
@@ -53,6 +54,30 @@ void write_file(const std::string& path, std::string_view content) {
         publish(temporary, path);
     } catch (const IoError&) {
         ::unlink(temporary.c_str());
+        throw;
+    }
+}
+
+void write_file(const Communicator& comm, const std::string& path, std::string_view part) {
+    const std::vector<std::int64_t> sizes = comm.all_gather(static_cast<std::int64_t>(part.size()));
+    const auto mine = sizes.begin() + comm.rank();
+    const auto before = static_cast<std::uint64_t>(std::accumulate(sizes.begin(), mine, std::int64_t{0}));
+    const auto all = static_cast<std::uint64_t>(std::accumulate(sizes.begin(), sizes.end(), std::int64_t{0}));
+    const std::string temporary = comm.broadcast(comm.root() ? free_temporary(path) : std::string());
+    try {
+        on_root(comm, [&] {
+            require_space(directory_of(path), all);
+            Descriptor(temporary, O_WRONLY | O_CREAT | O_TRUNC).close();
+        });
+        on_all(comm, [&] {
+            Descriptor file(temporary, O_WRONLY);
+            file.write_at(before, part);
+            file.flush();
+            file.close();
+        });
+        on_root(comm, [&] { publish(temporary, path); });
+    } catch (const IoError&) {
+        if (comm.root()) ::unlink(temporary.c_str());
         throw;
     }
 }

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "io/descriptor.hpp"
+#include "parallel/communicator.hpp"
 
 #include <cstddef>
 #include <cstdint>
@@ -15,6 +16,8 @@ namespace skein {
 
 /// Writes to <path>.tmp, flushes to disk, renames. Throws IoError with path and reason (e.g. disk full).
 void write_file(const std::string& path, std::string_view content);
+/// The same of the texts of all ranks, one after another. Collective; throws on all ranks alike.
+void write_file(const Communicator& comm, const std::string& path, std::string_view part);
 /// The time series as it was on the disk.
 struct SeriesMark {
     std::uint64_t bytes = 0, digest = 0; ///< of the file, text_digest() of it

@@ -36,13 +36,14 @@ template <int W> struct EnergyBudget {
 
     RodBudget budget(std::size_t tile, int l) const {
         const TileBudget& p = tiles[tile];
-        return {p.loads[l], p.walls[l], p.dissipated[l]};
+        return {p.loads[l], p.walls[l], p.dissipated[l], p.held_before[l]};
     }
     void set_budget(std::size_t tile, int l, const RodBudget& budget) {
         TileBudget& p = tiles[tile];
         p.loads.set(l, budget.loads);
         p.walls.set(l, budget.walls);
         p.dissipated.set(l, budget.dissipated);
+        p.held_before.set(l, budget.held_before);
     }
     std::size_t bytes() const {
         std::size_t sum = 0;

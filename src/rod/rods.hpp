@@ -34,6 +34,7 @@ struct RodPlace {
 /// Energy budget of a rod since its audit began, J: work of loads, work of walls, energy dissipated. See rod/audit.hpp.
 struct RodBudget {
     double loads = 0, walls = 0, dissipated = 0;
+    double held_before = 0; ///< kinetic energy of held nodes and elements, between the halves of a step
 };
 
 /// What a copy of a rod's state is to hold.

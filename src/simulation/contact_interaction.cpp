@@ -19,19 +19,9 @@ namespace {
 constexpr std::size_t contact_size = 11; ///< two slots, status, memory
 using Row = std::array<double, contact_size>;
 
-std::vector<Row> rows_of(std::span<const std::byte> bytes) {
+template <class Row> std::vector<Row> rows_of(std::span<const std::byte> bytes) {
     std::vector<Row> rows(bytes.size() / sizeof(Row));
     if (!rows.empty()) std::memcpy(rows.data(), bytes.data(), bytes.size());
-    return rows;
-}
-
-/// Rows of numbers of all ranks, put in order.
-template <std::size_t columns, class Before = std::less<>> std::vector<std::array<double, columns>>
-gathered_rows(const Communicator& comm, const std::vector<std::array<double, columns>>& mine, Before before = {}) {
-    const std::vector<double> all = comm.all_gather(std::span(mine.empty() ? nullptr : mine.front().data(), columns * mine.size()));
-    std::vector<std::array<double, columns>> rows(all.size() / columns);
-    for (std::size_t i = 0; i < all.size(); ++i) rows[i / columns][i % columns] = all[i];
-    std::sort(rows.begin(), rows.end(), before);
     return rows;
 }
 
@@ -163,7 +153,9 @@ std::vector<Figure> ContactInteraction::figures() const {
 
 std::string ContactInteraction::table() const {
     const Exposure& c = *exposure_;
-    std::vector<std::array<double, 16>> mine;
+    using Line = std::array<double, 16>;
+    std::vector<Line> mine;
+    std::vector<std::int64_t> first_body;
     for (const Contact& contact : contacts_->active(c)) {
         const auto [a, b] = contact.pair;
         const ExposedNode &a0 = c.node[a], &a1 = c.node[a + 1], &b0 = c.node[b], &b1 = c.node[b + 1];
@@ -181,13 +173,16 @@ std::string ContactInteraction::table() const {
         mine.push_back({double(c.at(a).gid), double(element(a)), contact.s, double(c.at(b).gid), double(element(b)), contact.t,
                         place.x, place.y, place.z, f.x, f.y, f.z, push, norm(f + push * normal), contact.overlap,
                         norm(slip - dot(slip, normal) * normal)});
+        first_body.push_back(c.at(a).gid);
     }
-    std::string text = "rod_1,element_1,share_1,rod_2,element_2,share_2,x[m],y[m],z[m],force_x[N],force_y[N],force_z[N],normal[N],"
-                       "friction[N],overlap[m],slip[m/s]\n";
-    const auto by_pair = [](const auto& x, const auto& y) {
-        return std::tie(x[0], x[1], x[3], x[4]) < std::tie(y[0], y[1], y[3], y[4]);
-    };
-    for (const auto& row : gathered_rows(comm_, mine, by_pair)) text += fmt::format("{}\n", fmt::join(row, ","));
+    std::vector<Line> lines = rows_of<Line>(directory().to_blocks(std::as_bytes(std::span(mine)), sizeof(Line), first_body));
+    std::sort(lines.begin(), lines.end(),
+              [](const Line& x, const Line& y) { return std::tie(x[0], x[1], x[3], x[4]) < std::tie(y[0], y[1], y[3], y[4]); });
+    std::string text;
+    if (comm_.root())
+        text = "rod_1,element_1,share_1,rod_2,element_2,share_2,x[m],y[m],z[m],force_x[N],force_y[N],force_z[N],normal[N],friction[N],"
+               "overlap[m],slip[m/s]\n";
+    for (const Line& line : lines) text += fmt::format("{}\n", fmt::join(line, ","));
     return text;
 }
 
@@ -211,7 +206,7 @@ KeptNumbers ContactInteraction::kept() const {
                         m.viscous_part.y, m.viscous_part.z, m.viscous_normal});
         first_body.push_back(exposure_->scene().gid_at(c.a));
     }
-    std::vector<Row> rows = rows_of(directory().to_blocks(std::as_bytes(std::span(mine)), sizeof(Row), first_body));
+    std::vector<Row> rows = rows_of<Row>(directory().to_blocks(std::as_bytes(std::span(mine)), sizeof(Row), first_body));
     std::sort(rows.begin(), rows.end());
     KeptNumbers kept{.name = kept_name(),
                      .numbers = exact_sums(comm_, std::vector<std::vector<double>>{{f.friction_work}, {f.viscous_work}}),
@@ -236,7 +231,7 @@ void ContactInteraction::recall(const KeptNumbers& kept) {
     };
     take(kept.rows);
     if (comm_.root()) take(std::span(kept.numbers).subspan(2)); // of an earlier format
-    std::vector<Row> rows = rows_of(directory().to_owners(std::as_bytes(std::span(mine)), sizeof(Row), body));
+    std::vector<Row> rows = rows_of<Row>(directory().to_owners(std::as_bytes(std::span(mine)), sizeof(Row), body));
     std::sort(rows.begin(), rows.end());
     rows.erase(std::unique(rows.begin(), rows.end()), rows.end());
     std::vector<KeptContact> contacts;

@@ -30,7 +30,8 @@ public:
     KeptNumbers kept() const override;
     void recall(const KeptNumbers& kept) override;
 
-    /// Every contact of the scene, a line each, in order of pairs. Collective.
+    /// Every contact of the scene, a line each, in order of pairs: the part of ranks one after another, with the head on root.
+    /// Collective.
     std::string table() const;
     /// Forces of the last step's contacts on the exposed slots of a rod of this rank, lab, N: zeros before the first step, and not
     /// numbers before the first one after a checkpoint, which does not keep them.

@@ -69,7 +69,7 @@ Migration::Migration(const Communicator& comm, std::span<RodGroup> groups, const
         const std::size_t slots = static_cast<std::size_t>(group.slots()), state = slots * slot_doubles;
         const auto memory = static_cast<std::size_t>(
             comm.max(own.places.empty() ? std::int64_t{0} : static_cast<std::int64_t>(rods.memory(own.places.front()).size())));
-        const std::size_t length = head + state + works + memory;
+        const std::size_t length = head + state + budget + memory;
         std::vector<double> records(own.places.size() * length);
         std::vector<int> ranks;
         for (const std::size_t place : own.places) ranks.push_back(assigned[place].rank);
@@ -80,10 +80,10 @@ Migration::Migration(const Communicator& comm, std::span<RodGroup> groups, const
             *out++ = static_cast<double>(rods.local()[place].gid);
             *out++ = comm.rank();
             std::memcpy(out, rod.state.data(), state * sizeof(double));
-            const RodBudget w = rods.budget(place);
-            out[state] = w.loads, out[state + 1] = w.walls, out[state + 2] = w.dissipated;
+            const RodBudget b = rods.budget(place);
+            out[state] = b.loads, out[state + 1] = b.walls, out[state + 2] = b.dissipated, out[state + 3] = b.held_before;
             const std::vector<double> remembered = rods.memory(place);
-            std::copy(remembered.begin(), remembered.end(), out + state + works);
+            std::copy(remembered.begin(), remembered.end(), out + state + budget);
         });
         arrived_.push_back(sent_to<double>(comm, records, length, ranks));
         memory_.push_back(memory);
@@ -116,9 +116,9 @@ void Migration::put_into(Rods& rods) const {
         const std::span<const Slot<1>> own = state(i);
         const double* behind = records_[i].numbers + own.size() * slot_doubles;
         rods.import_rod(i, own);
-        rods.set_budget(i, {behind[0], behind[1], behind[2]});
+        rods.set_budget(i, {behind[0], behind[1], behind[2], behind[3]});
         if (const std::size_t numbers = memory_[static_cast<std::size_t>(owned_[i].group)]; numbers > 0)
-            rods.set_memory(i, {behind + works, numbers});
+            rods.set_memory(i, {behind + budget, numbers});
     }
 }
 

@@ -27,14 +27,14 @@ public:
     void put_into(Rods& rods) const;
 
 private:
-    /// Of a rod: its place along the curve, number, sender, state, works, memory of passes.
+    /// Of a rod: its place along the curve, number, sender, state, energy budget, memory of passes.
     struct Record {
         std::uint64_t key;
         std::int64_t gid;
         std::int64_t from;
         const double* numbers;
     };
-    static constexpr std::size_t head = 3, works = 3; ///< numbers before the state, and behind it
+    static constexpr std::size_t head = 3, budget = 4; ///< numbers before the state, and behind it
 
     std::span<const RodGroup> groups_;
     std::vector<std::vector<double>> arrived_; ///< by group

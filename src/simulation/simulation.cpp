@@ -364,10 +364,9 @@ void Simulation::write_due() {
     write_frames();
     {
         const auto timing = timers_.time(Phase::output);
-        if (clock_.done() > 0 && due(plan_.cadence.contacts)) {
-            const std::string table = contacts_of(interactions_)->table();
-            on_root(comm_, [&] { write_file(fmt::format("{}/contacts_{:012d}.csv", options_.out, clock_.done()), table); });
-        }
+        if (clock_.done() > 0 && due(plan_.cadence.contacts))
+            write_file(comm_, fmt::format("{}/contacts_{:012d}.csv", options_.out, clock_.done()),
+                       contacts_of(interactions_)->table());
     }
     if (clock_.done() > 0 && (due(plan_.cadence.checkpoint) || save_now_)) checkpoint();
     save_now_ = false;

@@ -1,9 +1,13 @@
 """Rods that go to other ranks at every list of candidates: nothing in the results tells."""
 
+import pathlib
 import unittest
 
 from contact_test import SCENE
 from driver import SEARCH, DriverTest
+
+APPS = pathlib.Path(__file__).resolve().parents[2] / "apps"
+CASES = [scene for scene in sorted(APPS.glob("*/*.toml")) if "\n[contact]" in scene.read_text() and scene.stem not in ("nest_460", "nest_1536")]
 
 
 class Owners(DriverTest):
@@ -35,6 +39,20 @@ class Owners(DriverTest):
         self.run_skein("parts", ranks=1)
         self.assertEqual(self.digest("parts"), self.digest("one"))
         self.assert_same_series("parts", "one", besides=SEARCH)
+
+    def test_of_every_case_with_contact(self):
+        """Rings, ends that move, bodies and single rods too, whose energies are audited where they can be."""
+        self.assertGreater(len(CASES), 6)
+        for case in CASES:
+            self.scene = case
+            settings = ["--steps", "400", "--set=output.trajectory=0", "--set=output.tips=0", "--no-checkpoint"]
+            if case.stem in ("plectoneme", "solenoid"):
+                settings.append("--set=output.audit=true")
+            self.run_skein(f"{case.stem}_one", *settings)
+            self.run_skein(f"{case.stem}_moved", *settings, "--balance", "always", ranks=3)
+            self.assertEqual(self.digest(f"{case.stem}_moved"), self.digest(f"{case.stem}_one"), case)
+            self.assertGreater(self.summary(f"{case.stem}_moved")["balance"]["migrations"], 0)
+            self.assert_same_series(f"{case.stem}_moved", f"{case.stem}_one")
 
 
 if __name__ == "__main__":
