@@ -82,6 +82,11 @@ Contacts::BoxContact Contacts::evaluate_box(const Exposure& bodies, double h, st
     out.touches = out.overlap > 0;
     out.within_element = near.s > 0 && near.s < 1;
     if (!out.touches) return out;
+    const ContactState<Q>& state = nearest.state;
+    out.normal = lane(state.normal, 0);
+    const Vec3d arm_1 = (node->radius - 0.5 * out.overlap) * out.normal, arm_2 = -(box.radius - 0.5 * out.overlap) * out.normal;
+    out.place = p + near.s * d + arm_1;
+    out.slip = lane(state.velocity_1, 0) + cross(motion->spin, arm_1) - lane(state.velocity_2, 0) - cross(of_box->spin, arm_2);
 
     const ContactNumbers<Q> law = numbers<1>(bodies, &pair);
     double share = 0, elsewhere = 0, elastic_energy = 0, viscous_work = 0, stiffest = 0;
@@ -106,6 +111,15 @@ Contacts::BoxContact Contacts::evaluate_box(const Exposure& bodies, double h, st
     out.force.viscous_work += viscous_work;
     out.force.stiffness = max(out.force.stiffness, Q(stiffest));
     return out;
+}
+
+Contact Contacts::contact_with_box(const Exposure& bodies, std::uint32_t pair) const {
+    const BoxContact c = evaluate_box(bodies, 0, pair, &memory_[pair]);
+    const bool first = box_at(bodies, list_.pair[pair].a) != nullptr;
+    const ElementLoad& on_first = first ? c.on_box : c.on_element;
+    const double sign = first ? -1 : 1;
+    return {list_.pair[pair], first ? 0 : c.s, first ? c.s : 0, on_first.first + on_first.second, c.overlap, c.diameter,
+            c.place,          sign * c.normal, sign * c.slip};
 }
 
 void Contacts::push_boxes(const Exposure& bodies, double h, const ContactBlock& block, std::vector<std::size_t>& next,

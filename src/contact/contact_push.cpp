@@ -435,15 +435,23 @@ std::vector<Contact> Contacts::active(const Exposure& bodies) const {
         const Pair pair = list_.pair[i];
         if (!(status_[i] & touching) || !bodies.owns_slot(pair.a)) continue;
         if (!has_box_.empty() && has_box_[i]) {
-            const BoxContact c = evaluate_box(bodies, 0, i, &memory_[i]);
-            const bool box_first = box_at(bodies, pair.a) != nullptr;
-            const ElementLoad& on_first = box_first ? c.on_box : c.on_element;
-            all.push_back({pair, box_first ? 0 : c.s, box_first ? c.s : 0, on_first.first + on_first.second, c.overlap});
+            all.push_back(contact_with_box(bodies, i));
             continue;
         }
         const PairContact c = evaluate_pair(bodies, 0, i, &memory_[i]); // a spring pulls as it is: what has slid has shortened it
         const Vec3d force = lane(c.force.on_1, 0) + c.more_on_first.first + c.more_on_first.second;
-        all.push_back({pair, c.s, c.t, force, bodies.node[pair.a].radius + bodies.node[pair.b].radius - c.distance});
+        const ExposedNode &a0 = bodies.node[pair.a], &b0 = bodies.node[pair.b];
+        const double overlap = a0.radius + b0.radius - c.distance;
+        const Vec3d at_a = a0.position + c.s * edge(bodies, pair.a), at_b = b0.position + c.t * edge(bodies, pair.b),
+                    apart = at_b - at_a;
+        const Vec3d normal = (1 / std::max(norm(apart), 1e-300)) * apart, arm_a = (a0.radius - 0.5 * overlap) * normal,
+                    arm_b = -(b0.radius - 0.5 * overlap) * normal;
+        const auto velocity = [&](std::uint32_t slot, double share, const Vec3d& arm) {
+            const ExposedMotion &first = bodies.motion[slot], &second = bodies.motion[slot + 1];
+            return first.velocity + share * (second.velocity - first.velocity) + cross(first.spin, arm);
+        };
+        all.push_back({pair, c.s, c.t, force, overlap, 2 * std::min(a0.radius, b0.radius), at_a + arm_a, normal,
+                       velocity(pair.a, c.s, arm_a) - velocity(pair.b, c.t, arm_b)});
     }
     return all;
 }

@@ -38,9 +38,12 @@ struct ContactFigures {
 /// A pair in contact at the last evaluation, for tables and messages.
 struct Contact {
     Pair pair;
-    double s, t;    ///< where on its elements
-    Vec3d force;    ///< on the first, lab, N
-    double overlap; ///< m
+    double s, t;         ///< where on its elements; 0 of a box
+    Vec3d force;         ///< on the first, lab, N
+    double overlap;      ///< m
+    double diameter;     ///< the smaller one of both, m
+    Vec3d place, normal; ///< midway in the overlap; from the first to the second; lab
+    Vec3d slip;          ///< velocity of the first there against the second, m/s
 };
 
 /// Memory of a contact from step to step, wherever it is kept.

@@ -58,6 +58,7 @@ private:
         ContactMemory<double> memory{};
         ElementLoad on_element{}, on_box{};
         double s = 0, overlap = 0, diameter = 1;
+        Vec3d place{}, normal{}, slip{}; ///< as of Contact, the element being the first
     };
 
     static Places places(const Exposure& bodies, std::size_t tile);
@@ -79,6 +80,7 @@ private:
     const PartBox* box_at(const Exposure& bodies, std::uint32_t slot) const;
     void find_boxes(const Exposure& bodies);
     BoxContact evaluate_box(const Exposure& bodies, double h, std::uint32_t pair, const ContactMemory<double>* now = nullptr) const;
+    Contact contact_with_box(const Exposure& bodies, std::uint32_t pair) const;
     void push_boxes(const Exposure& bodies, double h, const ContactBlock& block, std::vector<std::size_t>& next,
                     BlockFigures& figures, std::span<ExertedLoad> loads);
     template <int W> ContactNumbers<Pack<W>> numbers(const Exposure& bodies, const std::uint32_t* pair) const;

@@ -18,6 +18,8 @@
 
 namespace skein {
 
+struct BodyShape;
+
 /// Place of a slot, which is all that a search and the test of a candidate need. Element k of a body lies between its slots k and
 /// k + 1; the last slot of a window has no element.
 struct ExposedNode {
@@ -81,7 +83,7 @@ public:
         return own_window_[first_of_group_[static_cast<std::size_t>(group)] + place_in_group];
     }
     /// What ExposePass would show of the rod `bodies[i]`, to the bit, from its state.
-    void show(std::size_t i, std::span<const Slot<1>> state);
+    void show(std::size_t i, std::span<const Slot<1>> state, const BodyShape* body = nullptr);
     /// Other windows, with the same own bodies among them: the own ones' slots keep what they show.
     void become(Exposure&& other);
 

@@ -10,6 +10,24 @@
 
 namespace skein {
 
+/// Calls show(position, radius, velocity, spin) for each exposed slot of a body, in order; all in the lab.
+template <int W, class Show> SKEIN_INLINE void for_surface_slots(const BodyShape& body, const Slot<W>& s, Show&& show) {
+    using P = Pack<W>;
+    const Vec3<P> turning = transpose_times(s.director, s.spin);
+    for (const BodyShape::Part& part : body.part) {
+        const auto place = [&](const Vec3d& arm) { return s.position + transpose_times(s.director, broadcast<W>(arm)); };
+        const auto rate = [&](const Vec3d& arm) {
+            return s.velocity + transpose_times(s.director, cross(s.spin, broadcast<W>(arm)));
+        };
+        const auto axis = [&](const Vec3d& of_box) {
+            return transpose_times(s.director, broadcast<W>(transpose_times(part.axes, of_box)));
+        };
+        show(place(part.from), part.cover(), rate(part.from), turning);
+        if (part.box) show(place(part.from), -1, axis({1, 0, 0}), axis({0, 1, 0}));
+        else show(place(part.to), -1, rate(part.to), Vec3<P>{P(0.0), P(0.0), P(0.0)});
+    }
+}
+
 template <int W> class ExposeSurfacePass final : public TilePass<W> {
 public:
     ExposeSurfacePass(std::shared_ptr<Exposure> exposure, const BodyShape& body) : exposure_(std::move(exposure)), body_(body) {}
@@ -23,27 +41,14 @@ public:
             node[l] = &exposure_->node[first];
             motion[l] = &exposure_->motion[first];
         }
-        const Slot<W>& s = rod.slot[0];
-        const Vec3<P> turning = transpose_times(s.director, s.spin);
         std::size_t k = 0;
-        const auto show = [&](const Vec3<P>& position, double radius, const Vec3<P>& velocity, const Vec3<P>& spin) {
-            store_transposed<W>(position, P(radius), [&](int l) { return &node[l][k].position.x; });
-            store_transposed<W>(velocity, P(0.0), [&](int l) { return &motion[l][k].velocity.x; });
-            store_transposed<W>(spin, P(0.0), [&](int l) { return &motion[l][k].spin.x; });
-            ++k;
-        };
-        for (const BodyShape::Part& part : body_.part) {
-            const auto place = [&](const Vec3d& arm) { return s.position + transpose_times(s.director, broadcast<W>(arm)); };
-            const auto rate = [&](const Vec3d& arm) {
-                return s.velocity + transpose_times(s.director, cross(s.spin, broadcast<W>(arm)));
-            };
-            const auto axis = [&](const Vec3d& of_box) {
-                return transpose_times(s.director, broadcast<W>(transpose_times(part.axes, of_box)));
-            };
-            show(place(part.from), part.cover(), rate(part.from), turning);
-            if (part.box) show(place(part.from), -1, axis({1, 0, 0}), axis({0, 1, 0}));
-            else show(place(part.to), -1, rate(part.to), {P(0.0), P(0.0), P(0.0)});
-        }
+        for_surface_slots(body_, rod.slot[0],
+                          [&](const Vec3<P>& position, double radius, const Vec3<P>& velocity, const Vec3<P>& spin) {
+                              store_transposed<W>(position, P(radius), [&](int l) { return &node[l][k].position.x; });
+                              store_transposed<W>(velocity, P(0.0), [&](int l) { return &motion[l][k].velocity.x; });
+                              store_transposed<W>(spin, P(0.0), [&](int l) { return &motion[l][k].spin.x; });
+                              ++k;
+                          });
     }
 
 private:

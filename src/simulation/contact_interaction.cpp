@@ -128,10 +128,10 @@ Touch ContactInteraction::strongest_touch(std::int64_t gid) const {
         const double force = norm(contact.force);
         if (force < most.force) continue; // a force that is not finite is told
         const std::uint32_t own = first ? a : b, other = first ? b : a;
-        const double diameter = 2 * std::min(e.node[a].radius, e.node[b].radius);
         most = {force,
                 fmt::format("its element {} and element {} of {} press each other with {:.3g} N, {:.3g} of the diameter deep",
-                            element(own), element(other), name_of(groups_, e.at(other).gid), force, contact.overlap / diameter)};
+                            element(own), element(other), name_of(groups_, e.at(other).gid), force,
+                            contact.overlap / contact.diameter)};
     }
     return most;
 }
@@ -158,17 +158,7 @@ std::string ContactInteraction::table() const {
     std::vector<std::int64_t> first_body;
     for (const Contact& contact : contacts_->active(c)) {
         const auto [a, b] = contact.pair;
-        const ExposedNode &a0 = c.node[a], &a1 = c.node[a + 1], &b0 = c.node[b], &b1 = c.node[b + 1];
-        const Vec3d at_a = a0.position + contact.s * (a1.position - a0.position),
-                    at_b = b0.position + contact.t * (b1.position - b0.position);
-        const Vec3d apart = at_b - at_a, normal = (1 / std::max(norm(apart), 1e-300)) * apart;
-        const Vec3d arm_a = (a0.radius - 0.5 * contact.overlap) * normal, arm_b = -(b0.radius - 0.5 * contact.overlap) * normal;
-        const auto velocity = [&](std::uint32_t slot, double share, const Vec3d& arm) {
-            const ExposedMotion &first = c.motion[slot], &second = c.motion[slot + 1];
-            return first.velocity + share * (second.velocity - first.velocity) + cross(first.spin, arm);
-        };
-        const Vec3d slip = velocity(a, contact.s, arm_a) - velocity(b, contact.t, arm_b);
-        const Vec3d place = at_a + arm_a, &f = contact.force;
+        const Vec3d &place = contact.place, &normal = contact.normal, &slip = contact.slip, &f = contact.force;
         const double push = -dot(f, normal);
         mine.push_back({double(c.at(a).gid), double(element(a)), contact.s, double(c.at(b).gid), double(element(b)), contact.t,
                         place.x, place.y, place.z, f.x, f.y, f.z, push, norm(f + push * normal), contact.overlap,
@@ -180,8 +170,9 @@ std::string ContactInteraction::table() const {
               [](const Line& x, const Line& y) { return std::tie(x[0], x[1], x[3], x[4]) < std::tie(y[0], y[1], y[3], y[4]); });
     std::string text;
     if (comm_.root())
-        text = "rod_1,element_1,share_1,rod_2,element_2,share_2,x[m],y[m],z[m],force_x[N],force_y[N],force_z[N],normal[N],friction[N],"
-               "overlap[m],slip[m/s]\n";
+        text =
+            "rod_1,element_1,share_1,rod_2,element_2,share_2,x[m],y[m],z[m],force_x[N],force_y[N],force_z[N],normal[N],friction[N],"
+            "overlap[m],slip[m/s]\n";
     for (const Line& line : lines) text += fmt::format("{}\n", fmt::join(line, ","));
     return text;
 }

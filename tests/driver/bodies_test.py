@@ -49,10 +49,10 @@ radii = [0.004, 0.004, 0.005]
 centres = [[0.02, 0.0, 0.0]]
 radii = [0.006]
 [bodies.placement]
-kind = "packing"
-count = 6
-seed = 5
-upper = [0.16, 0.16, 0.14]
+kind = "lattice"
+counts = [3, 2]
+spacing = [0.05, 0.06]
+origin = [0.03, 0.05, 0.17]
 
 [[bodies]]
 name = "block"
@@ -61,7 +61,7 @@ density = 900.0
 sizes = [[0.07, 0.05, 0.03]]
 radii = [0.003]
 [bodies.placement]
-origin = [0.08, 0.08, 0.2]
+origin = [0.08, 0.08, 0.24]
 normal = [1.0, 0.3, 0.1]
 tangent = [0.1, 0.1, 1.0]
 

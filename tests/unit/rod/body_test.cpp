@@ -118,11 +118,11 @@ TEST(BodyShape, HasTheMassAndInertiaOfABox) {
             const double height = half.z + std::sqrt(left), of_half = 1000 * height * size.x * size.y / (double(n) * n);
             for (const double side : {-1.0, 1.0}) counted.add(of_half, {x, y, side * height / std::sqrt(3.0)});
         }
-    EXPECT_NEAR(shape.mass, counted.mass, 2e-5 * counted.mass);
+    EXPECT_NEAR(shape.mass, counted.mass, 1e-4 * counted.mass);
     EXPECT_LT(norm(shape.centre - Vec3d{0.3, -0.1, 0.2}), 1e-15);
     for (const Vec3d& w : {Vec3d{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}) {
         const Vec3d expected = counted.second * w;
-        EXPECT_LT(norm(inertia_times(shape, w) - expected), 5e-5 * norm(expected));
+        EXPECT_LT(norm(inertia_times(shape, w) - expected), 2e-4 * norm(expected));
     }
     EXPECT_EQ(shape.point.size(), 8u);
     EXPECT_EQ(shape.line.size(), 12u);

@@ -375,7 +375,7 @@ TEST(Body, HasTheSameBitsAtEveryWidth) {
     for (const int lanes : {1, 2, 4, 8})
         for (const int threads : {1, 2}) {
             Meeting stage(heap(), lanes, threads);
-            stage.advance(1500);
+            stage.advance(3000);
             EXPECT_TRUE(stage.touched);
             if (one == 0) one = stage.rods->digest();
             EXPECT_EQ(stage.rods->digest(), one) << lanes << " lanes, " << threads << " threads";
@@ -397,17 +397,17 @@ TEST(Body, YieldsNowhereMoreThanItsContactLimitSays) {
             return 1 / body.mass + dot(turn, scale(inverse, turn));
         };
         for (const BodyShape::Point& p : body.point)
-            for (int i = 0; i < 200; ++i)
-                for (int k = 0; k < 100; ++k) {
-                    const double a = 2 * M_PI * i / 200, c = std::cos(M_PI * (k + 0.5) / 100), s = std::sqrt(1 - c * c);
+            for (int i = 0; i < 100; ++i)
+                for (int k = 0; k < 50; ++k) {
+                    const double a = 2 * M_PI * i / 100, c = std::cos(M_PI * (k + 0.5) / 50), s = std::sqrt(1 - c * c);
                     const Vec3d n{s * std::cos(a), s * std::sin(a), c}, arm = p.place + p.radius * n;
                     normal = std::max(normal, mobility(arm, n));
                     const auto [u, v] = directions_across(n);
-                    for (int d = 0; d < 16; ++d)
-                        tangential = std::max(tangential, mobility(arm, std::cos(M_PI * d / 16) * u + std::sin(M_PI * d / 16) * v));
+                    for (int d = 0; d < 8; ++d)
+                        tangential = std::max(tangential, mobility(arm, std::cos(M_PI * d / 8) * u + std::sin(M_PI * d / 8) * v));
                 }
         EXPECT_LE(normal, found.normal * (1 + 1e-12));
-        EXPECT_GT(normal, 0.999 * found.normal);
+        EXPECT_GT(normal, 0.99 * found.normal);
         EXPECT_LE(tangential, found.tangential * (1 + 1e-12));
         EXPECT_GT(tangential, 0.5 * found.tangential);
     }
