@@ -1,6 +1,7 @@
 #include "contact/contact_limits.hpp"
 
-#include "rod/rigid.hpp"
+#include "core/principal_axes.hpp"
+#include "rod/body_shape.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -9,19 +10,35 @@ namespace skein {
 
 namespace {
 
-ContactMobility rigid_mobility(const RodGroup& group) {
-    const ElementConstants& c = group.element[0];
-    const double half = 0.5 * c.rest_length, r = c.radius, whole = 1 / element_mass(group);
-    const double rises = half * r * c.inv_inertia.x, falls = r * r * (c.inv_inertia.z - c.inv_inertia.x); // a parabola in the sine
-    const double sine = rises < falls ? rises / falls : 1, lever = half + r * sine;
-    return {whole + half * half * c.inv_inertia.x,
-            whole + lever * lever * c.inv_inertia.x + r * r * (1 - sine * sine) * c.inv_inertia.z, 2 * r, 0};
+/// Largest of |J^-1/2 (c x n)|^2 over unit vectors n.
+double most_turned(const Vec3d& c, const Vec3d& inverse) {
+    const Mat3d m{{0, c.z, -c.y}, {-c.z, 0, c.x}, {c.y, -c.x, 0}}; // its rows: c x of the axes
+    const Vec3d &a = m.d1, &b = m.d2, &d = m.d3;
+    const auto of = [&](const Vec3d& u, const Vec3d& v) { return dot(scale(inverse, u), v); };
+    const Vec3d value = principal_axes({of(a, a), of(b, b), of(d, d), of(a, b), of(a, d), of(b, d)}).value;
+    return std::max({value.x, value.y, value.z, 0.0});
+}
+
+ContactMobility mobility_of_surface(const BodyShape& body) {
+    const Vec3d& j = body.inertia;
+    const Vec3d inverse{1 / j.x, 1 / j.y, 1 / j.z};
+    const double most_inverse = std::max({inverse.x, inverse.y, inverse.z});
+    ContactMobility most;
+    for (const BodyShape::Point& p : body.point) {
+        const double turned = most_turned(p.place, inverse), rim = std::sqrt(turned) + p.radius * std::sqrt(most_inverse);
+        most.normal = std::max(most.normal, 1 / body.mass + turned);
+        most.tangential = std::max(most.tangential, 1 / body.mass + rim * rim);
+        most.diameter = std::max(most.diameter, 2 * p.radius);
+    }
+    most.touching = 0;
+    for (const BodyShape::Part& part : body.part) most.touching += part.box ? 24 : 6;
+    return most;
 }
 
 } // namespace
 
 ContactMobility contact_mobility(const RodGroup& group) {
-    if (is_rigid(group)) return rigid_mobility(group);
+    if (!group.strained()) return mobility_of_surface(*group.body());
     ContactMobility most;
     for (int k = 0; k < group.elements(); ++k) {
         const auto at = static_cast<std::size_t>(k);
@@ -30,14 +47,18 @@ ContactMobility contact_mobility(const RodGroup& group) {
         const double light =
             std::min(group.node_mass[at], group.node_mass[at + 1] > 0 ? group.node_mass[at + 1] : group.node_mass[0]);
         const double tangential = 1 / light + c.radius * c.radius * c.inv_inertia.z;
-        if (tangential > most.tangential) most = {1 / light, tangential, most.diameter, k};
+        if (tangential > most.tangential)
+            most = {.normal = 1 / light, .tangential = tangential, .diameter = most.diameter, .element = k};
         most.diameter = std::max(most.diameter, 2 * c.radius);
     }
     return most;
 }
 
 double element_mass(const RodGroup& group) { return group.spec().material.density * group.element[0].volume; }
-double mass_at_wall(const RodGroup& group) { return is_rigid(group) ? group.node_mass[0] : element_mass(group); }
+double mass_at_wall(const RodGroup& group) {
+    if (group.strained()) return element_mass(group);
+    return group.body()->mass / static_cast<double>(std::min<std::size_t>(group.body()->point.size(), 4));
+}
 double reduced_mass(const RodGroup& a, const RodGroup& b) { return 1 / (1 / element_mass(a) + 1 / element_mass(b)); }
 
 double tangent_stiffness(const ContactLaw& law, double overlap) {
@@ -65,8 +86,7 @@ double contact_limit(const ContactMobility& of, const ContactLaw& law, double st
 TimeLimit contact_time_limit(const RodGroup& group, const ContactLaw& law, double share) {
     const ContactMobility of = contact_mobility(group);
     const double overlap = share * of.diameter;
-    return {"contact",
-            contact_limit(of, law, tangent_stiffness(law, overlap), tangent_damping(law, overlap), is_rigid(group) ? 6 : 4),
+    return {"contact", contact_limit(of, law, tangent_stiffness(law, overlap), tangent_damping(law, overlap), of.touching),
             of.element};
 }
 

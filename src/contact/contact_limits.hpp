@@ -1,10 +1,13 @@
 // The largest stable step that contacts leave.                                                                theory.md (58)
 //   normal     the end node of a rod, squeezed between two others of its kind:  (sqrt(c^2 + 4 k m) - c)/k with 2 k, 2 c and the
-//   reduced mass friction   the same for the tangential spring, which turns the element about its axis as well: 1/m + r^2/J3 rigid
-//   body at the point of its surface that yields most: normal 1/m + (l/2)^2/J1; friction 1/m + max over c of
-//              ((l/2 + r c)^2/J1 + r^2 (1 - c^2)/J3), c in [0, 1] the sine of the latitude on a round end; among more others
-//              than a node: balls stacked densely, 12 around each, have eigenvalues up to (2/m) max(4 k + 8 k_t, 20 k_t), which six
-//              at once cover
+//              reduced mass
+//   friction   the same for the tangential spring, which turns the element about its axis as well: 1/m + r^2/J3
+//   body       at the point of its surface that yields most, on a ball of radius r at c:  normal 1/m + A, A the largest eigenvalue
+//   of
+//              [c]x^T J^-1 [c]x; friction at most 1/m + (sqrt(A) + r/sqrt(J_min))^2, which is exact of a ball about the centre.
+//              Each part of a surface may be touched by more others than a node: balls stacked densely, 12 around each, have
+//              eigenvalues up to (2/m) max(4 k + 8 k_t, 20 k_t), which six at once cover; of a box four on each face are allowed
+//              for
 #pragma once
 
 #include "contact/response.hpp"
@@ -17,11 +20,12 @@ struct ContactMobility {
     double normal = 0, tangential = 0; ///< 1/kg
     double diameter = 0;               ///< m
     int element = 0;
+    int touching = 4; ///< how many others there may be at once
 };
 ContactMobility contact_mobility(const RodGroup& group);
 
-/// Masses that a restitution is meant for, kg: of an element, of what meets a wall, which a rigid body does with both its nodes,
-/// and of two elements that collide.
+/// Masses that a restitution is meant for, kg: of an element; of what meets a wall, which a body does with all of its points, or
+/// with four of them; and of two elements that collide.
 double element_mass(const RodGroup& group);
 double mass_at_wall(const RodGroup& group);
 double reduced_mass(const RodGroup& a, const RodGroup& b);

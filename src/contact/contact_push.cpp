@@ -104,6 +104,7 @@ void Contacts::pack(const Exposure& bodies, std::uint32_t begin, std::uint32_t e
     const ExposedMotion* const motion = bodies.motion.data();
     const std::uint8_t* const previous = &previous_status_[begin];
     const bool remembers = remembers_;
+    const std::uint8_t* const has_box = has_box_.empty() ? nullptr : &has_box_[begin];
     std::uint32_t n = packed.count, sides = packed.sides;
     for_capsule_tiles(
         end - begin, [&](std::size_t k) { return std::pair(node + pair[k].a, node + pair[k].b); },
@@ -116,7 +117,9 @@ void Contacts::pack(const Exposure& bodies, std::uint32_t begin, std::uint32_t e
             const std::uint32_t i = begin + static_cast<std::uint32_t>(k);
             const auto closest = closest_points(tile.p, tile.d1, tile.q, tile.d2);
             const P reach = tile.radius_1 + tile.radius_2, squared = dot(closest.apart, closest.apart);
-            const unsigned valid = end - i >= W ? 0xffu : (1u << (end - i)) - 1, touch = bits_of(squared < reach * reach) & valid;
+            const unsigned listed = end - i >= W ? 0xffu : (1u << (end - i)) - 1,
+                           valid = has_box ? listed & ~low_bits(has_box + k) : listed, // pairs with a box are for push_boxes
+                touch = bits_of(squared < reach * reach) & valid;
             for (unsigned ended = low_bits(previous + k) & ~touch & valid; ended != 0; ended &= ended - 1) {
                 const std::uint32_t at = i + static_cast<std::uint32_t>(std::countr_zero(ended));
                 if (bodies.owns_slot(list_.pair[at].a)) figures.friction_work += last_memory_[at].energy();
@@ -410,12 +413,13 @@ void Contacts::push(const Exposure& bodies, double h, std::size_t number, std::v
         push_packed(bodies, h, packed, block, next, figures, sums, loads);
         packed.count = packed.sides = 0;
     }
-    deferred_.close(number, next);
     figures.max_overlap = largest(sums.max_overlap);
     figures.max_stiffness = largest(sums.max_stiffness);
     figures.elastic_energy = sum(sums.elastic_energy);
     figures.friction_work += sum(sums.friction_work);
     figures.viscous_work = sum(sums.viscous_work);
+    if (!box_pairs_.empty()) push_boxes(bodies, h, block, next, figures, loads);
+    deferred_.close(number, next);
 }
 
 void Contacts::add_deferred(const Exposure& bodies, std::size_t block, std::span<ExertedLoad> loads) {
@@ -430,11 +434,30 @@ std::vector<Contact> Contacts::active(const Exposure& bodies) const {
     for (std::uint32_t i = 0; i < list_.count(); ++i) {
         const Pair pair = list_.pair[i];
         if (!(status_[i] & touching) || !bodies.owns_slot(pair.a)) continue;
+        if (!has_box_.empty() && has_box_[i]) {
+            all.push_back(contact_with_box(bodies, i));
+            continue;
+        }
         const PairContact c = evaluate_pair(bodies, 0, i, &memory_[i]); // a spring pulls as it is: what has slid has shortened it
         const Vec3d force = lane(c.force.on_1, 0) + c.more_on_first.first + c.more_on_first.second;
-        all.push_back({pair, c.s, c.t, force, bodies.node[pair.a].radius + bodies.node[pair.b].radius - c.distance});
+        const ExposedNode &a0 = bodies.node[pair.a], &b0 = bodies.node[pair.b];
+        const double overlap = a0.radius + b0.radius - c.distance;
+        const Vec3d at_a = a0.position + c.s * edge(bodies, pair.a), at_b = b0.position + c.t * edge(bodies, pair.b),
+                    apart = at_b - at_a;
+        const Vec3d normal = (1 / std::max(norm(apart), 1e-300)) * apart, arm_a = (a0.radius - 0.5 * overlap) * normal,
+                    arm_b = -(b0.radius - 0.5 * overlap) * normal;
+        const auto velocity = [&](std::uint32_t slot, double share, const Vec3d& arm) {
+            const ExposedMotion &first = bodies.motion[slot], &second = bodies.motion[slot + 1];
+            return first.velocity + share * (second.velocity - first.velocity) + cross(first.spin, arm);
+        };
+        all.push_back({pair, c.s, c.t, force, overlap, 2 * std::min(a0.radius, b0.radius), at_a + arm_a, normal,
+                       velocity(pair.a, c.s, arm_a) - velocity(pair.b, c.t, arm_b)});
     }
     return all;
 }
+
+// For contact_boxes.cpp.
+template Contacts::Remembered<1> Contacts::memory_before<1>(const std::uint32_t*, Pack<1>, Pack<1>) const;
+template ContactNumbers<Pack<1>> Contacts::numbers<1>(const Exposure&, const std::uint32_t*) const;
 
 } // namespace skein

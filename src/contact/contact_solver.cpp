@@ -1,6 +1,7 @@
 #include "contact/contact_solver.hpp"
 
 #include "contact/contact_spec.hpp"
+#include "rod/body_shape.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -13,7 +14,7 @@ namespace {
 
 /// Elements nearer along a body than half the way round its section touch only where it is folded.
 std::int32_t self_gap(const RodGroup& group, const ContactSpec& spec) {
-    if (!spec.self) return -1;
+    if (!spec.self || !group.strained()) return -1;
     double widest = 0, shortest = HUGE_VAL;
     for (const ElementConstants& c : group.element) {
         shortest = std::min(shortest, c.rest_length);
@@ -26,13 +27,20 @@ std::int32_t self_gap(const RodGroup& group, const ContactSpec& spec) {
 } // namespace
 
 ContactScene contact_scene(std::span<const RodGroup> groups, const ContactSpec& spec, ContactLaws laws) {
-    ContactScene scene{std::move(laws), {}, 0, SceneSlots(groups).count()};
+    ContactScene scene{std::move(laws), {}, 0, SceneSlots(groups).count(), {}};
     double sum = 0, elements = 0;
     for (const RodGroup& group : groups) {
         scene.gaps.push_back(self_gap(group, spec));
         const auto bodies = static_cast<double>(group.count());
-        for (const ElementConstants& c : group.element) sum += bodies * 2 * c.radius;
-        elements += bodies * static_cast<double>(group.element.size());
+        const auto add = [&](double radius) { sum += bodies * 2 * radius, elements += bodies; };
+        for (const ElementConstants& c : group.element)
+            if (group.strained()) add(c.radius);
+        if (!group.body()) continue;
+        for (const BodyShape::Part& part : group.body()->part) add(part.radius);
+        if (!group.body()->has_boxes()) continue;
+        scene.boxes.resize(groups.size());
+        for (const BodyShape::Part& part : group.body()->part)
+            scene.boxes[static_cast<std::size_t>(group.id())].push_back(part.box ? PartBox{part.half, part.radius} : PartBox{});
     }
     scene.diameter = elements > 0 ? sum / elements : 0;
     return scene;

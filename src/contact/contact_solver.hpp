@@ -15,6 +15,12 @@ namespace skein {
 
 struct ContactSpec;
 
+/// A part of a body, if it is a box: half of its sides without the rounding, and that, m.
+struct PartBox {
+    Vec3d half{0, 0, 0};
+    double radius = 0; ///< 0: it is none
+};
+
 /// Figures of contacts on this rank, over pairs whose first body is own: of the last evaluation, and where so said sums since the
 /// beginning.
 struct ContactFigures {
@@ -32,9 +38,12 @@ struct ContactFigures {
 /// A pair in contact at the last evaluation, for tables and messages.
 struct Contact {
     Pair pair;
-    double s, t;    ///< where on its elements
-    Vec3d force;    ///< on the first, lab, N
-    double overlap; ///< m
+    double s, t;         ///< where on its elements; 0 of a box
+    Vec3d force;         ///< on the first, lab, N
+    double overlap;      ///< m
+    double diameter;     ///< the smaller one of both, m
+    Vec3d place, normal; ///< midway in the overlap; from the first to the second; lab
+    Vec3d slip;          ///< velocity of the first there against the second, m/s
 };
 
 /// Memory of a contact from step to step, wherever it is kept.
@@ -50,6 +59,7 @@ struct ContactScene {
     SelfGaps gaps;    ///< by group
     double diameter;  ///< mean over elements, m
     std::int64_t slots;
+    std::vector<std::vector<PartBox>> boxes; ///< by group and part; of groups without boxes none, without any no groups
 };
 ContactScene contact_scene(std::span<const RodGroup> groups, const ContactSpec& spec, ContactLaws laws);
 

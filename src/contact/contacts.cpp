@@ -152,6 +152,7 @@ void Contacts::settle(const Exposure& bodies, std::span<const std::uint32_t> slo
         found_ = std::move(left);
     }
     list_ = PairList(std::exchange(found_, {}), threads_, kinds_.friction == ContactFriction::memory);
+    find_boxes(bodies);
     place_kept(bodies);
     last_memory_.assign(list_.count() + 1, ContactMemory<double>{});
     previous_status_.assign(list_.count() + PairList::padding, 0);

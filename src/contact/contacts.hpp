@@ -51,6 +51,15 @@ private:
     struct PairContact;
     struct Packed;
     struct Sums;
+    /// An element in contact with a box, with all of its points: sums, and both of memory and place of the nearest one.
+    struct BoxContact {
+        bool touches = false, within_element = false;
+        ContactForce<Pack<1>> force{};
+        ContactMemory<double> memory{};
+        ElementLoad on_element{}, on_box{};
+        double s = 0, overlap = 0, diameter = 1;
+        Vec3d place{}, normal{}, slip{}; ///< as of Contact, the element being the first
+    };
 
     static Places places(const Exposure& bodies, std::size_t tile);
     bool far(const Exposure& bodies, std::size_t first_slot, std::size_t last_slot) const;
@@ -68,6 +77,12 @@ private:
     std::uint32_t spring_at_joint(std::uint32_t pair, int da, int db, std::uint32_t own) const;
     PairContact evaluate_pair(const Exposure& bodies, double h, std::uint32_t pair,
                               const ContactMemory<double>* now = nullptr) const;
+    const PartBox* box_at(const Exposure& bodies, std::uint32_t slot) const;
+    void find_boxes(const Exposure& bodies);
+    BoxContact evaluate_box(const Exposure& bodies, double h, std::uint32_t pair, const ContactMemory<double>* now = nullptr) const;
+    Contact contact_with_box(const Exposure& bodies, std::uint32_t pair) const;
+    void push_boxes(const Exposure& bodies, double h, const ContactBlock& block, std::vector<std::size_t>& next,
+                    BlockFigures& figures, std::span<ExertedLoad> loads);
     template <int W> ContactNumbers<Pack<W>> numbers(const Exposure& bodies, const std::uint32_t* pair) const;
 
     const ContactScene scene_;
@@ -85,6 +100,8 @@ private:
     enum : std::uint8_t { touching = 1, inside = 4 };           ///< inside: at no end of either element
     std::vector<std::uint8_t> status_, previous_status_;        ///< by pair; now and before; padded
     AlignedVector<ContactMemory<double>> memory_, last_memory_; ///< by pair, a cache line each; behind them one of zeros
+    std::vector<std::uint32_t> box_pairs_;                      ///< pairs with a box, rising
+    std::vector<std::uint8_t> has_box_;                         ///< by pair, padded; empty where no pair has one
     std::vector<KeptContact> kept_;                             ///< until they have their places in a list; rising
     std::vector<BlockFigures> block_figures_;                   ///< by block
     std::vector<std::size_t> now_, later_;                      ///< blocks that need no ghosts, and those that do

@@ -3,6 +3,7 @@
 #pragma once
 
 #include "contact/wall.hpp"
+#include "contact/wall_points.hpp"
 #include "rod/rods.hpp"
 #include "skein/core/aligned.hpp"
 #include "skein/rod/tile.hpp"
@@ -51,15 +52,15 @@ public:
     /// Contacts of the rods of one tile.
     struct TileContacts {
         AlignedVector<Entry> entry;        ///< one per wall that acts on the group
-        AlignedVector<Kept> kept;          ///< [node][wall]
-        std::vector<std::uint8_t> touched; ///< [node]: springs may be other than zero
+        AlignedVector<Kept> kept;          ///< [point][wall]
+        std::vector<std::uint8_t> touched; ///< [point]: springs may be other than zero
         std::vector<std::uint8_t> near;    ///< [wall]: the tile's box is within reach at this step
         bool any_touched = false;
         bool busy = false; ///< entries of the last step may be other than zero
         int lanes = 0;     ///< that have rods of their own
     };
 
-    WallContactTiles(const Walls& walls, const RodGroup& group) {
+    WallContactTiles(const Walls& walls, const RodGroup& group) : points_(wall_points(group)) {
         for (std::size_t w = 0; w < walls.count(); ++w) {
             const bool acts = walls.wall[w].acts_on(group.name());
             place_.push_back(acts ? static_cast<int>(acting_.size()) : -1);
@@ -71,10 +72,9 @@ public:
     const std::vector<int>& acting() const { return acting_; }
     void add_tile(const RodTile<W>& rod) {
         TileContacts& contacts = tiles_.emplace_back();
-        const auto nodes = static_cast<std::size_t>(rod.n) + 1;
         contacts.entry.resize(acting_.size());
-        contacts.kept.resize(nodes * acting_.size());
-        contacts.touched.assign(nodes, 0);
+        contacts.kept.resize(points_ * acting_.size());
+        contacts.touched.assign(points_, 0);
         contacts.near.assign(acting_.size(), 0);
         contacts.lanes = rod.lanes;
     }
@@ -122,6 +122,7 @@ private:
         }
     }
 
+    std::size_t points_; ///< of a rod
     std::vector<int> acting_, place_;
     std::vector<TileContacts> tiles_;
 };

@@ -1,15 +1,15 @@
 // Walls on the rods of one group.                                                                           theory.md (53)-(56)
-// Nodes touch walls, as balls of the mean of their elements' radii at rest.
+// Points of a rod touch walls, as balls: which they are, and what a load on one does, says `Points` (wall_points.hpp).
 // The wall is body 2 of the contact law: of infinite mass, its surface at distance d of the node, overlap g = r - d, n towards it;
-// so the arm is r - g/2, to the middle of the overlap, as between rods. The node's surface moves at v + w x arm, w the mean lab
-// spin of its elements; the force goes to the node, half of the couple to each of its elements. A tile whose box is away from all
-// walls costs no more than the box, a node no more than looking at the walls that the box is near. Springs are kept by tile, node
-// and wall, touched only where nodes touch. Cost: 7 flop per element where nothing is near; per plane near 5, per tube 19, per ball
-// 10; 250 per node and wall that touch.
+// so the arm is r - g/2, to the middle of the overlap, as between rods. The point's surface moves at v + w x arm. A tile whose box
+// is away from all walls costs no more than the box, a node no more than looking at the walls that the box is near. Springs are
+// kept by tile, node and wall, touched only where nodes touch. Cost: 7 flop per element where nothing is near; per plane near 5,
+// per tube 19, per ball 10; 250 per node and wall that touch.
 #pragma once
 
 #include "contact/contact_limits.hpp"
 #include "contact/wall_contacts.hpp"
+#include "contact/wall_points.hpp"
 
 #include <memory>
 
@@ -27,15 +27,14 @@ struct WallNow {
     ContactNumbers<double> law;
 };
 
-template <int W> class WallPass final : public TilePass<W> {
+template <int W, class Points = RodNodes<W>> class WallPass final : public TilePass<W> {
 public:
     WallPass(std::shared_ptr<const Walls> walls, const RodGroup& group, std::shared_ptr<WallContactTiles<W>> contacts)
-        : walls_(std::move(walls)), contacts_(std::move(contacts)) {
+        : walls_(std::move(walls)), contacts_(std::move(contacts)), points_(group) {
         for (const int w : contacts_->acting()) {
             law_.push_back(walls_->wall[static_cast<std::size_t>(w)].law.resolved(mass_at_wall(group)));
             has_friction_ = has_friction_ || law_.back().friction != ContactFriction::none;
         }
-        for (const ElementConstants& e : group.element) largest_radius_ = std::max(largest_radius_, e.radius);
     }
 
     void bind(const RodTile<W>& rod) override { contacts_->add_tile(rod); }
@@ -82,14 +81,14 @@ public:
         }
         if (!find_near(wall, box, contacts) && !contacts.any_touched) return;
 
-        const int nodes = rod.group->closed() ? rod.n : rod.n + 1;
         contacts.any_touched = false;
-        Element behind{.number = -1};
-        for (int i = 0; i < nodes; ++i) {
-            if (reaches(wall, contacts, rod.slot[i].position, box.reach)) {
+        typename Points::Behind behind;
+        for (int i = 0; i < points_.count(rod); ++i) {
+            const Vec3<P> at = points_.position(rod, i);
+            if (reaches(wall, contacts, at, box.reach)) {
                 contacts.busy = true;
                 contacts.any_touched = true;
-                touch(rod, load, step.kick, wall, i, contacts, behind);
+                touch(rod, load, step.kick, wall, i, at, contacts, behind);
             } else if (contacts.touched[static_cast<std::size_t>(i)]) {
                 forget(contacts, i);
             }
@@ -108,13 +107,6 @@ private:
         Vec3<P> low, high;
         P reach;
     };
-    /// Radius and spin of an element, for its nodes.
-    struct Element {
-        int number;
-        P radius;
-        Vec3<P> spin; ///< lab
-    };
-
     std::size_t acting() const { return contacts_->acting().size(); }
 
     /// The energy of its springs counts as friction work when a node leaves its walls.
@@ -136,8 +128,9 @@ private:
         box.high = {max(box.high.x, x.x), max(box.high.y, x.y), max(box.high.z, x.z)};
     }
     Box box_of(const RodTile<W>& rod) const {
-        Box box{rod.slot[0].position, rod.slot[0].position, P(largest_radius_ * (1 + 1e-6))}; // a margin for round-off
-        for (int k = 1; k <= rod.n; ++k) widen(box, rod.slot[k].position);
+        const Vec3<P> first = points_.position(rod, 0);
+        Box box{first, first, P(points_.largest_radius() * (1 + 1e-6))}; // a margin for round-off
+        for (int i = 1; i < points_.count(rod); ++i) widen(box, points_.position(rod, i));
         return box;
     }
     /// Marks the walls that the box is near. Round-off is monotonic: no node of the box is nearer to a plane than its corner.
@@ -194,33 +187,17 @@ private:
         return {P(sign) * (P(wall.radius) - from), (P(sign) / max(from, P(1e-300))) * y};
     }
 
-    Element element(const RodTile<W>& rod, int k) const {
-        const ElementConstants& c = rod.element[k];
-        const Slot<W>& s = rod.slot[k];
-        return {k, P(c.radius), transpose_times(s.director, s.spin)};
-    }
-
-    /// `behind`: the element before the node, if the node before it has left it.
-    [[gnu::noinline]] void touch(const RodTile<W>& rod, SlotLoad<W>* load, double h, const WallNow* wall, int i,
-                                 TileContacts& contacts, Element& behind) const {
-        const int n = rod.n;
-        // At an end both are the one element there.
-        const int before = i > 0 ? i - 1 : rod.group->closed() ? n - 1 : 0, after = i < n ? i : n - 1;
-        const P half(0.5), zero(0.0);
-        const Slot<W>& node = rod.slot[i];
-        if (behind.number != before) behind = element(rod, before);
-        const Element ahead = before == after ? behind : element(rod, after);
+    [[gnu::noinline]] void touch(const RodTile<W>& rod, SlotLoad<W>* load, double h, const WallNow* wall, int i, const Vec3<P>& at,
+                                 TileContacts& contacts, typename Points::Behind& behind) const {
+        const P zero(0.0);
         ContactState<P> state{};
-        state.radius_1 = half * (behind.radius + ahead.radius);
-        state.velocity_1 = node.velocity;
-        state.spin_1 = half * (behind.spin + ahead.spin);
-        behind = ahead;
+        points_.describe(rod, i, state, behind);
 
         Vec3<P> force{}, couple{};
         Mask<W> touched = zero > zero;
         for (std::size_t w = 0; w < acting(); ++w) {
             Kept& kept = contacts.kept[static_cast<std::size_t>(i) * acting() + w];
-            const Surface s = contacts.near[w] ? surface(wall[w], node.position) : Surface{};
+            const Surface s = contacts.near[w] ? surface(wall[w], at) : Surface{};
             const Mask<W> touches = contacts.near[w] ? state.radius_1 > s.distance : zero > zero;
             if (!any(touches)) {
                 if (contacts.touched[static_cast<std::size_t>(i)]) let_go(kept, !touches);
@@ -240,12 +217,7 @@ private:
         }
         contacts.touched[static_cast<std::size_t>(i)] = 1;
         // Where nothing touches not even a zero is added: it would turn -0 into 0, and other lanes decide whether this is reached.
-        load[i].force = select(touched, load[i].force + force, load[i].force);
-        if (!has_friction_) return;
-        for (const int k : {before, after}) {
-            const Vec3<P> more = load[k].couple + half * (rod.slot[k].director * couple);
-            load[k].couple = select(touched, more, load[k].couple);
-        }
+        points_.push(rod, load, i, force, couple, touched, has_friction_);
     }
 
     static void enter(Entry& e, const ContactState<P>& in, const ContactForce<P>& out, Mask<W> touches) {
@@ -260,8 +232,8 @@ private:
 
     std::shared_ptr<const Walls> walls_;
     std::shared_ptr<WallContactTiles<W>> contacts_;
+    Points points_;
     bool has_friction_ = false;
-    double largest_radius_ = 0;
     std::vector<ContactLaw> law_; ///< by wall that acts
     std::vector<WallNow> now_;    ///< [slot of the step][wall]
 };

@@ -3,7 +3,6 @@
 #include "core/rotation.hpp"
 #include "diagnostics/knots.hpp"
 #include "parallel/exact_sum.hpp"
-#include "rod/rigid.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -14,13 +13,8 @@ namespace {
 
 void add_angular_momentum(ExtraFigures& f, const RodGroup& group, std::span<const Slot<1>> state) {
     Vec3d sum{0, 0, 0};
-    if (is_rigid(group)) { // J is that of the whole body
-        const auto centre = rigid_centre(state.data());
-        sum += (group.node_mass[0] + group.node_mass[1]) * lane(cross(centre.position, centre.velocity), 0);
-    } else {
-        for (std::size_t i = 0; i < state.size(); ++i)
-            sum += group.node_mass[i] * cross(lane(state[i].position, 0), lane(state[i].velocity, 0));
-    }
+    for (std::size_t i = 0; i < state.size(); ++i)
+        sum += group.node_mass[i] * cross(lane(state[i].position, 0), lane(state[i].velocity, 0));
     for (std::size_t k = 0; k < group.element.size(); ++k)
         sum += transpose_times(lane(state[k].director, 0), scale(group.element[k].inertia, lane(state[k].spin, 0)));
     f.sum[ExtraFigures::angular_x] = sum.x;
@@ -77,7 +71,7 @@ ExtraFigures extra_figures(const RodGroup& group, std::span<const Slot<1>> state
     ExtraFigures f;
     if (sets.angular_momentum) add_angular_momentum(f, group, state);
     if (sets.curvature) add_curvature(f, group, state);
-    if (sets.knots && !is_rigid(group)) add_knots(f, group, state);
+    if (sets.knots && group.strained()) add_knots(f, group, state);
     return f;
 }
 

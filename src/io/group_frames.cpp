@@ -1,6 +1,7 @@
 #include "io/group_frames.hpp"
 
 #include "io/segments.hpp"
+#include "rod/body_shape.hpp"
 
 #include <algorithm>
 #include <cstring>
@@ -54,7 +55,7 @@ std::vector<FrameField> fields_of(FrameKind kind, const OutputSpec& spec, const 
     const auto nodes = static_cast<std::uint64_t>(group.slots());
     std::vector<FrameField> fields{field<Positions>("position", {nodes, 3})};
     if (spec.directors) {
-        fields.push_back(field<Directors>("directors", {nodes - 1, 3, 3}));
+        fields.push_back(field<Directors>("directors", {static_cast<std::uint64_t>(group.elements()), 3, 3}));
         fields.push_back(field<Normals>("normal", {nodes, 3}));
     }
     return fields;
@@ -94,7 +95,9 @@ std::uint64_t GroupFrames::frame_bytes() const { return count() * rod_bytes() + 
 std::uint64_t GroupFrames::constant_bytes() const {
     const std::uint64_t per_node =
         kind_ == FrameKind::trajectory ? (group_.sized() ? 24 : 16) * static_cast<std::uint64_t>(group_.slots()) : 0;
-    return count() * (per_node + 56) + 8 * static_cast<std::uint64_t>(group_.slots()) + fields_.size() * H5File::frames_slack;
+    const std::size_t parts = group_.body() ? group_.body()->part.size() : 0;
+    return count() * (per_node + 56) + 88 * parts + 8 * static_cast<std::uint64_t>(group_.slots()) +
+           fields_.size() * H5File::frames_slack;
 }
 
 std::size_t GroupFrames::rod_bytes() const {
@@ -208,6 +211,26 @@ void GroupFrames::write_constants(H5File& file, const Communicator& comm) const 
         for (std::int64_t k = 0; k < nodes; ++k) radius.push_back(node_radius(group_, k));
         file.make_dataset(path("radius"), H5Type::float64, {width});
         file.write(path("radius"), H5Type::float64, {{0}, {comm.root() ? width : 0}}, radius.data());
+    }
+    if (const BodyShape* body = group_.body()) {
+        std::vector<double> capsules, boxes;
+        const auto add = [](std::vector<double>& row, std::initializer_list<double> numbers) {
+            row.insert(row.end(), numbers.begin(), numbers.end());
+        };
+        for (const BodyShape::Part& p : body->part) {
+            if (!p.box) add(capsules, {p.from.x, p.from.y, p.from.z, p.to.x, p.to.y, p.to.z, p.radius});
+            else
+                add(boxes, {p.from.x, p.from.y, p.from.z, p.axes.w, p.axes.v.x, p.axes.v.y, p.axes.v.z, p.half.x, p.half.y,
+                            p.half.z, p.radius});
+        }
+        const auto write_parts = [&](const std::string& name, const std::vector<double>& numbers, std::uint64_t width) {
+            if (numbers.empty()) return;
+            const std::uint64_t rows = numbers.size() / width;
+            file.make_dataset(path(name), H5Type::float64, {rows, width});
+            file.write(path(name), H5Type::float64, {{0, 0}, {comm.root() ? rows : 0, width}}, numbers.data());
+        };
+        write_parts("capsules", capsules, 7);
+        write_parts("boxes", boxes, 11);
     }
     // What only the side-car needs: XDMF knows no repetition.
     write_rows<std::int64_t>(file, "rod", 1, [](std::int64_t i, std::int64_t* out) { *out = i; });

@@ -1,5 +1,7 @@
 #include "io/vtk_rods.hpp"
 
+#include "rod/body_shape.hpp"
+
 #include <cstring>
 #include <string_view>
 
@@ -54,10 +56,10 @@ std::vector<VtkArray> VtkContent::arrays() const {
     if (normals) all.push_back({VtkPart::point_data, "normal", real, 3, nodes});
     if (forces) all.push_back({VtkPart::point_data, "contact_force", real, 3, nodes});
     all.push_back({VtkPart::lines, "connectivity", integer, 1, nodes});
-    all.push_back({VtkPart::lines, "offsets", integer, 1, rods});
-    all.push_back({VtkPart::cell_data, "rod", VtkType::int64, 1, rods});
-    all.push_back({VtkPart::cell_data, "group", VtkType::int32, 1, rods});
-    if (magnetised) all.push_back({VtkPart::cell_data, "magnetisation", real, 3, rods});
+    all.push_back({VtkPart::lines, "offsets", integer, 1, lines});
+    all.push_back({VtkPart::cell_data, "rod", VtkType::int64, 1, lines});
+    all.push_back({VtkPart::cell_data, "group", VtkType::int32, 1, lines});
+    if (magnetised) all.push_back({VtkPart::cell_data, "magnetisation", real, 3, lines});
     return all;
 }
 
@@ -67,20 +69,44 @@ std::size_t VtkContent::bytes_per_node() const {
 
 VtkRods::VtkRods(const Communicator& comm, const RodGroup& group, const Rods& rods, VtkContent& before)
     : group_(group), rods_(&rods), owned_(owned_rods(rods, group.id())), blocks_(comm, owned_.indices, group.count()),
-      first_rod_(before.rods), first_node_(before.nodes), scratch_(static_cast<std::size_t>(rods.threads())) {
+      first_line_(before.lines), first_node_(before.nodes), scratch_(static_cast<std::size_t>(rods.threads())) {
     find_radii();
-    before.rods += static_cast<std::uint64_t>(group.count());
-    before.nodes += static_cast<std::uint64_t>(group.count()) * static_cast<std::uint64_t>(group.slots());
+    before.lines += static_cast<std::uint64_t>(group.count() * lines());
+    before.nodes += static_cast<std::uint64_t>(group.count() * nodes());
     if (is_magnetised(group))
         magnetisation_ =
             rows_of_owners(blocks_, owned_.indices, 3, [&](std::int64_t i, double* out) { put(out, group.magnetisation(i)); });
     before.magnetised |= is_magnetised(group);
 }
 
+std::int64_t VtkRods::lines() const { return group_.body() ? static_cast<std::int64_t>(group_.body()->line.size()) : 1; }
+std::int64_t VtkRods::nodes() const { return group_.body() ? 2 * lines() : group_.slots(); }
+
+void VtkRods::describe_body(const RodCopy& body, const VtkContent& content, Scratch& scratch) const {
+    const Slot<1>& s = body.state[0];
+    const Vec3d centre = lane(s.position, 0), velocity = lane(s.velocity, 0), spin = lane(s.spin, 0);
+    const Quaterniond axes = lane(s.director, 0);
+    double* out = scratch.numbers.data();
+    const auto each = [&](auto&& number) {
+        for (const BodyShape::Line& line : group_.body()->line)
+            for (const Vec3d& place : {line.from, line.to}) out = put(out, number(place));
+    };
+    each([&](const Vec3d& place) { return centre + transpose_times(axes, place); });
+    for (const double radius : radius_) out = put(out, radius);
+    each([&](const Vec3d& place) { return velocity + transpose_times(axes, cross(spin, place)); });
+    for (int strain = 0; strain < 3; ++strain) each([](const Vec3d&) { return 0.0; }); // nor curvature, nor energy
+    if (content.normals) each([&](const Vec3d&) { return body.frames[0].d1; });
+    if (!content.forces) return;
+    for (const BodyShape::Line& line : group_.body()->line)
+        for (const int end : {0, 1})
+            out = put(out, line.slot < 0 ? Vec3d{0, 0, 0} : scratch.force[static_cast<std::size_t>(line.slot + end)]);
+}
+
 void VtkRods::find_radii() {
     radius_.clear();
     const auto put_radii = [this](const RodGroup& rod) {
-        for (std::int64_t k = 0; k < rod.slots(); ++k) radius_.push_back(node_radius(rod, k));
+        for (std::int64_t k = 0; k < nodes(); ++k)
+            radius_.push_back(rod.body() ? rod.body()->line[static_cast<std::size_t>(k / 2)].radius : node_radius(rod, k));
     };
     if (!group_.sized()) put_radii(group_);
     else
@@ -113,9 +139,9 @@ void VtkRods::describe(std::size_t place, const RodCopy& rod, const VtkContent& 
 
 std::span<const std::byte> VtkRods::take(const VtkContent& content, double time, double lag, const NodeForces& forces,
                                          RecordBuffers& buffers) {
-    const auto nodes = static_cast<std::size_t>(group_.slots());
+    const auto nodes = static_cast<std::size_t>(this->nodes());
     for (Scratch& scratch : scratch_) {
-        scratch.force.resize(nodes);
+        scratch.force.resize(static_cast<std::size_t>(group_.exposed_slots()));
         scratch.numbers.resize(content.bytes_per_node() / bytes_of(content.real) * nodes);
     }
     buffers.begin(blocks_, record_bytes(content));
@@ -124,7 +150,8 @@ std::span<const std::byte> VtkRods::take(const VtkContent& content, double time,
         [&](int thread, std::size_t i, const RodCopy& rod) {
             Scratch& scratch = scratch_[static_cast<std::size_t>(thread)];
             if (content.forces) forces(rods_->local()[owned_.places[i]].gid, scratch.force);
-            describe(i, rod, content, scratch);
+            if (group_.body()) describe_body(rod, content, scratch);
+            else describe(i, rod, content, scratch);
             convert(scratch.numbers, content.real, buffers.record(i));
         },
         time);
@@ -133,7 +160,7 @@ std::span<const std::byte> VtkRods::take(const VtkContent& content, double time,
 
 void VtkRods::write(Descriptor& file, const VtkPolyData& layout, const VtkContent& content,
                     std::span<const std::byte> block) const {
-    const std::size_t record = record_bytes(content), nodes = static_cast<std::size_t>(group_.slots()),
+    const std::size_t record = record_bytes(content), nodes = static_cast<std::size_t>(this->nodes()),
                       rods_here = static_cast<std::size_t>(blocks_.size());
     std::size_t within = 0; // a record
     std::vector<std::byte> column;
@@ -151,19 +178,20 @@ void VtkRods::write(Descriptor& file, const VtkPolyData& layout, const VtkConten
 }
 
 void VtkRods::write_constants(Descriptor& file, const VtkPolyData& layout, const VtkContent& content) const {
-    const auto nodes = static_cast<std::uint64_t>(group_.slots()), begin = static_cast<std::uint64_t>(blocks_.begin()),
-               count = static_cast<std::uint64_t>(blocks_.size());
-    const std::uint64_t first_node = first_node_ + begin * nodes, first_rod = first_rod_ + begin;
+    const auto nodes = static_cast<std::uint64_t>(this->nodes()), of_rod = static_cast<std::uint64_t>(lines()),
+               begin = static_cast<std::uint64_t>(blocks_.begin()), rods_here = static_cast<std::uint64_t>(blocks_.size());
+    const std::uint64_t first_node = first_node_ + begin * nodes, first_line = first_line_ + begin * of_rod,
+                        of_line = nodes / of_rod, count = rods_here * of_rod;
     std::size_t array = content.node_arrays();
-    write_integers(file, layout, array++, first_node, count * nodes, [&](std::uint64_t i) { return first_node + i; });
-    write_integers(file, layout, array++, first_rod, count, [&](std::uint64_t i) { return first_node + (i + 1) * nodes; });
-    write_integers(file, layout, array++, first_rod, count, [&](std::uint64_t i) { return begin + i; });
-    write_integers(file, layout, array++, first_rod, count, [&](std::uint64_t) { return group_.id(); });
+    write_integers(file, layout, array++, first_node, rods_here * nodes, [&](std::uint64_t i) { return first_node + i; });
+    write_integers(file, layout, array++, first_line, count, [&](std::uint64_t i) { return first_node + (i + 1) * of_line; });
+    write_integers(file, layout, array++, first_line, count, [&](std::uint64_t i) { return begin + i / of_rod; });
+    write_integers(file, layout, array++, first_line, count, [&](std::uint64_t) { return group_.id(); });
     if (!content.magnetised) return;
     const std::size_t size = 3 * bytes_of(content.real);
     std::vector<std::byte> numbers(count * size);
     convert(magnetisation_.empty() ? std::vector<double>(3 * count, 0.0) : magnetisation_, content.real, numbers.data());
-    file.write_at(layout.numbers_at(array) + first_rod * size, text_of(numbers.data(), numbers.size()));
+    file.write_at(layout.numbers_at(array) + first_line * size, text_of(numbers.data(), numbers.size()));
 }
 
 } // namespace skein

@@ -102,7 +102,7 @@ template <class Deed> void VtkSeries::whole_or_not(List& list, std::int64_t step
 
 void VtkSeries::write(std::int64_t step, double time, double lag) {
     whole_or_not(rods_, step, [&](const std::string& name) {
-        const VtkPolyData layout(content_.nodes, content_.rods, 0, content_.arrays(), time);
+        const VtkPolyData layout(content_.nodes, content_.lines, 0, content_.arrays(), time);
         const std::string temporary = path_of(name) + ".tmp";
         on_root(comm_, [&] {
             Descriptor file(begin_file(name, layout.file_bytes()), O_WRONLY);
@@ -157,11 +157,11 @@ void VtkSeries::flush() {
     });
 }
 
-double VtkSeries::frame_bytes(const OutputSpec& spec, double rods, double nodes, bool forces) {
+double VtkSeries::frame_bytes(const OutputSpec& spec, double lines, double nodes, bool forces) {
     const VtkContent content{.real = spec.precision == Precision::single ? VtkType::float32 : VtkType::float64,
                              .normals = spec.directors,
                              .forces = forces};
-    return nodes * (static_cast<double>(content.bytes_per_node()) + 4) + rods * 16;
+    return nodes * (static_cast<double>(content.bytes_per_node()) + 4) + lines * 16;
 }
 
 } // namespace skein

@@ -39,7 +39,7 @@ public:
     void flush();
 
     /// Size of one frame, about.
-    static double frame_bytes(const OutputSpec& spec, double rods, double nodes, bool forces);
+    static double frame_bytes(const OutputSpec& spec, double lines, double nodes, bool forces);
 
 private:
     struct List {

@@ -41,8 +41,9 @@ public:
 
     std::string grid(const std::string& time) const {
         std::string xml = fmt::format("<Grid Name=\"{}\" GridType=\"Uniform\">\n{}", escaped(group_.name), time);
-        xml += fmt::format("<Topology TopologyType=\"Polyline\" NodesPerElement=\"{}\" NumberOfElements=\"{}\">\n{}</Topology>\n",
-                           group_.nodes, group_.rods, item("connectivity", rods_nodes(), "Int", 8));
+        xml += fmt::format("<Topology TopologyType=\"{}\" NodesPerElement=\"{}\" NumberOfElements=\"{}\">\n{}</Topology>\n",
+                           group_.nodes == 1 ? "Polyvertex" : "Polyline", group_.nodes, group_.rods,
+                           item("connectivity", rods_nodes(), "Int", 8));
         xml += fmt::format("<Geometry GeometryType=\"XYZ\">\n{}</Geometry>\n", frame_item("position"));
         xml += attribute("radius", "Scalar", "Node", item("point_radius", rods_nodes(), "Float", 8));
         if (group_.normals) xml += attribute("normal", "Vector", "Node", frame_item("normal"));

@@ -3,14 +3,16 @@
 #pragma once
 
 #include "contact/wall_pass.hpp"
+#include "contact/wall_points.hpp"
 #include "kernels/surroundings.hpp"
 #include "loads/laplacian_filter.hpp"
 #include "loads/load_pass.hpp"
+#include "neighbourhood/surface.hpp"
 #include "rod/audit.hpp"
+#include "rod/body.hpp"
 #include "rod/elastic.hpp"
 #include "rod/hold.hpp"
 #include "rod/kick.hpp"
-#include "rod/rigid.hpp"
 #include "rod/top.hpp"
 
 #include <map>
@@ -22,8 +24,7 @@ namespace skein {
 inline KicksOfGroup kicks_of(const pass::Kick& kick, const GroupPlan& plan, const RodGroup& group, const Scheme& scheme,
                              double dt) {
     KicksOfGroup kicks;
-    DampingRates rates = damping_rates(group, plan.damping);
-    if (kick.kind == KickKind::rigid) rates = rigid_rates(std::move(rates));
+    const DampingRates rates = damping_rates(group, plan.damping);
     for (const double share : scheme.kicks) kicks.emplace_back(group, rates, share * (kick.share * dt), plan.damping_scheme);
     return kicks;
 }
@@ -41,7 +42,6 @@ template <class F> auto with_kick(KickKind kind, F&& make) {
         return make.template operator()<KickKind::stretched_exponential>();
     case KickKind::stretched_after:
     case KickKind::elastica:
-    case KickKind::rigid:
         break;
     }
     return make.template operator()<KickKind::stretched_after>();
@@ -66,7 +66,6 @@ public:
     explicit PassMaker(const PassParts<W>& parts) : parts_(parts) {}
 
     Made operator()(const pass::Drift& p) const {
-        if (p.top == TopKind::rigid) return std::make_unique<RigidDriftPass<W>>();
         return with_top(p.top, []<class Top>(Top) -> Made { return std::make_unique<DriftPass<Top, W>>(); });
     }
     Made operator()(pass::CloseRing) const { return std::make_unique<CloseRingPass<W>>(); }
@@ -74,8 +73,11 @@ public:
     Made operator()(pass::MoveEnds) const { return std::make_unique<MoveEndsPass<W>>(parts_.moving); }
     Made operator()(pass::Orthonormalise) const { return std::make_unique<OrthonormalisePass<W>>(); }
     Made operator()(pass::Expose) const { return std::make_unique<ExposePass<W>>(parts_.around.exposure); }
+    Made operator()(pass::ExposeSurface) const {
+        return std::make_unique<ExposeSurfacePass<W>>(parts_.around.exposure, *parts_.group.body());
+    }
+    Made operator()(pass::Unstrained) const { return std::make_unique<UnstrainedPass<W>>(); }
     Made operator()(const pass::Elastic& p) const {
-        if (p.law == Law::rigid) return std::make_unique<RigidRestPass<W>>();
         if (p.law == Law::elastica) return std::make_unique<ElasticaPass<W>>(ends_of(parts_.group));
         return with_energy_law(
             p.law, [&]<class L>(L) -> Made { return std::make_unique<ElasticPass<L, W>>(ends_of(parts_.group), parts_.moving); });
@@ -86,15 +88,18 @@ public:
         });
     }
     Made operator()(const pass::ApplyLoad& p) const { return make_pass<W>(parts_.plan.loads[p.number], parts_.group); }
-    Made operator()(pass::Walls) const { return std::make_unique<WallPass<W>>(parts_.around.walls, parts_.group, parts_.walls); }
+    Made operator()(pass::Walls) const { return walls<RodNodes<W>>(); }
+    Made operator()(pass::SurfaceWalls) const { return walls<SurfacePoints<W>>(); }
     Made operator()(pass::TakeLoads) const {
         return std::make_unique<TakeLoadsPass<W>>(parts_.around.exposure, parts_.around.loads);
+    }
+    Made operator()(pass::TakeSurfaceLoads) const {
+        return std::make_unique<TakeSurfaceLoadsPass<W>>(parts_.around.exposure, parts_.around.loads, *parts_.group.body());
     }
     Made operator()(pass::FoldRing) const { return std::make_unique<FoldRingPass<W>>(); }
     Made operator()(pass::AuditLoads) const { return std::make_unique<AuditLoadsPass<W>>(parts_.audit); }
     Made operator()(const pass::Kick& p) const {
         KicksOfGroup kicks = kicks_of(p, parts_.plan, parts_.group, parts_.scheme, parts_.dt);
-        if (p.kind == KickKind::rigid) return std::make_unique<RigidKickPass<W>>(std::move(kicks));
         if (p.kind == KickKind::elastica) return std::make_unique<KickPass<KickKind::elastica, W>>(std::move(kicks));
         return with_kick(p.kind, [&]<KickKind Kind>() -> Made { return std::make_unique<KickPass<Kind, W>>(std::move(kicks)); });
     }
@@ -107,6 +112,9 @@ public:
     }
 
 private:
+    template <class Points> Made walls() const {
+        return std::make_unique<WallPass<W, Points>>(parts_.around.walls, parts_.group, parts_.walls);
+    }
     const PassParts<W>& parts_;
 };
 

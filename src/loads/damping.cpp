@@ -10,7 +10,7 @@ namespace {
 /// first.
 double legacy_mass(const RodGroup& group, std::size_t k) {
     const auto& m = group.node_mass;
-    if (group.closed()) return m[k];
+    if (group.closed() || !group.strained()) return m[k];
     double mass = 0.5 * (m[k] + m[k + 1]);
     if (k == 0) mass += 0.5 * m.front();
     if (k + 2 == m.size()) mass += 0.5 * m.back();
@@ -25,14 +25,16 @@ DampingRates damping_rates(const RodGroup& group, std::span<const Damping> dampi
     DampingRates rates;
     if (std::all_of(damping.begin(), damping.end(), is_filter)) return rates;
     const auto n = static_cast<std::size_t>(group.elements());
-    rates.node.assign(n + 1, 0.0);
+    rates.node.assign(group.node_mass.size(), 0.0);
     rates.element.assign(n, Vec3d{0, 0, 0});
     for (const Damping& d : damping) {
         if (is_filter(d)) continue;
-        if (d.kind != DampingKind::uniform && !rates.follow_stretch()) rates.element_stretched.assign(n, Vec3d{0, 0, 0});
-        for (std::size_t i = 0; i <= n; ++i)
+        if (d.kind != DampingKind::uniform && group.strained() && !rates.follow_stretch())
+            rates.element_stretched.assign(n, Vec3d{0, 0, 0});
+        for (std::size_t i = 0; i < rates.node.size(); ++i)
             if (group.node_mass[i] > 0)
                 rates.node[i] += d.kind == DampingKind::physical ? d.translational / group.node_mass[i] : d.rate;
+        std::vector<Vec3d>& with_stretch = group.strained() ? rates.element_stretched : rates.element;
         for (std::size_t k = 0; k < n; ++k) {
             const Vec3d& j = group.element[k].inertia;
             switch (d.kind) {
@@ -40,10 +42,10 @@ DampingRates damping_rates(const RodGroup& group, std::span<const Damping> dampi
                 rates.element[k] += Vec3d{d.rate, d.rate, d.rate};
                 break;
             case DampingKind::legacy:
-                rates.element_stretched[k] += over(d.rate * legacy_mass(group, k), j);
+                with_stretch[k] += over(d.rate * legacy_mass(group, k), j);
                 break;
             case DampingKind::physical:
-                rates.element_stretched[k] += over(d.rotational, j);
+                with_stretch[k] += over(d.rotational, j);
                 break;
             case DampingKind::laplacian:
                 break;

@@ -11,7 +11,7 @@ namespace skein {
 
 struct EndForce {
     static constexpr std::string_view kind = "end_force", label = "end forces";
-    static constexpr bool for_rings = false;
+    static constexpr bool for_rigid_bodies = false, for_rings = false;
     Vec3d start{0, 0, 0}; ///< N, lab, on node 0
     Vec3d end{0, 0, 0};   ///< N, lab, on node n
     double ramp = 0;      ///< s

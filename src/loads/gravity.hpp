@@ -16,7 +16,7 @@ struct Gravity {
 
     template <int W, class Map = Across<W>> void add(const RodTile<W>& rod, SlotLoad<W>* load, const Step&) const {
         const auto g = broadcast<W>(acceleration);
-        for (int i = 0; i <= rod.n; ++i) load[i].force = fma(Pack<W>(Map::node_mass(rod, i)), g, load[i].force);
+        for (int i = 0; i <= rod.last; ++i) load[i].force = fma(Pack<W>(Map::node_mass(rod, i)), g, load[i].force);
     }
 };
 

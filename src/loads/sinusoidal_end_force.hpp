@@ -16,7 +16,7 @@ namespace skein {
 
 struct SinusoidalEndForce {
     static constexpr std::string_view kind = "sinusoidal_end_force", label = "sinusoidal end forces";
-    static constexpr bool for_rings = false;
+    static constexpr bool for_rigid_bodies = false, for_rings = false;
     double start = 0;       ///< F_start, N
     double end = 0;         ///< F_end, N
     Vec3d normal{0, 1, 0};  ///< nu, lab

@@ -1,5 +1,7 @@
 #include "neighbourhood/exposure.hpp"
 
+#include "neighbourhood/surface.hpp"
+
 #include <algorithm>
 
 namespace skein {
@@ -15,8 +17,8 @@ Exposure::Exposure(std::span<const RodGroup> groups, std::span<const LocalRod> b
     lay_out(true);
     find_own();
     for (const Window& w : window) {
-        const std::vector<ElementConstants>& element = groups[static_cast<std::size_t>(w.group)].element;
-        for (std::size_t k = 0; k < element.size(); ++k) node[w.first_slot + k].radius = element[k].radius;
+        const RodGroup& group = groups[static_cast<std::size_t>(w.group)];
+        for (std::uint32_t k = 0; k < w.slots; ++k) node[w.first_slot + k].radius = group.exposed_radius(static_cast<int>(k));
     }
 }
 
@@ -56,8 +58,18 @@ std::optional<std::uint32_t> Exposure::find(std::int64_t in_scene) const {
     return w.first_slot + static_cast<std::uint32_t>(k);
 }
 
-void Exposure::show(std::size_t i, std::span<const Slot<1>> state) {
+void Exposure::show(std::size_t i, std::span<const Slot<1>> state, const BodyShape* body) {
     const Window& w = window[own_window_[i]];
+    if (body) {
+        std::size_t slot = w.first_slot;
+        for_surface_slots(*body, state[0], [&](const auto& position, double, const auto& velocity, const auto& spin) {
+            node[slot].position = lane(position, 0);
+            motion[slot].velocity = lane(velocity, 0);
+            motion[slot].spin = lane(spin, 0);
+            ++slot;
+        });
+        return;
+    }
     for (std::size_t k = 0; k < state.size(); ++k) {
         const Slot<1>& s = state[k];
         node[w.first_slot + k].position = lane(s.position, 0);

@@ -18,6 +18,8 @@
 
 namespace skein {
 
+struct BodyShape;
+
 /// Place of a slot, which is all that a search and the test of a candidate need. Element k of a body lies between its slots k and
 /// k + 1; the last slot of a window has no element.
 struct ExposedNode {
@@ -82,8 +84,8 @@ public:
     }
     /// The window of bodies[i].
     std::size_t number_of_own(std::size_t i) const { return own_window_[i]; }
-    /// What ExposePass would show of the rod `bodies[i]`, to the bit, from its state.
-    void show(std::size_t i, std::span<const Slot<1>> state);
+    /// What ExposePass, or ExposeSurfacePass of a body, would show of `bodies[i]`, to the bit, from its state.
+    void show(std::size_t i, std::span<const Slot<1>> state, const BodyShape* body = nullptr);
     /// Other windows, with the same own bodies among them: the own ones' slots keep what they show.
     void become(Exposure&& other);
 
@@ -156,6 +158,34 @@ private:
     std::shared_ptr<Exposure> exposure_;
 };
 
+/// Loads of a tile's rods, slot by slot; nothing where a rod is not touched.
+template <int W> class LoadsOfLanes {
+public:
+    LoadsOfLanes(const Exposure& exposure, const SlotLoads& loads, const RodTile<W>& rod) {
+        static constexpr ExertedLoad none{};
+        for (int l = 0; l < W; ++l) {
+            const std::size_t number = exposure.number_of_own(rod.group->id(), ExposePass<W>::place_in_group(rod, l));
+            const bool touched = loads.touched[number];
+            taken_[l] = touched ? &loads.load[exposure.window[number].first_slot] : &none;
+            step_[l] = touched;
+            any_ |= touched;
+        }
+    }
+    bool any() const { return any_; }
+    SKEIN_INLINE Vec3<Pack<W>> force(std::size_t k) const {
+        return load_transposed<W>([&](int l) { return &at(l, k).force.x; }).vector;
+    }
+    SKEIN_INLINE Vec3<Pack<W>> couple(std::size_t k) const {
+        return load_transposed<W>([&](int l) { return &at(l, k).couple.x; }).vector;
+    }
+
+private:
+    SKEIN_INLINE const ExertedLoad& at(int l, std::size_t k) const { return taken_[l][step_[l] * k]; }
+    const ExertedLoad* taken_[W];
+    std::size_t step_[W];
+    bool any_ = false;
+};
+
 /// Before the kick: forces and couples that interactions have found.
 template <int W> class TakeLoadsPass final : public TilePass<W> {
 public:
@@ -163,23 +193,12 @@ public:
         : exposure_(std::move(exposure)), loads_(std::move(loads)) {}
 
     void run(const RodTile<W>& rod, SlotLoad<W>* load, const Step&) const override {
-        static constexpr ExertedLoad none{};
-        const ExertedLoad* taken[W];
-        std::size_t step[W];
-        bool any = false;
-        for (int l = 0; l < W; ++l) {
-            const std::size_t number = exposure_->number_of_own(rod.group->id(), ExposePass<W>::place_in_group(rod, l));
-            const bool touched = loads_->touched[number];
-            taken[l] = touched ? &loads_->load[exposure_->window[number].first_slot] : &none;
-            step[l] = touched;
-            any |= touched;
-        }
-        if (!any) return;
+        const LoadsOfLanes<W> taken(*exposure_, *loads_, rod);
+        if (!taken.any()) return;
         for (int k = 0; k <= rod.n; ++k) {
-            const auto at = [&](int l) -> const ExertedLoad& { return taken[l][step[l] * static_cast<std::size_t>(k)]; };
-            load[k].force += load_transposed<W>([&](int l) { return &at(l).force.x; }).vector;
-            if (k < rod.n)
-                load[k].couple += rod.slot[k].director * load_transposed<W>([&](int l) { return &at(l).couple.x; }).vector;
+            const auto slot = static_cast<std::size_t>(k);
+            load[k].force += taken.force(slot);
+            if (k < rod.n) load[k].couple += rod.slot[k].director * taken.couple(slot);
         }
     }
 

@@ -13,7 +13,7 @@ template <class T> const T& last_before(const std::vector<T>& all, std::int64_t 
 
 std::vector<SceneSlots::Alike> alike(std::span<const RodGroup> groups) {
     std::vector<SceneSlots::Alike> all;
-    for (const RodGroup& group : groups) all.push_back({group.count(), group.slots()});
+    for (const RodGroup& group : groups) all.push_back({group.count(), group.exposed_slots()});
     return all;
 }
 

@@ -69,7 +69,8 @@ template <class Top, int W, class Map = Across<W>> SKEIN_INLINE void drift(const
         s.position = fma(h, s.velocity, s.position);
         Top::turn(Map::element(rod, k), s.director, s.spin, h);
     }
-    Slot<W>& last = rod.slot[rod.n];
+    if (rod.last < rod.n) return; // a body
+    Slot<W>& last = rod.slot[rod.last];
     last.position = fma(h, last.velocity, last.position);
 }
 

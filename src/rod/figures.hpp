@@ -12,7 +12,6 @@
 #include "core/rotation.hpp"
 #include "rod/law.hpp"
 #include "rod/moving_ends.hpp"
-#include "rod/rigid.hpp"
 #include "rod/rods.hpp"
 
 namespace skein {
@@ -29,7 +28,7 @@ template <int W> void add_nodes(TileFigures<W>& f, const RodTile<W>& rod) {
     using F = RodFigures;
     P twice(0.0), mass(0.0), fastest(0.0);
     Vec3<P> momentum{P(0.0), P(0.0), P(0.0)}, first = momentum;
-    for (int i = 0; i <= rod.n; ++i) {
+    for (int i = 0; i <= rod.last; ++i) {
         const P m(rod.group->node_mass[static_cast<std::size_t>(i)]);
         const Vec3<P>&v = rod.slot[i].velocity, &x = rod.slot[i].position;
         const P squared = dot(v, v);
@@ -109,13 +108,12 @@ template <class Law, bool Published, int W> void add_elements(TileFigures<W>& f,
         wall(wall_frames(rod, time, end_wall_frame), slot[n - 1].director, n - 1, e_before, group.end_wall_rest_curvature);
 }
 
+/// Of an element that is not strained.
 template <int W> void add_body(TileFigures<W>& f, const RodTile<W>& rod) {
     using P = Pack<W>;
     using F = RodFigures;
-    const Vec3<P> v = rigid_centre(rod.slot).velocity;
     const Vec3<P>& w = rod.slot[0].spin;
     const Quaternion<P>& q = rod.slot[0].director;
-    f.sum[F::translation] = P(0.5 * (rod.group->node_mass[0] + rod.group->node_mass[1])) * dot(v, v);
     f.sum[F::rotation] = P(0.5) * dot(w, scale(broadcast<W>(rod.element[0].inertia), w));
     f.extreme[F::skew] = abs(dot(q, q) - P(1.0));
 }
@@ -128,7 +126,7 @@ template <int W> TileFigures<W> figures_of(const RodTile<W>& rod, double time) {
     for (Pack<W>& p : f.sum) p = Pack<W>(0.0);
     for (Pack<W>& p : f.extreme) p = Pack<W>(0.0);
     detail::add_nodes(f, rod);
-    if (is_rigid(*rod.group)) detail::add_body(f, rod);
+    if (!rod.group->strained()) detail::add_body(f, rod);
     else if (rod.group->law() == Law::elastica) detail::add_elements<IncompressibleLaw, true>(f, rod, time);
     else with_energy_law(rod.group->law(), [&]<class L>(L) { detail::add_elements<L, false>(f, rod, time); });
     return f;

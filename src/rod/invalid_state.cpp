@@ -14,7 +14,7 @@ double most_dilatation(const RodGroup& group) { return std::min(20.0, tension_li
 std::optional<InvalidState> find_invalid(const RodGroup& group, std::span<const Slot<1>> state) {
     const auto finite = [](const Vec3d& a) { return std::isfinite(a.x) && std::isfinite(a.y) && std::isfinite(a.z); };
     char text[160];
-    for (int k = 0; k <= group.elements(); ++k) {
+    for (int k = 0; k < group.slots(); ++k) {
         const Slot<1>& s = state[static_cast<std::size_t>(k)];
         const char* quantity = !finite(lane(s.position, 0))                     ? "position"
                                : !finite(lane(s.velocity, 0))                   ? "velocity"
@@ -26,7 +26,7 @@ std::optional<InvalidState> find_invalid(const RodGroup& group, std::span<const 
             return InvalidState{k, false, text};
         }
     }
-    if (group.law() == Law::rigid) return std::nullopt;
+    if (!group.strained()) return std::nullopt;
     for (int k = 0; k < group.elements(); ++k) {
         const Slot<1>&s = state[static_cast<std::size_t>(k)], &next = state[static_cast<std::size_t>(k) + 1];
         const double e = group.element[static_cast<std::size_t>(k)].inv_rest_length *
@@ -47,6 +47,7 @@ std::optional<InvalidState> find_invalid(const RodGroup& group, std::span<const 
 }
 
 std::string tension_hint(const RodGroup& group, std::span<const Slot<1>> state) {
+    if (!group.strained()) return {};
     const double limit = tension_limit(group);
     double most = 0;
     int element = 0;

@@ -22,9 +22,9 @@ KickConstants::KickConstants(const RodGroup& group, const DampingRates& rates, d
                                    : scheme == DampingScheme::exponential ? phi1
                                                                           : exponential;
     const int n = group.elements();
-    node.reserve(static_cast<std::size_t>(n) + 1);
+    node.reserve(group.node_mass.size());
     element.reserve(static_cast<std::size_t>(n));
-    for (int i = 0; i <= n; ++i) {
+    for (int i = 0; i < group.slots(); ++i) {
         const auto at = static_cast<std::size_t>(i);
         if (group.holds_node(i) || group.node_mass[at] == 0) { // or a ring's copy of its first node
             node.push_back({1, 0});

@@ -52,14 +52,13 @@ struct KickConstants {
     KickConstants(const RodGroup& group, const DampingRates& rates, double h, DampingScheme scheme = DampingScheme::midpoint);
 };
 
-enum class KickKind { undamped, constant_rates, stretched_rates, stretched_exponential, stretched_after, elastica, rigid };
+enum class KickKind { undamped, constant_rates, stretched_rates, stretched_exponential, stretched_after, elastica };
 inline constexpr std::string_view kick_names[] = {"kick",
                                                   "kick (damped)",
                                                   "kick (damped, rates follow stretch)",
                                                   "kick (damped exponentially, rates follow stretch)",
                                                   "kick, then damping (rates follow stretch)",
-                                                  "kick (elastica: J/e, damping after)",
-                                                  "kick (rigid)"};
+                                                  "kick (elastica: J/e, damping after)"};
 
 /// Constants of a group for every kick length of the scheme.
 using KicksOfGroup = std::vector<KickConstants>;
@@ -89,7 +88,7 @@ public:
             kick_element<Alike>(at(c.element, k), load[k], s.spin);
             kick_node(at(c.node, k), load[k].force, s.velocity);
         }
-        kick_node(at(c.node, rod.n), load[rod.n].force, rod.slot[rod.n].velocity);
+        if (rod.last == rod.n) kick_node(at(c.node, rod.n), load[rod.n].force, rod.slot[rod.n].velocity); // not of a body
     }
 
 private:

@@ -53,8 +53,7 @@ struct LinearLaw {
 };
 
 /// Passes that set internal loads, in the order of Law.
-inline constexpr std::string_view elastic_names[] = {"elastic (incompressible)", "elastic (linear)", "elastica (as published)",
-                                                     "rigid"};
+inline constexpr std::string_view elastic_names[] = {"elastic (incompressible)", "elastic (linear)", "elastica (as published)"};
 
 /// Calls f(Law{}) for a law that has an energy; those that have none are for the caller to tell apart.
 template <class F> auto with_energy_law(Law law, F&& f) { return law == Law::linear ? f(LinearLaw{}) : f(IncompressibleLaw{}); }

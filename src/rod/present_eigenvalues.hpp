@@ -138,7 +138,7 @@ template <class Law, class Map, int W, class F> void present_eigenvalues(const R
 
 /// Of rigid bodies none.
 template <int W, class F> void present_eigenvalues(const RodTile<W>& rod, F&& f) {
-    if (rod.group_of(0).law() == Law::rigid) return;
+    if (!rod.group_of(0).strained()) return;
     with_mapping(rod, [&]<class Map> {
         with_energy_law(rod.group_of(0).law(), [&]<class L>(L) { detail::present_eigenvalues<L, Map>(rod, f); });
     });

@@ -1,9 +1,9 @@
 #include "skein/rod/rod_group.hpp"
 
 #include "core/rotation.hpp"
+#include "rod/body_shape.hpp"
 #include "rod/hold.hpp"
 #include "rod/packing.hpp"
-#include "rod/rigid.hpp"
 #include "rod/time_limits.hpp"
 #include "skein/core/error.hpp"
 
@@ -95,25 +95,6 @@ ElementConstants element_constants(const RodSpec& spec, std::size_t k, const Sha
             .bending = {bending(0, i1), bending(1, i2), shear * torsion_constant(spec.section, f, a, b, i3)}};
 }
 
-/// A capsule: see rod/rigid.hpp.
-ElementConstants rigid_constants(const RodSpec& spec) {
-    const double l = spec.shape.length, r = spec.section.radius, area = pi * r * r;
-    const double cylinder = spec.material.density * area * l, balls = spec.material.density * area * (4.0 / 3 * r);
-    const double j3 = r * r * (0.5 * cylinder + 0.4 * balls);
-    const double j1 = cylinder * (l * l / 12 + 0.25 * r * r) + balls * (0.4 * r * r + 0.25 * l * l + 0.375 * l * r);
-    return {.rest_length = l,
-            .inv_rest_length = 1 / l,
-            .volume = area * (l + 4.0 / 3 * r),
-            .radius = r,
-            .stiffness = {0, 0, 0},
-            .rest_strain = {0, 0, 0},
-            .rest_stretch = 1,
-            .inertia = {j1, j1, j3},
-            .inv_inertia = {1 / j1, 1 / j1, 1 / j3},
-            .inertia_ratio = j3 / j1,
-            .bending = {0, 0, 0}};
-}
-
 /// Every element's j; empty where all are 1. `group` has its elements and cells, not scaled.
 std::vector<double> rotary_inertia_scales(const RodGroup& group) {
     const Material& m = group.spec().material;
@@ -140,10 +121,16 @@ VoronoiConstants voronoi_constants(const ElementConstants& before, const Element
             .rest_curvature = rest_curvature};
 }
 
-/// What a scene leaves out: a ring that says nothing of its curvature is a circle, a ball has a direction all the same.
-RodSpec completed(RodSpec spec) {
+/// What a scene leaves out: a ring that says nothing of its curvature is a circle; a body is an element as long as it reaches both
+/// ways.
+RodSpec completed(RodSpec spec, const BodyShape* body) {
     Shape& s = spec.shape;
-    if (spec.material.law == Law::rigid && s.length == 0) s.length = ball_length * spec.section.radius;
+    if (body) {
+        s.elements = 1;
+        s.length = 2 * body->reach;
+        spec.material.density = body->mass / body->volume;
+        return spec;
+    }
     const bool straight =
         s.rest_curvature.x == 0 && s.rest_curvature.y == 0 && s.rest_curvature.z == 0 && s.rest_curvature_profile.empty();
     if (s.closed && straight && !s.start_curvature && s.start_curvature_profile.empty())
@@ -155,7 +142,8 @@ RodSpec completed(RodSpec spec) {
 
 RodGroup::RodGroup(const RodSpec& spec, int id, std::int64_t first_gid, const std::string& directory,
                    std::vector<Capsule>* occupied, std::shared_ptr<const RodSource> source)
-    : spec_(completed(spec)), id_(id), first_gid_(first_gid),
+    : body_(spec.body ? std::make_shared<const BodyShape>(spec) : nullptr), spec_(completed(spec, body_.get())), id_(id),
+      first_gid_(first_gid),
       places_(source ? Places(std::move(source), spec.placement.origin, spec.shape.elements) : Places(spec_, directory)) {
     spec_.placement.origins = spec_.placement.tangents = spec_.placement.normals = {}; // places_ has them
     frame_ = turned() ? no_turn : frame_of(spec.placement.tangent, spec.placement.normal);
@@ -165,7 +153,8 @@ RodGroup::RodGroup(const RodSpec& spec, int id, std::int64_t first_gid, const st
 }
 
 RodGroup::RodGroup(const RodGroup& group, std::int64_t i)
-    : spec_(group.spec_), id_(group.id_), first_gid_(group.first_gid_), frame_(group.frame_), corner_(group.corner_) {
+    : body_(group.body_), spec_(group.spec_), id_(group.id_), first_gid_(group.first_gid_), frame_(group.frame_),
+      corner_(group.corner_) {
     become(group, i);
 }
 
@@ -175,7 +164,42 @@ void RodGroup::become(const RodGroup& group, std::int64_t i) {
     work_out_constants();
 }
 
+int RodGroup::exposed_slots() const { return body_ ? 2 * static_cast<int>(body_->part.size()) : slots(); }
+
+double RodGroup::exposed_radius(int slot) const {
+    const auto at = static_cast<std::size_t>(slot);
+    if (body_) return at % 2 ? -1 : body_->part[at / 2].cover();
+    return at < element.size() ? element[at].radius : -1;
+}
+
+/// One slot: the centre of mass, and the principal axes.
+void RodGroup::work_out_body() {
+    const BodyShape& body = *body_;
+    const Vec3d &j = body.inertia, inverse{1 / j.x, 1 / j.y, 1 / j.z};
+    double widest = 0;
+    for (const BodyShape::Part& part : body.part) widest = std::max(widest, part.radius);
+    const double length = spec_.shape.length;
+    element = {{.rest_length = length,
+                .inv_rest_length = 1 / length,
+                .volume = body.volume,
+                .radius = widest,
+                .stiffness = {0, 0, 0},
+                .rest_strain = {0, 0, 0},
+                .rest_stretch = 1,
+                .inertia = j,
+                .inv_inertia = inverse,
+                .inertia_ratio = j.z / j.x,
+                .bending = {0, 0, 0}}};
+    node_mass = {body.mass};
+    node_length = {length};
+    end_frame_ = frame_;
+    start_directors_ = {is_no_turn(body.axes) ? frame_ : body.axes * frame_};
+    centre_offset_ = transpose_times(frame_, body.centre);
+    start_offsets_ = {centre_offset_};
+}
+
 void RodGroup::work_out_constants() {
+    if (body_) return work_out_body();
     const Shape& shape = spec_.shape;
     const long n = shape.elements, cells = closed() ? n : n - 1;
     const auto begin = [](auto& list, long size) {
@@ -187,8 +211,7 @@ void RodGroup::work_out_constants() {
     begin(voronoi, n);
     begin(start_directors_, n);
     const Shares share(shape);
-    for (std::size_t k = 0; k < share.size(); ++k)
-        element.push_back(is_rigid(*this) ? rigid_constants(spec_) : element_constants(spec_, k, share[k]));
+    for (std::size_t k = 0; k < share.size(); ++k) element.push_back(element_constants(spec_, k, share[k]));
     const auto kappa0 = [&](long k) {
         return shape.rest_curvature_profile.empty() ? shape.rest_curvature
                                                     : shape.rest_curvature_profile[static_cast<std::size_t>(k)];
@@ -251,11 +274,26 @@ void RodGroup::work_out_constants() {
 
 void RodGroup::pack_rods(std::vector<Capsule>* occupied) {
     std::vector<Capsule> none;
+    const std::string where = fmt::format("{}: group '{}'", spec_.source, spec_.name);
+    if (body_) { // in a capsule about the d3 of its parts
+        double lowest = HUGE_VAL, highest = -HUGE_VAL, radius = 0;
+        for (const BodyShape::Point& p : body_->point) {
+            const Vec3d at = body_->centre + transpose_times(body_->axes, p.place);
+            lowest = std::min(lowest, at.z), highest = std::max(highest, at.z);
+            radius = std::max(radius, std::hypot(at.x, at.y) + p.radius);
+        }
+        PackedRods packed = pack(spec_.placement.packing, highest - lowest, radius, occupied ? *occupied : none, where);
+        for (std::size_t i = 0; i < packed.origins.size(); ++i) packed.origins[i] -= lowest * third_director(packed.frames[i]);
+        take_packed(std::move(packed));
+        return;
+    }
     const Shares share(spec_.shape);
     double radius = 0;
     for (std::size_t k = 0; k < share.size(); ++k) radius = std::max(radius, outer_radius(spec_, k, share[k]));
-    PackedRods packed = pack(spec_.placement.packing, norm(start_offsets_.back()), radius, occupied ? *occupied : none,
-                             fmt::format("{}: group '{}'", spec_.source, spec_.name));
+    take_packed(pack(spec_.placement.packing, norm(start_offsets_.back()), radius, occupied ? *occupied : none, where));
+}
+
+void RodGroup::take_packed(PackedRods packed) {
     places_ = Places(std::move(packed.origins), std::move(packed.frames));
     packed_fill_ = packed.fill;
     packed_top_ = packed.top;
@@ -269,6 +307,13 @@ void RodGroup::read_all() {
 
 void RodGroup::append_capsules(std::int64_t i, std::vector<Capsule>& capsules) const {
     if (sized()) return single(i).append_capsules(i, capsules);
+    if (body_) {
+        const Quaterniond axes = start_director(i, 0);
+        const Vec3d at = origin(i) + as_turned(i, centre_offset_);
+        for (const BodyShape::Part& p : body_->part)
+            capsules.push_back({at + transpose_times(axes, p.from), at + transpose_times(axes, p.to), p.cover()});
+        return;
+    }
     const Shares share(spec_.shape);
     for (std::size_t k = 0; k < share.size(); ++k)
         capsules.push_back({origin(i) + as_turned(i, start_offsets_[k]), origin(i) + as_turned(i, start_offsets_[k + 1]),
@@ -276,7 +321,6 @@ void RodGroup::append_capsules(std::int64_t i, std::vector<Capsule>& capsules) c
 }
 
 Vec3d RodGroup::pivot() const {
-    if (is_rigid(*this)) return 0.5 * (start_offsets_.front() + start_offsets_.back());
     if (holds_node(0)) return start_offsets_.front();
     if (holds_node(elements())) return start_offsets_.back();
     Vec3d sum{0, 0, 0};
@@ -298,7 +342,7 @@ void RodGroup::start_state(std::int64_t i, std::span<Slot<1>> out) const {
     const Quaterniond turn = turned() ? places_.turn(i) : no_turn;
     const auto as_turned = [&](const Vec3d& offset) { return turned() ? transpose_times(turn, offset) : offset; };
     Quaterniond before = no_turn, q = turn;
-    for (int k = 0; k <= n; ++k) {
+    for (int k = 0; k < slots(); ++k) {
         Slot<1>& s = out[static_cast<std::size_t>(k)];
         const Vec3d& offset = start_offsets_[static_cast<std::size_t>(k)];
         set_lane(s.position, 0, start + as_turned(offset));
@@ -319,7 +363,6 @@ void RodGroup::start_state(std::int64_t i, std::span<Slot<1>> out) const {
         }
     }
     apply_hold(*this, out.data());
-    if (is_rigid(*this)) rigid_drift(tile_of(*this, out), 0); // nodes go round with it
 }
 
 Vec3d RodGroup::magnetisation(std::int64_t i) const {

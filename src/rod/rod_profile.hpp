@@ -7,7 +7,6 @@
 #include "core/rotation.hpp"
 #include "rod/figures.hpp"
 #include "rod/law.hpp"
-#include "rod/rigid.hpp"
 #include "rod/rods.hpp"
 
 #include <algorithm>
@@ -78,12 +77,12 @@ template <class Law, bool Published, int W> void rod_profile(const RodTile<W>& r
 
 } // namespace detail
 
-/// Of a tile across; `out` has a place per slot. Rigid bodies are not strained. Slots synchronised, of time t, s.
+/// Of a tile across; `out` has a place per slot. Bodies are not strained. Slots synchronised, of time t, s.
 template <int W> void rod_profile(const RodTile<W>& rod, double time, NodeProfileOf<Pack<W>>* out) {
     const Pack<W> none(0.0);
-    std::fill_n(out, rod.n + 1, NodeProfileOf<Pack<W>>{none, none, none});
+    std::fill_n(out, rod.last + 1, NodeProfileOf<Pack<W>>{none, none, none});
     const Law law = rod.group->law();
-    if (is_rigid(*rod.group)) return;
+    if (!rod.group->strained()) return;
     if (law == Law::elastica) detail::rod_profile<IncompressibleLaw, true>(rod, time, out);
     else with_energy_law(law, [&]<class L>(L) { detail::rod_profile<L, false>(rod, time, out); });
 }

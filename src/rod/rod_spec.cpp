@@ -2,28 +2,13 @@
 
 namespace skein {
 
-namespace {
-
-/// A vector that may be absent: to visitors not-a-number.
-void visit(FieldVisitor& f, const Field& field, std::optional<Vec3d>& vector) {
-    Vec3d value = vector.value_or(Vec3d{NAN, NAN, NAN});
-    f.visit(field, value);
-    vector = std::isnan(value.x) ? std::nullopt : std::optional(value);
-}
-
-} // namespace
-
 void Material::fields(FieldVisitor& f) {
     f.visit({.name = "density", .unit = "kg/m^3", .text = "mass density", .required = true, .above = 0}, density);
-    f.choice(
-        {.name = "law",
-         .unit = "",
-         .text =
-             "rod law (docs/theory.md 3); elastica: as published, without an energy, for comparison; rigid: a body of one element, "
-             "a cylinder with round ends or a ball"},
-        law, law_names);
-    f.visit({.name = "youngs_modulus", .unit = "Pa", .text = "E; not of rigid bodies", .required = law != Law::rigid, .above = 0},
-            youngs_modulus);
+    f.choice({.name = "law",
+              .unit = "",
+              .text = "rod law (docs/theory.md 3); elastica: as published, without an energy, for comparison"},
+             law, law_names);
+    f.visit({.name = "youngs_modulus", .unit = "Pa", .text = "E", .required = true, .above = 0}, youngs_modulus);
     f.visit({.name = "shear_modulus", .unit = "Pa", .text = "G; 0 stands for E/3 (incompressible material)", .at_least = 0},
             shear_modulus);
     f.visit({.name = "shear_factor", .unit = "-", .text = "alpha_c, Timoshenko shear correction", .above = 0, .at_most = 2},
@@ -71,18 +56,9 @@ void Section::fields(FieldVisitor& f) {
             bending_stiffness);
 }
 
-void Shape::fields(FieldVisitor& f, Law law) {
-    const bool rigid = law == Law::rigid;
-    Field of_length{
-        .name = "length", .unit = "m", .text = "rest length; of a rigid body without its round ends, 0: a ball", .required = true};
-    (rigid ? of_length.at_least : of_length.above) = 0;
-    f.visit(of_length, length);
-    f.visit({.name = "elements",
-             .unit = "-",
-             .text = "number of elements; 1 of a rigid body",
-             .required = true,
-             .at_least = rigid ? 1.0 : 2.0,
-             .at_most = 100000},
+void Shape::fields(FieldVisitor& f) {
+    f.visit({.name = "length", .unit = "m", .text = "rest length", .required = true, .above = 0}, length);
+    f.visit({.name = "elements", .unit = "-", .text = "number of elements", .required = true, .at_least = 2, .at_most = 100000},
             elements);
     f.visit({.name = "length_profile",
              .unit = "-",
@@ -98,8 +74,8 @@ void Shape::fields(FieldVisitor& f, Law law) {
     f.visit(
         {.name = "closed", .unit = "", .text = "a ring: the last element joins the first; without a curvature a circle about d1"},
         closed);
-    visit(f, {.name = "start_curvature", .unit = "1/m", .text = "curvature at t = 0; the rest curvature where absent"},
-          start_curvature);
+    f.visit_optional({.name = "start_curvature", .unit = "1/m", .text = "curvature at t = 0; the rest curvature where absent"},
+                     start_curvature);
     f.visit({.name = "start_curvature_profile",
              .unit = "1/m",
              .text = "the same for every inner vertex (elements - 1; a ring: elements); replaces `start_curvature`"},
@@ -124,11 +100,11 @@ void Placement::fields(FieldVisitor& f) {
              kind, placement_names);
     f.visit({.name = "origin", .unit = "m", .text = "start of the first rod"}, origin);
     f.visit({.name = "tangent", .unit = "-", .text = "direction of every rod at its start (d3)"}, tangent);
-    visit(f,
-          {.name = "normal",
-           .unit = "-",
-           .text = "direction of d1 at the start, made orthogonal to the tangent; where absent x, or y for rods along x"},
-          normal);
+    f.visit_optional(
+        {.name = "normal",
+         .unit = "-",
+         .text = "direction of d1 at the start, made orthogonal to the tangent; where absent x, or y for rods along x"},
+        normal);
     f.visit({.name = "counts", .unit = "-", .text = "line: [n] along x; lattice: [nx, ny] or [nx, ny, nz]", .at_least = 1}, counts);
     f.visit({.name = "spacing", .unit = "m", .text = "distance between neighbours, one per count (mask: [dx, dy])", .above = 0},
             spacing);
@@ -202,13 +178,20 @@ void Magnetisation::fields(FieldVisitor& f) {
 }
 
 void RodSpec::fields(FieldVisitor& f) {
+    if (body) {
+        f.visit({.name = "name", .unit = "", .text = "name of the group, used by loads, outputs and messages", .required = true},
+                name);
+        f.visit({.name = "density", .unit = "kg/m^3", .text = "mass density of all parts", .at_least = 0}, material.density);
+        body->fields(f);
+        f.visit({.name = "velocity", .unit = "m/s", .text = "of the centre of mass at t = 0, lab frame"}, shape.velocity);
+        f.visit({.name = "angular_velocity", .unit = "rad/s", .text = "at t = 0, lab frame"}, shape.angular_velocity);
+        f.table({.name = "placement", .unit = "", .text = ""}, placement);
+        return;
+    }
     f.visit({.name = "name", .unit = "", .text = "name of the group, used by loads, outputs and messages", .required = true}, name);
     f.table({.name = "material", .unit = "", .text = "", .required = true}, material);
     f.table({.name = "section", .unit = "", .text = "", .required = true}, section);
-    if (f.enter({.name = "shape", .unit = "", .text = "", .required = true})) {
-        shape.fields(f, material.law);
-        f.leave();
-    }
+    f.table({.name = "shape", .unit = "", .text = "", .required = true}, shape);
     f.table({.name = "placement", .unit = "", .text = ""}, placement);
     f.choice({.name = "start", .unit = "", .text = "how the first end is held"}, start, end_names);
     f.choice({.name = "end", .unit = "", .text = "how the last end is held"}, end, end_names);

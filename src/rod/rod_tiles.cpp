@@ -30,12 +30,12 @@ template <int W> Pack<W> most_dilatation(const RodTile<W>& tile) {
 template <class Map, int W> bool valid(const RodTile<W>& tile) {
     using P = Pack<W>;
     P zero(0.0), least(1.0), most(0.0), half_cosine(1.0);
-    const bool rigid = tile.group_of(0).law() == Law::rigid;
+    const bool strained = tile.last == tile.n;
     for (int k = 0; k < tile.n; ++k) {
         const Slot<W>& s = tile.slot[k];
         const Vec3<P> all = s.position + s.velocity + s.director.v + s.spin;
         zero = fma(all.x + all.y + all.z + s.director.w, P(0.0), zero);
-        const P e = rigid ? P(1.0) : element_strain<Map>(tile, k).z;
+        const P e = strained ? element_strain<Map>(tile, k).z : P(1.0);
         least = min(least, e);
         most = max(most, e);
         if constexpr (Map::along) {
@@ -46,7 +46,7 @@ template <class Map, int W> bool valid(const RodTile<W>& tile) {
             half_cosine = min(half_cosine, abs(dot(s.director, tile.slot[(k + 1) % tile.n].director)));
         }
     }
-    const Vec3<P> end = tile.slot[tile.n].position + tile.slot[tile.n].velocity;
+    const Vec3<P> end = tile.slot[tile.last].position + tile.slot[tile.last].velocity;
     zero = fma(end.x + end.y + end.z, P(0.0), zero);
     const auto good =
         (zero >= P(0.0)) & (least > P(least_dilatation)) & (most < most_dilatation(tile)) & (half_cosine > P(least_half_cosine));
@@ -103,7 +103,7 @@ template <int W> std::vector<typename RodTiles<W>::Boarding> RodTiles<W>::lay_ou
         tile.program = program;
         tile.number = tiles_of_program[program]++;
         first_slot.push_back(slots);
-        slots += static_cast<std::size_t>(tile.n) + 1;
+        slots += static_cast<std::size_t>(tile.last) + 1;
         return tiles_.emplace_back(tile);
     };
 
@@ -119,8 +119,14 @@ template <int W> std::vector<typename RodTiles<W>::Boarding> RodTiles<W>::lay_ou
         }
         const RodGroup& group = groups_[g];
         const bool opens = tiles_.empty() || tiles_.back().group != &group || tiles_.back().lanes == W;
-        RodTile<W>& tile =
-            opens ? open({nullptr, group.element.data(), group.voronoi.data(), &group, group.elements()}, g) : tiles_.back();
+        RodTile<W>& tile = opens ? open({.slot = nullptr,
+                                         .element = group.element.data(),
+                                         .voronoi = group.voronoi.data(),
+                                         .group = &group,
+                                         .n = group.elements(),
+                                         .last = group.slots() - 1},
+                                        g)
+                                 : tiles_.back();
         if (opens) first_rod_.push_back(i);
         place_[i] = {tiles_.size() - 1, tile.lanes};
         std::fill(tile.index + tile.lanes, tile.index + W, local_[i].index); // spare lanes repeat the last rod
@@ -204,7 +210,7 @@ void RodTiles<W>::board(RodTile<W>& tile, Boarding& boarding, std::optional<Stra
 
 template <int W>
 void RodTiles<W>::take_start_states(const RodTile<W>& tile, std::size_t first_rod, std::vector<Slot<1>>& states) const {
-    const auto slots = static_cast<std::size_t>(tile.n) + 1;
+    const auto slots = static_cast<std::size_t>(tile.last) + 1;
     states.resize(W * slots);
     for (int i = 0; i < tile.lanes; ++i)
         tile.group->start_state(local_[first_rod + static_cast<std::size_t>(i)].index,
@@ -303,9 +309,9 @@ template <int W> void RodTiles<W>::import_rod(std::size_t i, std::span<const Slo
 template <int W> RodTile<W> RodTiles<W>::moved(const RodTile<W>& tile, Copy copy, double lag, Reading& reading) const {
     RodTile<W> own = tile;
     if (copy == Copy::canonical) return own;
-    reading.slot.resize(std::max(reading.slot.size(), static_cast<std::size_t>(tile.n) + 1));
+    reading.slot.resize(std::max(reading.slot.size(), static_cast<std::size_t>(tile.last) + 1));
     own.slot = reading.slot.data();
-    std::copy_n(tile.slot, tile.n + 1, own.slot);
+    std::copy_n(tile.slot, tile.last + 1, own.slot);
     if (copy == Copy::positions) synchronise_positions(own, lag);
     else synchronise(own, lag);
     return own;
@@ -326,7 +332,7 @@ template <int W> std::array<std::uint64_t, W> hashes(const RodTile<W>& tile, con
     std::array<std::uint64_t, W> h;
     for (int i = 0; i < W; ++i) h[static_cast<std::size_t>(i)] = hash_begin(rods[std::min(i, tile.lanes - 1)].gid);
     const double* from = reinterpret_cast<const double*>(tile.slot);
-    for (int number = 0; number < (tile.n + 1) * slot_doubles; ++number)
+    for (int number = 0; number < (tile.last + 1) * slot_doubles; ++number)
 #pragma GCC unroll 8
         for (std::size_t i = 0; i < W; ++i) h[i] = hash_with(h[i], *from++);
     for (std::uint64_t& one : h) one = hash_end(one);
@@ -342,7 +348,7 @@ template <class Row> void at_least(std::vector<Row>& rows, std::size_t count) {
 template <int W> void RodTiles<W>::take_apart(const RodTile<W>& tile, Copy copy, double lag, double time, const LocalRod* rods,
                                               Reading& reading) const {
     const RodTile<W> own = moved(tile, copy, lag, reading);
-    const auto n = static_cast<std::size_t>(tile.n), slots = n + 1;
+    const auto n = static_cast<std::size_t>(tile.n), slots = static_cast<std::size_t>(tile.last) + 1;
     at_least(reading.state, W * slots);
     to_rows(&own.slot->position.x, slots * slot_doubles, reinterpret_cast<double*>(reading.state.data()), slots * slot_doubles);
     if (copy == Copy::canonical) reading.hash = hashes(tile, rods);
@@ -393,13 +399,14 @@ void RodTiles<W>::read(std::span<const std::size_t> rods, Copy copy, double lag,
         const std::size_t end = whole_tiles((task + 1) * batch);
         for (std::size_t i = whole_tiles(task * batch); i < end; ++i) {
             const RodTile<W>& tile = tiles_[place(i).tile];
-            const auto slots = static_cast<std::size_t>(groups_[static_cast<std::size_t>(local_[rods[i]].group)].slots());
+            const RodGroup& group = groups_[static_cast<std::size_t>(local_[rods[i]].group)];
+            const auto slots = static_cast<std::size_t>(group.slots()), elements = static_cast<std::size_t>(group.elements());
             if (tile.strands) take_along(rods[i], copy, lag, time, reading);
             else if (!same_tile(i)) take_apart(tile, copy, lag, time, &local_[first_rod_[place(i).tile]], reading);
             const auto l = tile.strands ? 0 : static_cast<std::size_t>(place(i).lane);
             RodCopy one{.state = std::span(reading.state).subspan(l * slots, slots), .hash = reading.hash[l]};
             if (copy == Copy::strained) one.profile = std::span(reading.profiles).subspan(l * slots, slots);
-            if (has_frames(copy)) one.frames = std::span(reading.frames).subspan(l * (slots - 1), slots - 1);
+            if (has_frames(copy)) one.frames = std::span(reading.frames).subspan(l * elements, elements);
             reader(thread, i, one);
         }
     });

@@ -1,20 +1,17 @@
 // A copy of rods brought to one time: positions and directors moved on at constant rates.                    theory.md (21)
 #pragma once
 
-#include "rod/rigid.hpp"
 #include "rod/top.hpp"
 
 namespace skein {
 
 /// Nodes alone: most of the time goes into directors. `rod`: a tile across.
 template <int W> void synchronise_positions(const RodTile<W>& rod, double h) {
-    if (is_rigid(*rod.group)) return rigid_drift(rod, h);
-    for (int k = 0; k <= rod.n; ++k) rod.slot[k].position = fma(Pack<W>(h), rod.slot[k].velocity, rod.slot[k].position);
+    for (int k = 0; k <= rod.last; ++k) rod.slot[k].position = fma(Pack<W>(h), rod.slot[k].velocity, rod.slot[k].position);
     if (rod.group->closed()) close_ring(rod);
 }
 
 template <int W> void synchronise(const RodTile<W>& rod, double h) {
-    if (is_rigid(*rod.group)) return rigid_drift(rod, h);
     with_top(top_of(*rod.group), [&]<class Top>(Top) { drift<Top>(rod, h); });
     if (rod.group->closed()) close_ring(rod);
 }

@@ -92,7 +92,7 @@ std::vector<TimeLimit> limits_by_mode(const RodGroup& g) {
 } // namespace
 
 std::vector<TimeLimit> time_limits(const RodGroup& g) {
-    if (g.law() == Law::rigid) return {{"none (rigid)", infinite, 0}};
+    if (!g.strained()) return {{"none (rigid)", infinite, 0}};
     std::vector<TimeLimit> limits = limits_by_mode(g);
     if (g.sized())
         for (std::size_t mode = 0; mode < limits.size(); ++mode) limits[mode].dt = g.least_limits()[mode];
@@ -170,7 +170,7 @@ std::vector<double> rotary_inertia_for(const RodGroup& g, double dt) {
 }
 
 double tension_limit(const RodGroup& g) {
-    if (g.law() == Law::rigid) return infinite;
+    if (!g.strained()) return infinite;
     const Material& m = g.spec().material;
     const auto& factors = g.spec().section.shear_factors;
     const double factor = factors.empty() ? m.shear_factor : std::min(factors[0], factors[1]);

@@ -10,16 +10,18 @@ enum class TopKind {
     circular,
     elliptic_d1, ///< J1 is the smallest
     elliptic_d2, ///< J2 is
-    plain,       ///< of the published law
-    rigid        ///< of rigid bodies, which turn as circular tops
+    plain        ///< of the published law
 };
 /// Each its own: groups whose passes have the same names share tiles along.
 inline constexpr std::string_view drift_names[] = {"drift (circular)", "drift (elliptic, J1 < J2)", "drift (elliptic, J2 < J1)",
-                                                   "drift (elastica)", "drift (rigid)"};
+                                                   "drift (elastica)"};
 
 inline TopKind top_of(const RodGroup& group) {
     if (group.law() == Law::elastica) return TopKind::plain;
-    if (group.law() == Law::rigid) return TopKind::rigid;
+    if (!group.strained()) {
+        const Vec3d& j = group.element[0].inertia;
+        return j.x == j.y ? TopKind::circular : j.x < j.y ? TopKind::elliptic_d1 : TopKind::elliptic_d2;
+    }
     const Section& s = group.spec().section;
     if (s.kind == SectionKind::circular || s.radius == s.radius_2) return TopKind::circular;
     // I1 = pi/4 a b^3 is the smaller one where the semi-axis b along d2 is the shorter.
@@ -36,7 +38,6 @@ template <class F> auto with_top(TopKind kind, F&& f) {
     case TopKind::plain:
         return f(PlainTop{});
     case TopKind::circular:
-    case TopKind::rigid:
         break;
     }
     return f(CircularTop{});

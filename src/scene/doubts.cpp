@@ -64,7 +64,7 @@ std::vector<std::string> doubts(const SceneSpec& scene, std::span<const RodGroup
     double speed = 0;
     for (const RodGroup& group : groups) {
         const Material& m = group.spec().material;
-        if (m.law == Law::rigid) continue;
+        if (!group.strained()) continue;
         const double sound = std::sqrt(m.youngs_modulus / m.density),
                      crossings = scene.time.duration * sound / group.spec().shape.length;
         speed = std::max(speed, sound);
@@ -85,7 +85,7 @@ std::vector<std::string> doubts(const SceneSpec& scene, std::span<const RodGroup
             fmt::format("time.duration = {:g} s is {:.0e} steps of {:g} s", scene.time.duration, scene.time.duration / dt, dt));
     ScaleLooker looker(scene.time.duration, speed, found);
     for (std::size_t i = 0; i < copy.rods.size(); ++i) {
-        looker.look_into("rods." + copy.rods[i].name);
+        looker.look_into((copy.rods[i].body ? "bodies." : "rods.") + copy.rods[i].name);
         copy.rods[i].fields(looker);
     }
     for (std::size_t i = 0; i < copy.loads.size(); ++i) {

@@ -9,9 +9,9 @@
 #include "neighbourhood/exposure.hpp"
 #include "rod/audit.hpp"
 #include "rod/bending_shift.hpp"
+#include "rod/body_shape.hpp"
 #include "rod/law.hpp"
 #include "rod/packing.hpp"
-#include "rod/rigid.hpp"
 #include "rod/rods.hpp"
 #include "scene/doubts.hpp"
 #include "scene/group_names.hpp"
@@ -34,7 +34,6 @@ namespace {
 constexpr double undamped_share = 0.6;
 
 KickKind kick_of(const RodGroup& group, const DampingRates& rates, DampingScheme scheme) {
-    if (is_rigid(group)) return KickKind::rigid;
     if (group.law() == Law::elastica) return KickKind::elastica;
     if (rates.none()) return KickKind::undamped;
     if (!rates.follow_stretch()) return KickKind::constant_rates;
@@ -58,7 +57,7 @@ DampingScheme damping_scheme_of(const RodGroup& group, const TimeSpec& time) {
 
 std::vector<std::string> hints_for(const RodGroup& group) {
     std::vector<std::string> hints;
-    if (is_rigid(group)) return hints;
+    if (!group.strained()) return hints;
     const Shape& shape = group.spec().shape;
     double length = group.element[0].rest_length, radius = group.element[0].radius;
     for (const ElementConstants& c : group.element)
@@ -107,13 +106,16 @@ void limit_by_contact(GroupPlan& p, const RodGroup& group, const SceneSpec& scen
     for (const Wall& wall : scene.walls)
         if (wall.acts_on(group.name())) consider(wall.law, ContactSpec{}.overlap, mass_at_wall(group));
     if (!std::isfinite(least.dt)) return;
-    if (is_rigid(group)) p.limits.clear();
+    if (!group.strained()) p.limits.clear();
     p.limits.push_back(least);
     std::stable_sort(p.limits.begin(), p.limits.end(), [](const TimeLimit& a, const TimeLimit& b) { return a.dt < b.dt; });
 }
 
 GroupPlan plan_group(const SceneSpec& scene, const RodGroup& group) {
     GroupPlan p{.name = group.name(), .rods = group.count(), .elements = group.elements()};
+    if (const BodyShape* body = group.body())
+        p.body = fmt::format("{:.4g} kg, J = ({:.4g}, {:.4g}, {:.4g}) kg m^2, {} part{}", body->mass, body->inertia.x,
+                             body->inertia.y, body->inertia.z, body->part.size(), body->part.size() == 1 ? "" : "s");
     for (std::size_t i = 0; i < scene.loads.size(); ++i) {
         const LoadSpec& l = scene.loads[i];
         if (!names_group(l.rods, group.name()) || !l.load.acts_on(group.spec())) continue;
@@ -362,6 +364,20 @@ ContactLaws contact_laws(const SceneSpec& scene, std::span<const RodGroup> group
     return alike ? ContactLaws(laws.front()) : ContactLaws(groups.size(), std::move(laws));
 }
 
+/// Boxes touch rods, spheres and capsules, not each other.
+void refuse_boxes_that_meet(const SceneSpec& scene, std::span<const RodGroup> groups) {
+    std::int64_t bodies = 0;
+    for (const RodGroup& group : groups) {
+        if (!group.body() || !group.body()->has_boxes()) continue;
+        bodies += group.count();
+        if (bodies > 1)
+            throw InputError(
+                fmt::format("{}: the body '{}': with [contact] one body of a scene may have boxes, as boxes do not touch each "
+                            "other yet, and there are {} so far: make others of spheres and capsules",
+                            group.spec().source.empty() ? scene.file : group.spec().source, group.name(), bodies));
+    }
+}
+
 void weigh(Plan& plan, std::span<const RodGroup> groups, const SceneSpec& scene) {
     for (const RodGroup& group : groups)
         plan.mass += static_cast<double>(group.count()) * std::accumulate(group.node_mass.begin(), group.node_mass.end(), 0.0);
@@ -423,7 +439,7 @@ Tiling tiling_of(const Plan& plan, std::span<const std::int64_t> counts, int lan
 Plan make_plan(const SceneSpec& as_given, std::span<const RodGroup> groups, const Machine& machine) {
     const SceneSpec scene = with_stiffnesses(as_given, groups);
     Plan plan{.title = scene.title, .machine = machine};
-    double frame_values = 0, tip_values = 0, nodes = 0;
+    double frame_values = 0, tip_values = 0, nodes = 0, lines = 0; // the last two of poly data
     for (const RodGroup& group : groups) plan.groups.push_back(plan_group(scene, group));
     plan.contact = scene.contact;
     if (scene.contact) plan.contact_laws = contact_laws(scene, groups);
@@ -431,26 +447,31 @@ Plan make_plan(const SceneSpec& as_given, std::span<const RodGroup> groups, cons
     plan.walls = expanded(scene.walls);
     if (plan.contact || !plan.walls.empty())
         plan.outlook = contact_outlook(scene, plan.contact_laws ? &*plan.contact_laws : nullptr, groups);
+    if (plan.contact) refuse_boxes_that_meet(scene, groups);
     if (plan.contact) plan.interactions.emplace_back(interact::Contacts{});
     if (!plan.walls.empty()) plan.interactions.emplace_back(interact::Walls{});
     find_families(plan, groups);
     weigh(plan, groups, scene);
     double ns = lay_out(plan);
-    for (const GroupPlan& p : plan.groups) {
+    for (std::size_t g = 0; g < plan.groups.size(); ++g) {
+        const GroupPlan& p = plan.groups[g];
+        const RodGroup& group = groups[g];
         plan.rods += p.rods;
         plan.elements += p.rods * p.elements;
         plan.state_bytes += static_cast<double>(p.rods) * sizeof(LocalRod);
         if (scene.output.audit)
             plan.state_bytes += static_cast<double>(p.tiles) * (p.elements + 1) *
                                 (2 * sizeof(SlotLoad<1>) + sizeof(EnergyBudget<1>::Rates)) * machine.lanes;
-        const double slots = static_cast<double>(p.rods) * (p.elements + 1);
+        const auto of_all = [&](auto of_one) { return static_cast<double>(p.rods) * static_cast<double>(of_one); };
+        const double slots = of_all(group.slots());
         plan.copy_bytes += slots * sizeof(Slot<1>);
-        if (scene.contact) plan.state_bytes += slots * (Exposure::bytes_per_slot + SlotLoads::bytes_per_slot);
-        if (p.walls) plan.state_bytes += slots * static_cast<double>(plan.walls.size()) * sizeof(WallContactTiles<1>::Kept);
-        frame_values += static_cast<double>(p.rods) *
-                        (3.0 * (p.elements + 1) + (scene.output.directors ? 9.0 * p.elements + 3.0 * (p.elements + 1) : 0.0));
-        nodes += slots;
-        tip_values += 3.0 * static_cast<double>(p.rods);
+        if (scene.contact)
+            plan.state_bytes += of_all(group.exposed_slots()) * (Exposure::bytes_per_slot + SlotLoads::bytes_per_slot);
+        if (p.walls) plan.state_bytes += of_all(wall_points(group) * plan.walls.size() * sizeof(WallContactTiles<1>::Kept));
+        frame_values += of_all(3 * group.slots() + (scene.output.directors ? 9 * p.elements + 3 * group.slots() : 0));
+        nodes += of_all(group.body() ? 2 * group.body()->line.size() : static_cast<std::size_t>(group.slots()));
+        lines += of_all(group.body() ? group.body()->line.size() : 1);
+        tip_values += of_all(3);
     }
     for (const InteractionSpec& interaction : plan.interactions)
         ns += predicted_ns(interaction) * static_cast<double>(plan.elements) /
@@ -468,8 +489,8 @@ Plan make_plan(const SceneSpec& as_given, std::span<const RodGroup> groups, cons
     plan.output_bytes = value_bytes * (frames(plan.cadence.trajectory) * frame_values + frames(plan.cadence.tips) * tip_values);
     plan.vtp = scene.output.writes_vtp(static_cast<std::int64_t>(nodes));
     if (plan.vtp)
-        plan.output_bytes += frames(plan.cadence.trajectory) *
-                             VtkSeries::frame_bytes(scene.output, static_cast<double>(plan.rods), nodes, plan.contact.has_value());
+        plan.output_bytes +=
+            frames(plan.cadence.trajectory) * VtkSeries::frame_bytes(scene.output, lines, nodes, plan.contact.has_value());
     plan.frame_bytes = waiting_bytes(frames(plan.cadence.trajectory), value_bytes * frame_values, machine.ranks) +
                        waiting_bytes(frames(plan.cadence.tips), value_bytes * tip_values, machine.ranks);
     plan.predicted_s = ns * 1e-9 * static_cast<double>(scheme_of(plan.integrator).stages.size()) * static_cast<double>(plan.steps);

@@ -56,6 +56,7 @@ struct GroupPlan {
     double bending_shift = 0;                                ///< what j does to the lowest bending frequency, relative, estimated
     std::vector<std::string> hints;                          ///< where numbers cost time or accuracy for nothing (numerics.md)
     std::string start, end;
+    std::string body; ///< of bodies: mass, inertia and parts
 };
 
 /// Whole steps between two events of a kind; 0: never.

@@ -121,8 +121,12 @@ std::string to_text(const Plan& p) {
     for (const GroupPlan& g : p.groups) {
         const std::string across = g.tiles > 0 ? counted(g.tiles, "tile") : "",
                           along = g.along > 0 ? fmt::format("{} along tiles, {}", counted(g.along, "rod"), g.pieces) : "";
-        fmt::format_to(out, "  group '{}': {} x {} elements, {}{}{}, ends {} / {}\n", g.name, counted(g.rods, "rod"), g.elements,
-                       across, across.empty() || along.empty() ? "" : " and ", along, g.start, g.end);
+        if (!g.body.empty())
+            fmt::format_to(out, "  group '{}': {}, {}, each {}\n", g.name,
+                           g.rods == 1 ? "1 body" : fmt::format("{} bodies", g.rods), across, g.body);
+        else
+            fmt::format_to(out, "  group '{}': {} x {} elements, {}{}{}, ends {} / {}\n", g.name, counted(g.rods, "rod"),
+                           g.elements, across, across.empty() || along.empty() ? "" : " and ", along, g.start, g.end);
         line("  passes", fmt::format("{}", fmt::join(g.program.names(), " | ")));
         std::vector<std::string> limits;
         for (const TimeLimit& l : g.limits) limits.push_back(fmt::format("{} {:.4g}", l.mode, l.dt));

@@ -1,7 +1,6 @@
 #include "scene/program.hpp"
 
 #include "rod/law.hpp"
-#include "rod/rigid.hpp"
 
 #include <algorithm>
 
@@ -13,7 +12,6 @@ namespace {
 constexpr double drift_ns = 3.2, elliptic_drift_ns = 9, elastic_ns = 5.6, kick_ns = 1, stretched_kick_ns = 1.6, load_ns = 1;
 // Those of bench/scenes/nest: contacts at its density, half a candidate per element, with their exposure; a box with floor and lid.
 constexpr double contact_ns = 55, walls_ns = 12;
-constexpr double rigid_ns = 12;                        // all of a body: by the ratio of runs with bodies and with rods
 constexpr double filter_ns = 9, filter_order_ns = 1.5; // by the ratio of runs with and without a filter of order 1, 2 and 4
 
 template <class... F> struct Overloaded : F... { using F::operator()...; };
@@ -30,24 +28,19 @@ std::string_view name_of(const PassSpec& pass) {
 }
 
 bool may_lie_along(const PassSpec& pass) {
-    return std::visit(Overloaded{[](const pass::Drift& p) { return p.top != TopKind::plain && p.top != TopKind::rigid; },
-                                 [](pass::Orthonormalise) { return true; },
-                                 [](const pass::Elastic& p) { return p.law != Law::elastica && p.law != Law::rigid; },
-                                 [](const pass::ApplyLoad& p) { return !p.needs_whole_rods; },
-                                 [](const pass::Kick& p) { return p.kind != KickKind::elastica && p.kind != KickKind::rigid; },
-                                 [](const auto&) { return false; }},
-                      pass);
+    return std::visit(
+        Overloaded{[](const pass::Drift& p) { return p.top != TopKind::plain; }, [](pass::Orthonormalise) { return true; },
+                   [](const pass::Elastic& p) { return p.law != Law::elastica; },
+                   [](const pass::ApplyLoad& p) { return !p.needs_whole_rods; },
+                   [](const pass::Kick& p) { return p.kind != KickKind::elastica; }, [](const auto&) { return false; }},
+        pass);
 }
 
 double predicted_ns(const PassSpec& pass) {
-    return std::visit(Overloaded{[](const pass::Drift& p) {
-                                     if (p.top == TopKind::rigid) return rigid_ns;
-                                     return p.top == TopKind::circular ? drift_ns : elliptic_drift_ns;
-                                 },
-                                 [](const pass::Elastic& p) { return p.law == Law::rigid ? 0 : elastic_ns; },
-                                 [](const pass::ApplyLoad&) { return load_ns; }, [](pass::Walls) { return walls_ns; },
+    return std::visit(Overloaded{[](const pass::Drift& p) { return p.top == TopKind::circular ? drift_ns : elliptic_drift_ns; },
+                                 [](pass::Elastic) { return elastic_ns; }, [](const pass::ApplyLoad&) { return load_ns; },
+                                 [](pass::Walls) { return walls_ns; }, [](pass::SurfaceWalls) { return walls_ns; },
                                  [](const pass::Kick& p) {
-                                     if (p.kind == KickKind::rigid) return 0.0;
                                      const bool plain = p.kind == KickKind::undamped || p.kind == KickKind::constant_rates;
                                      return p.share * (plain ? kick_ns : stretched_kick_ns);
                                  },
@@ -71,7 +64,7 @@ std::vector<std::string_view> GroupProgram::names() const {
 }
 
 GroupProgram program_of(const RodGroup& group, const ProgramNeeds& needs) {
-    const bool moving = group.spec().ends_move(), ring = group.closed(), audit = needs.audit;
+    const bool moving = group.spec().ends_move(), ring = group.closed(), audit = needs.audit, body = !group.strained();
     const bool filtered = std::any_of(needs.damping.begin(), needs.damping.end(), is_filter);
     const double share = filtered ? 0.5 : 1.0; // of a kick: one before the filters, one after
 
@@ -81,7 +74,8 @@ GroupProgram program_of(const RodGroup& group, const ProgramNeeds& needs) {
     if (moving && audit) before.push_back(pass::AuditEnds{});
     if (moving) before.push_back(pass::MoveEnds{});
     before.push_back(pass::Orthonormalise{});
-    if (needs.coupled) before.push_back(pass::Expose{});
+    const auto either = [&](bool first, const PassSpec& one, const PassSpec& other) { return first ? one : other; };
+    if (needs.coupled) before.push_back(either(body, pass::ExposeSurface{}, pass::Expose{}));
 
     std::vector<PassSpec> after;
     const auto apply_loads = [&](bool that_feel_all) {
@@ -89,11 +83,11 @@ GroupProgram program_of(const RodGroup& group, const ProgramNeeds& needs) {
             if (const Load& load = needs.loads[i]; load.feels_all() == that_feel_all)
                 after.push_back(pass::ApplyLoad{i, load.kind(), load.needs_whole_rods()});
     };
-    after.push_back(pass::Elastic{group.law()});
+    after.push_back(either(body, pass::Unstrained{}, pass::Elastic{group.law()}));
     if (audit) after.push_back(pass::AuditInner{});
     apply_loads(false);
-    if (needs.walls) after.push_back(pass::Walls{});
-    if (needs.coupled) after.push_back(pass::TakeLoads{});
+    if (needs.walls) after.push_back(either(body, pass::SurfaceWalls{}, pass::Walls{}));
+    if (needs.coupled) after.push_back(either(body, pass::TakeSurfaceLoads{}, pass::TakeLoads{}));
     apply_loads(true);
     if (ring) after.push_back(pass::FoldRing{});
     if (audit) after.push_back(pass::AuditLoads{});

@@ -38,9 +38,17 @@ struct Orthonormalise {
 struct Expose {
     static constexpr std::string_view name = "expose";
 };
+/// The same of all parts of a body's surface.
+struct ExposeSurface {
+    static constexpr std::string_view name = "expose surface";
+};
 /// Sets internal loads.
 struct Elastic {
     Law law;
+};
+/// In the place of that of bodies: nothing is strained.
+struct Unstrained {
+    static constexpr std::string_view name = "unstrained";
 };
 /// Audit: internal loads by themselves.
 struct AuditInner {
@@ -55,9 +63,17 @@ struct ApplyLoad {
 struct Walls {
     static constexpr std::string_view name = "walls";
 };
+/// The same at all points of a body's surface.
+struct SurfaceWalls {
+    static constexpr std::string_view name = "walls (surface)";
+};
 /// Adds the loads that interactions have found.
 struct TakeLoads {
     static constexpr std::string_view name = "contact";
+};
+/// Adds those on a body's surface, as force and moment.
+struct TakeSurfaceLoads {
+    static constexpr std::string_view name = "contact (surface)";
 };
 /// The load on a ring's last node goes to its first.
 struct FoldRing {
@@ -89,8 +105,9 @@ struct AuditBalance {
 } // namespace pass
 
 using PassSpec = std::variant<pass::Drift, pass::CloseRing, pass::AuditEnds, pass::MoveEnds, pass::Orthonormalise, pass::Expose,
-                              pass::Elastic, pass::AuditInner, pass::ApplyLoad, pass::Walls, pass::TakeLoads, pass::FoldRing,
-                              pass::AuditLoads, pass::Kick, pass::Filter, pass::Hold, pass::AuditBalance>;
+                              pass::ExposeSurface, pass::Elastic, pass::Unstrained, pass::AuditInner, pass::ApplyLoad, pass::Walls,
+                              pass::SurfaceWalls, pass::TakeLoads, pass::TakeSurfaceLoads, pass::FoldRing, pass::AuditLoads,
+                              pass::Kick, pass::Filter, pass::Hold, pass::AuditBalance>;
 
 std::string_view name_of(const PassSpec& pass);
 /// Whether the pass can run over rods cut into strands (rod/strands.hpp).

@@ -1,5 +1,6 @@
 #include "scene/rods_check.hpp"
 
+#include "scene/body_check.hpp"
 #include "scene/placement_check.hpp"
 #include "scene/table_objections.hpp"
 
@@ -16,24 +17,6 @@ namespace {
 void rotary_inertia(const RodSpec& rods, Objections& of_group) {
     if (rods.material.rotary_inertia_for_dt > 0)
         TableObjections(of_group, "material").unused({"rotary_inertia_scale"}, "beside 'rotary_inertia_for_dt', which chooses it");
-}
-
-void rigid(const RodSpec& rods, Objections& objections) {
-    if (rods.material.law != Law::rigid) return;
-    const char* const where = "in a rigid body";
-    TableObjections(objections, "material")
-        .unused({"youngs_modulus", "shear_modulus", "shear_factor", "rotary_inertia_scale", "rotary_inertia_for_dt"}, where);
-    TableObjections(objections, "section")
-        .unused({"taper", "profile", "torsion_constant", "shear_factors", "bending_stiffness"}, where);
-    TableObjections(objections, "shape")
-        .unused({"length_profile", "rest_curvature", "rest_curvature_profile", "rest_strain", "closed", "start_curvature",
-                 "start_curvature_profile", "element_spin"},
-                where);
-    if (rods.shape.elements != 1)
-        objections.add("shape.elements", fmt::format("a rigid body is one element, and not {}", rods.shape.elements));
-    if (rods.section.kind != SectionKind::circular) objections.add("section.kind", "a rigid body has a circular section");
-    if (rods.start != EndKind::free || rods.end != EndKind::free) objections.add("", "the ends of a rigid body must be free");
-    if (rods.hold.any()) objections.add("hold", "a rigid body cannot be held");
 }
 
 void section(const RodSpec& rods, Objections& of_group) {
@@ -143,8 +126,8 @@ void magnetisation(const RodSpec& rods, Objections& of_group) {
 } // namespace
 
 void check_rods(const RodSpec& rods, Objections& objections) {
+    if (rods.body) return check_body(rods, objections);
     rotary_inertia(rods, objections);
-    rigid(rods, objections);
     section(rods, objections);
     shape(rods, objections);
     check_placement(rods, objections);

@@ -6,6 +6,7 @@
 #include "scene/rods_check.hpp"
 #include "scene/scene_file.hpp"
 #include "scene/scene_keys.hpp"
+#include "scene/scene_tables.hpp"
 #include "scene/table_objections.hpp"
 #include "skein/core/error.hpp"
 #include "skein/core/objections.hpp"
@@ -28,7 +29,7 @@ public:
         groups();
         time_and_output();
         for (std::size_t i = 0; i < scene_.rods.size(); ++i) {
-            TableObjections table(*this, fmt::format("rods.{}", i));
+            TableObjections table(*this, path_of_group(scene_, i));
             check_rods(scene_.rods[i], table);
         }
         for (std::size_t i = 0; i < scene_.loads.size(); ++i) {
@@ -50,10 +51,10 @@ public:
 
 private:
     void groups() {
-        if (scene_.rods.empty()) add("", "the scene has no rods: give at least one [[rods]]");
+        if (scene_.rods.empty()) add("", "the scene has no rods: give at least one [[rods]], or [[bodies]]");
         for (std::size_t i = 0; i < scene_.rods.size(); ++i) {
             const std::string& name = scene_.rods[i].name;
-            const std::string path = fmt::format("rods.{}.name", i);
+            const std::string path = path_of_group(scene_, i) + ".name";
             if (!good_name(name)) add(path, fmt::format("'{}' cannot name a group of rods: use letters, digits, _ and -", name));
             for (std::size_t j = 0; j < i; ++j)
                 if (scene_.rods[j].name == name) {
@@ -74,7 +75,7 @@ private:
                 here = static_cast<double>(scene_.rods[i].placement.packing.count);
             rods += here;
             if (rods <= most) continue;
-            add(fmt::format("rods.{}.placement.counts", i), fmt::format("{:.3g} rods are more than 2^40", rods));
+            add(path_of_group(scene_, i) + ".placement.counts", fmt::format("{:.3g} rods are more than 2^40", rods));
             return;
         }
     }
@@ -103,7 +104,7 @@ private:
             if (out.audit && rods.material.law == Law::elastica)
                 add("output.audit", fmt::format("there is no audit of group '{}': its law \"elastica\" has no energy", rods.name));
         for (const RodSpec& rods : scene_.rods)
-            if (out.audit && rods.material.law == Law::rigid)
+            if (out.audit && rods.body)
                 add("output.audit", fmt::format("there is no audit of the rigid bodies of group '{}'", rods.name));
         for (std::size_t i = 0; i < out.observables.size(); ++i) {
             const std::string& set = out.observables[i];
@@ -169,7 +170,9 @@ std::string source_prefix(const SceneSpec& scene, const std::string& path) {
         const std::string& source = specs.at(static_cast<std::size_t>(std::stoul(path.substr(skip)))).source;
         return (source.empty() ? path.substr(0, path.find('.', skip)) : source) + ": ";
     };
-    if (path.starts_with("rods.")) return prefix(scene.rods, 5);
+    for (std::size_t i = 0; i < scene.rods.size(); ++i)
+        if (const std::string table = path_of_group(scene, i); path == table || path.starts_with(table + "."))
+            return (scene.rods[i].source.empty() ? table : scene.rods[i].source) + ": ";
     if (path.starts_with("load.")) return prefix(scene.loads, 5);
     if (path.starts_with("damping.")) return prefix(scene.damping, 8);
     if (path.starts_with("contact_pair.")) return prefix(scene.contact_pairs, 13);

@@ -147,7 +147,10 @@ std::string scene_toml(const SceneSpec& scene, Keys which) {
     out.key(title_key(scene.title).front(), !scene.title.empty());
     if (!scene.start.from.empty()) out.table("[start]", "start", scene.start, StartSpec{});
     out.table("[time]", "time", scene.time, TimeSpec{});
-    for (const RodSpec& rods : scene.rods) out.table("[[rods]]", "rods", rods, RodSpec{});
+    for (const RodSpec& rods : scene.rods)
+        if (!rods.body) out.table("[[rods]]", "rods", rods, RodSpec{});
+    for (const RodSpec& rods : scene.rods)
+        if (rods.body) out.table("[[bodies]]", "bodies", rods, default_body());
     for (const LoadSpec& load : scene.loads) out.table("[[load]]", "load", load, LoadSpec{.load = make_load(load.load.number())});
     for (const DampingSpec& damping : scene.damping) out.table("[[damping]]", "damping", damping, DampingSpec{});
     if (scene.contact) out.table("[contact]", "contact", *scene.contact, ContactSpec{});
@@ -161,6 +164,7 @@ std::vector<KeyEntry> all_keys() {
     KeyList all = title_key("");
     append(all, keys_of(TimeSpec{}, "time"));
     append(all, keys_of(RodSpec{}, "rods"));
+    append(all, keys_of(default_body(), "bodies"));
     for (int kind = 0; const std::string_view name : load_kinds())
         append(all, keys_of(LoadSpec{.load = make_load(kind++)}, fmt::format("load.{}", name)));
     append(all, keys_of(DampingSpec{}, "damping"));
@@ -177,7 +181,8 @@ std::set<std::string> changed_keys(const SceneSpec& scene) {
     add_changed(paths, scene.time, TimeSpec{}, "time");
     add_changed(paths, scene.output, OutputSpec{}, "output");
     add_changed(paths, scene.start, StartSpec{}, "start");
-    for (std::size_t i = 0; i < scene.rods.size(); ++i) add_changed(paths, scene.rods[i], RodSpec{}, fmt::format("rods.{}", i));
+    for (std::size_t i = 0; i < scene.rods.size(); ++i)
+        add_changed(paths, scene.rods[i], scene.rods[i].body ? default_body() : RodSpec{}, path_of_group(scene, i));
     for (std::size_t i = 0; i < scene.loads.size(); ++i) {
         const LoadSpec defaults{.load = make_load(scene.loads[i].load.number())};
         add_changed(paths, scene.loads[i], defaults, fmt::format("load.{}", i));
@@ -194,8 +199,9 @@ std::set<std::string> changed_keys(const SceneSpec& scene) {
 std::string table_heading(const std::string& table) {
     if (table.empty()) return "top level";
     if (table.starts_with("load.")) return fmt::format("[[load]] of kind \"{}\"", table.substr(5));
-    return table == "rods" || table == "damping" || table == "contact_pair" || table == "wall" ? fmt::format("[[{}]]", table)
-                                                                                               : fmt::format("[{}]", table);
+    return table == "rods" || table == "bodies" || table == "damping" || table == "contact_pair" || table == "wall"
+               ? fmt::format("[[{}]]", table)
+               : fmt::format("[{}]", table);
 }
 
 std::string bounds_text(const Field& field) {

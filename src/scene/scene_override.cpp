@@ -74,8 +74,8 @@ private:
     TomlValue& step(TomlValue& at, const std::string& part, const std::string& so_far) const {
         if (auto* list = at.as<TomlArray>()) return item(*list, part, so_far);
         if (TomlEntry* entry = at.find(part)) return entry->value;
-        const bool list_of_tables =
-            so_far.empty() && (part == "rods" || part == "load" || part == "damping" || part == "contact_pair" || part == "wall");
+        const bool list_of_tables = so_far.empty() && (part == "rods" || part == "bodies" || part == "load" || part == "damping" ||
+                                                       part == "contact_pair" || part == "wall");
         if (list_of_tables) fail(fmt::format("the scene has no [[{}]] to change", part));
         auto* table = at.as<TomlTable>();
         if (!table) fail(fmt::format("'{}' is no table: it has no '{}'", so_far, part));

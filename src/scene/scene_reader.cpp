@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 
 #include <fmt/format.h>
 
@@ -87,7 +88,8 @@ public:
         }
         if (given)
             problems_.add(v->place,
-                          fmt::format("{} knows no \"{}\"{}", key_in_table(f), name, suggestion(name, names, "it is one of")));
+                          fmt::format("{} knows no \"{}\"{}", key_in_table(f), name,
+                                      moved_to(open_.back().path, f.name, name).value_or(suggestion(name, names, "it is one of"))));
         // The other keys of such a table mean nothing without it.
         open_.back().abandoned = f.required;
     }
@@ -265,6 +267,12 @@ SceneSpec read_tables(const TomlValue& root, Problems& problems) {
     read_table(reader, problems, "time", scene.time, true);
     const auto own_fields = [](FieldVisitor& f, auto& spec) { spec.fields(f); };
     read_list(reader, problems, "rods", scene.rods, own_fields);
+    std::vector<RodSpec> bodies;
+    read_list(reader, problems, "bodies", bodies, [](FieldVisitor& f, RodSpec& spec) {
+        spec.body.emplace();
+        spec.fields(f);
+    });
+    scene.rods.insert(scene.rods.end(), std::make_move_iterator(bodies.begin()), std::make_move_iterator(bodies.end()));
     read_list(reader, problems, "load", scene.loads, load_fields);
     read_list(reader, problems, "damping", scene.damping, damping_fields);
     if (root.find("contact")) scene.contact.emplace();

@@ -75,6 +75,7 @@ bool may_change(const KeyChange& change) {
         if (key == "material") return parts.size() == 4 && parts[3] != "law";
         return key == "magnetisation" || (key == "placement" && parts.back() == "file"); // the file may have been moved
     }
+    if (table == "bodies") return key == "density" || key == "mass";
     if (table != "wall") return true;
     const bool other_wall =
         is_one_of(key, {"", "name", "kind", "point", "normal", "axis", "radius", "side", "lower", "upper", "open", "rods"});
@@ -86,7 +87,7 @@ bool may_change(const KeyChange& change) {
 Json default_tables(int load) {
     SceneSpec scene;
     scene.start.from = "-"; // is only there where it says something
-    scene.rods.emplace_back();
+    scene.rods = {RodSpec{}, default_body()};
     scene.loads.push_back({.load = make_load(load)});
     scene.damping.emplace_back();
     scene.contact.emplace();
@@ -97,7 +98,7 @@ Json default_tables(int load) {
     return json;
 }
 
-/// Paths of the keys that a scene must give, being what it is: a rigid body needs no modulus.
+/// Paths of the keys that a scene must give, being what it is.
 class RequiredKeys : public FieldVisitor {
 public:
     explicit RequiredKeys(SceneSpec scene) {
@@ -111,7 +112,7 @@ public:
         const auto own = [](FieldVisitor& f, auto& spec) { spec.fields(f); };
         in("time", [&] { scene.time.fields(*this); });
         if (scene.contact) in("contact", [&] { scene.contact->fields(*this); });
-        all("rods", scene.rods, own);
+        for (std::size_t i = 0; i < scene.rods.size(); ++i) in(path_of_group(scene, i), [&] { scene.rods[i].fields(*this); });
         all("load", scene.loads, load_fields);
         all("damping", scene.damping, damping_fields);
         all("contact_pair", scene.contact_pairs, own);
@@ -226,9 +227,9 @@ std::string physics_json(SceneSpec scene, std::span<const RodGroup> groups, doub
     const auto in_file = [](const RodGroup& group) { return group.places().from_file(); };
     if (std::none_of(groups.begin(), groups.end(), in_file)) return text;
     Json json = Json::parse(text);
-    for (std::size_t g = 0; g < groups.size(); ++g) {
-        if (!in_file(groups[g])) continue;
-        Json& placement = json["rods"][g]["placement"];
+    for (std::size_t g = 0, number = 0; g < groups.size(); number += groups[g++].strained()) {
+        if (!in_file(groups[g])) continue; // bodies never are
+        Json& placement = json["rods"][number]["placement"];
         placement["file"] = "";
         placement[digest_of_file] = fmt::format("{:016x} of {} rods", groups[g].file_digest(), groups[g].count());
     }

@@ -18,7 +18,7 @@ namespace skein {
 struct SceneSpec {
     std::string title;
     TimeSpec time;
-    std::vector<RodSpec> rods;
+    std::vector<RodSpec> rods; ///< and bodies, behind them where a file says so
     std::vector<LoadSpec> loads;
     std::vector<DampingSpec> damping;
     std::optional<ContactSpec> contact; ///< absent: rods do not feel each other

@@ -15,6 +15,24 @@ void damping_fields(FieldVisitor& f, DampingSpec& spec) {
     f.visit({.name = "rods", .unit = "", .text = "groups it acts on; all where absent"}, spec.rods);
 }
 
+std::optional<std::string> moved_to(std::string_view table, std::string_view key, std::string_view word) {
+    if (table == "rods.material" && key == "law" && word == "rigid") return "; rigid bodies have tables of their own, [[bodies]]";
+    return std::nullopt;
+}
+
+std::string path_of_group(const SceneSpec& scene, std::size_t group) {
+    const bool body = scene.rods[group].body.has_value();
+    std::size_t number = 0;
+    for (std::size_t i = 0; i < group; ++i) number += scene.rods[i].body.has_value() == body;
+    return (body ? "bodies." : "rods.") + std::to_string(number);
+}
+
+RodSpec default_body() {
+    RodSpec spec;
+    spec.body.emplace();
+    return spec;
+}
+
 std::optional<double> what_auto_means(std::string_view table, std::string_view key) {
     if (table == "time" && key == "dt") return 0;
     const bool has_law = table == "contact" || table == "contact_pair" || table == "wall";

@@ -4,6 +4,7 @@
 #include "scene/scene_spec.hpp"
 
 #include <optional>
+#include <string>
 #include <string_view>
 
 namespace skein {
@@ -15,6 +16,15 @@ void load_fields(FieldVisitor& f, LoadSpec& spec);
 
 /// Keys of a [[damping]].
 void damping_fields(FieldVisitor& f, DampingSpec& spec);
+
+/// Where what was said by a word of a key is said now, as the end of a message about that word.
+std::optional<std::string> moved_to(std::string_view table, std::string_view key, std::string_view word);
+
+/// Path of the table of a group: "rods.0", "bodies.0"; each kind is counted by itself.
+std::string path_of_group(const SceneSpec& scene, std::size_t group);
+
+/// A [[bodies]] with its defaults.
+RodSpec default_body();
 
 /// The number that stands for the word "auto", where a key of a table takes it.
 std::optional<double> what_auto_means(std::string_view table, std::string_view key);

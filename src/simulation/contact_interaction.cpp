@@ -27,7 +27,8 @@ template <class Row> std::vector<Row> rows_of(std::span<const std::byte> bytes) 
 
 std::string name_of(std::span<const RodGroup> groups, std::int64_t gid) {
     for (const RodGroup& group : groups)
-        if (gid < group.first_gid() + group.count()) return fmt::format("rod {} of '{}'", gid - group.first_gid(), group.name());
+        if (gid < group.first_gid() + group.count())
+            return fmt::format("{} {} of '{}'", group.strained() ? "rod" : "body", gid - group.first_gid(), group.name());
     return {};
 }
 
@@ -80,6 +81,11 @@ OwnerDirectory ContactInteraction::directory() const {
     return OwnerDirectory(comm_, own, all_rods_);
 }
 
+std::int64_t ContactInteraction::element(std::size_t slot) const {
+    const bool strained = groups_[static_cast<std::size_t>(exposure_->at(slot).group)].strained();
+    return exposure_->element(slot) / (strained ? 1 : 2);
+}
+
 bool ContactInteraction::add_own(const Step& step) {
     return contacts_->begin(*exposure_, step.time, step.kick, loads_->load, single_rank());
 }
@@ -119,10 +125,10 @@ Touch ContactInteraction::strongest_touch(std::int64_t gid) const {
         const double force = norm(contact.force);
         if (force < most.force) continue; // a force that is not finite is told
         const std::uint32_t own = first ? a : b, other = first ? b : a;
-        const double diameter = 2 * std::min(e.node[a].radius, e.node[b].radius);
-        most = {force, fmt::format(
-                           "its element {} and element {} of {} press each other with {:.3g} N, {:.3g} of the diameter deep",
-                           e.element(own), e.element(other), name_of(groups_, e.at(other).gid), force, contact.overlap / diameter)};
+        most = {force,
+                fmt::format("its element {} and element {} of {} press each other with {:.3g} N, {:.3g} of the diameter deep",
+                            element(own), element(other), name_of(groups_, e.at(other).gid), force,
+                            contact.overlap / contact.diameter)};
     }
     return most;
 }
@@ -149,19 +155,9 @@ std::string ContactInteraction::table() const {
     std::vector<std::int64_t> first_body;
     for (const Contact& contact : contacts_->active(c)) {
         const auto [a, b] = contact.pair;
-        const ExposedNode &a0 = c.node[a], &a1 = c.node[a + 1], &b0 = c.node[b], &b1 = c.node[b + 1];
-        const Vec3d at_a = a0.position + contact.s * (a1.position - a0.position),
-                    at_b = b0.position + contact.t * (b1.position - b0.position);
-        const Vec3d apart = at_b - at_a, normal = (1 / std::max(norm(apart), 1e-300)) * apart;
-        const Vec3d arm_a = (a0.radius - 0.5 * contact.overlap) * normal, arm_b = -(b0.radius - 0.5 * contact.overlap) * normal;
-        const auto velocity = [&](std::uint32_t slot, double share, const Vec3d& arm) {
-            const ExposedMotion &first = c.motion[slot], &second = c.motion[slot + 1];
-            return first.velocity + share * (second.velocity - first.velocity) + cross(first.spin, arm);
-        };
-        const Vec3d slip = velocity(a, contact.s, arm_a) - velocity(b, contact.t, arm_b);
-        const Vec3d place = at_a + arm_a, &f = contact.force;
+        const Vec3d &place = contact.place, &normal = contact.normal, &slip = contact.slip, &f = contact.force;
         const double push = -dot(f, normal);
-        mine.push_back({double(c.at(a).gid), double(c.element(a)), contact.s, double(c.at(b).gid), double(c.element(b)), contact.t,
+        mine.push_back({double(c.at(a).gid), double(element(a)), contact.s, double(c.at(b).gid), double(element(b)), contact.t,
                         place.x, place.y, place.z, f.x, f.y, f.z, push, norm(f + push * normal), contact.overlap,
                         norm(slip - dot(slip, normal) * normal)});
         first_body.push_back(c.at(a).gid);

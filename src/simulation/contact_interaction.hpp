@@ -33,13 +33,15 @@ public:
     /// Every contact of the scene, a line each, in order of pairs: the part of ranks one after another, with the head on root.
     /// Collective.
     std::string table() const;
-    /// Forces of the last step's contacts on the nodes of a rod of this rank, lab, N: zeros before the first step, and not numbers
-    /// before the first one after a checkpoint, which does not keep them.
+    /// Forces of the last step's contacts on the exposed slots of a rod of this rank, lab, N: zeros before the first step, and not
+    /// numbers before the first one after a checkpoint, which does not keep them.
     void forces(std::int64_t gid, std::span<Vec3d> out) const;
 
 private:
     bool single_rank() const { return comm_.size() == 1; }
     OwnerDirectory directory() const;
+    /// Of a slot: the element of a rod, or the part of a body.
+    std::int64_t element(std::size_t slot) const;
 
     const Communicator comm_;
     const Plan& plan_;

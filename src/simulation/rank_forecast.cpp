@@ -157,7 +157,7 @@ RankForecast forecast_ranks(const Plan& plan, std::span<const RodGroup> groups, 
     for (std::int64_t gid = 0; gid < scene.bodies(); ++gid) {
         RankShare& own = share[static_cast<std::size_t>(owner[static_cast<std::size_t>(gid)])];
         ++own.rods;
-        own.elements += scene.slots_of(gid) - 1;
+        own.elements += groups[static_cast<std::size_t>(scene.group_of(gid))].elements();
     }
     Trial trial(plan, groups);
     std::int64_t pairs = 0;

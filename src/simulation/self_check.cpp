@@ -37,11 +37,20 @@ SceneSpec self_check_scene() {
                          .counts = {12, 1},
                          .spacing = {0.0155, 1}};
     falling.magnetisation = {};
+    RodSpec body; // of all kinds of parts
+    body.name = "body";
+    body.material.density = 1100;
+    body.body = BodySpec{.spheres = {{{0.02, 0, 0}}, {8e-3}},
+                         .capsules = {{{0, 0, 0}}, {{-0.02, 0.01, -5e-3}}, {5e-3}},
+                         .boxes = {{{0, 0, 0}}, {{0.03, 0.02, 0.016}}, {3e-3}}};
+    body.shape.velocity = {0, 0.25, -2.5};
+    body.shape.angular_velocity = {10, -5, 20};
+    body.placement = {.origin = {0.09, 0.07, 0.048}, .tangent = {0.1, 0.2, 1}};
 
     SceneSpec scene;
     scene.title = "self-check";
     scene.time = {.duration = 0.012, .dt = 1e-5};
-    scene.rods = {lying, falling};
+    scene.rods = {lying, falling, body};
     scene.loads = {{.load = Gravity{}}, {.load = MagneticField{.constant = {0, 0, 0.05}}}};
     scene.damping = {{.damping = {.kind = DampingKind::uniform, .rate = 2}}};
     scene.contact = ContactSpec{.law = law};

@@ -148,7 +148,8 @@ void Simulation::move_bodies(const Step& step) {
         const Surroundings around = make_rods_of(migration.owned());
         migration.put_into(*rods_);
         rods_->begin_within(step);
-        for (std::size_t i = 0; i < migration.owned().size(); ++i) around.exposure->show(i, migration.state(i));
+        for (std::size_t i = 0; i < migration.owned().size(); ++i)
+            around.exposure->show(i, migration.state(i), groups_[static_cast<std::size_t>(migration.owned()[i].group)].body());
         neighbourhood_->follow(around.exposure);
         for (const auto& interaction : interactions_) interaction->follow({comm_, threads_, plan_, groups_, *rods_, around});
         recall(interactions_, kept);

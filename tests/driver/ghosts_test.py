@@ -5,6 +5,7 @@ import pathlib
 import subprocess
 import unittest
 
+import bodies_test
 from contact_test import SCENE
 from driver import SKEIN, DriverTest
 
@@ -36,6 +37,10 @@ class Ghosts(DriverTest):
     def test_are_those_of_the_plan(self):
         self.scene.write_text(SCENE)
         self.compare()
+
+    def test_of_bodies_are_those_of_the_plan(self):
+        self.scene.write_text(bodies_test.SCENE.replace('paraview = "vtp"\n', ''))
+        self.compare("--set=output.contacts=0")
 
     def test_of_long_rods_are_few_of_their_elements(self):
         """The nest of 460 rods with 30 elements each."""

@@ -2,7 +2,6 @@
 #pragma once
 
 #include "diagnostics/observables.hpp"
-#include "rod/rigid.hpp"
 #include "support/scenes_for_tests.hpp"
 
 #include <gtest/gtest.h>
@@ -41,7 +40,7 @@ public:
         synchronise(group_of(i), out, clock.lag());
         return out;
     }
-    Vec3d velocity(std::size_t i) const { return lane(rigid_centre(state(i).data()).velocity, 0); }
+    Vec3d velocity(std::size_t i) const { return lane(state(i)[0].velocity, 0); }
     Vec3d spin(std::size_t i) const {
         const auto s = state(i);
         return lane(transpose_times(s[0].director, s[0].spin), 0);

@@ -30,13 +30,30 @@ inline RodSpec clamped_unit_rod(long elements, double radius) {
     return spec;
 }
 
-/// A capsule; without length a ball.
+/// A capsule from the origin along d3; without length a ball about the origin.
 inline RodSpec rigid_body(double length, double radius) {
     RodSpec spec;
     spec.name = "body";
-    spec.material = {.density = 1000, .law = Law::rigid};
-    spec.section = {.radius = radius};
-    spec.shape = {.length = length, .elements = 1};
+    spec.material = {.density = 1000};
+    spec.body.emplace();
+    if (length > 0) spec.body->capsules = {{{0, 0, 0}}, {{0, 0, length}}, {radius}};
+    else spec.body->spheres.radii = {radius};
+    return spec;
+}
+
+/// A box about the origin, with edges rounded by 5 mm.
+inline RodSpec box_body(const Vec3d& size) {
+    RodSpec spec = rigid_body(0, 0.1);
+    spec.body->spheres = {};
+    spec.body->boxes = {{}, {size}, {0.005}};
+    return spec;
+}
+
+/// A body of three parts, none of whose principal axes is one of theirs.
+inline RodSpec crooked_body() {
+    RodSpec spec = rigid_body(0, 0.03);
+    spec.body->spheres.centres = {{0.05, -0.02, 0.01}};
+    spec.body->capsules = {{{0, 0, 0}, {0.02, 0.01, 0}}, {{0.08, 0.03, 0.02}, {-0.03, 0.05, 0.06}}, {0.01, 0.015}};
     return spec;
 }
 
@@ -60,7 +77,7 @@ inline std::vector<Slot<1>> shaken_state(const RodGroup& group, double shift, do
     for (std::size_t k = 0; k < state.size(); ++k) {
         set_lane(state[k].position, 0, lane(state[k].position, 0) + vector(shift));
         set_lane(state[k].velocity, 0, vector(speed));
-        if (k + 1 == state.size()) break;
+        if (k == group.element.size()) break;
         set_lane(state[k].director, 0, rotation(vector(turn)) * lane(state[k].director, 0));
         set_lane(state[k].spin, 0, vector(speed / group.element[k].rest_length));
     }
@@ -76,7 +93,7 @@ inline Momenta momenta(const RodGroup& group, const std::vector<Slot<1>>& state)
         const Vec3d p = group.node_mass[i] * lane(state[i].velocity, 0);
         sum.linear += p;
         sum.angular += cross(lane(state[i].position, 0), p);
-        if (i + 1 < state.size())
+        if (i < group.element.size())
             sum.angular += transpose_times(lane(state[i].director, 0), scale(group.element[i].inertia, lane(state[i].spin, 0)));
     }
     return sum;

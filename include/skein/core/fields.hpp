@@ -6,6 +6,7 @@
 
 #include <cmath>
 #include <limits>
+#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
@@ -49,6 +50,12 @@ public:
         int index = static_cast<int>(value);
         visit_choice(field, index, names);
         value = static_cast<E>(index);
+    }
+    /// A vector that may be absent: to visitors not-a-number.
+    void visit_optional(const Field& field, std::optional<Vec3d>& vector) {
+        Vec3d value = vector.value_or(Vec3d{NAN, NAN, NAN});
+        visit(field, value);
+        vector = std::isnan(value.x) ? std::nullopt : std::optional(value);
     }
     /// A nested spec struct.
     template <class S> void table(const Field& field, S& spec) {

@@ -9,6 +9,7 @@
 #include <algorithm>
 #include <array>
 #include <cstdint>
+#include <memory>
 #include <span>
 #include <string>
 #include <string_view>
@@ -17,18 +18,20 @@
 namespace skein {
 
 struct Capsule;
+struct PackedRods;
+struct BodyShape;
 
 /// Constants of element k, body components: numbers, or packs where they differ from lane to lane (rod/strands.hpp). Those of a
 /// group are shared by all its rods, so they live in cache and cost no bandwidth.
 template <class P> struct ElementConstantsOf {
     P rest_length;       ///< l_k, m
     P inv_rest_length;   ///< 1/m
-    P volume;            ///< m^3; of a rigid body with its round ends
+    P volume;            ///< m^3
     P radius;            ///< m, sqrt(A/pi): what a picture shows
     Vec3<P> stiffness;   ///< alpha_1 G A, alpha_2 G A, E A; N
     Vec3<P> rest_strain; ///< sigma0
     P rest_stretch;      ///< e0 = 1 + sigma0_3
-    Vec3<P> inertia;     ///< J_k = rho l_k (j I1, j I2, I3), kg m^2; j of rotary_inertia_scale; of a rigid body rod/rigid.hpp
+    Vec3<P> inertia;     ///< J_k = rho l_k (j I1, j I2, I3), kg m^2; j of rotary_inertia_scale; of a body its own
     Vec3<P> inv_inertia; ///< 1/J_k
     P inertia_ratio;     ///< J3/J1
     Vec3<P> bending;     ///< E I1, E I2, G I_t of the element; N m^2
@@ -74,7 +77,17 @@ public:
     std::int64_t count() const { return places_.count(); }
     int elements() const { return static_cast<int>(element.size()); }
     /// Slots of a rod's record: one per node; the last one carries no element.
-    int slots() const { return elements() + 1; }
+    /// A body has one in all, of its centre of mass and its frame.
+    int slots() const { return static_cast<int>(node_mass.size()); }
+    /// Whether elements lie between nodes and are strained; those of bodies do not.
+    bool strained() const { return !body_; }
+    /// Of a body; null of rods.
+    const BodyShape* body() const { return body_.get(); }
+    /// Slots that a rod shows to others, which lie between nodes that follow each other; a body two for each part of its surface.
+    /// And the radius of the element that one has at rest, m,
+    /// of a box that of the ball around it; below 0: it has none.
+    int exposed_slots() const;
+    double exposed_radius(int slot) const;
     /// A ring: node n is node 0 (its slot a copy, without mass), cell n-1 joins element n-1 to element 0.
     bool closed() const { return spec_.shape.closed; }
     Law law() const { return spec_.material.law; }
@@ -134,8 +147,8 @@ public:
     std::vector<ElementConstants> element;    ///< [n]
     std::vector<VoronoiConstants> voronoi;    ///< [n - 1], a ring's [n]
     std::vector<double> rotary_inertia_scale; ///< [n], j >= 1; empty where all are 1
-    std::vector<double> node_mass;            ///< [n + 1], kg; 0 where a node takes no kick
-    std::vector<double> node_length;          ///< [n + 1], m: half of the elements on both sides
+    std::vector<double> node_mass;            ///< [slots], kg; 0 where a node takes no kick
+    std::vector<double> node_length;          ///< [slots], m: half of the elements on both sides
     Vec3d start_wall_rest_curvature{0, 0, 0}; ///< kappa0 of the half cells at clamped ends
     Vec3d end_wall_rest_curvature{0, 0, 0};
 
@@ -146,10 +159,13 @@ private:
     }
     RodGroup(const RodGroup& group, std::int64_t i);
     void work_out_constants();
+    void work_out_body();
     void pack_rods(std::vector<Capsule>* occupied);
+    void take_packed(PackedRods packed);
     /// What a rod turns about at t = 0, relative to its origin: an end that is pinned, or its centre of mass. m
     Vec3d pivot() const;
 
+    std::shared_ptr<const BodyShape> body_;
     RodSpec spec_;
     int id_;
     std::int64_t first_gid_;

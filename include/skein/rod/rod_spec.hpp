@@ -1,7 +1,8 @@
-// What a scene says about one group of rods: all alike in shape, material and ends, each at its own place.
+// What a scene says about one group of rods: all alike in shape, material and ends, each at its own place. Or of rigid bodies.
 #pragma once
 
 #include "skein/core/fields.hpp"
+#include "skein/rod/body_spec.hpp"
 #include "skein/rod/end_motion.hpp"
 #include "skein/rod/hold_spec.hpp"
 #include "skein/rod/packing_spec.hpp"
@@ -12,12 +13,12 @@
 
 namespace skein {
 
-enum class Law { incompressible, linear, elastica, rigid };
-inline constexpr std::string_view law_names[] = {"incompressible", "linear", "elastica", "rigid"};
+enum class Law { incompressible, linear, elastica };
+inline constexpr std::string_view law_names[] = {"incompressible", "linear", "elastica"};
 
 struct Material {
     double density = 0;                ///< kg/m^3
-    double youngs_modulus = 0;         ///< E, Pa; rigid bodies have none
+    double youngs_modulus = 0;         ///< E, Pa; bodies have none
     double shear_modulus = 0;          ///< G, Pa; 0: E/3
     double shear_factor = 27.0 / 28.0; ///< alpha_c, Timoshenko shear correction
     Law law = Law::incompressible;
@@ -50,7 +51,7 @@ struct Section {
 
 /// Rest shape and start. Curvature components are in the body frame, about d1, d2, d3.
 struct Shape {
-    double length = 0; ///< m; of a rigid body that between the centres of its round ends, 0: a ball
+    double length = 0; ///< m
     long elements = 0;
     std::vector<double> length_profile;         ///< empty, or the elements' lengths in any unit, scaled to `length`
     bool closed = false;                        ///< the end joins the start; the rest curvature defaults to a circle's
@@ -63,8 +64,7 @@ struct Shape {
     Vec3d angular_velocity{0, 0, 0};            ///< of the whole rod at t = 0, lab, rad/s
     Vec3d element_spin{0, 0, 0};                ///< of each element in its place at t = 0, body, rad/s
 
-    /// What is allowed depends on the law.
-    void fields(FieldVisitor& f, Law law);
+    void fields(FieldVisitor& f);
 };
 
 /// How an end is held. `clamped` is the second-order clamp: a half Voronoi cell between the wall frame and the first
@@ -127,9 +127,11 @@ struct RodSpec {
     EndMotion start_motion, end_motion; ///< of held ends
     Hold hold;
     Magnetisation magnetisation;
-    std::string source; ///< file:line of the table, for messages
+    std::optional<BodySpec> body; ///< of bodies, which have name, density, rates at t = 0 and places besides
+    std::string source;           ///< file:line of the table, for messages
 
     bool ends_move() const { return start_motion.moves() || start_motion.turns() || end_motion.moves() || end_motion.turns(); }
+    /// Keys of a [[rods]], or of a [[bodies]].
     void fields(FieldVisitor& f);
 };
 

@@ -22,7 +22,7 @@ template <int W> struct SlotLoad {
 };
 
 template <int W> struct RodTile {
-    Slot<W>* slot;                   ///< [n + 1]
+    Slot<W>* slot;                   ///< [last + 1]
     const ElementConstants* element; ///< [n]; a tile along has none, nor the next two
     const VoronoiConstants* voronoi; ///< [n - 1]
     const RodGroup* group;
@@ -30,6 +30,7 @@ template <int W> struct RodTile {
     std::size_t number;                  ///< of the tile within its program on this rank
     std::int64_t index[W];               ///< number in the group of each lane's rod; spare lanes repeat the last rod
     int lanes;                           ///< lanes that carry a rod of their own
+    int last = n;                        ///< node: of bodies 0, as their element has no second one
     const Strands<W>* strands = nullptr; ///< of a tile along
     std::size_t program = 0;             ///< which passes run over it
 
@@ -45,7 +46,7 @@ template <int W> struct RodTile {
 
 /// Tile of one rod.
 inline RodTile<1> tile_of(const RodGroup& group, std::span<Slot<1>> state, std::int64_t index = 0) {
-    return {state.data(), group.element.data(), group.voronoi.data(), &group, group.elements(), 0, {index}, 1};
+    return {state.data(), group.element.data(), group.voronoi.data(), &group, group.elements(), 0, {index}, 1, group.slots() - 1};
 }
 
 /// One stage of the step, run over a tile while it is in cache. The plan strings passes together and names them, per group or

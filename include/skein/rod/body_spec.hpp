@@ -1,0 +1,48 @@
+// What a scene says of a rigid body besides its name, motion and places: its parts, which are solid and of one density, in a frame
+// of its own; or its mass and inertia themselves.
+#pragma once
+
+#include "skein/core/fields.hpp"
+
+#include <optional>
+#include <vector>
+
+namespace skein {
+
+struct SphereParts {
+    std::vector<Vec3d> centres; ///< m; of one sphere may be left out: the origin
+    std::vector<double> radii;  ///< m
+
+    void fields(FieldVisitor& f);
+};
+
+/// Cylinders with half balls at both ends.
+struct CapsuleParts {
+    std::vector<Vec3d> from, to; ///< centres of the round ends, m
+    std::vector<double> radii;   ///< m
+
+    void fields(FieldVisitor& f);
+};
+
+/// Boxes along the axes of the frame, with rounded edges: all points within `radius` of a box that is smaller by it.
+struct BoxParts {
+    std::vector<Vec3d> centres, sizes; ///< m; sizes with the rounding
+    std::vector<double> radii;         ///< of the edges, m
+
+    void fields(FieldVisitor& f);
+};
+
+struct BodySpec {
+    double mass = 0;             ///< kg; 0: by the density
+    std::optional<Vec3d> centre; ///< of mass, m; absent: of the parts
+    /// kg m^2 about the centre, along the axes of the parts: empty, or J_xx, J_yy, J_zz, or these and J_xy, J_xz, J_yz.
+    std::vector<double> inertia;
+    SphereParts spheres;
+    CapsuleParts capsules;
+    BoxParts boxes;
+
+    /// Keys of a [[bodies]] behind its density.
+    void fields(FieldVisitor& f);
+};
+
+} // namespace skein

@@ -1,0 +1,162 @@
+// Contacts of elements with boxes, one by one, after those of the block's capsules: which of both comes first depends on the scene
+// alone. The candidate of a box is the ball around it; the law is that of capsules, and so are its points: an element that lies
+// near-parallel to a face or an edge pushes at both ends of what lies beside it, and at the nearest point with the rest and all
+// friction.
+#include "contact/box_distance.hpp"
+#include "contact/contacts.hpp"
+
+#include <algorithm>
+
+namespace skein {
+
+namespace {
+
+constexpr double blend = 0.05; // as of capsules
+
+void add(ExertedLoad* at, const ElementLoad& load) {
+    at[0].force += load.first;
+    at[1].force += load.second;
+    at[0].couple += load.couple;
+}
+
+} // namespace
+
+/// The box that an exposed element is; null: it is none.
+const PartBox* Contacts::box_at(const Exposure& bodies, std::uint32_t slot) const {
+    const auto group = static_cast<std::size_t>(bodies.at(slot).group);
+    if (group >= scene_.boxes.size() || scene_.boxes[group].empty()) return nullptr;
+    const PartBox& part = scene_.boxes[group][static_cast<std::size_t>(bodies.element(slot)) / 2];
+    return part.radius > 0 ? &part : nullptr;
+}
+
+/// Those among the pairs of the list.
+void Contacts::find_boxes(const Exposure& bodies) {
+    box_pairs_.clear();
+    has_box_.clear();
+    if (scene_.boxes.empty()) return;
+    for (std::uint32_t i = 0; i < list_.count(); ++i)
+        if (box_at(bodies, list_.pair[i].a) || box_at(bodies, list_.pair[i].b)) box_pairs_.push_back(i);
+    if (box_pairs_.empty()) return;
+    has_box_.assign(list_.count() + PairList::padding, 0);
+    for (const std::uint32_t i : box_pairs_) has_box_[i] = 1;
+}
+
+/// `now`: the memory that the contact has, where it is not to move on. The element is body 1 of the law.
+Contacts::BoxContact Contacts::evaluate_box(const Exposure& bodies, double h, std::uint32_t pair,
+                                            const ContactMemory<double>* now) const {
+    using Q = Pack<1>;
+    const auto [a, b] = list_.pair[pair];
+    const PartBox *first = box_at(bodies, a), *second = box_at(bodies, b);
+    BoxContact out;
+    if (first && second) return out; // refused by the plan
+    const std::uint32_t element = first ? b : a, box_slot = first ? a : b;
+    const PartBox& box = first ? *first : *second;
+    const ExposedNode* node = &bodies.node[element];
+    const ExposedMotion *motion = &bodies.motion[element], *of_box = &bodies.motion[box_slot];
+    const Vec3d centre = bodies.node[box_slot].position;
+    const Mat3d axes{of_box[1].velocity, of_box[1].spin, cross(of_box[1].velocity, of_box[1].spin)}; // neighbourhood/surface.hpp
+    const Vec3d p = node[0].position, d = node[1].position - p;
+    const SegmentToBox near = nearest_to_box(axes * (p - centre), axes * d, box.half);
+
+    struct At {
+        ContactState<Q> state;
+        Vec3d arm; ///< of the box's point from its centre
+    };
+    const auto at = [&](double s) -> At {
+        const BoxPoint point = nearest_on_box(axes * (p + s * d - centre), box.half);
+        const Vec3d arm = transpose_times(axes, point.on_box);
+        return {{broadcast<1>(-transpose_times(axes, point.outwards)), point.distance, node->radius, box.radius,
+                 broadcast<1>(motion[0].velocity + s * (motion[1].velocity - motion[0].velocity)), broadcast<1>(motion->spin),
+                 broadcast<1>(of_box->velocity + cross(of_box->spin, arm)), broadcast<1>(of_box->spin)},
+                arm};
+    };
+    const auto exert = [&](const ContactForce<Q>& f, double s, const Vec3d& arm) {
+        const Vec3d force = lane(f.on_1, 0), moment = lane(f.moment, 0);
+        out.on_element += {.first = (1 - s) * force, .second = s * force, .couple = f.arm_1[0] * moment};
+        out.on_box += {.first = -force, .second = {0, 0, 0}, .couple = f.arm_2[0] * moment - cross(arm, force)};
+    };
+    const At nearest = at(near.s);
+    out.s = near.s;
+    out.overlap = node->radius + box.radius - nearest.state.distance[0];
+    out.diameter = 2 * std::min(node->radius, box.radius);
+    out.touches = out.overlap > 0;
+    out.within_element = near.s > 0 && near.s < 1;
+    if (!out.touches) return out;
+    const ContactState<Q>& state = nearest.state;
+    out.normal = lane(state.normal, 0);
+    const Vec3d arm_1 = (node->radius - 0.5 * out.overlap) * out.normal, arm_2 = -(box.radius - 0.5 * out.overlap) * out.normal;
+    out.place = p + near.s * d + arm_1;
+    out.slip = lane(state.velocity_1, 0) + cross(motion->spin, arm_1) - lane(state.velocity_2, 0) - cross(of_box->spin, arm_2);
+
+    const ContactNumbers<Q> law = numbers<1>(bodies, &pair);
+    double share = 0, elsewhere = 0, elastic_energy = 0, viscous_work = 0, stiffest = 0;
+    if (near.sine_squared < blend * blend && near.last > near.first) {
+        share = 1 - near.sine_squared / (blend * blend);
+        for (const double s : {near.first, near.last}) {
+            const At end = at(s);
+            ContactMemory<Q> none{};
+            const auto f = contact_force<1>({kinds_.normal, ContactFriction::none}, law, end.state, h, none, none.x, 0.5 * share);
+            elsewhere += f.normal[0], elastic_energy += f.elastic_energy[0], viscous_work += 2 * f.viscous_work[0],
+                stiffest = std::max(stiffest, f.stiffness[0]);
+            exert(f, s, end.arm);
+        }
+    }
+    Remembered<1> before{};
+    if (now) before = {{.x = broadcast<1>(now->x), .stiffness = now->stiffness}, broadcast<1>(now->x)};
+    else if (remembers_) before = memory_before<1>(&pair, first ? 0.5 : near.s, first ? near.s : 0.5);
+    out.force = contact_force<1>(kinds_, law, nearest.state, h, before.own, before.from, 1 - share, elsewhere);
+    exert(out.force, near.s, nearest.arm);
+    out.memory = {lane(before.own.x, 0), before.own.stiffness[0], lane(before.own.viscous_part, 0), before.own.viscous_normal[0]};
+    out.force.elastic_energy += elastic_energy;
+    out.force.viscous_work += viscous_work;
+    out.force.stiffness = max(out.force.stiffness, Q(stiffest));
+    return out;
+}
+
+Contact Contacts::contact_with_box(const Exposure& bodies, std::uint32_t pair) const {
+    const BoxContact c = evaluate_box(bodies, 0, pair, &memory_[pair]);
+    const bool first = box_at(bodies, list_.pair[pair].a) != nullptr;
+    const ElementLoad& on_first = first ? c.on_box : c.on_element;
+    const double sign = first ? -1 : 1;
+    return {list_.pair[pair], first ? 0 : c.s, first ? c.s : 0, on_first.first + on_first.second, c.overlap, c.diameter,
+            c.place,          sign * c.normal, sign * c.slip};
+}
+
+void Contacts::push_boxes(const Exposure& bodies, double h, const ContactBlock& block, std::vector<std::size_t>& next,
+                          BlockFigures& figures, std::span<ExertedLoad> loads) {
+    const std::uint32_t begin = list_.first[block.first_slot], end = list_.first[block.last_slot];
+    DeferredLoads::Deferring deferring = deferred_.deferring(next);
+    for (auto i = std::lower_bound(box_pairs_.begin(), box_pairs_.end(), begin); i != box_pairs_.end() && *i < end; ++i) {
+        const auto [a, b] = list_.pair[*i];
+        const bool own_a = bodies.owns_slot(a), own_b = bodies.owns_slot(b);
+        const BoxContact c = evaluate_box(bodies, h, *i);
+        if (!c.touches) {
+            if (own_a && (previous_status_[*i] & touching)) figures.friction_work += last_memory_[*i].energy();
+            continue;
+        }
+        memory_[*i] = c.memory;
+        status_[*i] = static_cast<std::uint8_t>(touching | (c.within_element ? inside : 0));
+        const bool box_first = box_at(bodies, a) != nullptr;
+        const ElementLoad &on_a = box_first ? c.on_box : c.on_element, &on_b = box_first ? c.on_element : c.on_box;
+        const std::int32_t first = bodies.window_of[a], second = bodies.window_of[b];
+        if (own_a) {
+            add(&loads[a], on_a);
+            touched_[static_cast<std::size_t>(first)] = 1;
+            ++figures.active;
+            figures.max_overlap = std::max(figures.max_overlap, c.overlap / c.diameter);
+            figures.max_stiffness = std::max(figures.max_stiffness, c.force.stiffness[0]);
+            figures.elastic_energy += c.force.elastic_energy[0];
+            figures.friction_work += c.force.friction_work[0];
+            figures.viscous_work += c.force.viscous_work[0];
+        }
+        if (!own_b) continue;
+        if (b < block.last_slot) {
+            add(&loads[b], on_b);
+            touched_[static_cast<std::size_t>(second)] = 1;
+        } else {
+            deferring.defer(second, b, on_b);
+        }
+    }
+}
+
+} // namespace skein

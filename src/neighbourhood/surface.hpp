@@ -1,0 +1,89 @@
+// The surface of rigid bodies among what interactions read: each part is an element of its own, between two slots, and what is
+// exerted on these comes together at the centre of mass. A box shows its centre, a radius that covers it, and for the rates of the
+// slot behind, which has no element, its first two axes.                                                      theory.md (59c)
+//   x_s = x_c + Q^T a,  v_s = v_c + Q^T (w x a)       F = sum f_s,  C = sum [a x Q f_s + Q c_s]       a: of slot s, along the axes
+// Cost: 60 flop per slot each way.
+#pragma once
+
+#include "neighbourhood/exposure.hpp"
+#include "rod/body_shape.hpp"
+
+namespace skein {
+
+/// Calls show(position, radius, velocity, spin) for each exposed slot of a body, in order; all in the lab.
+template <int W, class Show> SKEIN_INLINE void for_surface_slots(const BodyShape& body, const Slot<W>& s, Show&& show) {
+    using P = Pack<W>;
+    const Vec3<P> turning = transpose_times(s.director, s.spin);
+    for (const BodyShape::Part& part : body.part) {
+        const auto place = [&](const Vec3d& arm) { return s.position + transpose_times(s.director, broadcast<W>(arm)); };
+        const auto rate = [&](const Vec3d& arm) {
+            return s.velocity + transpose_times(s.director, cross(s.spin, broadcast<W>(arm)));
+        };
+        const auto axis = [&](const Vec3d& of_box) {
+            return transpose_times(s.director, broadcast<W>(transpose_times(part.axes, of_box)));
+        };
+        show(place(part.from), part.cover(), rate(part.from), turning);
+        if (part.box) show(place(part.from), -1, axis({1, 0, 0}), axis({0, 1, 0}));
+        else show(place(part.to), -1, rate(part.to), Vec3<P>{P(0.0), P(0.0), P(0.0)});
+    }
+}
+
+template <int W> class ExposeSurfacePass final : public TilePass<W> {
+public:
+    ExposeSurfacePass(std::shared_ptr<Exposure> exposure, const BodyShape& body) : exposure_(std::move(exposure)), body_(body) {}
+
+    void run(const RodTile<W>& rod, SlotLoad<W>*, const Step&) const override {
+        using P = Pack<W>;
+        ExposedNode* node[W];
+        ExposedMotion* motion[W];
+        for (int l = 0; l < W; ++l) {
+            const std::size_t first = exposure_->of_own(rod.group->id(), ExposePass<W>::place_in_group(rod, l)).first_slot;
+            node[l] = &exposure_->node[first];
+            motion[l] = &exposure_->motion[first];
+        }
+        std::size_t k = 0;
+        for_surface_slots(body_, rod.slot[0],
+                          [&](const Vec3<P>& position, double radius, const Vec3<P>& velocity, const Vec3<P>& spin) {
+                              store_transposed<W>(position, P(radius), [&](int l) { return &node[l][k].position.x; });
+                              store_transposed<W>(velocity, P(0.0), [&](int l) { return &motion[l][k].velocity.x; });
+                              store_transposed<W>(spin, P(0.0), [&](int l) { return &motion[l][k].spin.x; });
+                              ++k;
+                          });
+    }
+
+private:
+    std::shared_ptr<Exposure> exposure_;
+    const BodyShape& body_; ///< of the group
+};
+
+template <int W> class TakeSurfaceLoadsPass final : public TilePass<W> {
+public:
+    TakeSurfaceLoadsPass(std::shared_ptr<const Exposure> exposure, std::shared_ptr<const SlotLoads> loads, const BodyShape& body)
+        : exposure_(std::move(exposure)), loads_(std::move(loads)), body_(body) {}
+
+    void run(const RodTile<W>& rod, SlotLoad<W>* load, const Step&) const override {
+        using P = Pack<W>;
+        const Quaternion<P>& q = rod.slot[0].director;
+        const LoadsOfLanes<W> taken(*exposure_, *loads_, rod);
+        if (!taken.any()) return;
+        std::size_t k = 0;
+        const auto take = [&](const Vec3d& place) {
+            const Vec3<P> force = taken.force(k);
+            load[0].force += force;
+            load[0].couple += cross(broadcast<W>(place), q * force);
+            ++k;
+        };
+        for (const BodyShape::Part& part : body_.part) {
+            load[0].couple += q * taken.couple(k);
+            take(part.from);
+            take(part.to);
+        }
+    }
+
+private:
+    std::shared_ptr<const Exposure> exposure_;
+    std::shared_ptr<const SlotLoads> loads_;
+    const BodyShape& body_;
+};
+
+} // namespace skein

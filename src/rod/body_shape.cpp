@@ -1,0 +1,169 @@
+#include "rod/body_shape.hpp"
+
+#include "core/principal_axes.hpp"
+#include "skein/core/error.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numbers>
+
+namespace skein {
+
+namespace {
+
+constexpr double pi = std::numbers::pi;
+
+/// A part by itself: inertia about its own centre.
+struct Solid {
+    double volume;
+    Vec3d centre;
+    SymmetricMatrix inertia; ///< per mass, m^2
+};
+
+/// J = j1 1 + (j3 - j1) e e^T of what is alike about a unit vector e.
+SymmetricMatrix about(const Vec3d& e, double j1, double j3) {
+    const double d = j3 - j1;
+    return {j1 + d * e.x * e.x, j1 + d * e.y * e.y, j1 + d * e.z * e.z, d * e.x * e.y, d * e.x * e.z, d * e.y * e.z};
+}
+
+Solid sphere(const Vec3d& centre, double r) {
+    return {4.0 / 3 * pi * r * r * r, centre, about({0, 0, 1}, 0.4 * r * r, 0.4 * r * r)};
+}
+
+Solid capsule(const Vec3d& from, const Vec3d& to, double r) {
+    const double l = norm(to - from);
+    if (l == 0) return sphere(from, r);
+    const double cylinder = pi * r * r * l, balls = 4.0 / 3 * pi * r * r * r, volume = cylinder + balls;
+    const double j3 = r * r * (0.5 * cylinder + 0.4 * balls);
+    const double j1 = cylinder * (l * l / 12 + 0.25 * r * r) + balls * (0.4 * r * r + 0.25 * l * l + 0.375 * l * r);
+    return {volume, 0.5 * (from + to), about((1 / l) * (to - from), j1 / volume, j3 / volume)};
+}
+
+/// Integral of x^2 over the box of half sides a, b, c and all within r of it.
+double second_moment(double a, double b, double c, double r) {
+    const double inner = a * a / 3, disc = pi * r * r, ball = 4.0 / 3 * pi * r * r * r;
+    const double out = (a + r) * (a + r) * (a + r) - a * a * a;
+    const double plates = 8 * b * c * (a * a * a + out) / 3 + 8 * (a * c + a * b) * r * inner; // and the box itself
+    const double along = 2 * a * disc * inner;
+    const double across = 2 * (b + c) * (disc * a * a + a * (8.0 / 3 * r * r * r) + 0.25 * disc * r * r);
+    return plates + along + across + ball * a * a + pi * a * r * r * r * r + ball * r * r / 5;
+}
+
+/// h: half sides without the rounding.
+Solid box(const Vec3d& centre, const Vec3d& h, double r) {
+    const double volume = 8 * h.x * h.y * h.z + 8 * r * (h.x * h.y + h.y * h.z + h.z * h.x) + 2 * pi * r * r * (h.x + h.y + h.z) +
+                          4.0 / 3 * pi * r * r * r;
+    const double x = second_moment(h.x, h.y, h.z, r) / volume, y = second_moment(h.y, h.z, h.x, r) / volume,
+                 z = second_moment(h.z, h.x, h.y, r) / volume;
+    return {volume, centre, {y + z, x + z, x + y}};
+}
+
+SymmetricMatrix times(double a, const SymmetricMatrix& m) { return {a * m.xx, a * m.yy, a * m.zz, a * m.xy, a * m.xz, a * m.yz}; }
+
+/// |d|^2 1 - d d^T: of a point mass.
+SymmetricMatrix of_point(const Vec3d& d) {
+    return {d.y * d.y + d.z * d.z, d.x * d.x + d.z * d.z, d.x * d.x + d.y * d.y, -d.x * d.y, -d.x * d.z, -d.y * d.z};
+}
+
+} // namespace
+
+BodyShape::BodyShape(const RodSpec& spec) {
+    const BodySpec& body = *spec.body;
+    const auto refuse = [&](const std::string& what) {
+        throw InputError(fmt::format("{}: the body '{}': {}", spec.source, spec.name, what));
+    };
+    std::vector<Solid> solids;
+    for (std::size_t i = 0; i < body.spheres.radii.size(); ++i) {
+        const Vec3d at = body.spheres.centres.empty() ? Vec3d{0, 0, 0} : body.spheres.centres[i];
+        solids.push_back(sphere(at, body.spheres.radii[i]));
+        part.push_back({at, at, body.spheres.radii[i]});
+    }
+    for (std::size_t i = 0; i < body.capsules.radii.size(); ++i) {
+        solids.push_back(capsule(body.capsules.from[i], body.capsules.to[i], body.capsules.radii[i]));
+        part.push_back({body.capsules.from[i], body.capsules.to[i], body.capsules.radii[i]});
+    }
+    for (std::size_t i = 0; i < body.boxes.radii.size(); ++i) {
+        const double r = body.boxes.radii[i];
+        const Vec3d at = body.boxes.centres.empty() ? Vec3d{0, 0, 0} : body.boxes.centres[i],
+                    half = 0.5 * body.boxes.sizes[i] - Vec3d{r, r, r};
+        solids.push_back(box(at, half, r));
+        part.push_back({.from = at, .to = at, .radius = r, .half = half, .box = true});
+    }
+    Vec3d first{0, 0, 0};
+    for (const Solid& s : solids) volume += s.volume, first += s.volume * s.centre;
+    mass = body.mass > 0 ? body.mass : spec.material.density * volume;
+    if (!(mass > 0) || !std::isfinite(mass)) refuse(fmt::format("its mass is {:g} kg", mass));
+    centre = body.centre.value_or((1 / volume) * first);
+
+    SymmetricMatrix j;
+    for (const Solid& s : solids) {
+        const double m = mass * (s.volume / volume);
+        j += times(m, s.inertia);
+        j += times(m, of_point(s.centre - centre));
+    }
+    if (const std::vector<double>& given = body.inertia; !given.empty()) {
+        j = {given[0], given[1], given[2]};
+        if (given.size() == 6) j.xy = given[3], j.xz = given[4], j.yz = given[5];
+    }
+    const PrincipalAxes principal = principal_axes(j);
+    const Vec3d& v = principal.value;
+    const double least = std::min({v.x, v.y, v.z}), most = std::max({v.x, v.y, v.z});
+    if (!(least > 0))
+        refuse(fmt::format("its principal moments of inertia are {:g}, {:g} and {:g} kg m^2: all must be above 0", v.x, v.y, v.z));
+    if (most > (v.x + v.y + v.z - most) * (1 + 1e-9))
+        refuse(fmt::format(
+            "its principal moments of inertia are {:g}, {:g} and {:g} kg m^2: none may be larger than the other two together", v.x,
+            v.y, v.z));
+    take_axes(v, principal.axes);
+    for (Part& p : part) {
+        p.from = axes * (p.from - centre), p.to = axes * (p.to - centre);
+        const int slot = 2 * static_cast<int>(&p - part.data());
+        if (p.box) {
+            p.axes = {axes.w, -axes.v}; // of the frame of the parts
+            add_corners_and_edges(p, slot);
+            continue;
+        }
+        line.push_back({p.from, p.to, p.radius, slot});
+        point.push_back({p.from, p.radius});
+        if (norm(p.to - p.from) > 0) point.push_back({p.to, p.radius});
+    }
+    for (const Point& p : point) reach = std::max(reach, norm(p.place) + p.radius);
+}
+
+void BodyShape::add_corners_and_edges(const Part& box, int slot) {
+    const auto corner = [&](int bits) {
+        const Vec3d at{bits & 1 ? box.half.x : -box.half.x, bits & 2 ? box.half.y : -box.half.y,
+                       bits & 4 ? box.half.z : -box.half.z};
+        return box.from + transpose_times(box.axes, at);
+    };
+    for (int bits = 0; bits < 8; ++bits) {
+        const bool again = (bits & 1 && box.half.x == 0) || (bits & 2 && box.half.y == 0) || (bits & 4 && box.half.z == 0);
+        if (!again) point.push_back({corner(bits), box.radius}); // of a plate four
+        for (const int side : {1, 2, 4})
+            if (!(bits & side)) line.push_back({corner(bits), corner(bits | side), box.radius, bits == 0 && side == 1 ? slot : -1});
+    }
+}
+
+bool BodyShape::has_boxes() const {
+    return std::any_of(part.begin(), part.end(), [](const Part& p) { return p.box; });
+}
+
+void BodyShape::take_axes(const Vec3d& values, const Mat3d& rows) {
+    const std::array<double, 3> j{values.x, values.y, values.z};
+    const std::array<Vec3d, 3> row{rows.d1, rows.d2, rows.d3};
+    std::size_t third = 2;
+    double nearest = HUGE_VAL;
+    for (const std::size_t c : {2, 0, 1}) {
+        const double a = 1 / j[(c + 1) % 3], b = 1 / j[(c + 2) % 3], apart = std::abs(a - b);
+        if (apart < nearest - 1e-12 * (a + b)) nearest = apart, third = c;
+    }
+    const std::size_t one = (third + 1) % 3, two = (third + 2) % 3;
+    inertia = {j[one], j[two], j[third]};
+    if (std::abs(inertia.x - inertia.y) <= 1e-12 * inertia.x) inertia.x = inertia.y = 0.5 * (inertia.x + inertia.y);
+    axes = quaternion({row[one], row[two], row[third]});
+}
+
+} // namespace skein
