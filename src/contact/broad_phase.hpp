@@ -42,6 +42,9 @@ public:
     /// element of a grid is at most twice its smallest.
     void build(const Exposure& bodies, const SelfGaps& gaps, double skin, Candidates& candidates);
 
+    /// Other bodies come: what the first search told of their sizes no longer serves.
+    void forget_sizes() { smallest_ = 0; }
+
     /// The same by looking at every pair, for tests of `build`.
     static void build_exhaustively(const Exposure& bodies, const SelfGaps& gaps, double skin, Candidates& candidates);
 
@@ -81,7 +84,7 @@ private:
     void meet(std::uint32_t i, const Spheres& others, Range range, float margin, Found& found) const;
 
     const Threads& threads_;
-    double smallest_ = 0;               ///< element of the first search, m: half its length and its radius
+    double smallest_ = 0;               ///< element of the first search of these bodies, m: half its length and its radius
     std::vector<std::uint8_t> grid_of_; ///< of each slot
     std::vector<Grid> grids_;
     Vec3d origin_{0, 0, 0}, next_origin_{0, 0, 0};

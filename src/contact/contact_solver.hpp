@@ -101,7 +101,7 @@ public:
     virtual std::span<const std::uint8_t> touched() const = 0;
 
     virtual ContactFigures figures() const = 0;
-    /// Work of each window's bodies, by window, in pairs of the list: half of a pair counts for each of its bodies.
+    /// Work in a step on the pairs of each window, by window, in pairs that touch; a pair counts for the body of its first element.
     virtual std::vector<double> work(const Exposure& bodies) const = 0;
     /// Contacts of the last evaluation, which was of these bodies, whose first body is own.
     virtual std::vector<Contact> active(const Exposure& bodies) const = 0;

@@ -13,8 +13,9 @@ namespace skein {
 namespace {
 
 // The skin is such that searches cost as much as the pairs that do not touch, whoever owns them: all ranks choose the same.
-constexpr double search_cost = 15;  // of an element, in such pairs
-constexpr double least_skin = 0.01; // in diameters
+constexpr double search_cost = 15;        // of an element, in such pairs
+constexpr double least_skin = 0.01;       // in diameters
+constexpr double inactive_work = 1.0 / 8; // of a pair that does not touch, in those that do
 
 } // namespace
 
@@ -177,6 +178,7 @@ void Contacts::restore(std::span<const KeptContact> kept, double friction_work, 
     status_.clear();
     memory_.clear();
     begun_ = false;
+    search_.forget_sizes();
 }
 
 std::vector<KeptContact> Contacts::kept(const Exposure& bodies) const {
@@ -189,8 +191,12 @@ std::vector<KeptContact> Contacts::kept(const Exposure& bodies) const {
 
 std::vector<double> Contacts::work(const Exposure& bodies) const {
     std::vector<double> work(bodies.window.size(), 0.0);
-    for (const Pair& pair : std::span(list_.pair).first(list_.count()))
-        for (const std::uint32_t slot : {pair.a, pair.b}) work[static_cast<std::size_t>(bodies.window_of[slot])] += 0.5;
+    if (list_.first.empty()) return work;
+    for_blocks(threads_, bodies.window.size(), [&](std::size_t begin, std::size_t end, std::size_t) {
+        for (std::size_t w = begin; w < end; ++w)
+            for (std::uint32_t i = list_.first[bodies.window[w].first_slot]; i < list_.first[bodies.end_of(w)]; ++i)
+                work[w] += status_[i] & touching ? 1 : inactive_work;
+    });
     return work;
 }
 

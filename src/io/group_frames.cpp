@@ -87,7 +87,7 @@ void GroupFrames::follow(const Communicator& comm, const Rods& rods) {
     owned_ = owned_rods(rods, group_.id());
     IndexBlocks blocks(comm, owned_.indices, group_.count());
     std::swap(blocks, blocks_);
-    if (pending_frames_ > 0) pending_blocks_ = std::move(blocks);
+    if (pending_frames_ > 0 && !pending_blocks_) pending_blocks_ = std::move(blocks);
 }
 
 std::uint64_t GroupFrames::frame_bytes() const { return count() * rod_bytes() + (kind_ == FrameKind::trajectory ? view_bytes : 0); }

@@ -36,7 +36,8 @@ public:
     /// `group` and `rods` must outlive it. Collective.
     GroupFrames(const Communicator& comm, const RodGroup& group, const Rods& rods, FrameKind kind, const OutputSpec& spec);
 
-    /// The same rods, of which ranks own others from now on; frames that are pending must be written next. Collective.
+    /// The same rods, of which ranks own others from now on. Frames that are pending must be written before others are taken.
+    /// Collective.
     void follow(const Communicator& comm, const Rods& rods);
 
     /// Of a frame in the file, or more.
@@ -53,6 +54,8 @@ public:
     void take(double lag, std::size_t most);
     /// Writes the pending frames, as many as there are `digests`, from frame `first` on; adds this rank's part to their digests.
     void write(H5File& file, std::uint64_t first, std::span<std::uint64_t> digests);
+    /// Whether there are pending frames of other owners.
+    bool has_left() const { return pending_blocks_.has_value(); }
     void drop_pending() { pending_frames_ = 0, pending_blocks_.reset(); }
 
     /// Single frames under names of their own, for the side-car: of the XDMF readers in use one knows hyperslabs only in a

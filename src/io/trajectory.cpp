@@ -215,6 +215,7 @@ struct FrameWriter::Impl {
     }
 
     void write(std::int64_t step, double time, double lag) {
+        if (std::any_of(groups.begin(), groups.end(), [](const GroupFrames& group) { return group.has_left(); })) write_pending();
         if (open.steps.empty()) open.file = fmt::format("{}_{:012d}.h5", kind_name(), step);
         for (GroupFrames& group : groups) group.take(lag, most_pending);
         open.steps.push_back(step);
@@ -326,12 +327,6 @@ void FrameWriter::write(std::int64_t step, double time, double lag) {
 
 void FrameWriter::follow(const Rods& rods) {
     for (GroupFrames& group : impl_->groups) group.follow(impl_->comm, rods);
-    try {
-        impl_->write_pending();
-    } catch (const IoError&) {
-        impl_->give_up();
-        throw;
-    }
     impl_->limit_pending(impl_->buffer_bytes);
 }
 

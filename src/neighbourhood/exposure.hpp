@@ -82,6 +82,8 @@ public:
     std::size_t number_of_own(int group, std::size_t place_in_group) const {
         return own_window_[first_of_group_[static_cast<std::size_t>(group)] + place_in_group];
     }
+    /// The window of bodies[i].
+    std::size_t number_of_own(std::size_t i) const { return own_window_[i]; }
     /// What ExposePass, or ExposeSurfacePass of a body, would show of `bodies[i]`, to the bit, from its state.
     void show(std::size_t i, std::span<const Slot<1>> state, const BodyShape* body = nullptr);
     /// Other windows, with the same own bodies among them: the own ones' slots keep what they show.

@@ -1,5 +1,5 @@
-// Who owns which rod. A space-filling curve through the rods' centres, cut into one piece of equal weight per rank. The curve's
-// order depends on the scene alone, so rods keep their neighbours whatever the number of ranks.
+// Who owns which rod. A space-filling curve through the rods' centres, cut into one piece of equal weight per rank: of the start
+// shapes with their elements as weights, so that the scene alone decides, or of rods as they are now with what they cost.
 #pragma once
 
 #include "parallel/communicator.hpp"

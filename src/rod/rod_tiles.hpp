@@ -38,6 +38,7 @@ public:
     void visit_before(const Step& step) override;
     bool visit_after(const Step& step, bool check) override;
     void visit_after_and_before(const Step& step, const Step& next) override;
+    void begin_within(const Step& step) override { prepare({Part::before, {&step, 1}}); }
     std::string near_limit() const override;
     std::vector<std::string_view> passes(std::size_t group) const override;
     std::span<const LocalRod> local() const override { return local_; }

@@ -110,6 +110,8 @@ public:
     virtual bool visit_after(const Step& step, bool check) = 0;
     /// visit_after(step), then visit_before(next), in one visit to each tile. Steps of different slots.
     virtual void visit_after_and_before(const Step& step, const Step& next) = 0;
+    /// Readies the passes of new rods, whose states are put in between the halves of this step, for the second half.
+    virtual void begin_within(const Step& step) = 0;
     /// Names the rod whose strains leave the step least room, where the last check found one that is near its limit
     /// (rod/step_watch.hpp).
     virtual std::string near_limit() const = 0;

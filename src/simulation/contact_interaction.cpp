@@ -71,10 +71,7 @@ void ContactInteraction::follow(const InteractionParts& parts) {
 
 void ContactInteraction::add_work(std::span<const LocalRod> own, std::span<double> work) const {
     const std::vector<double> by_window = contacts_->work(*exposure_);
-    for (std::size_t i = 0; i < own.size(); ++i) {
-        const std::uint32_t slot = exposure_->find(exposure_->scene().first_slot(own[i].gid)).value();
-        work[i] += by_window[static_cast<std::size_t>(exposure_->window_of[slot])];
-    }
+    for (std::size_t i = 0; i < own.size(); ++i) work[i] += by_window[exposure_->number_of_own(i)];
 }
 
 OwnerDirectory ContactInteraction::directory() const {

@@ -81,7 +81,8 @@ void Simulation::keep_copy() {
     if (options_.rewind == Rewind::never || (options_.rewind == Rewind::automatic && plan_.copy_bytes == 0)) return;
     if (copy_ && clock_.done() - copy_->step() < copy_every) return;
     const auto timing = timers_.time(Phase::checkpoint);
-    if (!copy_ || copy_->owners() != owners_) copy_ = std::make_unique<StateCopy>(groups_, *rods_, owners_);
+    if (copy_ && copy_->owners() != owners_) copy_.reset(); // before there is another
+    if (!copy_) copy_ = std::make_unique<StateCopy>(groups_, *rods_, owners_);
     copy_->take(*rods_, interactions_, clock_.done());
 }
 

@@ -59,10 +59,10 @@ public:
     }
     virtual void settle(std::span<const std::uint32_t> slot) { static_cast<void>(slot); }
 
-    /// Bodies have other owners, and are other `parts` with them, between begin_rebuild and find_partners; recall() of what was
-    /// kept() before follows.
+    /// This rank owns other bodies from now on, those of `parts`. Called between begin_rebuild and find_partners; recall() of what
+    /// was kept() before follows.
     virtual void follow(const InteractionParts& parts) = 0;
-    /// Adds its work in a step to that of own bodies, in pairs of elements. This rank alone.
+    /// Adds its work in a step to that of own bodies (Rods::local()), in pairs of elements that touch. This rank alone.
     virtual void add_work(std::span<const LocalRod> own, std::span<double> work) const {
         static_cast<void>(own), static_cast<void>(work);
     }

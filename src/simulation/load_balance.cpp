@@ -1,5 +1,8 @@
 #include "simulation/load_balance.hpp"
 
+#include "core/memory.hpp"
+#include "simulation/machine.hpp"
+
 #include <algorithm>
 #include <cmath>
 #include <numeric>
@@ -8,9 +11,10 @@ namespace skein {
 
 namespace {
 
-constexpr double least_gain = 0.03;       // of a step: less is lost in what measurements scatter by
-constexpr double first_price = 0.1;       // s, of a migration before one has been measured
-constexpr double units_per_second = 1e15; // of integral weights
+constexpr double least_gain = 0.03;     // of a step: less is lost in what measurements scatter by
+constexpr double share_of_looks = 0.01; // of the time of a run
+constexpr double units = 1e15;          // of integral weights, over all ranks
+constexpr double record_share = 1.5;    // of the memory of rods: records of those that stay, leave and come
 
 /// Cost of a rod that no measurement has to do with, which others have at the next migration.
 std::int64_t made_up(std::int64_t gid, std::int64_t migrations) {
@@ -18,55 +22,84 @@ std::int64_t made_up(std::int64_t gid, std::int64_t migrations) {
     return 1 + static_cast<std::int64_t>(h % 8);
 }
 
-} // namespace
+double sum_of(std::span<const double> x) { return std::accumulate(x.begin(), x.end(), 0.0); }
 
-LoadBalance::LoadBalance(const Communicator& comm, const Plan& plan, std::span<const RodGroup> groups, Balance when)
-    : comm_(comm), groups_(groups), when_(comm.size() > 1 && plan.contact ? when : Balance::never), due_(when_ == Balance::always),
-      price_(first_price) {
-    for (const GroupPlan& group : plan.groups) predicted_.push_back(group.ns_per_element_step * group.elements);
+/// Numbers of all ranks, as many of each. Collective.
+std::vector<double> of_ranks(const Communicator& comm, std::span<const double> mine) {
+    const std::vector<std::int64_t> counts(static_cast<std::size_t>(comm.size()), static_cast<std::int64_t>(mine.size()));
+    std::vector<double> all(counts.size() * mine.size());
+    comm.all_gather(mine, counts, all);
+    return all;
 }
 
-std::vector<double> LoadBalance::costs(const Rods& rods, const Interactions& all) const {
-    std::vector<double> costs = work_of(all, rods.local());
-    for (std::size_t i = 0; i < costs.size(); ++i)
-        costs[i] = pair_rate_ * costs[i] + rod_rate_ * predicted_[static_cast<std::size_t>(rods.local()[i].group)];
+} // namespace
+
+LoadBalance::LoadBalance(const Communicator& comm, const Plan& plan, Balance when)
+    : comm_(comm), when_(comm.size() > 1 && plan.contact ? when : Balance::never), due_(when_ == Balance::always) {
+    for (const GroupPlan& group : plan.groups) passes_.push_back(group.ns_per_element_step * group.elements);
+    if (when_ == Balance::automatic) sharing_ = ranks_of_this_machine(comm_);
+}
+
+LoadBalance::Work LoadBalance::work_of_rods(const Rods& rods, const Interactions& all) const {
+    Work work{work_of(all, rods.local()), {}};
+    work.passes.reserve(work.pairs.size());
+    for (const LocalRod& rod : rods.local()) work.passes.push_back(passes_[static_cast<std::size_t>(rod.group)]);
+    return work;
+}
+
+std::vector<double> LoadBalance::costs(const Work& work) const {
+    std::vector<double> costs(work.pairs.size());
+    for (std::size_t i = 0; i < costs.size(); ++i) costs[i] = pass_rate_ * work.passes[i] + pair_rate_ * work.pairs[i];
     return costs;
 }
 
-void LoadBalance::look(const Timers& timers, const Rods& rods, const Interactions& all, std::int64_t step, std::int64_t left) {
-    if (when_ != Balance::automatic || due_) return;
+void LoadBalance::look(Timers& timers, const Rods& rods, const Interactions& all, std::int64_t step, std::int64_t left) {
+    if (when_ != Balance::automatic || due_ || ++skipped_ <= skip_) return;
+    skipped_ = 0;
+    const auto timing = timers.time(Phase::balance);
+    double looked = 0;
+    if (owned_since_ < 0) owned_since_ = step;
     const double rods_s = timers.seconds(Phase::rods), pairs_s = timers.seconds(Phase::contacts);
-    const double steps = static_cast<double>(step - step_before_);
-    if (const bool measured = step_before_ >= 0 && steps > 0; measured) {
-        const std::vector<double> pairs = work_of(all, rods.local());
-        double passes = 0;
-        for (const LocalRod& rod : rods.local()) passes += predicted_[static_cast<std::size_t>(rod.group)];
-        const double sums[] = {rods_s - rods_before_, passes, pairs_s - pairs_before_,
-                               std::accumulate(pairs.begin(), pairs.end(), 0.0)};
-        double all_sums[4];
-        for (int i = 0; i < 4; ++i) {
-            const std::vector<double> of_ranks = comm_.all_gather(std::span(&sums[i], 1));
-            all_sums[i] = std::accumulate(of_ranks.begin(), of_ranks.end(), 0.0);
-        }
-        rod_rate_ = all_sums[0] / (all_sums[1] * steps);
-        pair_rate_ = all_sums[3] > 0 ? all_sums[2] / (all_sums[3] * steps) : 0;
-
-        const std::vector<double> each = costs(rods, all);
-        const double mine = std::accumulate(each.begin(), each.end(), 0.0);
-        const std::vector<double> of_ranks = comm_.all_gather(std::span(&mine, 1));
-        const double mean = std::accumulate(of_ranks.begin(), of_ranks.end(), 0.0) / comm_.size();
-        const double most = *std::max_element(of_ranks.begin(), of_ranks.end());
-        const double heaviest = comm_.max(each.empty() ? 0.0 : *std::max_element(each.begin(), each.end()));
-        figures_.imbalance = most / mean;
-        const double gain = most - mean - heaviest; // of a step: pieces are cut to within a rod
-        const auto lasting = static_cast<double>(std::min(left, step - owned_since_));
-        due_ = gain > least_gain * mean && gain * lasting > price_;
+    if (step_before_ >= 0 && step > step_before_) {
+        const double began = wall_seconds();
+        const Work work = work_of_rods(rods, all);
+        looked = wall_seconds() - began;
+        const double mine[] = {rods_s - rods_before_, pairs_s - pairs_before_, sum_of(work.passes), sum_of(work.pairs)};
+        double sums[4] = {};
+        const std::vector<double> numbers = of_ranks(comm_, mine);
+        for (std::size_t i = 0; i < numbers.size(); ++i) sums[i % 4] += numbers[i];
+        const auto steps = static_cast<double>(step - step_before_);
+        pass_rate_ = sums[0] / (sums[2] * steps);
+        pair_rate_ = sums[3] > 0 ? sums[1] / (sums[3] * steps) : 0;
+        decide(rods, work, step, left);
     }
     rods_before_ = rods_s, pairs_before_ = pairs_s, step_before_ = step;
+    skip_ = static_cast<std::int64_t>(comm_.max(looked) / share_of_looks);
+}
+
+void LoadBalance::decide(const Rods& rods, const Work& work, std::int64_t step, std::int64_t left) {
+    const std::vector<double> each = costs(work);
+    const double mine[] = {sum_of(each), each.empty() ? 0 : *std::max_element(each.begin(), each.end()), price_};
+    double mean = 0, most = 0, heaviest = 0, price = 0;
+    const std::vector<double> numbers = of_ranks(comm_, mine);
+    for (std::size_t r = 0; r < numbers.size(); r += 3) {
+        mean += numbers[r] / comm_.size();
+        most = std::max(most, numbers[r]), heaviest = std::max(heaviest, numbers[r + 1]), price = std::max(price, numbers[r + 2]);
+    }
+    figures_.imbalance = most / mean;
+    const double gain = most - mean - heaviest; // of a step: pieces are cut to within a rod
+    const auto lasting = static_cast<double>(std::min(left, step - owned_since_));
+    due_ = gain > least_gain * mean && gain * lasting > price && memory_suffices(rods);
+}
+
+bool LoadBalance::memory_suffices(const Rods& rods) const {
+    const double spare = free_memory() / sharing_ - record_share * static_cast<double>(rods.bytes());
+    return comm_.min(spare) > 0;
 }
 
 std::vector<Assignment> LoadBalance::assign(const Rods& rods, const Interactions& all) const {
-    const std::vector<double> cost = when_ == Balance::automatic ? costs(rods, all) : std::vector<double>();
+    const std::vector<double> cost = when_ == Balance::automatic ? costs(work_of_rods(rods, all)) : std::vector<double>();
+    const double mine = sum_of(cost), whole = sum_of(of_ranks(comm_, std::span(&mine, 1)));
     std::vector<WeighedRod> weighed(rods.local().size());
     std::vector<std::size_t> places(weighed.size());
     std::iota(places.begin(), places.end(), std::size_t{0});
@@ -75,17 +108,17 @@ std::vector<Assignment> LoadBalance::assign(const Rods& rods, const Interactions
         const Vec3d centre = 0.5 * (lane(rod.state.front().position, 0) + lane(rod.state.back().position, 0));
         weighed[i] = {local.gid, centre,
                       cost.empty() ? made_up(local.gid, figures_.migrations)
-                                   : std::max<std::int64_t>(1, std::llround(units_per_second * cost[i]))};
+                                   : std::max<std::int64_t>(1, std::llround(units * cost[i] / whole))};
     });
     return skein::assign(comm_, weighed);
 }
 
-void LoadBalance::moved(double seconds, std::int64_t bodies) {
-    ++figures_.migrations;
+void LoadBalance::moved(double seconds, std::int64_t bodies, std::int64_t step) {
+    figures_.migrations += bodies > 0 || when_ == Balance::always;
     figures_.bodies += bodies;
-    price_ = comm_.max(seconds);
+    price_ = seconds;
     due_ = when_ == Balance::always;
-    owned_since_ = std::max(step_before_, std::int64_t{0});
+    owned_since_ = step;
     step_before_ = -1;
 }
 

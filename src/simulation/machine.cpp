@@ -9,13 +9,23 @@
 
 namespace skein {
 
+std::string host_name() {
+    char host[256] = "";
+    ::gethostname(host, sizeof host - 1);
+    return host;
+}
+
+int ranks_of_this_machine(const Communicator& comm) {
+    const std::string mine = host_name();
+    const auto hosts = comm.all_gather(mine);
+    return static_cast<int>(std::count(hosts.begin(), hosts.end(), mine));
+}
+
 int lanes_for(int asked) { return asked > 0 ? served_lanes(asked) : widest_lanes(); }
 
 Machine machine_of(const Communicator& comm, int threads, int lanes_wanted, Mapping mapping) {
-    char host[256] = "";
-    ::gethostname(host, sizeof host - 1);
     const std::string cores = Threads::available_core_list();
-    const auto bindings = comm.all_gather(std::string(host) + ':' + cores);
+    const auto bindings = comm.all_gather(host_name() + ':' + cores);
     const int sharing =
         static_cast<int>(std::count(bindings.begin(), bindings.end(), bindings[static_cast<std::size_t>(comm.rank())]));
     const int own = std::max(1, Threads::available_cores() / sharing);

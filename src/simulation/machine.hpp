@@ -13,4 +13,8 @@ int lanes_for(int asked);
 /// `lanes` as for lanes_for; those of the oldest processor serve for all.
 Machine machine_of(const Communicator& comm, int threads, int lanes, Mapping mapping = Mapping::automatic);
 
+std::string host_name();
+/// Ranks that share this one's machine, and its memory, with it itself. Collective.
+int ranks_of_this_machine(const Communicator& comm);
+
 } // namespace skein

@@ -10,115 +10,144 @@ namespace skein {
 
 namespace {
 
-/// Records of equal length, in any order, to a rank each. Collective.
-template <class T>
-std::vector<T> sent_to(const Communicator& comm, std::span<const T> records, std::size_t length, std::span<const int> ranks) {
-    std::vector<std::size_t> order(ranks.size());
-    std::iota(order.begin(), order.end(), std::size_t{0});
-    std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) { return ranks[a] < ranks[b]; });
-    std::vector<std::int64_t> send_counts(static_cast<std::size_t>(comm.size()), 0), receive_counts;
-    std::vector<T> sorted;
-    sorted.reserve(records.size());
-    for (const std::size_t i : order) {
-        ++send_counts[static_cast<std::size_t>(ranks[i])];
-        const auto record = records.subspan(i * length, length);
-        sorted.insert(sorted.end(), record.begin(), record.end());
-    }
-    const auto bytes = comm.all_to_all(std::as_bytes(std::span<const T>(sorted)), length * sizeof(T), send_counts, receive_counts);
-    std::vector<T> arrived(bytes.size() / sizeof(T));
-    if (!arrived.empty()) std::memcpy(arrived.data(), bytes.data(), bytes.size());
-    return arrived;
-}
+static_assert(alignof(Slot<1>) <= alignof(double), "states are looked at where they arrived");
 
-/// What places know of the rods of a group, to the ranks that are to own them: all keep their own. Collective.
-void move_places(const Communicator& comm, Places& places, std::span<const std::int64_t> indices, std::span<const int> ranks,
-                 std::span<const std::int64_t> kept) {
-    if (comm.min(static_cast<std::int64_t>(places.holds_all())) != 0) return;
-    const std::vector<std::int64_t> held = places.held();
-    const std::vector<std::byte> records = places.records();
-    const std::size_t length = sizeof(std::int64_t) + places.record_bytes();
-    std::vector<std::byte> numbered(indices.size() * length);
-    for (std::size_t i = 0; i < indices.size(); ++i) {
-        const auto row = static_cast<std::size_t>(std::lower_bound(held.begin(), held.end(), indices[i]) - held.begin());
-        std::memcpy(&numbered[i * length], &indices[i], sizeof(std::int64_t));
-        std::memcpy(&numbered[i * length + sizeof(std::int64_t)], &records[row * places.record_bytes()], places.record_bytes());
-    }
-    const std::vector<std::byte> arrived = sent_to<std::byte>(comm, numbered, length, ranks);
-    std::vector<std::pair<std::int64_t, std::size_t>> found;
-    for (std::size_t at = 0; at < arrived.size(); at += length) {
-        std::int64_t index;
-        std::memcpy(&index, &arrived[at], sizeof index);
-        found.emplace_back(index, at + sizeof index);
-    }
-    std::sort(found.begin(), found.end());
-    std::vector<std::byte> own;
-    for (const std::int64_t index : kept) {
-        const auto at = std::lower_bound(found.begin(), found.end(), std::pair(index, std::size_t{0}))->second;
-        own.insert(own.end(), arrived.begin() + static_cast<std::ptrdiff_t>(at),
-                   arrived.begin() + static_cast<std::ptrdiff_t>(at + places.record_bytes()));
-    }
-    places.keep(kept, own);
-}
+std::size_t doubles_for(std::size_t bytes) { return (bytes + sizeof(double) - 1) / sizeof(double); }
+
+std::uint64_t key_of(const double* record) { return std::bit_cast<std::uint64_t>(record[0]); }
+std::int64_t gid_of(const double* record) { return static_cast<std::int64_t>(record[1]); }
 
 } // namespace
 
-Migration::Migration(const Communicator& comm, std::span<RodGroup> groups, const Rods& rods, std::span<const Assignment> assigned)
-    : groups_(groups) {
-    for (RodGroup& group : groups) {
-        const OwnedRods own = owned_rods(rods, group.id());
-        const std::size_t slots = static_cast<std::size_t>(group.slots()), state = slots * slot_doubles;
-        const auto memory = static_cast<std::size_t>(
-            comm.max(own.places.empty() ? std::int64_t{0} : static_cast<std::int64_t>(rods.memory(own.places.front()).size())));
-        const std::size_t length = head + state + budget + memory;
-        std::vector<double> records(own.places.size() * length);
-        std::vector<int> ranks;
-        for (const std::size_t place : own.places) ranks.push_back(assigned[place].rank);
-        rods.read(own.places, Copy::canonical, 0, [&](int, std::size_t i, const RodCopy& rod) {
-            const std::size_t place = own.places[i];
-            double* out = &records[i * length];
-            *out++ = std::bit_cast<double>(assigned[place].key);
-            *out++ = static_cast<double>(rods.local()[place].gid);
-            *out++ = comm.rank();
-            std::memcpy(out, rod.state.data(), state * sizeof(double));
-            const RodBudget b = rods.budget(place);
-            out[state] = b.loads, out[state + 1] = b.walls, out[state + 2] = b.dissipated, out[state + 3] = b.held_before;
-            const std::vector<double> remembered = rods.memory(place);
-            std::copy(remembered.begin(), remembered.end(), out + state + budget);
-        });
-        arrived_.push_back(sent_to<double>(comm, records, length, ranks));
-        memory_.push_back(memory);
+std::int64_t Migration::count(const Communicator& comm, std::span<const Assignment> assigned) {
+    return comm.sum(std::count_if(assigned.begin(), assigned.end(), [&](const Assignment& a) { return a.rank != comm.rank(); }));
+}
 
-        const std::size_t before = records_.size();
-        const std::vector<double>& all = arrived_.back();
-        for (std::size_t at = 0; at < all.size(); at += length)
-            records_.push_back({std::bit_cast<std::uint64_t>(all[at]), static_cast<std::int64_t>(all[at + 1]),
-                                static_cast<std::int64_t>(all[at + 2]), &all[at + head]});
-        std::sort(records_.begin() + static_cast<std::ptrdiff_t>(before), records_.end(),
-                  [](const Record& a, const Record& b) { return std::tie(a.key, a.gid) < std::tie(b.key, b.gid); });
-        std::vector<std::int64_t> indices;
-        for (std::size_t i = before; i < records_.size(); ++i) {
-            owned_.push_back({records_[i].gid, group.id(), records_[i].gid - group.first_gid()});
-            indices.push_back(owned_.back().index);
-            moved_ += records_[i].from != comm.rank();
-        }
-        move_places(comm, group.places(), own.indices, ranks, indices);
+std::vector<Migration::Layout> Migration::layouts(const Communicator& comm, std::span<const RodGroup> groups,
+                                                  const Rods& rods) const {
+    std::vector<double> most; // of a rank: numbers that passes remember; not 0 where it lacks places
+    for (const RodGroup& group : groups) most.insert(most.end(), {0.0, group.places().holds_all() ? 0.0 : 1.0});
+    const auto local = rods.local();
+    for (std::size_t i = 0; i < local.size(); ++i)
+        if (i == 0 || local[i - 1].group != local[i].group)
+            most[2 * static_cast<std::size_t>(local[i].group)] = static_cast<double>(rods.memory(i).size());
+    comm.max(most);
+    std::vector<Layout> layouts;
+    for (std::size_t g = 0; g < groups.size(); ++g)
+        layouts.push_back({static_cast<std::size_t>(groups[g].slots()) * slot_doubles, static_cast<std::size_t>(most[2 * g]),
+                           most[2 * g + 1] > 0 ? doubles_for(groups[g].places().record_bytes()) : 0});
+    return layouts;
+}
+
+Migration::Migration(const Communicator& comm, std::span<RodGroup> groups, const Rods& rods, std::span<const Assignment> assigned)
+    : layout_(layouts(comm, groups, rods)) {
+    for (const RodGroup& group : groups) first_gid_.push_back(group.first_gid());
+    const auto local = rods.local();
+    std::vector<std::int64_t> send_counts(static_cast<std::size_t>(comm.size()), 0), receive_counts;
+    std::size_t staying = 0;
+    for (std::size_t i = 0; i < local.size(); ++i) {
+        const std::size_t length = layout_[static_cast<std::size_t>(local[i].group)].length();
+        if (assigned[i].rank == comm.rank()) staying += length;
+        else send_counts[static_cast<std::size_t>(assigned[i].rank)] += static_cast<std::int64_t>(length);
     }
-    moved_ = comm.sum(moved_);
+    stay_.resize(staying);
+    std::vector<std::int64_t> next(send_counts.size(), 0); // number of a rank's records
+    std::partial_sum(send_counts.begin(), send_counts.end() - 1, next.begin() + 1);
+    std::vector<double> leave(static_cast<std::size_t>(next.back() + send_counts.back()));
+    std::vector<double*> record;
+    double* stays = stay_.data();
+    for (std::size_t i = 0; i < local.size(); ++i) {
+        const std::size_t length = layout_[static_cast<std::size_t>(local[i].group)].length();
+        std::int64_t& at = next[static_cast<std::size_t>(assigned[i].rank)];
+        if (assigned[i].rank == comm.rank()) record.push_back(std::exchange(stays, stays + length));
+        else record.push_back(leave.data() + std::exchange(at, at + static_cast<std::int64_t>(length)));
+    }
+
+    std::vector<std::vector<std::int64_t>> held;
+    std::vector<std::vector<std::byte>> places;
+    for (std::size_t g = 0; g < groups.size(); ++g) {
+        const bool travel = layout_[g].places > 0;
+        held.push_back(travel ? groups[g].places().held() : std::vector<std::int64_t>());
+        places.push_back(travel ? groups[g].places().records() : std::vector<std::byte>());
+    }
+    std::vector<std::size_t> all(local.size());
+    std::iota(all.begin(), all.end(), std::size_t{0});
+    rods.read(all, Copy::canonical, 0, [&](int, std::size_t i, const RodCopy& rod) {
+        const auto g = static_cast<std::size_t>(local[i].group);
+        const Layout& layout = layout_[g];
+        double* out = record[i];
+        *out++ = std::bit_cast<double>(assigned[i].key);
+        *out++ = static_cast<double>(local[i].gid);
+        std::memcpy(out, rod.state.data(), layout.state * sizeof(double));
+        out += layout.state;
+        const RodBudget b = rods.budget(i);
+        for (const double energy : {b.loads, b.walls, b.dissipated, b.held_before}) *out++ = energy;
+        const std::vector<double> remembered = rods.memory(i);
+        out = std::copy(remembered.begin(), remembered.end(), out);
+        if (layout.places == 0) return;
+        const auto row =
+            static_cast<std::size_t>(std::lower_bound(held[g].begin(), held[g].end(), local[i].index) - held[g].begin());
+        const std::size_t bytes = groups[g].places().record_bytes();
+        std::memcpy(out, &places[g][row * bytes], bytes);
+    });
+    const auto bytes = comm.all_to_all(std::as_bytes(std::span(leave)), sizeof(double), send_counts, receive_counts);
+    leave = {};
+    come_.resize(bytes.size() / sizeof(double));
+    if (!come_.empty()) std::memcpy(come_.data(), bytes.data(), bytes.size());
+    find_owned();
+    keep_places(groups);
+}
+
+void Migration::find_owned() {
+    struct Found {
+        int group;
+        const double* record;
+    };
+    std::vector<Found> found;
+    for (const std::vector<double>* from : {&stay_, &come_})
+        for (std::size_t at = 0; at < from->size();) {
+            const double* record = from->data() + at;
+            const auto behind = std::upper_bound(first_gid_.begin(), first_gid_.end(), gid_of(record));
+            found.push_back({static_cast<int>(behind - first_gid_.begin()) - 1, record});
+            at += layout_[static_cast<std::size_t>(found.back().group)].length();
+        }
+    std::sort(found.begin(), found.end(), [](const Found& a, const Found& b) {
+        return std::tuple(a.group, key_of(a.record), gid_of(a.record)) < std::tuple(b.group, key_of(b.record), gid_of(b.record));
+    });
+    for (const auto& [group, record] : found) {
+        owned_.push_back({gid_of(record), group, gid_of(record) - first_gid_[static_cast<std::size_t>(group)]});
+        record_.push_back(record);
+    }
+}
+
+void Migration::keep_places(std::span<RodGroup> groups) const {
+    for (std::size_t g = 0; g < groups.size(); ++g) {
+        if (layout_[g].places == 0) continue;
+        Places& places = groups[g].places();
+        std::vector<std::int64_t> indices;
+        std::vector<std::byte> records;
+        for (std::size_t i = 0; i < owned_.size(); ++i) {
+            if (owned_[i].group != static_cast<int>(g)) continue;
+            indices.push_back(owned_[i].index);
+            const auto* own = reinterpret_cast<const std::byte*>(record_[i] + layout_[g].length() - layout_[g].places);
+            records.insert(records.end(), own, own + places.record_bytes());
+        }
+        places.keep(indices, records);
+    }
 }
 
 std::span<const Slot<1>> Migration::state(std::size_t i) const {
-    const auto slots = static_cast<std::size_t>(groups_[static_cast<std::size_t>(owned_[i].group)].slots());
-    return {reinterpret_cast<const Slot<1>*>(records_[i].numbers), slots};
+    return {reinterpret_cast<const Slot<1>*>(record_[i] + Layout::head),
+            layout_[static_cast<std::size_t>(owned_[i].group)].state / slot_doubles};
 }
 
 void Migration::put_into(Rods& rods) const {
     for (std::size_t i = 0; i < owned_.size(); ++i) { // one by one: rods of a tile share what is put there
-        const std::span<const Slot<1>> own = state(i);
-        const double* behind = records_[i].numbers + own.size() * slot_doubles;
-        rods.import_rod(i, own);
+        const Layout& layout = layout_[static_cast<std::size_t>(owned_[i].group)];
+        const double* behind = record_[i] + Layout::head + layout.state;
+        rods.import_rod(i, state(i));
         rods.set_budget(i, {behind[0], behind[1], behind[2], behind[3]});
-        if (const std::size_t numbers = memory_[static_cast<std::size_t>(owned_[i].group)]; numbers > 0)
-            rods.set_memory(i, {behind + budget, numbers});
+        if (layout.memory > 0) rods.set_memory(i, {behind + Layout::budget, layout.memory});
     }
 }
 

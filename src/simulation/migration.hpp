@@ -19,29 +19,31 @@ public:
 
     /// Rods of this rank from now on, ordered by group and, within a group, along the curve.
     const std::vector<LocalRod>& owned() const { return owned_; }
-    /// Bodies that have come from other ranks, on all of them.
-    std::int64_t moved() const { return moved_; }
-    /// As it was sent, of owned()[i].
+    /// State of owned()[i], as it was sent.
     std::span<const Slot<1>> state(std::size_t i) const;
     /// Puts all into rods that are made of owned().
     void put_into(Rods& rods) const;
 
-private:
-    /// Of a rod: its place along the curve, number, sender, state, energy budget, memory of passes.
-    struct Record {
-        std::uint64_t key;
-        std::int64_t gid;
-        std::int64_t from;
-        const double* numbers;
-    };
-    static constexpr std::size_t head = 3, budget = 4; ///< numbers before the state, and behind it
+    /// Bodies that would come to a rank that is not theirs, on all ranks. Collective.
+    static std::int64_t count(const Communicator& comm, std::span<const Assignment> assigned);
 
-    std::span<const RodGroup> groups_;
-    std::vector<std::vector<double>> arrived_; ///< by group
-    std::vector<std::size_t> memory_;          ///< numbers of a rod, by group
-    std::vector<Record> records_;              ///< of owned_
+private:
+    /// Numbers of a rod on its way, by group: its place along the curve, gid, state, energy budget, memory of passes, and what
+    /// places know of it.
+    struct Layout {
+        static constexpr std::size_t head = 2, budget = 4;
+        std::size_t state = 0, memory = 0, places = 0;
+        std::size_t length() const { return head + state + budget + memory + places; }
+    };
+    std::vector<Layout> layouts(const Communicator& comm, std::span<const RodGroup> groups, const Rods& rods) const;
+    void find_owned();
+    void keep_places(std::span<RodGroup> groups) const;
+
+    std::vector<Layout> layout_;          ///< by group
+    std::vector<std::int64_t> first_gid_; ///< of each group
+    std::vector<double> stay_, come_;     ///< rods of this rank, from itself and from others
     std::vector<LocalRod> owned_;
-    std::int64_t moved_ = 0;
+    std::vector<const double*> record_; ///< of owned_
 };
 
 } // namespace skein

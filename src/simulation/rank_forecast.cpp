@@ -44,6 +44,7 @@ public:
     Candidates first_candidates(std::span<const RodGroup> groups) {
         if (!around_.exposure) return {};
         rods_->visit_before(clock_.next(1, 1).front());
+        exposed_ = true;
         const auto contacts =
             kernels(plan_.machine.lanes).make_contacts(contact_scene(groups, *plan_.contact, *plan_.contact_laws), threads_);
         std::vector<std::uint8_t> wanted(around_.exposure->slots());
@@ -51,40 +52,42 @@ public:
         return contacts->found();
     }
 
-    /// Goes on from first_candidates(). Seconds of a step in passes and in interactions.
+    /// Goes on from first_candidates(). Seconds of a step in passes and in interactions; the first step, which builds the first
+    /// list and meets memory that no one has touched, is left out.
     std::pair<double, double> time(double seconds) {
         Timers timers;
-        const bool coupled = is_coupled(plan_);
-        bool moved = around_.exposure != nullptr; // by first_candidates
+        advance(timers, std::exchange(exposed_, false));
+        timers = {};
         std::int64_t steps = 0;
-        for (const double began = wall_seconds(); steps < 4 || (wall_seconds() < began + seconds && clock_.done() < plan_.steps);) {
-            const auto batch = clock_.next(plan_.steps, coupled ? 1 : Clock::largest_batch);
-            if (!coupled) {
-                const auto timing = timers.time(Phase::rods);
-                rods_->visit(batch, false);
-            } else {
-                const Step& step = batch.front();
-                {
-                    const auto timing = timers.time(Phase::rods);
-                    if (!std::exchange(moved, false)) rods_->visit_before(step);
-                }
-                if (neighbourhood_) couple(interactions_, *neighbourhood_, step, timers);
-                {
-                    const auto timing = timers.time(Phase::rods);
-                    rods_->visit_after(step, false);
-                }
-                for (const auto& one : interactions_) one->drive(step, timers);
-            }
-            clock_.advance(batch);
-            steps += static_cast<std::int64_t>(batch.size());
-            if (steps >= plan_.steps) break;
-        }
-        const double each = 1 / static_cast<double>(steps);
+        const double began = wall_seconds();
+        while (clock_.done() < plan_.steps && (steps < 4 || wall_seconds() < began + seconds)) steps += advance(timers, false);
+        const double each = 1 / static_cast<double>(std::max<std::int64_t>(1, steps));
         return {each * timers.seconds(Phase::rods),
                 each * (timers.seconds(Phase::contacts) + timers.seconds(Phase::search) + timers.seconds(Phase::exchange))};
     }
 
 private:
+    /// Steps that it makes: one of bodies that feel each other, else many. `exposed`: the first half of it is done.
+    std::int64_t advance(Timers& timers, bool exposed) {
+        const bool coupled = is_coupled(plan_);
+        const auto batch = clock_.next(plan_.steps, coupled ? 1 : Clock::largest_batch);
+        const Step& step = batch.front();
+        const auto timed = [&](auto&& work) {
+            const auto timing = timers.time(Phase::rods);
+            work();
+        };
+        if (!coupled) {
+            timed([&] { rods_->visit(batch, false); });
+        } else {
+            if (!exposed) timed([&] { rods_->visit_before(step); });
+            if (neighbourhood_) couple(interactions_, *neighbourhood_, step, timers);
+            timed([&] { rods_->visit_after(step, false); });
+            for (const auto& one : interactions_) one->drive(step, timers);
+        }
+        clock_.advance(batch);
+        return static_cast<std::int64_t>(batch.size());
+    }
+
     const Plan& plan_;
     const Communicator comm_;
     const Threads threads_;
@@ -93,6 +96,7 @@ private:
     Clock clock_;
     std::unique_ptr<Neighbourhood> neighbourhood_;
     Interactions interactions_;
+    bool exposed_ = false; ///< the first half of the next step is done
 };
 
 /// Ghosts of every rank, counted as Neighbourhood::narrow and set_up_messages make them.

@@ -9,17 +9,16 @@
 #include "partition/partition.hpp"
 #include "scene/scene_rebuild.hpp"
 #include "simulation/branch.hpp"
+#include "simulation/machine.hpp"
 #include "simulation/migration.hpp"
 #include "simulation/state_copy.hpp"
 #include "simulation/summary.hpp"
 #include "skein/core/error.hpp"
 
-#include <fmt/format.h>
-#include <unistd.h>
-
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <fmt/format.h>
 
 namespace skein {
 
@@ -36,17 +35,14 @@ void tell_warning(const std::string& text) { std::fprintf(stderr, "warning: %s\n
 /// Refuses rods that do not fit, before any is made: the system may end a process that takes too much without a word. Of all ranks
 /// alike; those of one machine take from the same memory.
 void require_memory(const Communicator& comm, const Plan& plan) {
-    char host[256] = "";
-    ::gethostname(host, sizeof host - 1);
-    const auto hosts = comm.all_gather(std::string(host));
-    const auto sharing = static_cast<double>(std::count(hosts.begin(), hosts.end(), std::string(host)));
+    const auto sharing = static_cast<double>(ranks_of_this_machine(comm));
     const double needed = (plan.state_bytes + plan.frame_bytes) / comm.size(), there = free_memory() / sharing;
     std::string message;
     if (needed > there)
         message =
             fmt::format("{} rods with {} elements need {:.3g} GB on {}, of which {:.3g} GB are free; fewer rods or more machines "
                         "would do",
-                        plan.rods, plan.elements, 1e-9 * needed * sharing, host, 1e-9 * there * sharing);
+                        plan.rods, plan.elements, 1e-9 * needed * sharing, host_name(), 1e-9 * there * sharing);
     message = comm.first_text(message);
     if (!message.empty()) throw InputError(message);
 }
@@ -61,7 +57,7 @@ Simulation::Simulation(const Communicator& comm, const Threads& threads, const S
       physics_(physics_json(with_stiffnesses(scene, groups_), groups_, plan_.dt)), settings_(settings_json(scene)),
       output_(output_json(scene)), started_(options_.began > 0 ? options_.began : wall_seconds()),
       checkpoints_(plan_.cadence.checkpoint_wall, started_, plan_.state_bytes / plan_.machine.ranks),
-      balance_(comm_, plan_, groups_, options_.balance), clock_(plan_.dt, 0, plan_.integrator) {
+      balance_(comm_, plan_, options_.balance), clock_(plan_.dt, 0, plan_.integrator) {
     timers_.add(Phase::setup, wall_seconds() - started_); // reading of the scene and of its rods
     const auto setup = timers_.time(Phase::setup);
     const bool writes = !options_.out.empty();
@@ -71,7 +67,9 @@ Simulation::Simulation(const Communicator& comm, const Threads& threads, const S
     });
     std::vector<LocalRod> own = partition(comm_, groups_);
     keep_own_rods(comm_, groups_, own);
+    const double began = wall_seconds();
     make_bodies(std::move(own));
+    balance_.expect(2 * (wall_seconds() - began)); // making them anew, and sending them
 
     const std::vector<std::string> kept = kept_names(interactions_);
     std::optional<CheckpointInfo> found;
@@ -140,30 +138,35 @@ Surroundings Simulation::make_rods_of(std::vector<LocalRod> owned) {
     return around;
 }
 
-void Simulation::move_bodies() {
+void Simulation::move_bodies(const Step& step) {
     const double began = wall_seconds();
-    const std::vector<KeptNumbers> kept = skein::kept(interactions_);
-    const Migration migration(comm_, groups_, *rods_, balance_.assign(*rods_, interactions_));
-    const Surroundings around = make_rods_of(migration.owned());
-    migration.put_into(*rods_);
-    for (std::size_t i = 0; i < migration.owned().size(); ++i)
-        around.exposure->show(i, migration.state(i), groups_[static_cast<std::size_t>(migration.owned()[i].group)].body());
-    neighbourhood_->follow(around.exposure);
-    for (const auto& interaction : interactions_) interaction->follow({comm_, threads_, plan_, groups_, *rods_, around});
-    recall(interactions_, kept);
+    const std::vector<Assignment> assigned = balance_.assign(*rods_, interactions_);
+    const std::int64_t moving = Migration::count(comm_, assigned);
+    if (moving > 0 || options_.balance == Balance::always) {
+        const std::vector<KeptNumbers> kept = skein::kept(interactions_);
+        const Migration migration(comm_, groups_, *rods_, assigned);
+        const Surroundings around = make_rods_of(migration.owned());
+        migration.put_into(*rods_);
+        rods_->begin_within(step);
+        for (std::size_t i = 0; i < migration.owned().size(); ++i)
+            around.exposure->show(i, migration.state(i), groups_[static_cast<std::size_t>(migration.owned()[i].group)].body());
+        neighbourhood_->follow(around.exposure);
+        for (const auto& interaction : interactions_) interaction->follow({comm_, threads_, plan_, groups_, *rods_, around});
+        recall(interactions_, kept);
+        ++owners_;
+    }
     const double seconds = wall_seconds() - began;
     timers_.move(Phase::search, Phase::balance, seconds);
-    balance_.moved(seconds, migration.moved());
-    ++owners_;
+    balance_.moved(seconds, moving, step.index);
 }
 
 void Simulation::follow_owners() {
     if (outputs_owners_ == owners_) return;
     const auto timing = timers_.time(Phase::output);
-    outputs_owners_ = owners_;
     for (FrameWriter* frames : {trajectory_.get(), tips_.get()})
         if (frames) frames->follow(*rods_);
     if (polydata_) polydata_->follow(*rods_);
+    outputs_owners_ = owners_;
 }
 
 bool Simulation::is_told(std::uint64_t digest) const {
@@ -218,12 +221,12 @@ bool Simulation::step_coupled(std::span<const Step> steps, bool check) {
         const auto timing = timers_.time(phase);
         work();
     };
-    const auto at_rebuild = [this] {
-        if (balance_.due()) move_bodies();
-    };
     bool valid = true;
     timed(Phase::rods, [&] { rods_->visit_before(steps.front()); }); // per tile: drift, expose
     for (std::size_t i = 0; i < steps.size(); ++i) {
+        const auto at_rebuild = [&] {
+            if (balance_.due()) move_bodies(steps[i]);
+        };
         if (neighbourhood_) couple(interactions_, *neighbourhood_, steps[i], timers_, at_rebuild); // contacts; ghosts meanwhile
         timed(Phase::rods, [&] { // per tile: forces, loads, walls, kick; then the next drift
             if (i + 1 < steps.size()) rods_->visit_after_and_before(steps[i], steps[i + 1]);
@@ -274,8 +277,8 @@ RunResult Simulation::step_to_the_end() {
     while (clock_.done() < last_step_ && verdict == Verdict::go_on && !ended()) {
         keep_copy();
         advance(next_event());
-        follow_owners();
         verdict = agree();
+        follow_owners();
         write_due();
         show_progress(verdict != Verdict::go_on);
     }

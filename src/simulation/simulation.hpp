@@ -113,7 +113,7 @@ private:
     /// Rods in their start state and what surrounds them, in place of those that there are.
     Surroundings make_rods_of(std::vector<LocalRod> owned);
     /// Bodies go to the ranks that are to own them, within a step. Collective.
-    void move_bodies();
+    void move_bodies(const Step& step);
     /// Outputs learn of new owners. Collective.
     void follow_owners();
     enum class Verdict { go_on, warn, stop_at_limit, fail };

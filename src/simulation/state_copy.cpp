@@ -19,7 +19,7 @@ StateCopy::StateCopy(std::span<const RodGroup> groups, const Rods& rods, std::in
     budgets_.resize(owned_.size());
     if (remembers) memory_.resize(owned_.size());
     for (std::size_t g = 0; g < groups.size(); ++g)
-        if (!groups[g].places().holds_all()) places_.emplace_back(g, groups[g].places());
+        if (groups[g].places().listed()) places_.emplace_back(g, groups[g].places());
 }
 
 void StateCopy::take(const Rods& rods, const Interactions& interactions, std::int64_t step) {

@@ -34,7 +34,7 @@ public:
 private:
     std::int64_t owners_, step_ = -1;
     std::vector<LocalRod> owned_;
-    std::vector<std::pair<std::size_t, Places>> places_; ///< of groups of which ranks know their own rods alone
+    std::vector<std::pair<std::size_t, Places>> places_; ///< of groups of which ranks may know their own rods alone
     std::vector<std::size_t> all_;                       ///< places in owned_
     std::vector<std::size_t> first_;                     ///< slot of each rod, and behind the last
     std::vector<Slot<1>> slots_;

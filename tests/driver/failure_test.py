@@ -172,6 +172,7 @@ class Failure(BranchTest):
     def test_who_touched_it(self):
         self.scene.write_text(SHOT)
         done = {ranks: self.run_skein(f"shot{ranks}", ranks=ranks, expect=4) for ranks in (1, 2)}
+        self.scene.write_text(SHOT.replace("[rods.placement]\norigin = [0.005, -0.12, 0.05]", '[rods.placement]\nkind = "list"\norigins = [[0.005, -0.12, 0.05]]'))
         done["moved"] = self.run_skein("moved", "--balance", "always", ranks=2, expect=4)
         self.assertEqual(first_line(done[1]), first_line(done[2]))
         self.assertEqual(first_line(done[1]), first_line(done["moved"]))

@@ -10,6 +10,69 @@ APPS = pathlib.Path(__file__).resolve().parents[2] / "apps"
 CASES = [scene for scene in sorted(APPS.glob("*/*.toml")) if "\n[contact]" in scene.read_text() and scene.stem not in ("nest_460", "nest_1536")]
 
 
+# A heap of rods that touch, and as many beside it that do not.
+HEAP = """
+[time]
+duration = 100.0
+dt = 2e-5
+[[rods]]
+name = "heap"
+[rods.material]
+density = 1000.0
+youngs_modulus = 1e6
+[rods.section]
+radius = 0.004
+[rods.shape]
+length = 0.08
+elements = 8
+[rods.placement]
+kind = "packing"
+count = 400
+seed = 2
+region = "box"
+lower = [0.0, 0.0, 0.0]
+upper = [0.2, 0.2, 0.5]
+[[rods]]
+name = "field"
+[rods.material]
+density = 1000.0
+youngs_modulus = 1e6
+[rods.section]
+radius = 0.004
+[rods.shape]
+length = 0.08
+elements = 8
+[rods.placement]
+kind = "lattice"
+counts = [40, 10]
+spacing = [0.02, 0.2]
+origin = [1.0, 0.0, 0.0041]
+tangent = [0.0, 1.0, 0.0]
+[[load]]
+kind = "gravity"
+[[damping]]
+kind = "uniform"
+rate = 5.0
+[contact]
+law = "hertz"
+stiffness = 1e5
+damping = 10.0
+friction = "memory"
+static_friction = 0.4
+kinetic_friction = 0.3
+[[wall]]
+name = "box"
+kind = "box"
+lower = [0.0, 0.0, 0.0]
+upper = [3.0, 3.0, 1.0]
+law = "hertz"
+stiffness = 1e5
+damping = 10.0
+[output]
+series = 0.002
+"""
+
+
 class Owners(DriverTest):
     def setUp(self):
         super().setUp()
@@ -42,7 +105,7 @@ class Owners(DriverTest):
 
     def test_of_every_case_with_contact(self):
         """Rings, ends that move, bodies and single rods too, whose energies are audited where they can be."""
-        self.assertGreater(len(CASES), 6)
+        self.assertGreaterEqual(len(CASES), 6)
         for case in CASES:
             self.scene = case
             settings = ["--steps", "400", "--set=output.trajectory=0", "--set=output.tips=0", "--no-checkpoint"]
@@ -53,6 +116,18 @@ class Owners(DriverTest):
             self.assertEqual(self.digest(f"{case.stem}_moved"), self.digest(f"{case.stem}_one"), case)
             self.assertGreater(self.summary(f"{case.stem}_moved")["balance"]["migrations"], 0)
             self.assert_same_series(f"{case.stem}_moved", f"{case.stem}_one")
+
+    def test_where_it_pays(self):
+        """The rank that has the heap gives some of it away, and what both have to do is even then."""
+        self.scene.write_text(HEAP)
+        self.run_skein("even", "--walltime", "20", ranks=2, expect=3)
+        summary = self.summary("even")
+        self.assertGreaterEqual(summary["balance"]["migrations"], 1)
+        self.assertGreater(summary["balance"]["rods"], 50)
+        self.assertLess(summary["balance"]["imbalance"], 1.15)
+        self.run_skein("one", "--steps", str(summary["steps"]), threads=2)
+        self.assertEqual(self.digest("even"), self.digest("one"))
+        self.assert_same_series("even", "one")
 
 
 if __name__ == "__main__":

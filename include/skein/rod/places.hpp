@@ -83,6 +83,8 @@ public:
     /// Rods come from a file, of which nothing has been read yet.
     bool waits() const { return source_ && !read_; }
     bool from_file() const { return source_ != nullptr; }
+    /// What there is of a rod is kept rod by rod.
+    bool listed() const { return listed_; }
     bool holds_all() const { return !listed_ || static_cast<std::int64_t>(origins_.size()) == count_; }
     /// Reads rods [begin, end) of the file, and forgets others.
     void read(std::int64_t begin, std::int64_t end);
