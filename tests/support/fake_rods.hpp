@@ -72,6 +72,7 @@ public:
     void visit_before(const Step&) override {}
     bool visit_after(const Step&, bool) override { return true; }
     void visit_after_and_before(const Step&, const Step&) override {}
+    void begin_within(const Step&) override {}
     std::string near_limit() const override { return {}; }
     std::vector<std::string_view> passes(std::size_t) const override { return {}; }
     std::span<const LocalRod> local() const override { return local_; }
