@@ -101,7 +101,7 @@ TEST(TourLoad, HasTheSameBitsAlong) {
         for (int i = 0; i < lanes; ++i)
             if (const int at = strands.slot(i, row); at >= 0)
                 set_lane(slot[static_cast<std::size_t>(row)], i, state[static_cast<std::size_t>(at)]);
-    const RodTile<lanes> tile{slot.data(), nullptr, nullptr, &group, rows, 0, {}, lanes, &strands};
+    const RodTile<lanes> tile{.slot = slot.data(), .group = &group, .n = rows, .lanes = lanes, .strands = &strands};
     join(tile);
     std::vector<SlotLoad<lanes>> along(slot.size());
     const Wind wind{.velocity = u, .drag = c};
