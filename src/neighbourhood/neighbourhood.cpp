@@ -35,7 +35,8 @@ Box box_of(const Exposure& bodies, std::size_t slot) {
     return box;
 }
 
-constexpr std::size_t boxes_of_rank = 16;
+constexpr std::size_t boxes_of_rank =
+    16; // a power of two: enough that a rod that has gone astray makes one of them large, and not all
 
 /// Slots [first, first + count) of the scene.
 struct SceneRun {
@@ -82,12 +83,31 @@ std::vector<OwnBody> own_bodies(const Exposure& bodies) {
     return own;
 }
 
-/// Boxes of consecutive bodies, which mostly stand together: a rod far from the others makes one of them large, and not all.
+/// Boxes of parts of the bodies, as many in each: halves along the longest side, and halves of these. `order`: numbers of the
+/// bodies.
+void add_boxes_of_parts(std::span<const OwnBody> own, std::span<std::uint32_t> order, std::size_t parts, std::vector<Box>& boxes) {
+    Box box;
+    for (const std::uint32_t i : order) box.add(own[i].box);
+    if (parts == 1) {
+        boxes.push_back(box);
+        return;
+    }
+    int longest = 0;
+    for (int axis = 1; axis < 3; ++axis)
+        if (box.most[axis] - box.least[axis] > box.most[longest] - box.least[longest]) longest = axis;
+    const auto middle = [&](std::uint32_t i) { return own[i].box.least[longest] + own[i].box.most[longest]; };
+    const std::size_t half = order.size() / 2;
+    std::nth_element(order.begin(), order.begin() + static_cast<std::ptrdiff_t>(half), order.end(),
+                     [&](std::uint32_t i, std::uint32_t k) { return middle(i) < middle(k); });
+    add_boxes_of_parts(own, order.first(half), parts / 2, boxes);
+    add_boxes_of_parts(own, order.subspan(half), parts / 2, boxes);
+}
+
 std::vector<Box> boxes_of_parts(std::span<const OwnBody> own) {
-    std::vector<Box> boxes(boxes_of_rank);
-    for (std::size_t part = 0; part < boxes_of_rank; ++part)
-        for (std::size_t i = part * own.size() / boxes_of_rank; i < (part + 1) * own.size() / boxes_of_rank; ++i)
-            boxes[part].add(own[i].box);
+    std::vector<std::uint32_t> order(own.size());
+    std::iota(order.begin(), order.end(), 0u);
+    std::vector<Box> boxes;
+    add_boxes_of_parts(own, order, boxes_of_rank, boxes);
     return boxes;
 }
 
