@@ -95,7 +95,10 @@ void add_boxes_of_parts(std::span<const OwnBody> own, std::span<std::uint32_t> o
     int longest = 0;
     for (int axis = 1; axis < 3; ++axis)
         if (box.most[axis] - box.least[axis] > box.most[longest] - box.least[longest]) longest = axis;
-    const auto middle = [&](std::uint32_t i) { return own[i].box.least[longest] + own[i].box.most[longest]; };
+    const auto middle = [&](std::uint32_t i) {
+        const double twice = own[i].box.least[longest] + own[i].box.most[longest];
+        return std::isnan(twice) ? 0 : twice; // a rod that is lost must not upset the order
+    };
     const std::size_t half = order.size() / 2;
     std::nth_element(order.begin(), order.begin() + static_cast<std::ptrdiff_t>(half), order.end(),
                      [&](std::uint32_t i, std::uint32_t k) { return middle(i) < middle(k); });
