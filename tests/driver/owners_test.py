@@ -73,10 +73,21 @@ series = 0.002
 """
 
 
+MUSCLES = """
+[[load]]
+kind = "muscle_wave"
+rods = ["curls"]
+amplitude = 2e-3
+period = 0.1
+wavelength = 0.1
+[[damping]]
+"""
+
+
 class Owners(DriverTest):
     def setUp(self):
         super().setUp()
-        self.scene.write_text(SCENE)
+        self.scene.write_text(SCENE.replace("\n[[damping]]\n", MUSCLES, 1))
 
     def test_move(self):
         """At every list of candidates rods go to other ranks: nothing in the results tells, nor in those of runs that go on."""
