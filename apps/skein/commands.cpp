@@ -39,9 +39,6 @@ int guarded(const Communicator& comm, const std::function<int()>& work) {
     return static_cast<int>(comm.max(static_cast<std::int64_t>(code)));
 }
 
-namespace {
-
-/// Read by root alone: a thousand ranks that open one file bring a shared disk to its knees.
 std::string text_for_all(const Communicator& comm, const std::string& file) {
     std::string text, error;
     if (comm.root()) {
@@ -55,6 +52,8 @@ std::string text_for_all(const Communicator& comm, const std::string& file) {
     if (!error.empty()) throw InputError(error);
     return comm.broadcast(std::move(text));
 }
+
+namespace {
 
 int alone(const std::function<void()>& work) {
     try {

@@ -38,18 +38,30 @@ struct VerifyArguments {
     std::string segment; ///< a number, or "random"; empty: the last
     RunArguments layout; ///< threads, lanes and mapping
 };
+struct ConvergeArguments {
+    SceneArguments scene;
+    std::string out; ///< empty: out/<scene name>_converge
+    bool coarser = false, dry_run = false;
+    double tolerance = 0;                 ///< of each observable's range; 0: none asked for
+    std::vector<std::string> observables; ///< for the tolerance; empty: those that count
+    int threads = 0, lanes = 0;           ///< 0: those of this machine
+    Mapping mapping = Mapping::automatic;
+};
 struct DescribeArguments {
     std::string what;
 };
 
 /// Work done by every rank alike; what it throws on any rank ends all of them with that error's code, told once by root.
 int guarded(const Communicator& comm, const std::function<int()>& work);
+/// Read by root alone: a thousand ranks that open one file bring a shared disk to its knees. Throws InputError on all ranks.
+std::string text_for_all(const Communicator& comm, const std::string& file);
 /// Where a scene is a directory, its scene.toml, with that directory for results unless `out` names another.
 void look_into_directory(SceneArguments& scene, std::string& out);
 
 int run_command(RunArguments arguments, int& argc, char**& argv);
 int branch_command(const BranchArguments& arguments, int& argc, char**& argv);
 int verify_command(const VerifyArguments& arguments, int& argc, char**& argv);
+int converge_command(ConvergeArguments arguments, int& argc, char**& argv);
 int plan_command(PlanArguments arguments, int& argc, char**& argv);
 /// Steps the known scene on this build, processor and ranks.
 int self_check_command(int threads, int lanes, int& argc, char**& argv);

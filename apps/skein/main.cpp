@@ -1,4 +1,4 @@
-// The driver: skein run | branch | verify | plan | check | describe | info.
+// The driver: skein run | branch | verify | converge | plan | check | describe | info.
 #include "commands.hpp"
 
 #include <CLI/CLI.hpp>
@@ -16,6 +16,7 @@ constexpr const char* examples = R"(Examples:
   mpirun -n 2 --map-by slot:PE=8 --bind-to core skein run farm.toml --threads 8 --walltime 3600
   skein branch out/farm@12800 out/finer --set time.dt=1e-4    go on from a state under other numbers; then skein run out/finer
   skein verify out/farm                           compute the segment between two checkpoints again and compare the bits
+  skein converge carpet_8x8.toml --tolerance 1e-3 runs of other elements and steps: how large the errors are, and what would do
   skein plan carpet_8x8.toml                      what will run: passes, time-step limits, memory, predicted cost
   skein describe rods.material                    the keys of a table; skein describe: all of them
 Exit codes: 0 done, 2 input, 3 stopped by a limit, 4 numerical, 5 I/O, 6 MPI or internal, 7 verify found other bits.
@@ -138,6 +139,29 @@ int main(int argc, char** argv) {
     add_lanes(*verify_command, verify.layout.lanes);
     add_mapping(*verify_command, verify.layout.mapping);
 
+    skein::ConvergeArguments converge;
+    CLI::App* converge_command = app.add_subcommand(
+        "converge", "how large is the error of a scene: runs n, 2n and 4n elements and half the step, and tells orders, Richardson "
+                    "values and error bars of every observable");
+    add_scene_options(*converge_command, converge.scene);
+    converge_command->add_option("-o,--out", converge.out, "directory of all runs; default out/<scene name>_converge");
+    converge_command
+        ->add_option("--tolerance", converge.tolerance,
+                     "also the cheapest elements and dt for this error of every observable, over its range, e.g. 1e-3")
+        ->check(CLI::PositiveNumber);
+    converge_command
+        ->add_option("--observable", converge.observables,
+                     "for the tolerance look at this one alone, by its name in the table (may be repeated)")
+        ->type_name("NAME")
+        ->allow_extra_args(false);
+    converge_command->add_flag("--coarser", converge.coarser,
+                               "n/2, n and 2n elements: a fifth of the cost, and a less certain bar");
+    converge_command->add_flag("--dry-run", converge.dry_run, "print the runs with their predicted cost, and make none");
+    converge_command->add_option("-t,--threads", converge.threads, "threads per rank; default: the cores this rank may use")
+        ->check(CLI::PositiveNumber);
+    add_lanes(*converge_command, converge.lanes);
+    add_mapping(*converge_command, converge.mapping);
+
     skein::PlanArguments plan;
     CLI::App* plan_command = app.add_subcommand("plan", "print what a run would do");
     add_scene_options(*plan_command, plan.scene);
@@ -183,6 +207,7 @@ int main(int argc, char** argv) {
     if (run_command->parsed()) return skein::run_command(run, argc, argv);
     if (branch_command->parsed()) return skein::branch_command(branch, argc, argv);
     if (verify_command->parsed()) return skein::verify_command(verify, argc, argv);
+    if (converge_command->parsed()) return skein::converge_command(converge, argc, argv);
     if (check_command->parsed() && self) return skein::self_check_command(self_threads, self_lanes, argc, argv);
     if (!first_process()) return 0;
     if (plan_command->parsed()) return skein::plan_command(plan, argc, argv);

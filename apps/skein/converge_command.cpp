@@ -1,0 +1,111 @@
+#include "commands.hpp"
+
+#include "core/timer.hpp"
+#include "io/disk.hpp"
+#include "io/files.hpp"
+#include "scene/scene_file.hpp"
+#include "simulation/convergence_report.hpp"
+#include "simulation/convergence_study.hpp"
+#include "simulation/machine.hpp"
+#include "simulation/signals.hpp"
+
+#include <array>
+#include <cstdio>
+#include <filesystem>
+#include <optional>
+
+namespace skein {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+const std::string figures_name = "converge.json", table_name = "converge.csv";
+
+/// Refuses a directory in which something else has the names of what will be written, before anything is run.
+void require_own(const std::string& out) {
+    const std::string figures = out + "/" + figures_name, table = out + "/" + table_name;
+    const bool own = fs::is_regular_file(figures) &&
+                     read_file(figures).find(std::string("\"format\": \"") + study_format + "\"") != std::string::npos;
+    for (const std::string& file : {figures, table})
+        if (fs::exists(file) && !own) throw IoError(file + ": is there already, and not from skein converge; use another --out");
+    fs::create_directories(out);
+}
+
+/// One run to its end, or from where it was stopped; of one that has ended nothing is made again.
+RunResult make_run(const Communicator& comm, const Threads& threads, const Machine& machine, const StudyRun& run,
+                   const std::string& out) {
+    try {
+        std::vector<RodGroup> groups = groups_for_all(comm, run.scene);
+        Plan plan = make_plan(run.scene, groups, machine);
+        RunOptions options;
+        options.out = out + "/" + run.name;
+        options.quiet = true;
+        return Simulation(comm, threads, run.scene, std::move(groups), std::move(plan), options).run();
+    } catch (const Error& error) {
+        throw Error(error.code(), "run " + run.name + ": " + error.what());
+    }
+}
+
+} // namespace
+
+int converge_command(ConvergeArguments arguments, int& argc, char**& argv) {
+    std::string beside; // a scene in a directory is of a branch, which is refused later
+    look_into_directory(arguments.scene, beside);
+    MpiSession session(argc, argv);
+    const Communicator comm = Communicator::world();
+    stop_on_signals();
+    return guarded(comm, [&] {
+        const std::string text = text_for_all(comm, arguments.scene.file);
+        const SceneSpec scene = parse_scene(arguments.scene.file, text, arguments.scene.overrides);
+        const Machine machine = machine_of(comm, arguments.threads, arguments.lanes, arguments.mapping);
+        const Study study = make_study(comm, machine, scene, arguments.coarser);
+        std::string out = arguments.out;
+        if (out.empty()) out = "out/" + fs::path(arguments.scene.file).stem().string() + "_converge";
+        if (comm.root()) {
+            std::printf("%s: runs that tell its errors, in %s\n%s", arguments.scene.file.c_str(), out.c_str(),
+                        runs_text(study).c_str());
+            std::fflush(stdout);
+        }
+        if (arguments.dry_run) return static_cast<int>(Exit::done);
+        on_root(comm, [&] { require_own(out); });
+
+        const Threads threads(machine.threads);
+        constexpr std::array<std::size_t, 4> cheap_first = {0, Study::half_step, 1, 2};
+        for (const std::size_t k : cheap_first) {
+            const double began = wall_seconds();
+            const RunResult result = make_run(comm, threads, machine, study.runs[k], out);
+            if (result.code != Exit::done) {
+                if (comm.root())
+                    std::printf("Stopped in the run %s at step %lld; the same command goes on.\n", study.runs[k].name.c_str(),
+                                static_cast<long long>(result.step));
+                return static_cast<int>(result.code);
+            }
+            if (comm.root()) {
+                std::printf("  %s: %.3g s\n", study.runs[k].name.c_str(), wall_seconds() - began);
+                std::fflush(stdout);
+            }
+        }
+        on_root(comm, [&] {
+            std::array<RunSamples, 4> samples;
+            std::array<double, 4> core_seconds{};
+            const std::vector<RodGroup> groups = make_groups(study.runs[study.given].scene);
+            for (std::size_t k = 0; k < samples.size(); ++k) {
+                const std::string directory = out + "/" + study.runs[k].name;
+                samples[k] = read_samples(directory, groups, study.at_rest);
+                core_seconds[k] = core_seconds_of(directory, study.runs[k].predicted);
+            }
+            const StudyFigures figures = figures_of(study, samples, core_seconds);
+            std::optional<Advice> advice;
+            if (arguments.tolerance > 0) advice = advice_for(study, figures, arguments.tolerance, arguments.observables);
+            write_file(out + "/" + figures_name, to_json(study, figures, advice ? &*advice : nullptr));
+            write_file(out + "/" + table_name, to_csv(study, figures));
+            std::printf("%s%s", to_text(study, figures).c_str(), advice ? to_text(study, *advice).c_str() : "");
+            std::printf("Figures: %s/%s, %s; a plot of error against core-seconds: apps/figures/converge.py %s\n", out.c_str(),
+                        figures_name.c_str(), table_name.c_str(), out.c_str());
+        });
+        return static_cast<int>(Exit::done);
+    });
+}
+
+} // namespace skein
