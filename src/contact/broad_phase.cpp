@@ -22,10 +22,8 @@ Vec3d most_of(const Vec3d& a, const Vec3d& b) { return {std::max(a.x, b.x), std:
 
 /// Elements that may touch, by what they are and not where.
 bool may_touch(const Exposure& c, const SelfGaps& gaps, std::uint32_t a, std::uint32_t b) {
-    if (c.window_of[a] != c.window_of[b]) return true;
-    const std::int32_t gap = gaps[static_cast<std::size_t>(c.at(a).group)],
-                       apart = static_cast<std::int32_t>(a) - static_cast<std::int32_t>(b);
-    return gap >= 0 && (apart > gap || -apart > gap);
+    if (c.window_of[a] != c.window_of[b]) return true; // of two bodies, or ghosts both: one body has one owner
+    return gaps[static_cast<std::size_t>(c.at(a).group)].may_touch(static_cast<std::int32_t>(a), static_cast<std::int32_t>(b));
 }
 
 } // namespace
@@ -222,7 +220,7 @@ void BroadPhase::fill_grids(const Exposure& bodies, const SelfGaps& gaps) {
             const Sphere& sphere = sphere_[s];
             x_[i] = sphere.x, y_[i] = sphere.y, z_[i] = sphere.z, reach_[i] = sphere.reach;
             slot_[i] = static_cast<std::uint32_t>(s);
-            const bool touches_itself = gaps[static_cast<std::size_t>(bodies.at(s).group)] >= 0;
+            const bool touches_itself = gaps[static_cast<std::size_t>(bodies.at(s).group)].touches_itself();
             body_[i] = touches_itself ? -1 - static_cast<std::int32_t>(s) : bodies.window_of[s];
         }
     });

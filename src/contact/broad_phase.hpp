@@ -20,8 +20,18 @@ struct Pair {
     friend auto operator<=>(const Pair&, const Pair&) = default;
 };
 
-/// Elements of one body touch where their numbers differ by more than this, by group; below 0: never.
-using SelfGaps = std::vector<std::int32_t>;
+/// Which elements of one body may touch: those whose numbers differ by more than this, of a ring both ways round it.
+struct SelfGap {
+    std::int32_t elements = -1; ///< below 0: none may
+    std::int32_t ring = 0;      ///< elements of a ring, the last of which joins the first; 0: not a ring
+
+    bool touches_itself() const { return elements >= 0; }
+    bool may_touch(std::int32_t a, std::int32_t b) const {
+        const std::int32_t apart = a < b ? b - a : a - b, other_way = ring > 0 ? ring - apart : apart;
+        return touches_itself() && apart > elements && other_way > elements;
+    }
+};
+using SelfGaps = std::vector<SelfGap>; ///< by group
 
 /// Pairs by their first element, which is that with the lower slot: partner[first[a]] .. partner[first[a + 1] - 1], in rising
 /// order.

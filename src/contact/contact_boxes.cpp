@@ -103,7 +103,7 @@ Contacts::BoxContact Contacts::evaluate_box(const Exposure& bodies, double h, st
     }
     Remembered<1> before{};
     if (now) before = {{.x = broadcast<1>(now->x), .stiffness = now->stiffness}, broadcast<1>(now->x)};
-    else if (remembers_) before = memory_before<1>(&pair, first ? 0.5 : near.s, first ? near.s : 0.5);
+    else if (remembers_) before = memory_before<1>(bodies, &pair, first ? 0.5 : near.s, first ? near.s : 0.5);
     out.force = contact_force<1>(kinds_, law, nearest.state, h, before.own, before.from, 1 - share, elsewhere);
     exert(out.force, near.s, nearest.arm);
     out.memory = {lane(before.own.x, 0), before.own.stiffness[0], lane(before.own.viscous_part, 0), before.own.viscous_normal[0]};

@@ -156,18 +156,46 @@ void Contacts::pack(const Exposure& bodies, std::uint32_t begin, std::uint32_t e
 }
 
 /// At a joint: the spring of the neighbour beyond, if that touched within its elements; else the pair's own.
-SKEIN_INLINE std::uint32_t Contacts::spring_at_joint(std::uint32_t pair, int da, int db, std::uint32_t own) const {
+SKEIN_INLINE Contacts::Followed Contacts::spring_at_joint(const Exposure& bodies, std::uint32_t pair, int da, int db,
+                                                          std::uint32_t own) const {
     const auto take = [&](PairList::Neighbour n, std::uint32_t else_) {
         const std::uint32_t at = n.is_candidate ? n.pair : pair;
         return n.is_candidate & ((previous_status_[at] & inside) != 0) ? at : else_;
     };
     std::uint32_t from = take(list_.beyond(pair, db == 0 ? 0 : da, db), own);
     from = take(list_.beside(pair, db), from);
-    return take(list_.beyond(pair, da, 0), from);
+    from = take(list_.beyond(pair, da, 0), from);
+    return has_rings_ ? spring_at_seam(bodies, pair, da, db, {from}) : Followed{from};
 }
 
-template <int N>
-SKEIN_INLINE Contacts::Remembered<N> Contacts::memory_before(const std::uint32_t* pair, Pack<N> s, Pack<N> t) const {
+/// The element before or behind (step -1, 1) that of a slot, where a ring closes between them.
+std::optional<std::uint32_t> Contacts::beyond_seam(const Exposure& bodies, std::uint32_t slot, int step) const {
+    const std::int32_t ring = scene_.gaps[static_cast<std::size_t>(bodies.at(slot).group)].ring;
+    if (ring == 0 || step == 0 || bodies.element(slot) != (step < 0 ? 0 : ring - 1)) return {};
+    return bodies.find(bodies.in_scene(slot) - step * (ring - 1));
+}
+
+/// The same where a ring closes at the joint: neighbours are then no neighbours by number. Elements of one ring may stand in the
+/// other order beyond, where what is 1 in the law is 2 here. `otherwise`: where none closes.
+Contacts::Followed Contacts::spring_at_seam(const Exposure& bodies, std::uint32_t pair, int da, int db, Followed otherwise) const {
+    const auto [a, b] = list_.pair[pair];
+    const auto next_a = beyond_seam(bodies, a, da), next_b = beyond_seam(bodies, b, db);
+    if (!next_a && !next_b) return otherwise;
+    Followed from = otherwise;
+    const auto take = [&](int step_a, int step_b) {
+        const std::uint32_t on_a = step_a != 0 && next_a ? *next_a : a + static_cast<std::uint32_t>(step_a),
+                            on_b = step_b != 0 && next_b ? *next_b : b + static_cast<std::uint32_t>(step_b);
+        const std::uint32_t at = list_.find({std::min(on_a, on_b), std::max(on_a, on_b)});
+        if (at < list_.count() && (previous_status_[at] & inside) != 0) from = {at, on_a > on_b};
+    };
+    if (da != 0 && db != 0) take(da, db);
+    if (db != 0) take(0, db);
+    if (da != 0) take(da, 0);
+    return from;
+}
+
+template <int N> SKEIN_INLINE Contacts::Remembered<N> Contacts::memory_before(const Exposure& bodies, const std::uint32_t* pair,
+                                                                              Pack<N> s, Pack<N> t) const {
     using Q = Pack<N>;
     const auto nothing = static_cast<std::uint32_t>(list_.count());
     std::uint32_t from[N];
@@ -179,14 +207,22 @@ SKEIN_INLINE Contacts::Remembered<N> Contacts::memory_before(const std::uint32_t
                    b_high = bits_of(t >= Q(1.0));
     unsigned at_joint = kinds_.friction == ContactFriction::memory ? a_low | a_high | b_low | b_high : 0;
     if (at_joint == 0) return {own, own.x};
+    unsigned turned = 0;
     for (; at_joint != 0; at_joint &= at_joint - 1) {
         const int l = std::countr_zero(at_joint);
         const auto step = [l](unsigned low, unsigned high) {
             return static_cast<int>(high >> l & 1) - static_cast<int>(low >> l & 1);
         };
-        from[l] = spring_at_joint(pair[l], step(a_low, a_high), step(b_low, b_high), from[l]);
+        const Followed followed = spring_at_joint(bodies, pair[l], step(a_low, a_high), step(b_low, b_high), from[l]);
+        from[l] = followed.pair;
+        turned |= static_cast<unsigned>(followed.turned) << l;
     }
-    return {own, load_transposed<N>([&](int l) { return &last_memory_[from[l]].x.x; }).vector};
+    Vec3<Q> followed = load_transposed<N>([&](int l) { return &last_memory_[from[l]].x.x; }).vector;
+    for (; turned != 0; turned &= turned - 1) {
+        const int l = std::countr_zero(turned);
+        set_lane(followed, l, -lane(followed, l));
+    }
+    return {own, followed};
 }
 
 template <int N> SKEIN_INLINE ContactNumbers<Pack<N>> Contacts::numbers(const Exposure& bodies, const std::uint32_t* pair) const {
@@ -251,7 +287,7 @@ Contacts::PairContact Contacts::evaluate_pair(const Exposure& bodies, double h, 
     }
     Remembered<1> before{};
     if (now) before = {{.x = broadcast<1>(now->x), .stiffness = now->stiffness}, broadcast<1>(now->x)};
-    else if (remembers_) before = memory_before<1>(&pair, closest.s, closest.t);
+    else if (remembers_) before = memory_before<1>(bodies, &pair, closest.s, closest.t);
     const ContactState<Q> state = state_at(out.s, out.t);
     out.distance = state.distance[0];
     out.force = contact_force<1>(kinds_, law, state, h, before.own, before.from, 1 - share, elsewhere);
@@ -304,7 +340,7 @@ void Contacts::push_packed(const Exposure& bodies, double h, const Packed& packe
         const P s = lanes(packed.s + i), t = lanes(packed.t + i), radius_1 = lanes(packed.radius_1 + i),
                 radius_2 = lanes(packed.radius_2 + i);
         Remembered<W> remembered{};
-        if (remembers_) remembered = memory_before<W>(index, s, t);
+        if (remembers_) remembered = memory_before<W>(bodies, index, s, t);
         ContactMemory<P>& memory = remembered.own;
         const P distance = sqrt(lanes(packed.squared + i)), smaller = min(radius_1, radius_2), some = max(distance, P(1e-150));
         const P inverse = one / (some * smaller); // one division for two
@@ -457,7 +493,7 @@ std::vector<Contact> Contacts::active(const Exposure& bodies) const {
 }
 
 // For contact_boxes.cpp.
-template Contacts::Remembered<1> Contacts::memory_before<1>(const std::uint32_t*, Pack<1>, Pack<1>) const;
+template Contacts::Remembered<1> Contacts::memory_before<1>(const Exposure&, const std::uint32_t*, Pack<1>, Pack<1>) const;
 template ContactNumbers<Pack<1>> Contacts::numbers<1>(const Exposure&, const std::uint32_t*) const;
 
 } // namespace skein

@@ -13,15 +13,16 @@ namespace skein {
 namespace {
 
 /// Elements nearer along a body than half the way round its section touch only where it is folded.
-std::int32_t self_gap(const RodGroup& group, const ContactSpec& spec) {
-    if (!spec.self || !group.strained()) return -1;
+SelfGap self_gap(const RodGroup& group, const ContactSpec& spec) {
+    const std::int32_t ring = group.closed() ? group.elements() : 0;
+    if (!spec.self || !group.strained()) return {.elements = -1, .ring = ring};
     double widest = 0, shortest = HUGE_VAL;
     for (const ElementConstants& c : group.element) {
         shortest = std::min(shortest, c.rest_length);
         widest = std::max(widest, c.radius);
     }
     const double gap = spec.self_gap > 0 ? spec.self_gap : std::numbers::pi * widest;
-    return static_cast<std::int32_t>(std::ceil(gap / shortest)) + 1;
+    return {.elements = static_cast<std::int32_t>(std::ceil(gap / shortest)) + 1, .ring = ring};
 }
 
 } // namespace

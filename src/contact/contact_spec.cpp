@@ -7,7 +7,8 @@ void ContactSpec::fields(FieldVisitor& f) {
     f.visit({.name = "self", .unit = "", .text = "rods touch themselves too"}, self);
     f.visit({.name = "self_gap",
              .unit = "m",
-             .text = "elements of one rod nearer than this along it never touch; 0: half the way round its section",
+             .text = "elements of one rod nearer than this along it, round a ring either way, never touch; 0: half the way round "
+                     "its section",
              .at_least = 0},
             self_gap);
     f.visit({.name = "overlap",

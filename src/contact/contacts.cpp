@@ -20,8 +20,9 @@ constexpr double inactive_work = 1.0 / 8; // of a pair that does not touch, in t
 } // namespace
 
 Contacts::Contacts(ContactScene scene, const Threads& threads)
-    : scene_(std::move(scene)), kinds_{laws_.normal(), laws_.friction()}, remembers_(laws_.remember()), threads_(threads),
-      search_(threads), next_(static_cast<std::size_t>(threads.count())) {
+    : scene_(std::move(scene)), kinds_{laws_.normal(), laws_.friction()}, remembers_(laws_.remember()),
+      has_rings_(std::any_of(scene_.gaps.begin(), scene_.gaps.end(), [](const SelfGap& gap) { return gap.ring > 0; })),
+      threads_(threads), search_(threads), next_(static_cast<std::size_t>(threads.count())) {
     figures_.skin = 0.25 * scene_.diameter;
 }
 

@@ -13,6 +13,8 @@
 #include "contact/pair_list.hpp"
 #include "contact/response.hpp"
 
+#include <optional>
+
 namespace skein {
 
 class Contacts final : public ContactSolver {
@@ -73,8 +75,15 @@ private:
     void pack(const Exposure& bodies, std::uint32_t begin, std::uint32_t end, Packed& packed, BlockFigures& figures);
     void push_packed(const Exposure& bodies, double h, const Packed& packed, const ContactBlock& block,
                      std::vector<std::size_t>& next, BlockFigures& figures, Sums& sums, std::span<ExertedLoad> loads);
-    template <int W> Remembered<W> memory_before(const std::uint32_t* pair, Pack<W> s, Pack<W> t) const;
-    std::uint32_t spring_at_joint(std::uint32_t pair, int da, int db, std::uint32_t own) const;
+    template <int W> Remembered<W> memory_before(const Exposure& bodies, const std::uint32_t* pair, Pack<W> s, Pack<W> t) const;
+    /// A pair whose spring another one follows; `turned`: its first element is on the body of the other's second.
+    struct Followed {
+        std::uint32_t pair;
+        bool turned = false;
+    };
+    Followed spring_at_joint(const Exposure& bodies, std::uint32_t pair, int da, int db, std::uint32_t own) const;
+    Followed spring_at_seam(const Exposure& bodies, std::uint32_t pair, int da, int db, Followed otherwise) const;
+    std::optional<std::uint32_t> beyond_seam(const Exposure& bodies, std::uint32_t slot, int step) const;
     PairContact evaluate_pair(const Exposure& bodies, double h, std::uint32_t pair,
                               const ContactMemory<double>* now = nullptr) const;
     const PartBox* box_at(const Exposure& bodies, std::uint32_t slot) const;
@@ -89,6 +98,7 @@ private:
     const ContactLaws& laws_ = scene_.laws;
     ContactKinds kinds_;
     bool remembers_;                              ///< contacts have memory to keep
+    bool has_rings_;                              ///< among the groups
     std::vector<ContactNumbers<double>> numbers_; ///< now, as the laws are ordered
     const Threads& threads_;
     BroadPhase search_;

@@ -16,6 +16,12 @@ PairList::PairList(Candidates&& candidates, const Threads& threads, bool with_ne
     if (with_neighbours) find_neighbours(threads);
 }
 
+std::uint32_t PairList::find(Pair wanted) const {
+    const auto begin = pair.begin() + first[wanted.a], end = pair.begin() + first[wanted.a + 1];
+    const auto at = std::lower_bound(begin, end, wanted);
+    return static_cast<std::uint32_t>(at != end && *at == wanted ? at - pair.begin() : static_cast<std::ptrdiff_t>(count()));
+}
+
 void PairList::find_neighbours(const Threads& threads) {
     const std::size_t slots = first.size() - 1;
     beyond_.resize(count());

@@ -18,6 +18,8 @@ struct PairList {
     PairList(Candidates&& candidates, const Threads& threads, bool with_neighbours);
 
     std::size_t count() const { return first.empty() ? 0 : first.back(); }
+    /// Number of a pair, a < b, or count() if it is no candidate.
+    std::uint32_t find(Pair wanted) const;
     /// The pair of elements a + da and b + db, each -1, 0 or 1 and not both 0, if it is a candidate. No branch depends on where
     /// things are.
     struct Neighbour {

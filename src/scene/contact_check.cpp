@@ -2,7 +2,6 @@
 
 #include "scene/group_names.hpp"
 #include "scene/nearest.hpp"
-#include "scene/scene_tables.hpp"
 #include "scene/table_objections.hpp"
 
 #include <algorithm>
@@ -76,10 +75,6 @@ void check_contact(const SceneSpec& scene, Objections& objections) {
     if (!scene.contact->self) contact.unused({"self_gap"}, "without 'self'");
     if (scene.time.integrator != Integrator::verlet)
         contact.add("", "contact needs integrator = \"verlet\": the kicks of \"pefrl\" go backwards too");
-    for (std::size_t i = 0; i < scene.rods.size(); ++i)
-        if (scene.contact->self && scene.rods[i].shape.closed)
-            objections.add(path_of_group(scene, i) + ".shape.closed",
-                           "rings do not touch themselves: contact.self is for open rods");
     for (std::size_t i = 0; i < scene.contact_pairs.size(); ++i) {
         TableObjections pair(objections, fmt::format("contact_pair.{}", i));
         contact_pair(scene, scene.contact_pairs[i], pair);
