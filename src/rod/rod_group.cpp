@@ -2,6 +2,7 @@
 
 #include "core/rotation.hpp"
 #include "rod/body_shape.hpp"
+#include "rod/cell_turn.hpp"
 #include "rod/hold.hpp"
 #include "rod/packing.hpp"
 #include "rod/time_limits.hpp"
@@ -302,6 +303,7 @@ void RodGroup::take_packed(PackedRods packed) {
 void RodGroup::read_all() {
     if (!places_.waits()) return;
     places_.read(0, count());
+    refuse_large_turns(*this);
     set_read(places_.corner(), places_.digest(), sized() ? least_limits_of_rods(*this) : LeastLimits{});
 }
 

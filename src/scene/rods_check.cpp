@@ -1,5 +1,6 @@
 #include "scene/rods_check.hpp"
 
+#include "rod/cell_turn.hpp"
 #include "scene/body_check.hpp"
 #include "scene/placement_check.hpp"
 #include "scene/table_objections.hpp"
@@ -37,6 +38,23 @@ void section(const RodSpec& rods, Objections& of_group) {
     objections.length("profile", s.profile.size(), rods.shape.elements, "one for each of the elements");
 }
 
+/// A cell that is to turn by pi or more never gets there. Rods of a file may be of other lengths: see refuse_large_turns.
+void curvatures(const RodSpec& rods, TableObjections& objections) {
+    const Shape& s = rods.shape;
+    if (rods.placement.kind == PlacementKind::file) return;
+    const auto look = [&](std::string_view key, const Vec3d& uniform, const std::vector<Vec3d>& profile) {
+        const CellTurn most = largest_turn(s, uniform, profile);
+        if (most.angle < CellTurn::largest) return;
+        const std::string name = std::string(key) + (profile.empty() ? "" : "_profile");
+        objections.add(profile.empty() ? name : fmt::format("{}.{}", name, most.cell),
+                       fmt::format("'{}' {}; two that follow each other can be told apart up to pi: at most {:.4g} 1/m there, or "
+                                   "shorter elements",
+                                   name, text_of(most), most.curvature(CellTurn::largest)));
+    };
+    look("rest_curvature", s.rest_curvature, s.rest_curvature_profile);
+    look("start_curvature", s.start_curvature.value_or(Vec3d{0, 0, 0}), s.start_curvature_profile);
+}
+
 void shape(const RodSpec& rods, Objections& of_group) {
     TableObjections objections(of_group, "shape");
     const Shape& s = rods.shape;
@@ -58,6 +76,7 @@ void shape(const RodSpec& rods, Objections& of_group) {
         objections.length("start_curvature_profile", s.start_curvature_profile.size(), s.closed ? s.elements : s.elements - 1,
                           s.closed ? "one for each vertex of the ring" : "one for each inner vertex (elements - 1)");
     }
+    curvatures(rods, objections);
     if (s.rest_curvature_profile.empty()) return;
     objections.unused({"rest_curvature"}, "beside 'rest_curvature_profile'");
     objections.length("rest_curvature_profile", s.rest_curvature_profile.size(), s.closed ? s.elements : s.elements - 1,
