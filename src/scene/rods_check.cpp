@@ -83,6 +83,30 @@ void shape(const RodSpec& rods, Objections& of_group) {
                       s.closed ? "one for each vertex of the ring" : "one for each inner vertex (elements - 1)");
 }
 
+void sliding(EndKind end, const std::string& free, const EndMotion& m, std::string_view name, Objections& of_group) {
+    if (free.empty()) return;
+    const std::string key = std::string(name) + "_free", motion = std::string(name) + "_motion";
+    if (end == EndKind::free) {
+        of_group.add(key, fmt::format("'{}' has no use for an end that is free: hold it (\"pinned\" or \"clamped\")", key));
+        return;
+    }
+    std::string once = free;
+    std::sort(once.begin(), once.end());
+    if (free.find_first_not_of("xyz") != std::string::npos || std::adjacent_find(once.begin(), once.end()) != once.end()) {
+        of_group.add(key, fmt::format("'{}' is \"{}\"; it names lab axes, each once, such as \"z\" or \"xy\"", key, free));
+        return;
+    }
+    if (end == EndKind::pinned && free.size() == 3)
+        of_group.add(key, "a pinned end that slides in all directions is a free one: say so");
+    const Vec3d axes = lab_directions(free);
+    const auto along_free = [&](const Vec3d& u) { return !zero(scale(axes, u)); };
+    const auto conflict = [&](const char* table) {
+        of_group.add(motion + "." + table, fmt::format("'{}' moves the end along {}, where '{}' leaves it free", table, free, key));
+    };
+    if (std::any_of(m.translation.begin(), m.translation.end(), along_free)) conflict("translation");
+    if (along_free(m.amplitude)) conflict("amplitude");
+}
+
 void motion(const EndMotion& m, EndKind end, Law law, TableObjections objections) {
     if (!m.moves() && !m.turns()) {
         objections.unused({"times", "amplitude", "rotation_amplitude", "period", "phase", "smooth"},
@@ -153,6 +177,8 @@ void check_rods(const RodSpec& rods, Objections& objections) {
     magnetisation(rods, objections);
     motion(rods.start_motion, rods.start, rods.material.law, {objections, "start_motion"});
     motion(rods.end_motion, rods.end, rods.material.law, {objections, "end_motion"});
+    sliding(rods.start, rods.start_free, rods.start_motion, "start", objections);
+    sliding(rods.end, rods.end_free, rods.end_motion, "end", objections);
     hold(rods, objections);
 }
 
