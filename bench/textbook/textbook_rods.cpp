@@ -86,7 +86,7 @@ TextbookRods::TextbookRods(const RodGroup& group, const GroupPlan& plan, double 
     : build_(build) {
     const RodSpec& spec = group.spec();
     const bool same_model = top_of(group) == TopKind::circular && spec.start == EndKind::clamped && spec.end == EndKind::free &&
-                            zero(spec.shape.rest_strain) && zero(spec.shape.rest_curvature) &&
+                            !spec.ends_slide() && zero(spec.shape.rest_strain) && zero(spec.shape.rest_curvature) &&
                             spec.shape.rest_curvature_profile.empty() && plan.damping.size() == 1 &&
                             plan.damping[0].kind == DampingKind::legacy && plan.loads.size() == 1 &&
                             plan.loads[0].get_if<MagneticField>();

@@ -13,6 +13,7 @@
 #include "rod/elastic.hpp"
 #include "rod/hold.hpp"
 #include "rod/kick.hpp"
+#include "rod/slide.hpp"
 #include "rod/top.hpp"
 
 #include <map>
@@ -106,6 +107,7 @@ public:
     Made operator()(const pass::Filter& p) const {
         return std::make_unique<LaplacianFilterPass<W>>(parts_.group, p.order, p.rate, parts_.dt);
     }
+    Made operator()(pass::Slide) const { return std::make_unique<SlidePass<W>>(parts_.moving); }
     Made operator()(pass::Hold) const { return std::make_unique<HoldPass<W>>(); }
     Made operator()(pass::AuditBalance) const {
         return std::make_unique<AuditBalancePass<W>>(parts_.audit, parts_.moving != nullptr);
@@ -151,6 +153,7 @@ public:
             return std::make_unique<KickAlongPass<Kind, W>>(std::move(kicks), std::move(of_rod));
         });
     }
+    Made operator()(pass::Slide) const { return std::make_unique<SlidePass<W, Map>>(); }
     template <class Other> Made operator()(const Other&) const {
         throw std::logic_error("a pass that looks at whole rods, in a family"); // see may_lie_along
     }

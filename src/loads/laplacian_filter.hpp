@@ -12,6 +12,7 @@
 #include "skein/core/aligned.hpp"
 
 #include <cmath>
+#include <utility>
 #include <vector>
 
 namespace skein {
@@ -62,6 +63,8 @@ public:
             const double mass = group.node_mass[static_cast<std::size_t>(i)];
             inv_mass_.push_back(group.holds_node(i) || mass == 0 ? 0 : 1 / mass);
         }
+        for (const int i : {0, n})
+            if (group.slides(i)) sliding_.emplace_back(i, group.free_directions(i));
         for (int k = 0; k < n; ++k) held_.push_back(group.holds_element(k));
     }
 
@@ -87,7 +90,10 @@ private:
         const auto exchanged = [&](int k, const Vec3<P>& difference) { return P(conductance_[at(k)]) * difference; };
         const auto per_mass = [&](int i, const Vec3<P>& f) { return P(inv_mass_[at(i)]) * f; };
         const auto apply = [&](double share) {
-            for (long p = 0; p < order_; ++p) differ(row, nodes, exchanged, per_mass);
+            for (long p = 0; p < order_; ++p) {
+                differ(row, nodes, exchanged, per_mass);
+                for (const auto& [i, free] : sliding_) row[i].rate = scale(broadcast<W>(free), row[i].rate);
+            }
             for (int i = 0; i < nodes; ++i) rod.slot[i].velocity = fma(P(share), row[i].rate, rod.slot[i].velocity);
         };
         apply(-once_);
@@ -138,10 +144,11 @@ private:
 
     long order_;
     bool closed_;
-    double once_, twice_;             ///< s + s^2/2, s^2/2
-    std::vector<double> conductance_; ///< between the nodes of an element, kg, [n]
-    std::vector<double> inv_mass_;    ///< 1/kg, [n + 1]; 0 of held nodes
-    std::vector<char> held_;          ///< elements, [n]
+    double once_, twice_;                        ///< s + s^2/2, s^2/2
+    std::vector<double> conductance_;            ///< between the nodes of an element, kg, [n]
+    std::vector<double> inv_mass_;               ///< 1/kg, [n + 1]; 0 of held nodes
+    std::vector<char> held_;                     ///< elements, [n]
+    std::vector<std::pair<int, Vec3d>> sliding_; ///< nodes that ends hold in some directions; 1 in the others
 };
 
 } // namespace skein

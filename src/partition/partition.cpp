@@ -1,6 +1,7 @@
 #include "partition/partition.hpp"
 
 #include "core/hilbert.hpp"
+#include "rod/cell_turn.hpp"
 #include "rod/time_limits.hpp"
 #include "skein/core/error.hpp"
 
@@ -165,6 +166,7 @@ void read_rods(const Communicator& comm, std::span<RodGroup> groups) {
     for (RodGroup* group : read) try {
             group->places().read(block_begin(group->count(), comm.rank(), comm.size()),
                                  block_begin(group->count(), comm.rank() + 1, comm.size()));
+            refuse_large_turns(*group);
         } catch (const std::exception& e) {
             error = e.what();
             break;

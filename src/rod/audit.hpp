@@ -55,11 +55,14 @@ template <int W> struct EnergyBudget {
     P element_energy(const Vec3<P>& w, int k) const {
         return P(0.5) * dot(w, scale(broadcast<W>(group_.element[static_cast<std::size_t>(k)].inertia), w));
     }
+    /// Of a node that slides: 1 in the directions in which it does not.
+    Vec3<P> held_directions(int i) const { return broadcast<W>(Vec3d{1, 1, 1} - group_.free_directions(i)); }
     /// Kinetic energy of what the walls hold.
     P held_energy(const RodTile<W>& rod) const {
         P sum(0.0);
         for (const int i : {0, rod.n})
             if (group_.holds_node(i)) sum = sum + node_energy(rod.slot[i].velocity, i);
+            else if (group_.slides(i)) sum = sum + node_energy(scale(held_directions(i), rod.slot[i].velocity), i);
         if (group_.holds_element(0)) sum = sum + element_energy(rod.slot[0].spin, 0);
         if (rod.n > 1 && group_.holds_element(rod.n - 1)) sum = sum + element_energy(rod.slot[rod.n - 1].spin, rod.n - 1);
         return sum;
@@ -150,6 +153,16 @@ public:
         const int nodes = rod.group->closed() ? rod.n : rod.n + 1;
         for (int i = 0; i < nodes; ++i) {
             const auto at = static_cast<std::size_t>(i);
+            if (rod.group->slides(i)) { // of whose force the wall takes a part
+                const Vec3<P> by_wall = budget.held_directions(i), &all = tile.all[at].force, &inner = tile.inner[at].force;
+                const auto share = [&](const Vec3<P>& of, bool is_held, const Vec3<P>& before, const Vec3<P>& after) {
+                    tally(scale(of, all), scale(of, inner), scale(of, before), scale(of, after), is_held,
+                          [&](const Vec3<P>& v) { return budget.node_energy(v, i); });
+                };
+                share(by_wall, true, tile.before[at].velocity, rod.slot[i].velocity);
+                share(broadcast<W>(Vec3d{1, 1, 1}) - by_wall, false, tile.before[at].velocity, rod.slot[i].velocity);
+                continue;
+            }
             tally(tile.all[at].force, tile.inner[at].force, tile.before[at].velocity, rod.slot[i].velocity,
                   rod.group->holds_node(i), [&](const Vec3<P>& v) { return budget.node_energy(v, i); });
         }

@@ -43,6 +43,31 @@ private:
 
 int held(EndKind end) { return clamped(end) ? 2 : end == EndKind::pinned ? 1 : 0; }
 
+/// How an end is held against bending: one that slides sideways leaves a pinned rod free, and holds of a clamped one its direction.
+struct Support {
+    EndKind kind;
+    bool guided = false;
+};
+/// `tangent`: of the rod at that end; zero where rods have directions of their own.
+Support support(EndKind kind, const std::string& free, const Vec3d& tangent) {
+    const Vec3d axes = lab_directions(free);
+    const bool sideways = dot(axes, axes) > 1.5 || (!free.empty() && std::abs(dot(axes, tangent)) < 1 - 1e-9);
+    if (!sideways) return {kind};
+    return kind == EndKind::pinned ? Support{EndKind::free} : Support{kind, true};
+}
+
+/// Lowest mode at x from the start, over the length. A guided end is the middle of a rod of twice the length.
+Deflection lowest_mode(const Support& start, const Support& end, double x) {
+    if (start.guided && end.guided) return {std::cos(std::numbers::pi * x), std::numbers::pi * std::sin(std::numbers::pi * x)};
+    if (start.guided) return lowest_mode(end, start, 1 - x);
+    if (end.guided) {
+        const Deflection d = SlenderMode(start.kind, start.kind).at(0.5 * x);
+        return {d.w, 0.5 * d.slope};
+    }
+    const bool reversed = held(end.kind) > held(start.kind);
+    return SlenderMode(reversed ? end.kind : start.kind, reversed ? start.kind : end.kind).at(reversed ? 1 - x : x);
+}
+
 /// Kinetic energy of rotation over that of translation, with and without the scale.
 struct Ratio {
     double scaled, plain;
@@ -51,14 +76,15 @@ struct Ratio {
 Ratio kinetic_ratio(const RodGroup& group) {
     const double length = group.spec().shape.length;
     const double Vec3d::*axis = group.element[0].bending.x <= group.element[0].bending.y ? &Vec3d::x : &Vec3d::y;
-    const EndKind start = group.spec().start, end = group.spec().end;
-    const bool reversed = held(end) > held(start);
-    const SlenderMode mode(reversed ? end : start, reversed ? start : end);
+    const RodSpec& spec = group.spec();
+    const auto tangent = [&](const Quaterniond& frame) { return group.turned() ? Vec3d{0, 0, 0} : third_director(frame); };
+    const Support start = support(spec.start, spec.start_free, tangent(group.frame())),
+                  end = support(spec.end, spec.end_free, tangent(group.end_frame()));
     double translation = 0, scaled = 0, plain = 0, s = 0;
     for (std::size_t k = 0; k < group.element.size(); ++k) {
         const ElementConstants& c = group.element[k];
         const double middle = (s + 0.5 * c.rest_length) / length, mass = group.spec().material.density * c.volume;
-        Deflection d = mode.at(reversed ? 1 - middle : middle);
+        Deflection d = lowest_mode(start, end, middle);
         // A ring as a figure of two waves, w = cos 2a and -sin(2a)/2 along it: turns by 1.5 sin 2a over its radius. The means:
         if (group.closed()) d = {std::sqrt(1.25), 1.5 * 2 * std::numbers::pi};
         const double rotation = c.inertia.*axis * d.slope * d.slope / (length * length);

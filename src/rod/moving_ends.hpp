@@ -19,6 +19,12 @@ inline Vec3d spin_of(const Vec3d& r, const Vec3d& rate) {
     return rate + b * cross(r, rate) + c * cross(r, cross(r, rate));
 }
 
+/// `moved` where `free` is 0, `own` where it is 1.
+template <class P> Vec3<P> held_and_free(const Vec3d& free, const Vec3<P>& moved, const Vec3<P>& own) {
+    const auto one = [](double is_free, const P& m, const P& o) { return is_free > 0 ? o : m; };
+    return {one(free.x, moved.x, own.x), one(free.y, moved.y, own.y), one(free.z, moved.z, own.z)};
+}
+
 /// Frames of a rod's walls at any time.
 inline Quaterniond start_wall_frame(const RodGroup& group, std::int64_t index, double time) {
     return group.frame(index) * rotation(group.spec().start_motion.turn(time).value);
@@ -77,17 +83,20 @@ public:
     void run(const RodTile<W>& rod, SlotLoad<W>*, const Step& step) const override {
         const RodSpec& spec = rod.group->spec();
         const Home& home = home_[rod.number];
-        const auto move = [&](const MovingEnds::Pose& pose, const Vec3<Pack<W>>& from, EndKind kind, Slot<W>& node,
-                              Slot<W>& element) {
-            node.position = from + broadcast<W>(pose.displacement);
-            node.velocity = broadcast<W>(pose.velocity);
+        const auto move = [&](const MovingEnds::Pose& pose, const Vec3<Pack<W>>& from, EndKind kind, int i, Slot<W>& element) {
+            Slot<W>& node = rod.slot[i];
+            const Vec3<Pack<W>> position = from + broadcast<W>(pose.displacement), velocity = broadcast<W>(pose.velocity);
+            const bool slides = rod.group->slides(i);
+            const Vec3d free = slides ? rod.group->free_directions(i) : Vec3d{0, 0, 0};
+            node.position = slides ? held_and_free(free, position, node.position) : position;
+            node.velocity = slides ? held_and_free(free, velocity, node.velocity) : velocity;
             if (kind == EndKind::clamped_frozen) {
                 element.director = broadcast<W>(pose.frame);
                 element.spin = broadcast<W>(pose.spin);
             }
         };
-        if (spec.start != EndKind::free) move(ends_->start(step), home.start, spec.start, rod.slot[0], rod.slot[0]);
-        if (spec.end != EndKind::free) move(ends_->end(step), home.end, spec.end, rod.slot[rod.n], rod.slot[rod.n - 1]);
+        if (spec.start != EndKind::free) move(ends_->start(step), home.start, spec.start, 0, rod.slot[0]);
+        if (spec.end != EndKind::free) move(ends_->end(step), home.end, spec.end, rod.n, rod.slot[rod.n - 1]);
     }
 
 private:

@@ -2,6 +2,7 @@
 
 #include "core/rotation.hpp"
 #include "rod/body_shape.hpp"
+#include "rod/cell_turn.hpp"
 #include "rod/hold.hpp"
 #include "rod/packing.hpp"
 #include "rod/time_limits.hpp"
@@ -335,6 +336,7 @@ void RodGroup::take_packed(PackedRods packed) {
 void RodGroup::read_all() {
     if (!places_.waits()) return;
     places_.read(0, count());
+    refuse_large_turns(*this);
     set_read(places_.corner(), places_.digest(), sized() ? least_limits_of_rods(*this) : LeastLimits{});
 }
 
@@ -354,8 +356,8 @@ void RodGroup::append_capsules(std::int64_t i, std::vector<Capsule>& capsules) c
 }
 
 Vec3d RodGroup::pivot() const {
-    if (holds_node(0)) return start_offsets_.front();
-    if (holds_node(elements())) return start_offsets_.back();
+    if (spec_.start != EndKind::free) return start_offsets_.front();
+    if (spec_.end != EndKind::free) return start_offsets_.back();
     Vec3d sum{0, 0, 0};
     double mass = 0;
     for (std::size_t i = 0; i < node_mass.size(); ++i) {
@@ -381,6 +383,7 @@ void RodGroup::start_state(std::int64_t i, std::span<Slot<1>> out) const {
         set_lane(s.position, 0, start + as_turned(offset));
         Vec3d velocity = spec_.shape.velocity;
         if (turns) velocity += cross(turning, as_turned(offset - about));
+        if (slides(k)) velocity = scale(free_directions(k), velocity);
         set_lane(s.velocity, 0, holds_node(k) ? Vec3d{0, 0, 0} : velocity);
         if (k < n) {
             const Quaterniond& own = start_directors_[static_cast<std::size_t>(k)];

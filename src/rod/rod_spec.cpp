@@ -195,6 +195,12 @@ void RodSpec::fields(FieldVisitor& f) {
     f.table({.name = "placement", .unit = "", .text = ""}, placement);
     f.choice({.name = "start", .unit = "", .text = "how the first end is held"}, start, end_names);
     f.choice({.name = "end", .unit = "", .text = "how the last end is held"}, end, end_names);
+    f.visit({.name = "start_free",
+             .unit = "",
+             .text = "lab directions in which the held first end slides, such as \"z\" or \"xy\": its node is free in them, and a "
+                     "clamp holds its direction all the same"},
+            start_free);
+    f.visit({.name = "end_free", .unit = "", .text = "the same of the last end"}, end_free);
     f.table({.name = "start_motion", .unit = "", .text = ""}, start_motion);
     f.table({.name = "end_motion", .unit = "", .text = ""}, end_motion);
     f.table({.name = "hold", .unit = "", .text = ""}, hold);

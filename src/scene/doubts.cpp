@@ -1,5 +1,6 @@
 #include "scene/doubts.hpp"
 
+#include "rod/cell_turn.hpp"
 #include "scene/scene_tables.hpp"
 
 #include <algorithm>
@@ -12,6 +13,20 @@ namespace skein {
 namespace {
 
 constexpr double beyond = 1e6; // times what a number is measured by
+
+/// Cells that turn so far that a little motion ends the run: a look stops it at 3 rad (rod/invalid_state.hpp).
+void tell_large_turns(const RodGroup& group, std::vector<std::string>& found) {
+    constexpr double near = 0.75 * CellTurn::largest;
+    const Shape& s = group.spec().shape;
+    const CellTurn rest = largest_turn(s, s.rest_curvature, s.rest_curvature_profile),
+                   start = largest_turn(s, s.start_curvature.value_or(Vec3d{0, 0, 0}), s.start_curvature_profile);
+    const CellTurn& most = start.angle > rest.angle ? start : rest;
+    if (most.angle > near)
+        found.push_back(fmt::format(
+            "rods.{}.shape: the {} curvature {}; at 3 rad a run stops, and up to 1 rad cells follow a bend: elements = {} would do",
+            group.name(), &most == &rest ? "rest" : "start", text_of(most),
+            static_cast<long>(std::ceil(static_cast<double>(s.elements) * most.angle))));
+}
 
 /// Compares numbers with the scales of the scene, by their unit.
 class ScaleLooker : public FieldVisitor {
@@ -68,6 +83,7 @@ std::vector<std::string> doubts(const SceneSpec& scene, std::span<const RodGroup
         const double sound = std::sqrt(m.youngs_modulus / m.density),
                      crossings = scene.time.duration * sound / group.spec().shape.length;
         speed = std::max(speed, sound);
+        if (!group.sized()) tell_large_turns(group, found);
         const double ratio = m.shear_modulus > 0 ? m.youngs_modulus / m.shear_modulus : 3;
         if (ratio > 1e4 || ratio < 1e-3)
             found.push_back(

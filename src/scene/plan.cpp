@@ -148,8 +148,11 @@ GroupPlan plan_group(const SceneSpec& scene, const RodGroup& group) {
     if (group.spec().placement.kind == PlacementKind::packing)
         p.packed_fill = group.packed_fill(), p.packed_top = group.packed_top();
     p.hints = hints_for(group);
-    p.start = end_names[static_cast<std::size_t>(group.spec().start)];
-    p.end = end_names[static_cast<std::size_t>(group.spec().end)];
+    const auto named = [](EndKind kind, const std::string& free) {
+        return fmt::format("{}{}{}", end_names[static_cast<std::size_t>(kind)], free.empty() ? "" : ", free along ", free);
+    };
+    p.start = named(group.spec().start, group.spec().start_free);
+    p.end = named(group.spec().end, group.spec().end_free);
     return p;
 }
 
@@ -168,8 +171,9 @@ void refuse_in_sized(const GroupPlan& p, const RodGroup& group, bool can_lie_alo
         if (load.keeps_tables_of_group() || load.needs_whole_rods())
             refuse(fmt::format("a load of kind {} cannot act on them yet", load.kind()));
     if (!can_lie_along)
-        refuse("contact, walls, rings, rigid bodies, the law \"elastica\", moved ends, 'hold', the laplacian damping and audits "
-               "need rods that are alike");
+        refuse(
+            "contact, walls, rings, rigid bodies, the law \"elastica\", moved ends, a clamp that slides at the last end (the first "
+            "may), 'hold', the laplacian damping and audits need rods that are alike");
     if (group.spec().material.rotary_inertia_for_dt > 0) refuse("'rotary_inertia_for_dt' needs rods that are alike");
 }
 

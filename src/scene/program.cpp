@@ -30,7 +30,7 @@ std::string_view name_of(const PassSpec& pass) {
 bool may_lie_along(const PassSpec& pass) {
     return std::visit(
         Overloaded{[](const pass::Drift& p) { return p.top != TopKind::plain; }, [](pass::Orthonormalise) { return true; },
-                   [](const pass::Elastic& p) { return p.law != Law::elastica; },
+                   [](pass::Slide p) { return !p.clamped_last; }, [](const pass::Elastic& p) { return p.law != Law::elastica; },
                    [](const pass::ApplyLoad& p) { return !p.needs_whole_rods; },
                    [](const pass::Kick& p) { return p.kind != KickKind::elastica; }, [](const auto&) { return false; }},
         pass);
@@ -92,9 +92,13 @@ GroupProgram program_of(const RodGroup& group, const ProgramNeeds& needs) {
     if (ring) after.push_back(pass::FoldRing{});
     if (audit) after.push_back(pass::AuditLoads{});
     after.push_back(pass::Kick{needs.kick, share});
+    const bool slides = group.spec().ends_slide();
+    const pass::Slide slide{group.spec().end == EndKind::clamped && !group.spec().end_free.empty()};
+    if (filtered && slides) after.push_back(slide);
     for (const Damping& d : needs.damping)
         if (is_filter(d)) after.push_back(pass::Filter{d.order, d.rate});
     if (filtered) after.push_back(pass::Kick{needs.kick, share});
+    if (slides) after.push_back(slide);
     if (group.spec().hold.any()) after.push_back(pass::Hold{});
     if (audit) after.push_back(pass::AuditBalance{});
     return {std::move(before), std::move(after)};

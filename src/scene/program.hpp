@@ -97,6 +97,11 @@ struct Filter {
 struct Hold {
     static constexpr std::string_view name = "hold";
 };
+/// Held directions of ends that slide in others.
+struct Slide {
+    static constexpr std::string_view name = "slide";
+    bool clamped_last; ///< strands keep the frame of such a wall where an element would be, whose pull the held node does not feel
+};
 /// Audit: what the step has done.
 struct AuditBalance {
     static constexpr std::string_view name = "audit balance";
@@ -107,7 +112,7 @@ struct AuditBalance {
 using PassSpec = std::variant<pass::Drift, pass::CloseRing, pass::AuditEnds, pass::MoveEnds, pass::Orthonormalise, pass::Expose,
                               pass::ExposeSurface, pass::Elastic, pass::Unstrained, pass::AuditInner, pass::ApplyLoad, pass::Walls,
                               pass::SurfaceWalls, pass::TakeLoads, pass::TakeSurfaceLoads, pass::FoldRing, pass::AuditLoads,
-                              pass::Kick, pass::Filter, pass::Hold, pass::AuditBalance>;
+                              pass::Kick, pass::Filter, pass::Slide, pass::Hold, pass::AuditBalance>;
 
 std::string_view name_of(const PassSpec& pass);
 /// Whether the pass can run over rods cut into strands (rod/strands.hpp).

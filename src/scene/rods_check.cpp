@@ -1,5 +1,6 @@
 #include "scene/rods_check.hpp"
 
+#include "rod/cell_turn.hpp"
 #include "scene/body_check.hpp"
 #include "scene/placement_check.hpp"
 #include "scene/table_objections.hpp"
@@ -37,6 +38,23 @@ void section(const RodSpec& rods, Objections& of_group) {
     objections.length("profile", s.profile.size(), rods.shape.elements, "one for each of the elements");
 }
 
+/// A cell that is to turn by pi or more never gets there. Rods of a file may be of other lengths: see refuse_large_turns.
+void curvatures(const RodSpec& rods, TableObjections& objections) {
+    const Shape& s = rods.shape;
+    if (rods.placement.kind == PlacementKind::file) return;
+    const auto look = [&](std::string_view key, const Vec3d& uniform, const std::vector<Vec3d>& profile) {
+        const CellTurn most = largest_turn(s, uniform, profile);
+        if (most.angle < CellTurn::largest) return;
+        const std::string name = std::string(key) + (profile.empty() ? "" : "_profile");
+        objections.add(profile.empty() ? name : fmt::format("{}.{}", name, most.cell),
+                       fmt::format("'{}' {}; two that follow each other can be told apart up to pi: at most {:.4g} 1/m there, or "
+                                   "shorter elements",
+                                   name, text_of(most), most.curvature(CellTurn::largest)));
+    };
+    look("rest_curvature", s.rest_curvature, s.rest_curvature_profile);
+    look("start_curvature", s.start_curvature.value_or(Vec3d{0, 0, 0}), s.start_curvature_profile);
+}
+
 void shape(const RodSpec& rods, Objections& of_group) {
     TableObjections objections(of_group, "shape");
     const Shape& s = rods.shape;
@@ -58,10 +76,35 @@ void shape(const RodSpec& rods, Objections& of_group) {
         objections.length("start_curvature_profile", s.start_curvature_profile.size(), s.closed ? s.elements : s.elements - 1,
                           s.closed ? "one for each vertex of the ring" : "one for each inner vertex (elements - 1)");
     }
+    curvatures(rods, objections);
     if (s.rest_curvature_profile.empty()) return;
     objections.unused({"rest_curvature"}, "beside 'rest_curvature_profile'");
     objections.length("rest_curvature_profile", s.rest_curvature_profile.size(), s.closed ? s.elements : s.elements - 1,
                       s.closed ? "one for each vertex of the ring" : "one for each inner vertex (elements - 1)");
+}
+
+void sliding(EndKind end, const std::string& free, const EndMotion& m, std::string_view name, Objections& of_group) {
+    if (free.empty()) return;
+    const std::string key = std::string(name) + "_free", motion = std::string(name) + "_motion";
+    if (end == EndKind::free) {
+        of_group.add(key, fmt::format("'{}' has no use for an end that is free: hold it (\"pinned\" or \"clamped\")", key));
+        return;
+    }
+    std::string once = free;
+    std::sort(once.begin(), once.end());
+    if (free.find_first_not_of("xyz") != std::string::npos || std::adjacent_find(once.begin(), once.end()) != once.end()) {
+        of_group.add(key, fmt::format("'{}' is \"{}\"; it names lab axes, each once, such as \"z\" or \"xy\"", key, free));
+        return;
+    }
+    if (end == EndKind::pinned && free.size() == 3)
+        of_group.add(key, "a pinned end that slides in all directions is a free one: say so");
+    const Vec3d axes = lab_directions(free);
+    const auto along_free = [&](const Vec3d& u) { return !zero(scale(axes, u)); };
+    const auto conflict = [&](const char* table) {
+        of_group.add(motion + "." + table, fmt::format("'{}' moves the end along {}, where '{}' leaves it free", table, free, key));
+    };
+    if (std::any_of(m.translation.begin(), m.translation.end(), along_free)) conflict("translation");
+    if (along_free(m.amplitude)) conflict("amplitude");
 }
 
 void motion(const EndMotion& m, EndKind end, Law law, TableObjections objections) {
@@ -134,6 +177,8 @@ void check_rods(const RodSpec& rods, Objections& objections) {
     magnetisation(rods, objections);
     motion(rods.start_motion, rods.start, rods.material.law, {objections, "start_motion"});
     motion(rods.end_motion, rods.end, rods.material.law, {objections, "end_motion"});
+    sliding(rods.start, rods.start_free, rods.start_motion, "start", objections);
+    sliding(rods.end, rods.end_free, rods.end_motion, "end", objections);
     hold(rods, objections);
 }
 

@@ -329,6 +329,8 @@ class RodFiles(DriverTest):
             self.refused("'origin' is missing", name, origin=None)
             self.refused(name + ": " + at("length", 3) + "must be above 0", name, length=with_row(numpy.ones(RODS), 3, -1))
             self.refused(name + ": " + at("radius", 36) + "not a finite number", name, radius=with_row(numpy.ones(RODS), 36, numpy.inf))
+        self.refused("the rest curvature of rod 3 of 'traced', 50 m long by file 'rods.h5', turns element 1 against element 0 by 3.82 rad",
+                     length=with_row(numpy.ones(RODS), 3, 50))
         self.refused("dataset 'tangent' has 36 rows, but 'origin' has 37", tangent=self.tangent[1:])
         self.refused("dataset 'origin' has the shape [37, 2]; it must be [rods, 3]", origin=self.origin[:, :2])
         self.refused("unknown dataset 'tangents'; a file of rods takes origin, tangent, normal", tangents=self.tangent)

@@ -31,5 +31,32 @@ TEST(Buckling, CriticalLoadMeetsClosedFormAtSecondOrder) {
     }
 }
 
+// Half cells at ends that slide: the error is the (k l)^2/12 of the cells along the rod, and nothing is left of the ends'.
+TEST(Buckling, GuidedAndSlidingClampsAreOfSecondOrder) {
+    test::ErrorTable table("buckling_sliding");
+    for (const auto& [column, bar] : {std::pair{guided, 2.5e-3}, {sliding, 9e-3}}) {
+        const double exact = critical_load(Law::incompressible, column);
+        double loads[2] = {};
+        for (const long n : {10, 20, 40}) {
+            double dt = 0;
+            test::Cost cost;
+            const double load = measured_load(
+                n, exact, cost, [](SceneSpec scene) { return test::Stage(std::move(scene), 1); },
+                [&](const test::Stage& stage, double, double, double) { dt = stage.plan.dt; }, column);
+            const double error = 1 - load / exact, order = table.add(column.name, n, dt, std::abs(error), cost);
+            const double cell = column.wave_number / static_cast<double>(n);
+            EXPECT_NEAR(error, cell * cell / 12, 0.1 * cell * cell / 12) << column.name << ", n = " << n;
+            if (n > 10) {
+                EXPECT_GE(order, 1.9) << column.name;
+            }
+            if (n == 20) {
+                EXPECT_LE(std::abs(error), bar) << column.name;
+            }
+            if (n <= 20) loads[n / 20] = load;
+        }
+        EXPECT_NEAR((4 * loads[1] - loads[0]) / 3 / exact, 1, 3e-4) << column.name << ", Richardson's of n = 10 and 20";
+    }
+}
+
 } // namespace
 } // namespace skein

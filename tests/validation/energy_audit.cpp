@@ -87,6 +87,28 @@ TEST(EnergyAudit, RampedWallsDoTheWorkThatTheRodGains) {
                       ramped(kind, law, both), 2000, 1e-6);
 }
 
+// Ends that slide where they are not moved: the wall does the work of the directions that it holds.
+TEST(EnergyAudit, WallsThatLetEndsSlideDoTheWorkThatTheRodGains) {
+    test::ErrorTable table("energy_audit_sliding");
+    for (const EndKind kind : {EndKind::clamped, EndKind::clamped_frozen}) {
+        SceneSpec scene = ramped(kind, Law::incompressible, true);
+        RodSpec& rod = scene.rods[0];
+        rod.end_free = "z", rod.end_motion.translation.back().z = 0;
+        rod.start_free = "xy", rod.start_motion.translation.back().x = 0;
+        study(table, kind == EndKind::clamped ? "half cells" : "frozen", scene, 2000, 1e-6);
+        test::Stage stage(scene, 1);
+        const auto before = stage.state(0);
+        stage.advance(stage.plan.steps);
+        const auto after = stage.state(0);
+        const Vec3d end = lane(after.back().position, 0) - lane(before.back().position, 0),
+                    start = lane(after.front().position, 0) - lane(before.front().position, 0);
+        EXPECT_NEAR(end.x, 0.1, 1e-12);
+        EXPECT_NEAR(end.y, 0.05, 1e-12);
+        EXPECT_NEAR(start.z, 0.03, 1e-12);
+        EXPECT_GT(std::min({std::abs(end.z), std::abs(start.x), std::abs(start.y)}), 1e-3) << "slides";
+    }
+}
+
 TEST(EnergyAudit, DrivenDampedCiliaBalance) {
     test::ErrorTable table("energy_audit_driven");
     for (const DampingKind kind : {DampingKind::uniform, DampingKind::legacy}) {

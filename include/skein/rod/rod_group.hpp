@@ -91,10 +91,15 @@ public:
     /// A ring: node n is node 0 (its slot a copy, without mass), cell n-1 joins element n-1 to element 0.
     bool closed() const { return spec_.shape.closed; }
     Law law() const { return spec_.material.law; }
-    /// What an end holds: its node, and with clamped_frozen its element too.
+    /// What an end holds in all directions: its node, unless that slides, and with clamped_frozen its element too.
     bool holds_node(int i) const {
-        return (i == 0 && spec_.start != EndKind::free) || (i == elements() && spec_.end != EndKind::free);
+        return (i == 0 && spec_.start != EndKind::free && spec_.start_free.empty()) ||
+               (i == elements() && spec_.end != EndKind::free && spec_.end_free.empty());
     }
+    /// Whether an end holds the node in some directions and leaves it free in others.
+    bool slides(int i) const { return (i == 0 && !spec_.start_free.empty()) || (i == elements() && !spec_.end_free.empty()); }
+    /// Of a node that slides: 1 in the lab directions in which it is free.
+    Vec3d free_directions(int i) const { return lab_directions(i == 0 ? spec_.start_free : spec_.end_free); }
     bool holds_element(int k) const {
         return (k == 0 && spec_.start == EndKind::clamped_frozen) || (k == elements() - 1 && spec_.end == EndKind::clamped_frozen);
     }

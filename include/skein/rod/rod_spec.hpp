@@ -9,6 +9,7 @@
 
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace skein {
@@ -72,6 +73,12 @@ struct Shape {
 enum class EndKind { free, pinned, clamped, clamped_frozen };
 inline constexpr std::string_view end_names[] = {"free", "pinned", "clamped", "clamped_frozen"};
 
+/// 1 in the lab directions that are named, 0 in others.
+inline Vec3d lab_directions(std::string_view letters) {
+    const auto named = [&](char axis) { return letters.find(axis) == std::string_view::npos ? 0.0 : 1.0; };
+    return {named('x'), named('y'), named('z')};
+}
+
 enum class PlacementKind { single, line, lattice, mask, list, packing, file };
 inline constexpr std::string_view placement_names[] = {"single", "line", "lattice", "mask", "list", "packing", "file"};
 
@@ -124,6 +131,7 @@ struct RodSpec {
     Placement placement;
     EndKind start = EndKind::free;
     EndKind end = EndKind::free;
+    std::string start_free, end_free;   ///< lab directions in which the node of a held end slides, such as "z" or "xy"
     EndMotion start_motion, end_motion; ///< of held ends
     Hold hold;
     Magnetisation magnetisation;
@@ -131,6 +139,7 @@ struct RodSpec {
     std::string source;           ///< file:line of the table, for messages
 
     bool ends_move() const { return start_motion.moves() || start_motion.turns() || end_motion.moves() || end_motion.turns(); }
+    bool ends_slide() const { return !start_free.empty() || !end_free.empty(); }
     /// Keys of a [[rods]], or of a [[bodies]].
     void fields(FieldVisitor& f);
 };

@@ -164,6 +164,16 @@ TEST(RotaryInertia, ModesKnowTheEnds) {
     EXPECT_NEAR(shift(clamped, clamped), expected(12.3026), 2e-4);
     EXPECT_NEAR(shift(clamped, pinned), expected(11.5125), 2e-4);
     EXPECT_NEAR(shift(free, clamped), shift(clamped, free), 1e-12);
+    // Ends that slide, of rods along z. Along the rod they bend as before; sideways a clamp is the middle of a rod twice as long.
+    const auto sliding = [](EndKind start, EndKind end, const char* end_free) {
+        RodSpec spec = slender(0.016, 25, start, end);
+        spec.end_free = end_free;
+        return bending_shift(RodGroup(spec, 0, 0, ""));
+    };
+    EXPECT_EQ(sliding(clamped, clamped, "z"), shift(clamped, clamped));
+    EXPECT_NEAR(sliding(clamped, clamped, "xz"), expected(12.3026 / 4), 1e-4);
+    EXPECT_NEAR(sliding(pinned, clamped, "y"), expected(9.8696 / 4), 1e-4);
+    EXPECT_EQ(sliding(clamped, pinned, "xz"), shift(clamped, free));
     EXPECT_NEAR(shift(free, pinned), shift(pinned, free), 1e-12);
     EXPECT_LT(shift(free, pinned), shift(pinned, pinned));
 }

@@ -61,6 +61,9 @@ TEST(Doubts, OfNumbersFarFromTheirNeighbours) {
     expect("rods.cilia.material.shear_modulus=1e12", "youngs_modulus is 2e-07 times shear_modulus");
     expect("load.magnetic_field.ramp=1e308", "load.0.ramp = 1e+308 s is");
     expect("rods.cilia.shape.velocity=[1e20, 0, 0]", "rods.cilia.shape.velocity = 1e+20 m/s is");
+    expect("rods.wires.shape.rest_curvature_profile=[[0, 0, 7.5], [0, 1, 0]]",
+           "the rest curvature turns element 1 against element 0 by 2.5 rad; at 3 rad a run stops, and up to 1 rad cells follow a "
+           "bend: elements = 8 would do");
     expect("time.duration=1e13", "time.duration = 1e+13 s is 1e+16 steps");
 }
 

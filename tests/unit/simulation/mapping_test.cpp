@@ -33,6 +33,17 @@ SceneSpec mixed(Law law, Integrator integrator = Integrator::verlet) {
         if (elements == 40) rod.placement = {.kind = PlacementKind::line, .counts = {2}, .spacing = {1}};
         scene.rods.push_back(rod);
     }
+    RodSpec sliding = test::crooked_rod(23);
+    sliding.name = "sliding";
+    sliding.material.law = law;
+    sliding.start = EndKind::clamped, sliding.end = EndKind::pinned;
+    sliding.start_free = "xz", sliding.end_free = "y";
+    scene.rods.push_back(sliding);
+    sliding.name = "sliding too";
+    sliding.shape.elements = 6;
+    sliding.shape.length_profile.clear();
+    sliding.start = EndKind::pinned, sliding.end = EndKind::clamped_frozen;
+    scene.rods.push_back(sliding);
     // Reads the loads of all others, whichever comes first.
     PlaneFriction ground{.point = {0, 0, -0.02}, .stiffness = 10, .damping = 0.1, .tolerance = 1};
     ground.kinetic_forward = 0.3, ground.kinetic_backward = 0.4, ground.kinetic_sideways = 0.5;

@@ -1,0 +1,61 @@
+#include "rod/cell_turn.hpp"
+
+#include "skein/core/error.hpp"
+#include "skein/rod/rod_group.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <numeric>
+
+namespace skein {
+
+CellTurn largest_turn(const Shape& shape, const Vec3d& uniform, const std::vector<Vec3d>& profile) {
+    const auto n = static_cast<std::size_t>(shape.elements), cells = shape.closed ? n : n - 1;
+    const std::vector<double>& parts = shape.length_profile;
+    CellTurn most;
+    if (shape.elements < 2 || (!profile.empty() && profile.size() != cells) || (!parts.empty() && parts.size() != n)) return most;
+    if (profile.empty() && zero(uniform)) return most;
+    const double sum = parts.empty() ? static_cast<double>(n) : std::accumulate(parts.begin(), parts.end(), 0.0);
+    const auto part = [&](std::size_t k) { return parts.empty() ? 1.0 : parts[k]; };
+    for (std::size_t k = 0; k < cells; ++k) {
+        const double length = 0.5 * (part(k) + part((k + 1) % n)) / sum * shape.length;
+        const double angle = length * norm(profile.empty() ? uniform : profile[k]);
+        if (!(angle <= most.angle)) most = {angle, static_cast<long>(k), length};
+    }
+    return most;
+}
+
+std::string text_of(const CellTurn& turn) {
+    return fmt::format("turns element {} against element {} by {:.3g} rad", turn.cell + 1, turn.cell, turn.angle);
+}
+
+void refuse_large_turns(const RodGroup& group) {
+    const Places& places = group.places();
+    const RodSpec& spec = group.spec();
+    RodSpec own = spec;
+    const auto look_at = [&](std::int64_t i) {
+        if (group.sized()) places.put_sizes(spec, i, own);
+        const Shape& s = own.shape;
+        const CellTurn rest = largest_turn(s, s.rest_curvature, s.rest_curvature_profile),
+                       start = largest_turn(s, s.start_curvature.value_or(Vec3d{0, 0, 0}), s.start_curvature_profile);
+        const CellTurn& most = rest.angle >= start.angle ? rest : start;
+        if (most.angle < CellTurn::largest) return;
+        throw InputError(fmt::format("{}: the {} curvature of rod {} of '{}', {:g} m long by file '{}', {}; two that follow each "
+                                     "other can be told apart up to pi: at most {:.4g} 1/m there",
+                                     spec.source, &most == &rest ? "rest" : "start", i, spec.name, s.length, spec.placement.file,
+                                     text_of(most), most.curvature(CellTurn::largest)));
+    };
+    const std::vector<std::int64_t> held = places.held();
+    if (held.empty()) return;
+    if (!group.sized()) return look_at(held.front());
+    if (places.columns().nodes) {
+        std::for_each(held.begin(), held.end(), look_at);
+        return;
+    }
+    // Rods that differ in length alone: the longest turns most.
+    look_at(*std::max_element(held.begin(), held.end(),
+                              [&](std::int64_t a, std::int64_t b) { return places.length(spec, a) < places.length(spec, b); }));
+}
+
+} // namespace skein
