@@ -1,4 +1,4 @@
-// Relaxation: the kick of rods whose rest is wanted and not their motion.                              theory.md (64)-(69)
+// Relaxation: the kick of rods whose rest is wanted and not their motion.                              theory.md (64)-(68)
 //   M u = (f, c),  v <- a v + h u,  w <- a w + h Q u_turn       M: the rod's own stiffness, in blocks of a node and its element
 // The inertia of a rod at rest is free. Masses of nodes leave frequencies of stretch and of bending a factor of 2 (n/1.9)^2 l/r and
 // more apart, 1e5 of a rod with L/r = 5000 in 50 elements; with M they are all about 1/s, so that steps of 1 s settle them
@@ -11,7 +11,8 @@
 //   all       dx^2 and t^2 as stiff as a hundredth of the whole rod, so that free rods have a finite answer
 // M is positive, so it is split into G G^T block by block, as a band; both sweeps go along the rod, one rod a lane. A rod that
 // moves against its forces, v.f + w.c < 0, forgets its rates; one that would turn or stretch too far in a step is slowed down as a
-// whole. Each rod decides alone, so that there are no sums over rods. Cost: 1300 flop per element.
+// whole; where it may touch something, how far it may go is halved with every turn against its forces, and grows by 1.05 a step
+// otherwise. Each rod decides alone, so that there are no sums over rods. Cost: 1300 flop per element.
 #pragma once
 
 #include "rod/elastic.hpp"
@@ -44,13 +45,16 @@ public:
 
 template <class Law, int W> class RelaxPass final : public TilePass<W> {
 public:
-    static constexpr double momentum = 0.9;      ///< a: modes down to (1 - sqrt a)^2 of M's settle alike
-    static constexpr double farthest_turn = 0.1; ///< rad in a step
+    static constexpr double momentum = 0.9;          ///< a: modes down to (1 - sqrt a)^2 of M's settle alike
+    static constexpr double touched_momentum = 0.98; ///< the same of rods that may touch something: these have softer modes
+    static constexpr double least_reach = 1e-4;      ///< of the farthest step, down to which rods that bounce are slowed down
+    static constexpr double farthest_turn = 0.1;     ///< rad in a step
     static constexpr double farthest_share = 2; ///< of the radius, across an element: what it stretches by then is of order (r/l)^2
     static constexpr double own_share = 0.1;    ///< of EI/L^3 and of EI/L, spread over the rod
 
     RelaxPass(const RodGroup& group, RelaxationContacts contacts, std::shared_ptr<RelaxationResidual> residual)
-        : group_(group.id()), ends_(ends_of(group)), contacts_(contacts), residual_(std::move(residual)) {
+        : group_(group.id()), ends_(ends_of(group)), contacts_(contacts), residual_(std::move(residual)),
+          momentum_(contacts.any() ? touched_momentum : momentum) {
         const int n = group.elements();
         for (const ElementConstants& e : group.element) length_ += e.rest_length;
         double bending = 0;
@@ -78,6 +82,7 @@ public:
     }
 
     void expect(std::size_t tiles) override {
+        if (contacts_.any()) reach_.assign(tiles, P(1.0));
         if (residual_) residual_->expect(static_cast<std::size_t>(group_), tiles);
     }
 
@@ -87,6 +92,11 @@ public:
         assemble(rod, load, blocks.data());
         solve(rod.n, blocks.data());
         kick(rod, load, blocks.data(), step.kick);
+    }
+
+    std::span<Pack<W>> memory(const RodTile<W>& rod) override {
+        if (!contacts_.any()) return {};
+        return {&reach_[rod.number], 1};
     }
 
 private:
@@ -288,8 +298,13 @@ private:
             const P move = max(abs(u[0]), max(abs(u[1]), abs(u[2]))), turn = max(abs(u[3]), max(abs(u[4]), abs(u[5])));
             correction = max(correction, max(P(1 / length_) * move, turn));
         }
-        const P kept = select(power < P(0.0), P(0.0), P(momentum));
-        P excess(1.0);
+        const Mask<W> against = power < P(0.0);
+        const P kept = select(against, P(0.0), P(momentum_));
+        P reach(1.0), excess(0.0);
+        if (contacts_.any()) {
+            P& own = reach_[rod.number];
+            own = reach = select(against, max(P(least_reach), P(0.5) * own), min(P(1.0), P(1.05) * own));
+        }
         Vec3<P> before{};
         for (int k = 0; k <= n; ++k) {
             Slot<W>& s = rod.slot[k];
@@ -305,15 +320,15 @@ private:
             s.spin = fma(P(h), s.director * Vec3<P>{u[3], u[4], u[5]}, kept * s.spin);
             excess = max(excess, P(h / at(k).most_turn) * norm(s.spin));
         }
-        if (any(excess > P(1.0))) {
-            const P share = P(1.0) / excess; // 1 to the bit in other lanes
+        if (const Mask<W> beyond = excess > reach; any(beyond)) {
+            const P share = select(beyond, reach / excess, P(1.0));
             for (int k = 0; k <= n; ++k) {
                 rod.slot[k].velocity = share * rod.slot[k].velocity;
                 if (k < n) rod.slot[k].spin = share * rod.slot[k].spin;
             }
         }
         double largest = 0;
-        for (int l = 0; l < W; ++l) largest = correction[l] <= largest ? largest : correction[l];
+        for (int l = 0; l < W; ++l) largest = std::max(largest, correction[l]);
         if (residual_) residual_->set(static_cast<std::size_t>(group_), rod.number, largest);
     }
 
@@ -321,8 +336,10 @@ private:
     Ends ends_;
     RelaxationContacts contacts_;
     std::shared_ptr<RelaxationResidual> residual_;
+    double momentum_;
     double length_ = 0;
-    std::vector<Row> row_; ///< [n + 1]
+    std::vector<Row> row_;           ///< [n + 1]
+    mutable AlignedVector<P> reach_; ///< by tile: share of the farthest step that a rod may now take
 };
 
 } // namespace skein

@@ -1,6 +1,7 @@
 // What a relaxation knows of contacts, and a run of a relaxation.                                            theory.md section 21
 #pragma once
 
+#include <algorithm>
 #include <cmath>
 #include <cstddef>
 #include <vector>
@@ -26,7 +27,7 @@ public:
     double largest() const {
         double largest = 0;
         for (const auto& tiles : of_group_)
-            for (const double r : tiles) largest = r <= largest ? largest : r; // what is no number stays
+            for (const double r : tiles) largest = std::max(largest, std::isnan(r) ? HUGE_VAL : r);
         return largest;
     }
 
