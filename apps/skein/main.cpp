@@ -19,7 +19,7 @@ constexpr const char* examples = R"(Examples:
   skein converge carpet_8x8.toml --tolerance 1e-3 runs of other elements and steps: how large the errors are, and what would do
   skein plan carpet_8x8.toml                      what will run: passes, time-step limits, memory, predicted cost
   skein describe rods.material                    the keys of a table; skein describe: all of them
-Exit codes: 0 done, 2 input, 3 stopped by a limit, 4 numerical, 5 I/O, 6 MPI or internal, 7 verify found other bits.
+Exit codes: 0 done, 2 input, 3 stopped by a limit, 4 numerical, 5 I/O, 6 MPI or internal, 7 verify found other bits, 8 time.relax did not settle.
 )";
 
 /// Rank among the processes of an MPI launcher, without starting MPI.

@@ -40,6 +40,7 @@ Surroundings make_surroundings(const Plan& plan, std::span<const RodGroup> group
         around.exposure = std::make_shared<Exposure>(groups, owned);
         around.loads = std::make_shared<SlotLoads>();
     }
+    if (plan.relax) around.residual = std::make_shared<RelaxationResidual>(groups.size());
     if (!plan.walls.empty()) around.walls = std::make_shared<Walls>(plan.walls);
     return around;
 }

@@ -13,6 +13,7 @@
 #include "rod/elastic.hpp"
 #include "rod/hold.hpp"
 #include "rod/kick.hpp"
+#include "rod/relaxation.hpp"
 #include "rod/slide.hpp"
 #include "rod/top.hpp"
 
@@ -103,6 +104,12 @@ public:
         KicksOfGroup kicks = kicks_of(p, parts_.plan, parts_.group, parts_.scheme, parts_.dt);
         if (p.kind == KickKind::elastica) return std::make_unique<KickPass<KickKind::elastica, W>>(std::move(kicks));
         return with_kick(p.kind, [&]<KickKind Kind>() -> Made { return std::make_unique<KickPass<Kind, W>>(std::move(kicks)); });
+    }
+    Made operator()(pass::NoteForces) const { return std::make_unique<NoteForcesPass<W>>(); }
+    Made operator()(const pass::Relax& p) const {
+        return with_energy_law(p.law, [&]<class L>(L) -> Made {
+            return std::make_unique<RelaxPass<L, W>>(parts_.group, parts_.plan.relaxation, parts_.around.residual);
+        });
     }
     Made operator()(const pass::Filter& p) const {
         return std::make_unique<LaplacianFilterPass<W>>(parts_.group, p.order, p.rate, parts_.dt);

@@ -3,6 +3,7 @@
 
 #include "contact/wall_contacts.hpp"
 #include "neighbourhood/exposure.hpp"
+#include "rod/relaxation_outlook.hpp"
 #include "scene/plan.hpp"
 
 #include <memory>
@@ -16,6 +17,7 @@ struct Surroundings {
     std::shared_ptr<Exposure> exposure; ///< where rods feel each other
     std::shared_ptr<SlotLoads> loads;   ///< where rods feel each other
     std::shared_ptr<Walls> walls;
+    std::shared_ptr<RelaxationResidual> residual;                   ///< where rods relax
     std::vector<std::shared_ptr<const WallContacts>> wall_contacts; ///< by group, once the rods are made; null where no wall acts
 };
 /// `owned`: rods of this rank, as make_rods is given them.

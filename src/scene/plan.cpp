@@ -111,6 +111,35 @@ void limit_by_contact(GroupPlan& p, const RodGroup& group, const SceneSpec& scen
     std::stable_sort(p.limits.begin(), p.limits.end(), [](const TimeLimit& a, const TimeLimit& b) { return a.dt < b.dt; });
 }
 
+/// Inertia that is no true one does not carry what is dragged along.
+void refuse_drag(const GroupPlan& p, const RodGroup& group) {
+    for (const Load& load : p.loads)
+        if (load.largest_rate(group).value > 0)
+            throw InputError(fmt::format("{}: a load of kind {} slows '{}' down, and time.relax has no motion that it could answer",
+                                         group.spec().source, load.kind(), group.name()));
+}
+
+/// As stiff as any of a group's contacts is at the largest overlap that is allowed, on a node that touches four others.
+RelaxationContacts relaxation_contacts(const RodGroup& group, const SceneSpec& scene) {
+    constexpr double farthest_move = 0.2; // of the radius in a step
+    constexpr int touching = 4;
+    RelaxationContacts contacts;
+    double radius = HUGE_VAL;
+    for (const ElementConstants& e : group.element) radius = std::min(radius, e.radius);
+    const auto consider = [&](const ContactLaw& law, double share) {
+        const double k = touching * tangent_stiffness(law, share * 2 * radius);
+        contacts.stiffness = std::max(contacts.stiffness, k);
+        if (law.friction != ContactFriction::none) contacts.turning = std::max(contacts.turning, k * radius * radius);
+        contacts.farthest_move = farthest_move * radius;
+    };
+    if (scene.contact) consider(scene.contact->law, scene.contact->overlap);
+    for (const ContactPair& pair : scene.contact_pairs)
+        if (names_group(pair.between, group.name())) consider(pair.law, scene.contact->overlap);
+    for (const Wall& wall : scene.walls)
+        if (wall.acts_on(group.name())) consider(wall.law, ContactSpec{}.overlap);
+    return contacts;
+}
+
 GroupPlan plan_group(const SceneSpec& scene, const RodGroup& group) {
     GroupPlan p{.name = group.name(), .rods = group.count(), .elements = group.elements()};
     if (const BodyShape* body = group.body())
@@ -134,8 +163,13 @@ GroupPlan plan_group(const SceneSpec& scene, const RodGroup& group) {
                                    .kick = p.kick,
                                    .walls = p.walls,
                                    .coupled = scene.contact.has_value(),
-                                   .audit = scene.output.audit});
+                                   .audit = scene.output.audit,
+                                   .relax = scene.time.relax});
     for (std::size_t i = 0; i < p.program.size(); ++i) p.ns_per_element_step += predicted_ns(p.program[i]);
+    if (scene.time.relax) {
+        p.relaxation = relaxation_contacts(group, scene);
+        refuse_drag(p, group);
+    }
     p.limits = time_limits(group);
     limit_by_contact(p, group, scene);
     limit_by_drag(p, group, scheme_of(scene.time.integrator));
@@ -173,7 +207,7 @@ void refuse_in_sized(const GroupPlan& p, const RodGroup& group, bool can_lie_alo
     if (!can_lie_along)
         refuse(
             "contact, walls, rings, rigid bodies, the law \"elastica\", moved ends, a clamp that slides at the last end (the first "
-            "may), 'hold', the laplacian damping and audits need rods that are alike");
+            "may), 'hold', the laplacian damping and audits need rods that are alike, and so does time.relax");
     if (group.spec().material.rotary_inertia_for_dt > 0) refuse("'rotary_inertia_for_dt' needs rods that are alike");
 }
 
@@ -284,8 +318,18 @@ void tell_uneven_outputs(Plan& plan, const SceneSpec& scene) {
     }
 }
 
+/// Steps of 1 s, half of what M of theory.md (64) leaves: the limits of motion mean nothing.
+void choose_relaxation(Plan& plan, const SceneSpec& scene) {
+    plan.relax = plan.automatic_dt = plan.force_dt = true;
+    plan.relax_tolerance = scene.time.relax_tolerance;
+    plan.dt = 1;
+    plan.limit = 2;
+    plan.steps = std::max<std::int64_t>(1, std::llround(scene.time.duration));
+}
+
 void choose_step(Plan& plan, const SceneSpec& scene) {
     const TimeSpec& t = scene.time;
+    if (t.relax) return choose_relaxation(plan, scene);
     for (std::size_t g = 0; g < plan.groups.size(); ++g)
         // Written so that a limit which is no number governs too, and is refused.
         if (!(plan.groups[g].limits.front().dt >= plan.groups[plan.governing].limits.front().dt)) plan.governing = g;
@@ -430,6 +474,7 @@ bool is_coupled(const Plan& plan) {
 }
 
 StepWatch step_watch(const Plan& plan) {
+    if (plan.relax) return {}; // limits of motion do not hold
     return {.dt = plan.dt, .stability = scheme_of(plan.integrator).stability, .stops = !plan.force_dt};
 }
 

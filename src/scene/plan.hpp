@@ -6,6 +6,7 @@
 #include "contact/wall.hpp"
 #include "io/keeping.hpp"
 #include "rod/kick.hpp"
+#include "rod/relaxation_outlook.hpp"
 #include "rod/step_watch.hpp"
 #include "rod/tiling.hpp"
 #include "rod/time_limits.hpp"
@@ -43,7 +44,8 @@ struct GroupPlan {
     std::vector<std::size_t> load_numbers; ///< of `loads` in the scene
     bool walls = false;                    ///< it may touch some
     KickKind kick = KickKind::undamped;
-    bool undamped = true; ///< nothing takes energy from its modes: a shorter step
+    RelaxationContacts relaxation; ///< where it relaxes: what contacts may do to it
+    bool undamped = true;          ///< nothing takes energy from its modes: a shorter step
     DampingScheme damping_scheme = DampingScheme::exponential;
     std::vector<Damping> damping;   ///< that act on this group
     std::vector<Load> loads;        ///< that act on this group, in scene order
@@ -75,8 +77,10 @@ struct Plan {
     std::int64_t rods = 0, elements = 0;
     double dt = 0, limit = 0;
     bool automatic_dt = false;
-    double rest_speed = 0; ///< m/s, at which the run ends; 0: none
-    bool force_dt = false; ///< a step beyond a limit does not stop the run
+    double rest_speed = 0;      ///< m/s, at which the run ends; 0: none
+    bool relax = false;         ///< rest is wanted: the run ends when rods have settled
+    double relax_tolerance = 0; ///< correction at which they have
+    bool force_dt = false;      ///< a step beyond a limit does not stop the run
     Integrator integrator = Integrator::verlet;
     std::size_t governing = 0; ///< group whose limit is smallest
     std::int64_t steps = 0;

@@ -156,8 +156,12 @@ std::string to_text(const Plan& p) {
     if (p.integrator != Integrator::verlet)
         line("integrator", fmt::format("{}, limits times {:.4g}", integrator_names[static_cast<std::size_t>(p.integrator)],
                                        scheme_of(p.integrator).stability));
-    line("dt", fmt::format("{:.6g} s{}, {:.3g} of the limit {:.6g} s ({} of '{}')", p.dt, p.automatic_dt ? " (auto)" : "",
-                           p.dt / p.limit, p.limit, p.groups[p.governing].limits.front().mode, p.groups[p.governing].name));
+    if (p.relax)
+        line("dt", fmt::format("1 s: rods relax, time counts steps; they have settled when none wants a correction beyond {:g}",
+                               p.relax_tolerance));
+    else
+        line("dt", fmt::format("{:.6g} s{}, {:.3g} of the limit {:.6g} s ({} of '{}')", p.dt, p.automatic_dt ? " (auto)" : "",
+                               p.dt / p.limit, p.limit, p.groups[p.governing].limits.front().mode, p.groups[p.governing].name));
     line("steps", fmt::format("{}  ({:.4g} s, {:.3g} element-steps)", p.steps, static_cast<double>(p.steps) * p.dt,
                               static_cast<double>(p.steps) * static_cast<double>(p.elements)));
     line("trajectory", every(p.cadence.trajectory, p.dt) + (p.vtp ? ", as poly data (rods.pvd) too" : ""));
@@ -239,6 +243,7 @@ std::string to_json(const Plan& p) {
         {"dt", p.dt},
         {"limit", p.limit},
         {"automatic_dt", p.automatic_dt},
+        {"relax", p.relax},
         {"integrator", integrator_names[static_cast<std::size_t>(p.integrator)]},
         {"governing_group", p.groups[p.governing].name},
         {"steps", p.steps},

@@ -12,6 +12,7 @@ namespace {
 constexpr double drift_ns = 3.2, elliptic_drift_ns = 9, elastic_ns = 5.6, kick_ns = 1, stretched_kick_ns = 1.6, load_ns = 1;
 // Those of bench/scenes/nest: contacts at its density, half a candidate per element, with their exposure; a box with floor and lid.
 constexpr double contact_ns = 55, walls_ns = 12;
+constexpr double relax_ns = 400;                       // that of the solver of a band, once measured at 4 lanes
 constexpr double filter_ns = 9, filter_order_ns = 1.5; // by the ratio of runs with and without a filter of order 1, 2 and 4
 
 template <class... F> struct Overloaded : F... { using F::operator()...; };
@@ -44,6 +45,7 @@ double predicted_ns(const PassSpec& pass) {
                                      const bool plain = p.kind == KickKind::undamped || p.kind == KickKind::constant_rates;
                                      return p.share * (plain ? kick_ns : stretched_kick_ns);
                                  },
+                                 [](pass::Relax) { return relax_ns; },
                                  [](const pass::Filter& p) { return filter_ns + filter_order_ns * static_cast<double>(p.order); },
                                  [](const auto&) { return 0.0; }},
                       pass);
@@ -86,12 +88,14 @@ GroupProgram program_of(const RodGroup& group, const ProgramNeeds& needs) {
     after.push_back(either(body, pass::Unstrained{}, pass::Elastic{group.law()}));
     if (audit) after.push_back(pass::AuditInner{});
     apply_loads(false);
+    if (needs.relax && (needs.walls || needs.coupled)) after.push_back(pass::NoteForces{});
     if (needs.walls) after.push_back(either(body, pass::SurfaceWalls{}, pass::Walls{}));
     if (needs.coupled) after.push_back(either(body, pass::TakeSurfaceLoads{}, pass::TakeLoads{}));
     apply_loads(true);
     if (ring) after.push_back(pass::FoldRing{});
     if (audit) after.push_back(pass::AuditLoads{});
-    after.push_back(pass::Kick{needs.kick, share});
+    if (needs.relax) after.push_back(pass::Relax{group.law()});
+    else after.push_back(pass::Kick{needs.kick, share});
     const bool slides = group.spec().ends_slide();
     const pass::Slide slide{group.spec().end == EndKind::clamped && !group.spec().end_free.empty()};
     if (filtered && slides) after.push_back(slide);

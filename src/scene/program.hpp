@@ -88,6 +88,15 @@ struct Kick {
     KickKind kind;
     double share;
 };
+/// Before walls and contacts of rods that relax.
+struct NoteForces {
+    static constexpr std::string_view name = "note forces";
+};
+/// In the place of the kick: inertia and damping of rods that relax.
+struct Relax {
+    static constexpr std::string_view name = "relax";
+    Law law;
+};
 /// Laplacian filter of the rates.
 struct Filter {
     static constexpr std::string_view name = "laplacian filter";
@@ -112,7 +121,7 @@ struct AuditBalance {
 using PassSpec = std::variant<pass::Drift, pass::CloseRing, pass::AuditEnds, pass::MoveEnds, pass::Orthonormalise, pass::Expose,
                               pass::ExposeSurface, pass::Elastic, pass::Unstrained, pass::AuditInner, pass::ApplyLoad, pass::Walls,
                               pass::SurfaceWalls, pass::TakeLoads, pass::TakeSurfaceLoads, pass::FoldRing, pass::AuditLoads,
-                              pass::Kick, pass::Filter, pass::Slide, pass::Hold, pass::AuditBalance>;
+                              pass::Kick, pass::NoteForces, pass::Relax, pass::Filter, pass::Slide, pass::Hold, pass::AuditBalance>;
 
 std::string_view name_of(const PassSpec& pass);
 /// Whether the pass can run over rods cut into strands (rod/strands.hpp).
@@ -158,6 +167,7 @@ struct ProgramNeeds {
     bool walls = false;   ///< some act on the group
     bool coupled = false; ///< rods feel each other
     bool audit = false;
+    bool relax = false; ///< rest is wanted
 };
 GroupProgram program_of(const RodGroup& group, const ProgramNeeds& needs);
 

@@ -3,6 +3,7 @@
 #include "scene/contact_check.hpp"
 #include "scene/group_names.hpp"
 #include "scene/nearest.hpp"
+#include "scene/relax_check.hpp"
 #include "scene/rods_check.hpp"
 #include "scene/scene_file.hpp"
 #include "scene/scene_keys.hpp"
@@ -43,6 +44,7 @@ public:
         }
         check_contact(scene_, *this);
         check_walls(scene_, *this);
+        check_relax(scene_, *this);
         return std::move(found_);
     }
 

@@ -78,7 +78,7 @@ struct Simulation::InvalidRod {
 };
 
 void Simulation::keep_copy() {
-    if (options_.rewind == Rewind::never || (options_.rewind == Rewind::automatic && plan_.copy_bytes == 0)) return;
+    if (plan_.relax || options_.rewind == Rewind::never || (options_.rewind == Rewind::automatic && plan_.copy_bytes == 0)) return;
     if (copy_ && clock_.done() - copy_->step() < copy_every) return;
     const auto timing = timers_.time(Phase::checkpoint);
     if (copy_ && copy_->owners() != owners_) copy_.reset(); // before there is another
@@ -267,6 +267,9 @@ void Simulation::try_shorter_steps(Failure& failure, const StateCopy& start, dou
 
 void Simulation::throw_failure() {
     progress_->finish();
+    if (plan_.relax)
+        throw NumericalError(comm_.first_text(failure_) + "\n  the relaxation has left the way to rest: give a start nearer to it, "
+                                                          "weaker loads or more elements");
     const double dt = plan_.dt, ratio = dt / plan_.limit;
     Failure found{.text = comm_.first_text(failure_)};
     if (copy_) {

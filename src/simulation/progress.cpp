@@ -69,7 +69,7 @@ bool Progress::due(std::int64_t step) const {
     return step >= last_ || now - last_shown_ >= (bar_ ? seconds_between_bars : seconds_between_lines(now - started_));
 }
 
-void Progress::show(std::int64_t step, std::span<const double> values) {
+void Progress::show(std::int64_t step, std::span<const double> values, std::string_view more) {
     if (!values.empty()) {
         values_.clear();
         for (std::size_t i = 0; i < columns_.size(); ++i) values_ += fmt::format("  {} {:.4g}", columns_[i], values[i]);
@@ -79,9 +79,10 @@ void Progress::show(std::int64_t step, std::span<const double> values) {
     last_shown_ = now;
     const double share = static_cast<double>(step) / static_cast<double>(last_);
     const double done = static_cast<double>(step - first_), left = static_cast<double>(last_ - step);
-    const std::string text = fmt::format("{}step {}/{}  {:5.1f} %  t {:.4g} s  {:.3g} element-steps/s  ETA {}{}{}",
-                                         bar_ ? "\r\033[K" : "", step, last_, 100 * share, static_cast<double>(step) * dt_,
-                                         done * elements_ / elapsed, clock_text(elapsed / done * left), values_, bar_ ? "" : "\n");
+    const std::string text =
+        fmt::format("{}step {}/{}  {:5.1f} %  t {:.4g} s  {:.3g} element-steps/s  ETA {}{}{}{}", bar_ ? "\r\033[K" : "", step,
+                    last_, 100 * share, static_cast<double>(step) * dt_, done * elements_ / elapsed,
+                    clock_text(elapsed / done * left), values_, more, bar_ ? "" : "\n");
     errno = 0;
     if ((std::fputs(text.c_str(), stdout) < 0 || std::fflush(stdout) != 0) && !told_) {
         told_ = true;

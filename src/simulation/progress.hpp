@@ -30,8 +30,8 @@ public:
              std::vector<std::string> columns);
     /// Whether a line of this step would be shown now.
     bool due(std::int64_t step) const;
-    /// `values`: of the columns at this step; empty where they are not known.
-    void show(std::int64_t step, std::span<const double> values);
+    /// `values`: of the columns at this step; empty where they are not known. `more`: put behind.
+    void show(std::int64_t step, std::span<const double> values, std::string_view more = {});
     void finish();
 
 private:

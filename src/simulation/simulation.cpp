@@ -28,6 +28,9 @@ constexpr double tick_seconds = 1;         ///< wall time between two agreements
 constexpr std::int64_t check_every = 64;   ///< steps between two looks for rods whose state is invalid
 constexpr std::int64_t tick_multiple = 64; ///< steps between ticks: fewer would cut visits short and look at rods more often
 
+/// Name of the last correction of rods that relax in checkpoints.
+constexpr const char* kept_correction = "relaxation";
+
 std::int64_t multiple_after(std::int64_t step, std::int64_t every) { return (step / every + 1) * every; }
 
 void tell_warning(const std::string& text) { std::fprintf(stderr, "warning: %s\n", text.c_str()); }
@@ -71,7 +74,8 @@ Simulation::Simulation(const Communicator& comm, const Threads& threads, const S
     make_bodies(std::move(own));
     balance_.expect(2 * (wall_seconds() - began)); // making them anew, and sending them
 
-    const std::vector<std::string> kept = kept_names(interactions_);
+    std::vector<std::string> kept = kept_names(interactions_);
+    if (plan_.relax) kept.emplace_back(kept_correction);
     std::optional<CheckpointInfo> found;
     if (writes) found = read_checkpoint(comm_, options_.out, groups_, *rods_, physics_, tell_warning, kept);
     else if (!options_.from.empty())
@@ -82,6 +86,7 @@ Simulation::Simulation(const Communicator& comm, const Threads& threads, const S
         found = begin_branch(comm_, {scene, plan_.dt, physics_}, groups_, *rods_, kept, tell_warning);
     if (found) {
         recall(interactions_, found->kept);
+        if (plan_.relax) correction_ = found->kept.back().numbers.front();
         clock_ = Clock(plan_.dt, found->step, plan_.integrator, found->shift);
         ancestry_ = found->ancestry;
         if (found->shift != 0) plan_.steps = std::max<std::int64_t>(1, clock_.step_at(scene.time.duration));
@@ -135,6 +140,7 @@ Surroundings Simulation::make_rods_of(std::vector<LocalRod> owned) {
     if (walls_) around.walls = walls_; // their servos' state is recalled
     rods_ = make_rods(plan_, groups_, std::move(owned), threads_, around);
     walls_ = around.walls;
+    residual_ = around.residual;
     return around;
 }
 
@@ -190,12 +196,12 @@ void Simulation::begin_audit(std::optional<double> audited_from) {
 std::uint64_t Simulation::digest() const { return comm_.sum_wrapping(rods_->digest()); }
 
 void Simulation::advance(std::int64_t until) {
-    const bool coupled = is_coupled(plan_), together = coupled || options_.protocol == Protocol::synchronous;
+    const bool coupled = is_coupled(plan_), together = coupled || plan_.relax || options_.protocol == Protocol::synchronous;
     bool going = true;
     while (clock_.done() < until && going) {
         const std::int64_t next_check = (clock_.done() / check_every + 1) * check_every;
-        const auto steps =
-            coupled ? clock_.next(std::min(until, next_check)) : clock_.next(until, together ? 1 : Clock::largest_batch);
+        const auto steps = coupled || plan_.relax ? clock_.next(std::min(until, next_check))
+                                                  : clock_.next(until, together ? 1 : Clock::largest_batch);
         const std::int64_t last = steps.back().index;
         const bool check = last == until || last >= next_check;
         const bool valid = coupled ? step_coupled(steps, check) : step_uncoupled(steps, check);
@@ -207,6 +213,7 @@ void Simulation::advance(std::int64_t until) {
         for (const auto& interaction : interactions_)
             if (check) interaction->look(steps.back());
         if (!valid) failure_ = reason_of_failure(); // the other ranks learn of it when they meet
+        if (plan_.relax && (clock_.done() % check_every == 0 || clock_.done() == plan_.steps)) look_for_settled();
         going = (together ? meet() : failure_.empty()) && !ended();
     }
 }
@@ -247,7 +254,12 @@ std::string Simulation::reason_of_failure() const {
     return reason.empty() ? reason : fmt::format("{} at step {}", reason, clock_.done());
 }
 
-bool Simulation::ended() const { return at_rest_ || finished(interactions_); }
+bool Simulation::ended() const { return at_rest_ || (plan_.relax && settled()) || finished(interactions_); }
+
+void Simulation::look_for_settled() {
+    const auto timing = timers_.time(Phase::agree);
+    correction_ = comm_.max(residual_->largest());
+}
 
 void Simulation::look_for_rest() {
     at_rest_ = plan_.rest_speed > 0 && clock_.done() > 0 && last_sample_[observed_speed] < plan_.rest_speed;
@@ -259,7 +271,7 @@ bool Simulation::meet() {
 }
 
 RunResult Simulation::run() {
-    if (idle_) return {clock_.done() < last_step_ && !ended() ? Exit::limit : Exit::done, clock_.done(), digest()};
+    if (idle_) return {exit_code(), clock_.done(), digest()};
     try {
         return step_to_the_end();
     } catch (const IoError& error) {
@@ -287,8 +299,9 @@ RunResult Simulation::step_to_the_end() {
     for (FrameWriter* frames : {trajectory_.get(), tips_.get()})
         if (frames) frames->finish();
 
-    const RunResult result{clock_.done() < last_step_ && !ended() ? Exit::limit : Exit::done, clock_.done(), look_at_end()};
+    const RunResult result{exit_code(), clock_.done(), look_at_end()};
     write_summary(result);
+    if (plan_.relax) tell_of_settling();
     return result;
 }
 
@@ -298,6 +311,23 @@ std::int64_t Simulation::next_event() const {
          {plan_.cadence.trajectory, plan_.cadence.tips, plan_.cadence.series, plan_.cadence.contacts, plan_.cadence.checkpoint})
         if (every > 0) next = std::min(next, multiple_after(clock_.done(), every));
     return next;
+}
+
+Exit Simulation::exit_code() const {
+    if (clock_.done() < last_step_ && !ended()) return Exit::limit;
+    return plan_.relax && !settled() && clock_.done() >= plan_.steps ? Exit::unsettled : Exit::done;
+}
+
+void Simulation::tell_of_settling() const {
+    if (!comm_.root()) return;
+    const std::string wanted = fmt::format("the largest correction that a rod wants is {:.3g}, time.relax_tolerance {:g}",
+                                           correction_, plan_.relax_tolerance);
+    if (settled()) {
+        if (!options_.quiet) std::printf("Settled in %lld steps: %s\n", static_cast<long long>(clock_.done()), wanted.c_str());
+    } else if (clock_.done() >= plan_.steps) {
+        std::fprintf(stderr, "not settled in the %lld steps of time.duration: %s\n", static_cast<long long>(plan_.steps),
+                     wanted.c_str());
+    }
 }
 
 Simulation::Verdict Simulation::agree() {
@@ -393,7 +423,7 @@ void Simulation::show_progress(bool last) {
         for (const std::size_t column : progress_columns_) values.push_back(last_sample_[column]);
     }
     show_now_ = false;
-    progress_->show(clock_.done(), values);
+    progress_->show(clock_.done(), values, plan_.relax ? fmt::format("  correction {:.3g}", correction_) : std::string());
 }
 
 std::vector<std::string> Simulation::names() const {
@@ -491,6 +521,7 @@ void Simulation::keep_state() {
     CheckpointInfo info{clock_.done(), plan_.dt, checkpoint_digest_, physics_, {}, audited_from_};
     info.shift = clock_.shift(), info.settings = settings_, info.ancestry = ancestry_;
     info.kept = kept(interactions_);
+    if (plan_.relax) info.kept.push_back({.name = kept_correction, .numbers = {correction_}});
     mark_outputs(info);
     write_checkpoint(comm_, options_.out, groups_, *rods_, info, plan_.keeping);
     last_checkpoint_ = clock_.done();
@@ -510,6 +541,7 @@ void Simulation::write_summary(const RunResult& result) {
                        .names = names(),
                        .observables = last_sample_,
                        .output = output_};
+    if (plan_.relax) figures.settling = Settling{settled(), correction_};
     for (std::size_t p = 0; p < phase_count; ++p) {
         const double mine = timers_.seconds(static_cast<Phase>(p));
         figures.phases.push_back(

@@ -91,6 +91,9 @@ std::string summary_json(const RunFigures& f) {
                           {"bytes", of_ranks(&GhostFigures::bytes)}};
         json["balance"] = {{"migrations", f.balance.migrations}, {"rods", f.balance.bodies}, {"imbalance", f.balance.imbalance}};
     }
+    if (f.settling)
+        json["relaxation"] = {
+            {"settled", f.settling->settled}, {"correction", f.settling->correction}, {"tolerance", f.plan.relax_tolerance}};
     if (!f.ancestry.empty()) json["ancestry"] = nlohmann::ordered_json::parse(f.ancestry);
     return json.dump(2) + "\n";
 }

@@ -5,6 +5,7 @@
 #include "scene/plan.hpp"
 #include "simulation/simulation.hpp"
 
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -14,6 +15,12 @@ namespace skein {
 /// Seconds of one phase over the ranks.
 struct PhaseTime {
     double min, mean, max;
+};
+
+/// Of rods that relax.
+struct Settling {
+    bool settled;
+    double correction; ///< the largest, over the length and in rad, at the last look
 };
 
 struct RunFigures {
@@ -34,6 +41,7 @@ struct RunFigures {
     std::vector<LargestOverlap> overlaps = {}; ///< of contacts and walls, in this run
     std::vector<GhostFigures> ghosts = {};     ///< by rank, at the end; none where ranks do not meet
     BalanceFigures balance = {};
+    std::optional<Settling> settling = {}; ///< where rods relax
 };
 
 std::string summary_json(const RunFigures& figures);

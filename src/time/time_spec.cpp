@@ -36,6 +36,18 @@ void TimeSpec::fields(FieldVisitor& f) {
              .text = "the run ends at the first row of the series, but that of the start, in which no node is faster; 0: never",
              .at_least = 0},
             rest_speed);
+    f.visit({.name = "relax",
+             .unit = "",
+             .text =
+                 "find rest instead of motion (docs/theory.md 21): inertia and damping are chosen, time counts steps of 1 s, of "
+                 "which `duration` allows so many, and the run ends when all rods have settled"},
+            relax);
+    f.visit({.name = "relax_tolerance",
+             .unit = "-",
+             .text = "rods have settled when none wants a correction beyond this share of its length, or a turn beyond this angle "
+                     "[rad]",
+             .above = 0},
+            relax_tolerance);
     f.visit({.name = "force_dt", .unit = "", .text = "accept a dt beyond the limit"}, force_dt);
 }
 

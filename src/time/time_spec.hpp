@@ -7,13 +7,15 @@
 namespace skein {
 
 struct TimeSpec {
-    double duration = 0;   ///< s
-    double dt = 0;         ///< s; 0: automatic (safety * limit, lowered so that it divides `divide`)
-    double divide = 0;     ///< s; an interval that the automatic step divides; 0: the most frequent output, or the duration
-    double safety = 0.9;   ///< automatic step over the limit
-    double e_min = 0.95;   ///< smallest dilatation expected; the automatic step shrinks with it
-    double rest_speed = 0; ///< m/s; 0: the run goes on to its end
-    bool force_dt = false; ///< accept a dt beyond the limit
+    double duration = 0;           ///< s
+    double dt = 0;                 ///< s; 0: automatic (safety * limit, lowered so that it divides `divide`)
+    double divide = 0;             ///< s; an interval that the automatic step divides; 0: the most frequent output, or the duration
+    double safety = 0.9;           ///< automatic step over the limit
+    double e_min = 0.95;           ///< smallest dilatation expected; the automatic step shrinks with it
+    double rest_speed = 0;         ///< m/s; 0: the run goes on to its end
+    bool force_dt = false;         ///< accept a dt beyond the limit
+    bool relax = false;            ///< rest is wanted and not motion: steps of 1 s, up to `duration` of them
+    double relax_tolerance = 1e-9; ///< correction, over the length and in rad, at which it has settled
     Integrator integrator = Integrator::verlet;
     DampingScheme damping = DampingScheme::midpoint;
 

@@ -29,6 +29,67 @@ TEST(CheckScene, IsContentWithARod) { EXPECT_EQ(refusal(one_rod()), ""); }
 
 TEST(CheckScene, IsContentWithWhatReadSceneGives) { EXPECT_EQ(refusal(read_scene(good_scene)), ""); }
 
+/// Gives every time among a load's keys, and counts them.
+class SetTimes final : public FieldVisitor {
+public:
+    int times = 0;
+
+    void visit(const Field& field, double& value) override {
+        if (field.unit != "s") return;
+        value = 1;
+        ++times;
+    }
+    void visit(const Field&, long&) override {}
+    void visit(const Field&, bool&) override {}
+    void visit(const Field&, std::string&) override {}
+    void visit(const Field&, Vec3d&) override {}
+    void visit(const Field&, std::vector<double>&) override {}
+    void visit(const Field&, std::vector<long>&) override {}
+    void visit(const Field&, std::vector<Vec3d>&) override {}
+    void visit(const Field&, std::vector<std::string>&) override {}
+    void visit_choice(const Field&, int&, std::span<const std::string_view>) override {}
+    bool enter(const Field&) override { return true; }
+    void leave() override {}
+};
+
+TEST(CheckScene, RelaxesUnderNoLoadThatChangesWithTime) {
+    int changing = 0;
+    for (std::size_t kind = 0; kind < load_kinds().size(); ++kind) {
+        SceneSpec scene = one_rod();
+        scene.time.relax = true;
+        Load load = make_load(static_cast<int>(kind));
+        SetTimes times;
+        load.fields(times);
+        scene.loads.push_back({.load = load});
+        const std::string text = refusal(scene);
+        EXPECT_EQ(text.find("do not change with time") != std::string::npos, times.times > 0) << load.kind() << ": " << text;
+        changing += times.times > 0;
+    }
+    EXPECT_GE(changing, 6);
+}
+
+TEST(CheckScene, RelaxesOnlyWhatHasARestOfItsOwn) {
+    const auto refused = [](auto change) {
+        SceneSpec scene = one_rod();
+        scene.time.relax = true;
+        change(scene);
+        return refusal(scene).find("relax") != std::string::npos;
+    };
+    EXPECT_FALSE(refused([](SceneSpec&) {}));
+    EXPECT_FALSE(refused([](SceneSpec& s) { s.loads.push_back({.load = Gravity{}}); }));
+    EXPECT_TRUE(refused([](SceneSpec& s) { s.time.dt = 0.1; }));
+    EXPECT_TRUE(refused([](SceneSpec& s) { s.time.integrator = Integrator::pefrl; }));
+    EXPECT_TRUE(refused([](SceneSpec& s) { s.damping.push_back({.damping = {.rate = 1}}); }));
+    EXPECT_TRUE(refused([](SceneSpec& s) { s.rods[0].material.rotary_inertia_scale = 10; }));
+    EXPECT_TRUE(refused([](SceneSpec& s) { s.rods[0].material.law = Law::elastica; }));
+    EXPECT_TRUE(refused([](SceneSpec& s) { s.rods[0].shape.closed = true; }));
+    EXPECT_TRUE(refused([](SceneSpec& s) { s.rods[0].shape.velocity = {1, 0, 0}; }));
+    EXPECT_TRUE(refused([](SceneSpec& s) { s.output.audit = true; }));
+    SceneSpec scene = one_rod();
+    scene.time.relax_tolerance = 1e-6;
+    EXPECT_EQ(refusal(scene), "'relax_tolerance' has no use without relax = true");
+}
+
 TEST(CheckScene, NamesTheTableWhereTheSceneHasNoFile) {
     SceneSpec scene = one_rod();
     scene.rods[0].section.radius_2 = 0.02;

@@ -1,0 +1,102 @@
+#include "scene/relax_check.hpp"
+
+#include "scene/scene_tables.hpp"
+#include "scene/table_objections.hpp"
+
+#include <fmt/format.h>
+
+namespace skein {
+
+namespace {
+
+/// The first time that a load gives, in seconds: what has one is a function of time.
+class TimesOf final : public FieldVisitor {
+public:
+    std::string name; ///< empty: it has none
+
+    void visit(const Field& field, double& value) override {
+        if (field.unit == "s" && value != 0 && name.empty()) name = field.name;
+    }
+    void visit(const Field&, long&) override {}
+    void visit(const Field&, bool&) override {}
+    void visit(const Field&, std::string&) override {}
+    void visit(const Field&, Vec3d&) override {}
+    void visit(const Field&, std::vector<double>&) override {}
+    void visit(const Field&, std::vector<long>&) override {}
+    void visit(const Field&, std::vector<Vec3d>&) override {}
+    void visit(const Field&, std::vector<std::string>&) override {}
+    void visit_choice(const Field&, int&, std::span<const std::string_view>) override {}
+    bool enter(const Field&) override { return true; }
+    void leave() override {}
+};
+
+constexpr const char* chosen = "chooses inertia: leave it out";
+
+void rods(const RodSpec& rods, Objections& group) {
+    const auto refuse = [&](bool has, std::string_view key, std::string_view message) {
+        if (has) group.add(key, fmt::format("time.relax {}", message));
+    };
+    refuse(rods.body.has_value(), "", "is not for rigid bodies");
+    refuse(rods.shape.closed, "shape.closed", "is not for rings yet");
+    refuse(rods.material.law == Law::elastica, "material.law", "needs a law with an energy, and \"elastica\" has none");
+    refuse(rods.material.rotary_inertia_scale != 1, "material.rotary_inertia_scale", chosen);
+    refuse(rods.material.rotary_inertia_for_dt != 0, "material.rotary_inertia_for_dt", chosen);
+    refuse(rods.ends_move(), "", "is not for ends that are moved");
+    refuse(!zero(rods.shape.velocity) || !zero(rods.shape.angular_velocity) || !zero(rods.shape.element_spin), "shape",
+           "begins at rest: give no velocities");
+}
+
+void contact_law(const ContactLaw& law, Objections& table) {
+    if (law.soft_until > 0) table.add("soft_until", "time.relax needs contacts that do not change with time");
+    if (law.friction_from > 0) table.add("friction_from", "time.relax needs contacts that do not change with time");
+    if (law.friction == ContactFriction::regularised || law.friction == ContactFriction::published)
+        table.add("friction", "time.relax needs friction that holds what is at rest: \"memory\", or none");
+}
+
+} // namespace
+
+void check_relax(const SceneSpec& scene, Objections& objections) {
+    const TimeSpec& time = scene.time;
+    TableObjections of_time(objections, "time");
+    if (!time.relax) {
+        of_time.unused({"relax_tolerance"}, "without relax = true");
+        return;
+    }
+    of_time.unused({"dt", "divide", "safety", "e_min", "integrator", "damping", "rest_speed", "force_dt"},
+                   "with relax = true, which chooses steps and damping, and ends when rods have settled");
+    if (time.duration < 1) of_time.add("duration", "with relax = true 'duration' counts steps of 1 s: give at least 1");
+    if (!scene.start.from.empty()) objections.add("start.from", "time.relax begins with the shape of the scene, at rest");
+    if (scene.output.audit) objections.add("output.audit", "there is no audit with time.relax: inertia is not that of the rods");
+    for (std::size_t i = 0; i < scene.rods.size(); ++i) {
+        TableObjections group(objections, path_of_group(scene, i));
+        rods(scene.rods[i], group);
+    }
+    for (std::size_t i = 0; i < scene.damping.size(); ++i)
+        objections.add(fmt::format("damping.{}", i), "time.relax chooses damping: give none");
+    for (std::size_t i = 0; i < scene.loads.size(); ++i) {
+        const std::string table = fmt::format("load.{}", i);
+        Load load = scene.loads[i].load;
+        TimesOf times;
+        load.fields(times);
+        if (!times.name.empty())
+            objections.add(
+                table, fmt::format("time.relax needs loads that do not change with time, and this one has '{}' [s]", times.name));
+        if (load.feels_all())
+            objections.add(table, fmt::format("a load of kind \"{}\" answers motion, which time.relax has none of", load.kind()));
+    }
+    const auto law_of = [&](const std::string& table, const ContactLaw& law) {
+        TableObjections of_law(objections, table);
+        contact_law(law, of_law);
+    };
+    if (scene.contact) law_of("contact", scene.contact->law);
+    for (std::size_t i = 0; i < scene.contact_pairs.size(); ++i)
+        law_of(fmt::format("contact_pair.{}", i), scene.contact_pairs[i].law);
+    for (std::size_t i = 0; i < scene.walls.size(); ++i) {
+        const Wall& wall = scene.walls[i];
+        const std::string table = fmt::format("wall.{}", i);
+        law_of(table, wall.law);
+        if (wall.servo.drives() || wall.moves_steadily()) objections.add(table, "time.relax is not for walls that move");
+    }
+}
+
+} // namespace skein

@@ -1,0 +1,12 @@
+// What a scene may not have whose rods relax (theory.md section 21): all that depends on time, on velocities or on true inertia.
+#pragma once
+
+#include "scene/scene_spec.hpp"
+#include "skein/core/objections.hpp"
+
+namespace skein {
+
+/// `objections`: of the scene.
+void check_relax(const SceneSpec& scene, Objections& objections);
+
+} // namespace skein
