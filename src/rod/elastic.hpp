@@ -6,7 +6,7 @@
 //   cell k|k+1     phi = log(Q[k+1] Q[k]^T),  kappa = phi/D,  tau = B (kappa-kappa0)/E^3
 //                  a = phi x tau,  b = g(phi) phi x a
 //                  c[k] += tau + a/2 + b,   c[k+1] += -tau + a/2 - b
-//                  n_3 -= (3/4) q/E^4 in both elements, q = (kappa-kappa0).B(kappa-kappa0)
+//                  n_3 -= (3/4) q/E^4 in both elements, q = (kappa-kappa0).B(kappa-kappa0); E^-3 and this as the law has them
 //   ring           one more cell, between elements n-1 and 0
 //   wall           a half cell, D = l0/2, between the wall's frame and the first or last element; E = that element's e
 //
@@ -34,21 +34,23 @@ template <class P> struct CellLoads {
     P tension;             ///< added to n_3 of both, N
 };
 
-/// Length, stiffness and rest curvature as numbers or as packs.
-template <class Law, int W, class N, class V> SKEIN_INLINE CellLoads<Pack<W>>
-cell_loads(const CellStrain<Pack<W>>& cell, const N& inv_length, const V& stiffness, const V& rest_curvature) {
+/// Length, stiffness, rest curvature and rest stretch e0 as numbers or as packs.
+template <class Law, int W, class N, class V>
+SKEIN_INLINE CellLoads<Pack<W>> cell_loads(const CellStrain<Pack<W>>& cell, const N& inv_length, const V& stiffness,
+                                           const V& rest_curvature, const N& rest_stretch) {
     using P = Pack<W>;
     const Vec3<P>& phi = cell.turn.log;
     const Vec3<P> strain = fma(P(inv_length), phi, -broadcast<W>(rest_curvature));
     const Vec3<P> moment = scale(broadcast<W>(stiffness), strain);
-    const P factor = Law::bending_factor(cell.inv_dilatation);
+    const auto factor = Law::bending_factor(cell.inv_dilatation, rest_stretch);
     const Vec3<P> tau = Law::bending_pulls ? factor * moment : moment;
     const Vec3<P> a = cross(phi, tau);
     const Vec3<P> straight = fma(cell.turn.jacobian, cross(phi, a), tau); // tau + b
     const P half(0.5);
     CellLoads<P> loads{
         fma(half, a, straight), {fms(half, a.x, straight.x), fms(half, a.y, straight.y), fms(half, a.z, straight.z)}, {}};
-    if constexpr (Law::bending_pulls) loads.tension = Law::bending_tension(dot(strain, moment), factor, cell.inv_dilatation);
+    if constexpr (Law::bending_pulls)
+        loads.tension = Law::bending_tension(strain, moment, factor, cell.inv_dilatation, rest_stretch);
     return loads;
 }
 
@@ -155,30 +157,31 @@ private:
     }
     SKEIN_INLINE static CellLoads<P> loads(const RodTile<W>& rod, int k, const CellStrain<P>& cell) {
         const auto& v = Map::cell(rod, k);
-        return cell_loads<Law, W>(cell, v.inv_length, v.stiffness, v.rest_curvature);
+        return cell_loads<Law, W>(cell, v.inv_length, v.stiffness, v.rest_curvature, Map::element(rod, k).rest_stretch);
     }
-    template <class C>
-    [[gnu::noinline]] static CellLoads<P> wall(const C& cell, const Quaternion<P>& after, const Quaternion<P>& before, P e) {
+    template <class C, class R> [[gnu::noinline]] static CellLoads<P>
+    wall(const C& cell, const Quaternion<P>& after, const Quaternion<P>& before, P e, const R& rest_stretch) {
         return cell_loads<Law, W>({relative_rotation_and_jacobian(after, before), P(1.0) / e}, cell.inv_length, cell.stiffness,
-                                  cell.rest_curvature);
+                                  cell.rest_curvature, rest_stretch);
     }
     CellLoads<P> start_wall(const RodTile<W>& rod, const Step& step, P e) const {
         if constexpr (Map::along) {
             const Strands<W>& s = *rod.strands;
             // Where no wall is, the element's frame stands for the wall's: no large angle to work out in vain.
             const Quaternion<P>& first = rod.slot[0].director;
-            const CellLoads<P> held = wall(s.start_cell, first, select(s.start_wall, s.start_frame, first), e);
+            const CellLoads<P> held =
+                wall(s.start_cell, first, select(s.start_wall, s.start_frame, first), e, s.element[0].rest_stretch);
             return {held.before, select(s.start_wall, held.after, Vec3<P>{}), select(s.start_wall, held.tension, P(0.0))};
         } else {
             const Quaternion<P> frame = !walls_.empty() ? walls_[rod.number].start
                                                         : broadcast<W>(moving_ ? moving_->start(step).frame : rod.group->frame());
-            return wall(rod.group->start_wall, rod.slot[0].director, frame, e);
+            return wall(rod.group->start_wall, rod.slot[0].director, frame, e, rod.element[0].rest_stretch);
         }
     }
     CellLoads<P> end_wall(const RodTile<W>& rod, const Step& step, P e) const {
         const Quaternion<P> frame =
             !walls_.empty() ? walls_[rod.number].end : broadcast<W>(moving_ ? moving_->end(step).frame : rod.group->end_frame());
-        return wall(rod.group->end_wall, frame, rod.slot[rod.n - 1].director, e);
+        return wall(rod.group->end_wall, frame, rod.slot[rod.n - 1].director, e, rod.element[rod.n - 1].rest_stretch);
     }
 
     struct Walls {

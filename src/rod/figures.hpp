@@ -48,13 +48,14 @@ template <int W> void add_nodes(TileFigures<W>& f, const RodTile<W>& rod) {
 /// Bending (d1, d2) and twisting (d3) energy of a cell that is 1/inv_length long and turned by phi.
 template <class Law, int W> SKEIN_INLINE void add_cell(TileFigures<W>& f, const Vec3<Pack<W>>& phi, double inv_length,
                                                        const Pack<W>& dilatation, const Vec3d& stiffness,
-                                                       const Vec3d& rest_curvature) {
+                                                       const Vec3d& rest_curvature, double rest_stretch) {
     using P = Pack<W>;
     const Vec3<P> strain = fma(P(inv_length), phi, -broadcast<W>(rest_curvature)), moment = scale(broadcast<W>(stiffness), strain);
-    P weight(0.5 / inv_length);
-    if constexpr (Law::bending_pulls) weight *= Law::bending_factor(P(1.0) / dilatation);
-    f.sum[RodFigures::bend] = fma(weight, fma(moment.x, strain.x, moment.y * strain.y), f.sum[RodFigures::bend]);
-    f.sum[RodFigures::twist] = fma(weight, moment.z * strain.z, f.sum[RodFigures::twist]);
+    CellFactor<P> weight = both_factors(P(0.5 / inv_length));
+    if constexpr (Law::bending_pulls)
+        weight = both_factors(Law::bending_factor(P(1.0) / dilatation, rest_stretch)) * weight.bending;
+    f.sum[RodFigures::bend] = fma(weight.bending, fma(moment.x, strain.x, moment.y * strain.y), f.sum[RodFigures::bend]);
+    f.sum[RodFigures::twist] = fma(weight.twist, moment.z * strain.z, f.sum[RodFigures::twist]);
 }
 
 /// Frames of the walls that hold an end; `of_rod` finds that of one rod.
@@ -76,7 +77,8 @@ template <class Law, bool Published, int W> void add_elements(TileFigures<W>& f,
         const VoronoiConstants& v = rod.voronoi[k];
         const Vec3<P> phi = relative_rotation(slot[next].director, slot[k].director);
         raise(turned, dot(phi, phi));
-        add_cell<Law>(f, phi, v.inv_length, fma(P(v.share_before), e, P(v.share_after) * e_next), v.stiffness, v.rest_curvature);
+        add_cell<Law>(f, phi, v.inv_length, fma(P(v.share_before), e, P(v.share_after) * e_next), v.stiffness, v.rest_curvature,
+                      rod.element[k].rest_stretch);
     };
     for (int k = 0; k < n; ++k) {
         const ElementConstants& c = rod.element[k];
@@ -99,7 +101,8 @@ template <class Law, bool Published, int W> void add_elements(TileFigures<W>& f,
     if (cells == n) cell(n - 1, 0, e_before, first_e); // a ring
     f.extreme[F::turn] = sqrt(turned);
     const auto wall = [&](const VoronoiConstants& v, const Quaternion<P>& after, const Quaternion<P>& before, const P& e) {
-        add_cell<Law>(f, relative_rotation(after, before), v.inv_length, e, v.stiffness, v.rest_curvature);
+        add_cell<Law>(f, relative_rotation(after, before), v.inv_length, e, v.stiffness, v.rest_curvature,
+                      rod.element[0].rest_stretch);
     };
     if (group.spec().start == EndKind::clamped)
         wall(group.start_wall, slot[0].director, wall_frames(rod, time, start_wall_frame), first_e);

@@ -22,7 +22,7 @@ namespace detail {
 template <class P> struct PresentCell {
     Vec3<P> spring; ///< of rotations, N m
     P tension;      ///< on both neighbours, N
-    P stiffness;    ///< 3 q/E^5, N
+    P stiffness;    ///< 3 q/E^5 or what the law has for it, N
 };
 
 template <class Law, class Map, int W>
@@ -33,17 +33,18 @@ SKEIN_INLINE PresentCell<Pack<W>> present_cell(const RodTile<W>& rod, int k, int
     const P inv_dilatation = P(1.0) / fma(P(v.share_before), e, P(v.share_after) * e_next);
     const Vec3<P> phi = relative_rotation(q_next, q), strain = fma(P(v.inv_length), phi, -broadcast<W>(v.rest_curvature));
     const Vec3<P> moment = scale(broadcast<W>(v.stiffness), strain);
-    const P factor = Law::bending_factor(inv_dilatation), work = dot(strain, moment);
+    const auto& e0 = Map::element(rod, k).rest_stretch;
+    const auto factor = Law::bending_factor(inv_dilatation, e0);
     // 4 sin^2(phi/2); what is added to both takes round-off out of small angles.
     const P half_cosine = dot(q, q_next), chord = P(4.0) * fnma(half_cosine, half_cosine, P(1.0));
     const P bow = (dot(phi, phi) + P(1e-10)) / (chord + P(1e-10));
-    const P half_moment = P(0.5) * factor * norm(moment);
+    const P half_moment = P(0.5) * factored_norm(factor, moment);
     PresentCell<P> cell{(factor * bow * P(v.inv_length)) * broadcast<W>(v.stiffness) +
                             Vec3<P>{half_moment, half_moment, half_moment},
                         P(0.0), P(0.0)};
     if constexpr (Law::bending_pulls) {
-        cell.tension = Law::bending_tension(work, factor, inv_dilatation);
-        cell.stiffness = P(3.0) * work * factor * inv_dilatation * inv_dilatation;
+        cell.tension = Law::bending_tension(strain, moment, factor, inv_dilatation, e0);
+        cell.stiffness = Law::bending_stiffness(strain, moment, factor, inv_dilatation, e0);
     }
     return cell;
 }
@@ -111,8 +112,8 @@ template <class Law, class Map, int W, class F> void present_eigenvalues(const R
         Vec3<P> beta = scale(before.spring, broadcast<W>(mobility + mobility_before)) +
                        scale(after.spring, broadcast<W>(mobility + mobility_after));
         with_walls_at<Map>(rod, ends, k, [&](const P& present, const auto& wall) {
-            beta +=
-                (present * P(wall.inv_length) * Law::bending_factor(P(1.0) / nu.z)) * broadcast<W>(scale(wall.stiffness, mobility));
+            beta += (Law::bending_factor(P(1.0) / nu.z, c.rest_stretch) * (present * P(wall.inv_length))) *
+                    broadcast<W>(scale(wall.stiffness, mobility));
         });
 
         P tension = Law::stress(c, nu).z, stretching = Law::stretch_stiffness(c, nu.z), looser(1.0), softer(1.0);

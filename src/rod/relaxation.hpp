@@ -165,7 +165,7 @@ private:
             stretch(rod, c, q, nu, k, block);
             // Half cells at walls bend as the cells do.
             const auto wall = [&] {
-                const P factor = Law::bending_factor(P(1.0) / nu.z) * P(2 * c.inv_rest_length);
+                const auto factor = Law::bending_factor(P(1.0) / nu.z, c.rest_stretch) * P(2 * c.inv_rest_length);
                 add_turning(block[k], in_lab(q, factor * broadcast<W>(c.bending)));
             };
             if (k == 0 && ends_.start_wall) wall();
@@ -208,8 +208,9 @@ private:
     void bend(const RodTile<W>& rod, const Mat3<P>& q, P e, P e_next, int k, Block* block) const {
         const VoronoiConstants& v = rod.voronoi[k];
         const Mat3<P> q_next = matrix(rod.slot[k + 1].director);
-        const P factor = Law::bending_factor(P(1.0) / fma(P(v.share_before), e, P(v.share_after) * e_next));
-        const Vec3<P> half = (P(0.5 * v.inv_length) * factor) * broadcast<W>(v.stiffness);
+        const auto factor =
+            Law::bending_factor(P(1.0) / fma(P(v.share_before), e, P(v.share_after) * e_next), rod.element[k].rest_stretch);
+        const Vec3<P> half = (factor * P(0.5 * v.inv_length)) * broadcast<W>(v.stiffness);
         const Tensor one = in_lab(q, half), other = in_lab(q_next, half);
         Tensor s;
         for (int i = 0; i < 3; ++i)
@@ -221,7 +222,7 @@ private:
             for (int j = 0; j < 3; ++j) b.next[3 + i][3 + j] -= s.a[i][j];
         const Vec3<P> phi = relative_rotation(rod.slot[k + 1].director, rod.slot[k].director);
         const Vec3<P> strain = fma(P(v.inv_length), phi, -broadcast<W>(v.rest_curvature));
-        const P moments = P(0.25 / v.inv_length) * factor * dot(strain, scale(broadcast<W>(v.stiffness), strain));
+        const P moments = P(0.25 / v.inv_length) * dot(strain, factor * scale(broadcast<W>(v.stiffness), strain));
         add(b, 3, moments);
         add(after, 3, moments);
     }

@@ -75,10 +75,12 @@ Vec3d bending_stiffness(const RodSpec& spec, double f) {
     const double b = spec.section.kind == SectionKind::elliptic ? f * spec.section.radius_2 : a;
     const double i1 = 0.25 * pi * a * b * b * b, i2 = 0.25 * pi * a * a * a * b;
     const auto& given = spec.section.bending_stiffness;
+    // Sections of constant volume are e0 times smaller at rest: theory.md (11d).
+    const double e0 = 1 + spec.shape.rest_strain.z, at_rest = m.law == Law::neo_hookean ? 1 / (e0 * e0 * e0) : 1;
     const auto bending = [&](std::size_t axis, double i) {
-        return given.empty() ? m.youngs_modulus * i : f * f * f * f * given[axis];
+        return at_rest * (given.empty() ? m.youngs_modulus * i : f * f * f * f * given[axis]);
     };
-    return {bending(0, i1), bending(1, i2), shear * torsion_constant(spec.section, f, a, b, i1 + i2)};
+    return {bending(0, i1), bending(1, i2), at_rest * (shear * torsion_constant(spec.section, f, a, b, i1 + i2))};
 }
 
 /// Constants of one element from its section: A, I1 = integral of y^2, I2, I3 = I1 + I2.      theory.md (3)
@@ -92,6 +94,7 @@ ElementConstants element_constants(const RodSpec& spec, std::size_t k, const Sha
     const double l = spec.shape.length * share.length;
     const double mass = m.density * l;
     const auto& factors = spec.section.shear_factors;
+    const double e0 = 1 + spec.shape.rest_strain.z;
     const auto factor = [&](std::size_t axis) { return factors.empty() ? m.shear_factor : factors[axis]; };
     return {.rest_length = l,
             .inv_rest_length = 1 / l,
@@ -99,7 +102,7 @@ ElementConstants element_constants(const RodSpec& spec, std::size_t k, const Sha
             .radius = std::sqrt(a * b),
             .stiffness = {factor(0) * shear * area, factor(1) * shear * area, m.youngs_modulus * area},
             .rest_strain = spec.shape.rest_strain,
-            .rest_stretch = 1 + spec.shape.rest_strain.z,
+            .rest_stretch = e0,
             .inertia = {mass * i1, mass * i2, mass * i3},
             .inv_inertia = {1 / (mass * i1), 1 / (mass * i2), 1 / (mass * i3)},
             .inertia_ratio = i3 / i1,

@@ -10,6 +10,7 @@
 #include "rod/rods.hpp"
 
 #include <algorithm>
+#include <type_traits>
 
 namespace skein {
 
@@ -18,13 +19,18 @@ namespace detail {
 /// Where a cell of rest length 1/inv_length is turned by phi.
 template <class Law, int W> SKEIN_INLINE void add_cell(NodeProfileOf<Pack<W>>& at, const Vec3<Pack<W>>& phi, double inv_length,
                                                        const Pack<W>& dilatation, const Vec3d& stiffness,
-                                                       const Vec3d& rest_curvature) {
+                                                       const Vec3d& rest_curvature, double rest_stretch) {
     using P = Pack<W>;
     const Vec3<P> curvature = P(inv_length) * phi, strain = curvature - broadcast<W>(rest_curvature);
-    P weight(0.5 / inv_length);
-    if constexpr (Law::bending_pulls) weight *= Law::bending_factor(P(1.0) / dilatation);
+    const Vec3<P> moment = scale(broadcast<W>(stiffness), strain);
     at.curvature = sqrt(fma(curvature.x, curvature.x, curvature.y * curvature.y));
-    at.energy = fma(weight, dot(strain, scale(broadcast<W>(stiffness), strain)), at.energy);
+    P weight(0.5 / inv_length), work = dot(strain, moment);
+    if constexpr (Law::bending_pulls) {
+        const auto factor = Law::bending_factor(P(1.0) / dilatation, rest_stretch);
+        if constexpr (std::is_same_v<decltype(factor), const P>) weight *= factor;
+        else work = dot(strain, factor * moment);
+    }
+    at.energy = fma(weight, work, at.energy);
 }
 
 /// `Published`: the law that has no energy; what stands for it is that of the observables.
@@ -37,7 +43,8 @@ template <class Law, bool Published, int W> void rod_profile(const RodTile<W>& r
     const auto cell = [&](int k, int next, const P& e, const P& e_next) __attribute__((always_inline)) {
         const VoronoiConstants& v = rod.voronoi[k];
         add_cell<Law>(out[k + 1], relative_rotation(slot[next].director, slot[k].director), v.inv_length,
-                      fma(P(v.share_before), e, P(v.share_after) * e_next), v.stiffness, v.rest_curvature);
+                      fma(P(v.share_before), e, P(v.share_after) * e_next), v.stiffness, v.rest_curvature,
+                      rod.element[k].rest_stretch);
     };
     for (int k = 0; k < n; ++k) {
         const ElementConstants& c = rod.element[k];
@@ -56,7 +63,8 @@ template <class Law, bool Published, int W> void rod_profile(const RodTile<W>& r
     if (group.closed()) cell(n - 1, 0, e_before, first_e);
     const auto wall = [&](int node, const VoronoiConstants& v, const Quaternion<P>& after, const Quaternion<P>& before,
                           const P& e) {
-        add_cell<Law>(out[node], relative_rotation(after, before), v.inv_length, e, v.stiffness, v.rest_curvature);
+        add_cell<Law>(out[node], relative_rotation(after, before), v.inv_length, e, v.stiffness, v.rest_curvature,
+                      rod.element[0].rest_stretch);
     };
     if (group.spec().start == EndKind::clamped)
         wall(0, group.start_wall, slot[0].director, wall_frames(rod, time, start_wall_frame), first_e);

@@ -4,10 +4,13 @@ namespace skein {
 
 void Material::fields(FieldVisitor& f) {
     f.visit({.name = "density", .unit = "kg/m^3", .text = "mass density", .required = true, .above = 0}, density);
-    f.choice({.name = "law",
-              .unit = "",
-              .text = "rod law (docs/theory.md 3); elastica: as published, without an energy, for comparison"},
-             law, law_names);
+    f.choice(
+        {.name = "law",
+         .unit = "",
+         .text =
+             "rod law (docs/theory.md 3); neo_hookean: sections of that material; elastica: as published, without an energy, for "
+             "comparison"},
+        law, law_names);
     f.visit({.name = "youngs_modulus", .unit = "Pa", .text = "E", .required = true, .above = 0}, youngs_modulus);
     f.visit({.name = "shear_modulus", .unit = "Pa", .text = "G; 0 stands for E/3 (incompressible material)", .at_least = 0},
             shear_modulus);

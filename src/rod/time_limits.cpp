@@ -15,8 +15,16 @@ namespace {
 
 constexpr double infinite = std::numeric_limits<double>::infinity();
 
-/// What the law divides B by at dilatation e.
-double bending_divisor(const RodGroup& g, double e) { return g.law() == Law::linear ? 1 : e * e * e; }
+/// What the law divides B by at rest, at dilatation e; of neo_hookean B is that of rest already.
+double bending_divisor(const RodGroup& g, double e) {
+    return g.law() == Law::linear || g.law() == Law::neo_hookean ? 1 : e * e * e;
+}
+
+/// dn_3/de at rest, N.
+double axial_stiffness(const RodGroup& g, const ElementConstants& c) {
+    if (g.law() == Law::linear) return c.stiffness.z;
+    return g.law() == Law::neo_hookean ? c.stiffness.z / (c.rest_stretch * c.rest_stretch) : c.stiffness.z / c.rest_stretch;
+}
 
 /// Rotational stiffness over inertia that the cells and walls beside element k hold it with at rest, theory.md (26);
 /// `j(i)` is J of element i.
@@ -82,8 +90,7 @@ std::vector<TimeLimit> limits_by_mode(const RodGroup& g) {
     for (int k = 0; k < g.elements(); ++k) {
         const ElementConstants& c = g.element[static_cast<std::size_t>(k)];
         const double inverse_mass = inverse_mass_of(g, k);
-        const double axial = g.law() == Law::linear ? c.stiffness.z : c.stiffness.z / c.rest_stretch;
-        lower(limits[0], axial * inverse_mass * c.inv_rest_length, k);
+        lower(limits[0], axial_stiffness(g, c) * inverse_mass * c.inv_rest_length, k);
         lower(limits[1], shear_rotation(g, k, &Vec3d::x, &Vec3d::y, inverse_mass), k);
         lower(limits[2], shear_rotation(g, k, &Vec3d::y, &Vec3d::x, inverse_mass), k);
         lower(limits[3], cell_term(g, k, &Vec3d::z), k);
@@ -178,6 +185,10 @@ double tension_limit(const RodGroup& g) {
     const double factor = factors.empty() ? m.shear_factor : std::min(factors[0], factors[1]);
     const double shear = factor * (m.shear_modulus > 0 ? m.shear_modulus : m.youngs_modulus / 3);
     const double e0 = 1 + g.spec().shape.rest_strain.z;
+    if (g.law() == Law::neo_hookean) {
+        const double rest = 1 - 3 * shear * e0 * e0 / m.youngs_modulus;
+        return rest > 0 ? e0 / std::cbrt(rest) : infinite;
+    }
     if (g.law() != Law::incompressible) return shear < m.youngs_modulus ? e0 / (1 - shear / m.youngs_modulus) : infinite;
     const double discriminant = 1 - 4 * e0 * shear / m.youngs_modulus;
     if (discriminant <= 0) return infinite;

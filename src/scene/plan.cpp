@@ -15,6 +15,7 @@
 #include "rod/rods.hpp"
 #include "scene/doubts.hpp"
 #include "scene/group_names.hpp"
+#include "scene/law_differences.hpp"
 #include "skein/core/error.hpp"
 #include "skein/rod/tile.hpp"
 
@@ -72,6 +73,7 @@ std::vector<std::string> hints_for(const RodGroup& group) {
             fmt::format("elements are {:.2g} radii long, so that bends shorter than that are not seen; if the radius is right, "
                         "elements = {:.2g} would have a hundred each",
                         length / radius, static_cast<double>(shape.elements) * length / (100 * radius)));
+    if (const auto told = law_differences(group)) hints.push_back(*told);
     if (group.spec().start == EndKind::clamped_frozen || group.spec().end == EndKind::clamped_frozen)
         hints.push_back(
             "\"clamped_frozen\" is of first order, an error of about 1/elements; \"clamped\" is of second order at the same cost");

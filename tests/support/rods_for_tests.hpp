@@ -5,10 +5,21 @@
 #include "skein/rod/rod_group.hpp"
 #include "skein/rod/tile.hpp"
 
+#include <iterator>
 #include <random>
+#include <string>
 #include <vector>
 
 namespace skein::test {
+
+/// Laws that have an energy: all but the published one.
+inline std::vector<Law> energy_laws() {
+    std::vector<Law> laws;
+    for (std::size_t i = 0; i < std::size(law_names); ++i)
+        if (static_cast<Law>(i) != Law::elastica) laws.push_back(static_cast<Law>(i));
+    return laws;
+}
+inline std::string name_of(Law law) { return std::string(law_names[static_cast<std::size_t>(law)]); }
 
 inline RodSpec simple_rod(long elements = 8) {
     RodSpec spec;

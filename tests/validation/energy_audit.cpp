@@ -79,10 +79,10 @@ SceneSpec ramped(EndKind kind, Law law, bool both) {
 TEST(EnergyAudit, RampedWallsDoTheWorkThatTheRodGains) {
     test::ErrorTable table("energy_audit_walls");
     for (const bool both : {false, true})
-        for (const Law law : {Law::incompressible, Law::linear})
+        for (const Law law : test::energy_laws())
             for (const EndKind kind : {EndKind::clamped, EndKind::clamped_frozen})
                 study(table,
-                      std::string(both ? "two walls, " : "one wall, ") + (law == Law::linear ? "linear, " : "incompressible, ") +
+                      std::string(both ? "two walls, " : "one wall, ") + test::name_of(law) + ", " +
                           (kind == EndKind::clamped ? "half cells" : "frozen"),
                       ramped(kind, law, both), 2000, 1e-6);
 }

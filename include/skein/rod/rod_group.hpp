@@ -34,7 +34,7 @@ template <class P> struct ElementConstantsOf {
     Vec3<P> inertia;     ///< J_k = rho l_k (j I1, j I2, I3), kg m^2; j of rotary_inertia_scale; of a body its own
     Vec3<P> inv_inertia; ///< 1/J_k
     P inertia_ratio;     ///< J3/J1
-    Vec3<P> bending;     ///< E I1, E I2, G I_t of the element; N m^2
+    Vec3<P> bending;     ///< E I1, E I2, G I_t of the element, with neo_hookean over e0^3; N m^2
 };
 using ElementConstants = ElementConstantsOf<double>;
 

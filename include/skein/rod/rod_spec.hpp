@@ -14,8 +14,8 @@
 
 namespace skein {
 
-enum class Law { incompressible, linear, elastica };
-inline constexpr std::string_view law_names[] = {"incompressible", "linear", "elastica"};
+enum class Law { incompressible, linear, elastica, neo_hookean };
+inline constexpr std::string_view law_names[] = {"incompressible", "linear", "elastica", "neo_hookean"};
 
 struct Material {
     double density = 0;                ///< kg/m^3

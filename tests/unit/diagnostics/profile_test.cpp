@@ -25,7 +25,7 @@ double whole_energy(const RodGroup& group, const std::vector<NodeProfile>& profi
 }
 
 TEST(RodProfile, SumsUpToTheElasticEnergyOfEveryLawAndEnd) {
-    for (const Law law : {Law::incompressible, Law::linear, Law::elastica})
+    for (const Law law : {Law::incompressible, Law::linear, Law::elastica, Law::neo_hookean})
         for (const EndKind start : {EndKind::free, EndKind::pinned, EndKind::clamped, EndKind::clamped_frozen})
             for (const EndKind end : {EndKind::free, EndKind::pinned, EndKind::clamped, EndKind::clamped_frozen})
                 for (const bool closed : {false, true}) {

@@ -43,7 +43,6 @@ struct Case {
     const char* name;
     RodSpec spec;
     double turn; ///< rad, rms of the random turns
-    bool linear = false;
 };
 
 std::vector<Case> cases() {
@@ -55,12 +54,13 @@ std::vector<Case> cases() {
     RodSpec ring = simple_rod(9);
     ring.shape.closed = true;
     all.push_back({"ring", ring, 0.2});
-    for (std::size_t i = 0, count = all.size(); i < count; ++i) {
-        all.push_back(all[i]);
-        all.back().linear = true;
-        all.back().spec.material.law = Law::linear;
-    }
-    return all;
+    std::vector<Case> of_all_laws;
+    for (const Law law : test::energy_laws())
+        for (Case c : all) {
+            c.spec.material.law = law;
+            of_all_laws.push_back(std::move(c));
+        }
+    return of_all_laws;
 }
 
 TEST(Elastic, LoadsAreTheNegativeGradientOfTheEnergy) {
@@ -88,9 +88,9 @@ TEST(Elastic, LoadsAreTheNegativeGradientOfTheEnergy) {
                     couple_scale = std::max(couple_scale, std::abs(couple));
                     couple_error = std::max(couple_error, std::abs(couple - couple_from_energy));
                 }
-            const char* law = c.linear ? ", linear" : "";
-            EXPECT_LT(force_error, 1e-9 * force_scale) << c.name << law << ", seed " << seed;
-            EXPECT_LT(couple_error, 1e-9 * couple_scale) << c.name << law << ", seed " << seed;
+            const std::string law = test::name_of(c.spec.material.law);
+            EXPECT_LT(force_error, 1e-9 * force_scale) << c.name << ", " << law << ", seed " << seed;
+            EXPECT_LT(couple_error, 1e-9 * couple_scale) << c.name << ", " << law << ", seed " << seed;
         }
 }
 
@@ -113,14 +113,17 @@ TEST(Elastic, FreeRodsConserveMomentumAndAngularMomentum) {
 }
 
 TEST(Elastic, RestShapeCarriesNoLoad) {
-    RodSpec spec = crooked_rod();
-    spec.start = spec.end = EndKind::clamped;
-    const RodGroup group(spec, 0, 0, "");
-    std::vector<Slot<1>> state = shaken_state(group, 0, 0, 0);
-    const auto load = internal_loads(group, state);
-    for (const auto& l : load) {
-        EXPECT_LT(norm(lane(l.force, 0)), 1e-11 * group.element[0].stiffness.z);
-        EXPECT_LT(norm(lane(l.couple, 0)), 1e-11 * group.element[0].bending.x * 8);
+    for (const Law law : test::energy_laws()) {
+        RodSpec spec = crooked_rod();
+        spec.material.law = law;
+        spec.start = spec.end = EndKind::clamped;
+        const RodGroup group(spec, 0, 0, "");
+        std::vector<Slot<1>> state = shaken_state(group, 0, 0, 0);
+        const auto load = internal_loads(group, state);
+        for (const auto& l : load) {
+            EXPECT_LT(norm(lane(l.force, 0)), 1e-11 * group.element[0].stiffness.z) << test::name_of(law);
+            EXPECT_LT(norm(lane(l.couple, 0)), 1e-11 * group.element[0].bending.x * 8) << test::name_of(law);
+        }
     }
 }
 

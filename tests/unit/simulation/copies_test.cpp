@@ -20,7 +20,8 @@ SceneSpec every_kind() {
         rod.placement = {.kind = PlacementKind::line, .counts = {count}, .spacing = {0.6}};
         return scene.rods.emplace_back(rod);
     };
-    for (const Law law : {Law::incompressible, Law::linear, Law::elastica}) {
+    for (std::size_t i = 0; i < std::size(law_names); ++i) {
+        const auto law = static_cast<Law>(i);
         RodSpec& rod = add(test::crooked_rod(9), "law" + std::to_string(static_cast<int>(law)), 6);
         rod.material.law = law;
         rod.start = EndKind::pinned;

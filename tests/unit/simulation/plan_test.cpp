@@ -112,6 +112,30 @@ TEST(Plan, HintsAtElementsThatGainNothing) {
     EXPECT_EQ(hints(9, EndKind::clamped_frozen).size(), 1u);
 }
 
+TEST(Plan, TellsWhereLawsDiffer) {
+    const auto hints = [](const Vec3d& rest, const Vec3d& start, Law law = Law::incompressible) {
+        SceneSpec scene;
+        scene.rods = {test::simple_rod(20)}; // r = 0.02 m
+        scene.rods[0].material.law = law;
+        scene.rods[0].shape.rest_curvature = rest;
+        scene.rods[0].shape.start_curvature = start;
+        scene.time.duration = 1;
+        return make_plan(scene, make_groups(scene), {}).groups[0].hints;
+    };
+    EXPECT_TRUE(hints({0, 2.4, 0}, {2, 0, 2.4}).empty()) << "r kappa = 0.048";
+    for (const auto& found : {hints({6, 8, 0}, {0, 0, 0}), hints({0, 0, 0}, {10, 0, 0}, Law::neo_hookean)}) {
+        ASSERT_EQ(found.size(), 1u);
+        EXPECT_EQ(found[0],
+                  "r kappa reaches 0.2 in bending and 0 in twist; from straight to that a free rod gets longer by 1.5 % with "
+                  "\"incompressible\", 1.5 % with \"neo_hookean\" and not at all with \"linear\": theory.md (11a)");
+    }
+    const auto twisted = hints({0, 0, 0}, {0, 0, -15}); // (r kappa)^2/4 and a third of that
+    ASSERT_EQ(twisted.size(), 1u);
+    EXPECT_NE(twisted[0].find("0 in bending and 0.3 in twist"), std::string::npos) << twisted[0];
+    EXPECT_NE(twisted[0].find("2.2 % with \"incompressible\", 0.75 % with"), std::string::npos) << twisted[0];
+    EXPECT_TRUE(hints({0, 0, 0}, {0, 0, 15}, Law::elastica).empty());
+}
+
 TEST(Plan, HintsAtElementsThatSeeNoBend) {
     const auto hints = [](double radius) {
         SceneSpec scene = test::cilia_scene(1, 5, EndKind::clamped);
