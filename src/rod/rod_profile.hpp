@@ -16,21 +16,21 @@ namespace skein {
 
 namespace detail {
 
-/// Where a cell of rest length 1/inv_length is turned by phi.
-template <class Law, int W> SKEIN_INLINE void add_cell(NodeProfileOf<Pack<W>>& at, const Vec3<Pack<W>>& phi, double inv_length,
-                                                       const Pack<W>& dilatation, const Vec3d& stiffness,
-                                                       const Vec3d& rest_curvature, double rest_stretch) {
+/// Where a cell is turned by phi. `weight` is D_w/D; the curvature is phi/D_w.
+template <class Law, int W> SKEIN_INLINE void add_cell(NodeProfileOf<Pack<W>>& at, const Vec3<Pack<W>>& phi,
+                                                       const VoronoiConstants& v, double weight, const Pack<W>& dilatation,
+                                                       double rest_stretch) {
     using P = Pack<W>;
-    const Vec3<P> curvature = P(inv_length) * phi, strain = curvature - broadcast<W>(rest_curvature);
-    const Vec3<P> moment = scale(broadcast<W>(stiffness), strain);
+    const Vec3<P> curvature = P(v.inv_length / weight) * phi, strain = P(v.inv_length) * phi - broadcast<W>(v.rest_curvature);
+    const Vec3<P> moment = scale(broadcast<W>(v.stiffness), strain);
     at.curvature = sqrt(fma(curvature.x, curvature.x, curvature.y * curvature.y));
-    P weight(0.5 / inv_length), work = dot(strain, moment);
+    P half_length(0.5 / v.inv_length), work = dot(strain, moment);
     if constexpr (Law::bending_pulls) {
         const auto factor = Law::bending_factor(P(1.0) / dilatation, rest_stretch);
-        if constexpr (std::is_same_v<decltype(factor), const P>) weight *= factor;
+        if constexpr (std::is_same_v<decltype(factor), const P>) half_length *= factor;
         else work = dot(strain, factor * moment);
     }
-    at.energy = fma(weight, work, at.energy);
+    at.energy = fma(half_length, work, at.energy);
 }
 
 /// `Published`: the law that has no energy; what stands for it is that of the observables.
@@ -42,8 +42,8 @@ template <class Law, bool Published, int W> void rod_profile(const RodTile<W>& r
     P first_e(1.0), e_before(1.0);
     const auto cell = [&](int k, int next, const P& e, const P& e_next) __attribute__((always_inline)) {
         const VoronoiConstants& v = rod.voronoi[k];
-        add_cell<Law>(out[k + 1], relative_rotation(slot[next].director, slot[k].director), v.inv_length,
-                      fma(P(v.share_before), e, P(v.share_after) * e_next), v.stiffness, v.rest_curvature,
+        add_cell<Law>(out[k + 1], relative_rotation(slot[next].director, slot[k].director), v,
+                      cell_weight(group, static_cast<std::size_t>(k) + 1), fma(P(v.share_before), e, P(v.share_after) * e_next),
                       rod.element[k].rest_stretch);
     };
     for (int k = 0; k < n; ++k) {
@@ -63,7 +63,7 @@ template <class Law, bool Published, int W> void rod_profile(const RodTile<W>& r
     if (group.closed()) cell(n - 1, 0, e_before, first_e);
     const auto wall = [&](int node, const VoronoiConstants& v, const Quaternion<P>& after, const Quaternion<P>& before,
                           const P& e) {
-        add_cell<Law>(out[node], relative_rotation(after, before), v.inv_length, e, v.stiffness, v.rest_curvature,
+        add_cell<Law>(out[node], relative_rotation(after, before), v, cell_weight(group, static_cast<std::size_t>(node)), e,
                       rod.element[0].rest_stretch);
     };
     if (group.spec().start == EndKind::clamped)
