@@ -53,7 +53,7 @@ def main():
         shown = [k for k in range(3) if error[k] > 0]
         axes.loglog([seconds[k] for k in shown], [error[k] for k in shown], "--" if rough else "-", marker="o", markersize=4,
                     color=colour, label=o["name"])
-        if error[3] > 0:
+        if len(error) > 3 and error[3] > 0:
             axes.loglog(seconds[3], error[3], "o", markersize=7, fillstyle="none", color=colour)
     for k, run in enumerate(runs[:3]):
         axes.axvline(seconds[k], color="#e4e7eb", linewidth=1, zorder=0)

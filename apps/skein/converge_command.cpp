@@ -73,8 +73,11 @@ int converge_command(ConvergeArguments arguments, int& argc, char**& argv) {
         const Threads threads(machine.threads);
         constexpr std::array<std::size_t, 4> cheap_first = {0, Study::half_step, 1, 2};
         for (const std::size_t k : cheap_first) {
+            if (k >= study.made().size()) continue;
             const double began = wall_seconds();
             const RunResult result = make_run(comm, threads, machine, study.runs[k], out);
+            if (result.code == Exit::unsettled)
+                throw Error(result.code, "run " + study.runs[k].name + ": its rods have not settled; raise time.duration");
             if (result.code != Exit::done) {
                 if (comm.root())
                     std::printf("Stopped in the run %s at step %lld; the same command goes on.\n", study.runs[k].name.c_str(),

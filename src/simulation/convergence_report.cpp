@@ -114,7 +114,7 @@ StudyFigures figures_of(const Study& study, const std::array<RunSamples, 4>& sam
     StudyFigures figures{.core_seconds = core_seconds, .observables = {}, .notes = {}};
     const std::size_t count = common_samples(study, samples);
     if (study.at_rest)
-        for (std::size_t k = 0; k < 4; ++k)
+        for (std::size_t k = 0; k < study.made().size(); ++k)
             if (samples[k].times.back() > (1 - 1e-9) * study.duration)
                 figures.notes.push_back(fmt::format("the run {} did not come to rest within the duration of {:g} s",
                                                     study.runs[k].name, study.duration));
@@ -182,7 +182,12 @@ Advice advice_for(const Study& study, const StudyFigures& figures, double tolera
                                measured / predicted * run.predicted / static_cast<double>(run.steps)});
     }
     const StudyRun& given = study.runs[study.given];
-    if (!models.empty()) advice.choice = cheapest(models, tolerance, given.elements, given.dt, cost, study.duration);
+    double duration = study.duration;
+    if (study.relaxes) { // steps are as many as rods need to settle
+        for (std::size_t k = 0; k < 3; ++k) cost.levels[k].core_seconds_per_step = figures.core_seconds[k];
+        duration = given.dt;
+    }
+    if (!models.empty()) advice.choice = cheapest(models, tolerance, given.elements, given.dt, cost, duration);
     return advice;
 }
 
@@ -190,13 +195,14 @@ std::string runs_text(const Study& study) {
     std::string text =
         fmt::format("  {:<18}{:>10}{:>14}{:>12}{:>24}\n", "run", "elements", "dt, s", "steps", "predicted core-seconds");
     double sum = 0;
-    for (std::size_t k = 0; k < study.runs.size(); ++k) {
+    for (std::size_t k = 0; k < study.made().size(); ++k) {
         const StudyRun& r = study.runs[k];
         text += fmt::format("  {:<18}{:>10}{:>14.6g}{:>12}{:>24.3g}{}\n", r.name, r.elements, r.dt, r.steps, r.predicted,
                             k == study.given ? "   as given" : "");
         sum += r.predicted;
     }
     text += fmt::format("  {:<54}{:>24.3g}\n", "all", sum);
+    if (study.relaxes) text += "  note: runs end when rods have settled, so they take these times at most\n";
     for (const std::string& note : study.notes) text += "  note: " + note + "\n";
     return text;
 }
@@ -224,8 +230,9 @@ std::string to_text(const Study& study, const Advice& advice) {
     std::string text;
     const StudyRun& given = study.runs[study.given];
     if (advice.choice) {
-        text = fmt::format("For {:g} of the range: {} elements and dt = {:.4g} s, about {:.3g} core-seconds\n", advice.tolerance,
-                           advice.choice->elements, advice.choice->dt, advice.choice->core_seconds);
+        text = fmt::format("For {:g} of the range: {} elements{}, about {:.3g} core-seconds\n", advice.tolerance,
+                           advice.choice->elements, study.relaxes ? "" : fmt::format(" and dt = {:.4g} s", advice.choice->dt),
+                           advice.choice->core_seconds);
         if (advice.choice->elements > study.runs[2].elements || 2 * advice.choice->elements < given.elements)
             text += "  that is beyond the runs that were made: run converge again from there\n";
         std::size_t groups = 0;
@@ -245,7 +252,7 @@ std::string to_json(const Study& study, const StudyFigures& figures, const Advic
     const auto number = [](double x) { return std::isfinite(x) ? json(x) : json(nullptr); };
     static constexpr std::array<const char*, 4> smoothness = {"exact", "second order", "other order", "not smooth"};
     json runs = json::array(), observables = json::array();
-    for (std::size_t k = 0; k < study.runs.size(); ++k) {
+    for (std::size_t k = 0; k < study.made().size(); ++k) {
         const StudyRun& r = study.runs[k];
         runs.push_back({{"directory", r.name},
                         {"elements", r.elements},
@@ -269,7 +276,7 @@ std::string to_json(const Study& study, const StudyFigures& figures, const Advic
                                {"bar", bar(c.bar)},
                                {"bar_at_end", bar(c.bar_at_end)},
                                {"spread_of_last_two", c.spread},
-                               {"errors", o.error}});
+                               {"errors", std::vector(o.error.begin(), o.error.begin() + static_cast<long>(runs.size()))}});
     }
     json out = {{"format", study_format},   {"version", 1}, {"title", study.runs[study.given].scene.title},
                 {"at_rest", study.at_rest}, {"runs", runs}, {"observables", observables},
@@ -287,7 +294,7 @@ std::string to_json(const Study& study, const StudyFigures& figures, const Advic
 std::string to_csv(const Study& study, const StudyFigures& figures) {
     std::string text = "observable,unit,run,elements,dt[s],core_seconds[s],error,error_over_range\n";
     for (const ObservableError& o : figures.observables)
-        for (std::size_t k = 0; k < study.runs.size(); ++k) {
+        for (std::size_t k = 0; k < study.made().size(); ++k) {
             const StudyRun& r = study.runs[k];
             text += fmt::format("{},{},{},{},{:.17g},{:.6g},{:.6g},{:.6g}\n", o.name, o.unit, r.name, r.elements, r.dt,
                                 figures.core_seconds[k], o.error[k], o.error[k] / o.range);

@@ -14,7 +14,8 @@ namespace skein {
 
 namespace {
 
-constexpr std::int64_t samples_wanted = 32; ///< where the scene asks for no time series
+constexpr std::int64_t samples_wanted = 32;  ///< where the scene asks for no time series
+constexpr std::int64_t steps_to_settle = 64; ///< between two looks whether rods that relax have settled
 
 /// The scene with no other outputs than those that runs are compared by.
 SceneSpec with_samples_alone(SceneSpec scene, double interval) {
@@ -30,6 +31,7 @@ SceneSpec with_samples_alone(SceneSpec scene, double interval) {
 
 /// Whole steps between samples: those of the scene's series, or else about a 32nd of the run.
 std::int64_t steps_between(const Plan& plan) {
+    if (plan.relax) return std::min(steps_to_settle, plan.steps);
     if (plan.cadence.series > 0) return plan.cadence.series;
     std::int64_t count = std::min(samples_wanted, plan.steps);
     while (plan.steps % count != 0) --count;
@@ -64,7 +66,7 @@ StudyRun run_of(const Communicator& comm, const Machine& machine, SceneSpec scen
                 std::int64_t share) {
     StudyRun run;
     run.dt = given.dt / static_cast<double>(share);
-    scene.time.dt = run.dt;
+    if (!given.relax) scene.time.dt = run.dt;
     const Plan plan = plan_with(comm, machine, scene);
     if (plan.steps != given.steps * share || plan.cadence.series != every * share)
         throw std::logic_error(
@@ -88,12 +90,15 @@ std::vector<RodGroup> groups_for_all(const Communicator& comm, const SceneSpec& 
 Study make_study(const Communicator& comm, const Machine& machine, const SceneSpec& scene, bool coarser) {
     if (most_elements(scene) == 0)
         throw InputError(scene.file + ": there are none but rigid bodies, which have no elements to refine");
-    Study study{
-        .given = coarser ? std::size_t{1} : std::size_t{0}, .at_rest = scene.time.rest_speed > 0, .notes = refinement_notes(scene)};
+    Study study{.given = coarser ? std::size_t{1} : std::size_t{0},
+                .at_rest = scene.time.rest_speed > 0 || scene.time.relax,
+                .relaxes = scene.time.relax,
+                .notes = refinement_notes(scene)};
 
     // An automatic step depends on what it divides, so the scene's own plan decides it; without a series it divides the samples.
     SceneSpec as_given = scene;
-    if (scene.output.series == 0 && scene.time.dt == 0) as_given.output.series = scene.time.duration / samples_wanted;
+    if (scene.output.series == 0 && scene.time.dt == 0 && !scene.time.relax)
+        as_given.output.series = scene.time.duration / samples_wanted;
     const std::vector<RodGroup> groups = groups_for_all(comm, as_given);
     const Plan given = make_plan(as_given, groups, machine);
     const std::int64_t every = steps_between(given);
@@ -103,6 +108,7 @@ Study make_study(const Communicator& comm, const Machine& machine, const SceneSp
     study.duration = base.time.duration;
 
     const auto automatic_dt = [&](SceneSpec of) {
+        if (of.time.relax) return given.dt;
         of.time.dt = 0;
         of.time.divide = static_cast<double>(every) * given.dt;
         return plan_with(comm, machine, of).dt;
@@ -117,7 +123,8 @@ Study make_study(const Communicator& comm, const Machine& machine, const SceneSp
         study.runs[k] = run_of(comm, machine, std::move(of), given, every, share);
         study.runs[k].dt_limit = limit;
     }
-    study.runs[Study::half_step] = run_of(comm, machine, base, given, every, 2);
+    study.runs[Study::half_step] = study.runs[study.given];
+    if (!study.relaxes) study.runs[Study::half_step] = run_of(comm, machine, base, given, every, 2);
     study.runs[Study::half_step].dt_limit = study.runs[study.given].dt_limit;
     return study;
 }

@@ -7,6 +7,7 @@
 
 #include <array>
 #include <cstdint>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -27,9 +28,12 @@ struct Study {
     std::array<StudyRun, 4> runs; ///< three numbers of elements; the run as given with half its step
     std::size_t given = 0;        ///< the run as given, of the first three
     bool at_rest = false;         ///< ends are compared, as the runs end at rest
+    bool relaxes = false;         ///< by time.relax, where steps have no error: the run of half the step is the given one
     int time_order = 2;
     double duration = 0; ///< s
     std::vector<std::string> notes;
+    /// Runs that there are to make.
+    std::span<const StudyRun> made() const { return std::span(runs).first(relaxes ? half_step : half_step + 1); }
 };
 
 /// Collective. Steps of the others divide the step of the scene: they are as long, or, where that is beyond their limit, a half, a

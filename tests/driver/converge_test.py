@@ -8,6 +8,8 @@ import subprocess
 import sys
 import unittest
 
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "package"))
+import pages  # noqa: E402  (from tests/package)
 from driver import MPIRUN, SCENE, SKEIN, DriverTest
 
 APPS = pathlib.Path(__file__).resolve().parents[2] / "apps"
@@ -62,6 +64,18 @@ class Converge(DriverTest):
         self.assertEqual({path: path.stat().st_mtime_ns for path in stamps}, stamps)
         again = {o["name"]: o for o in self.figures("all")["observables"]}
         self.assertEqual({n: o["errors"] for n, o in again.items()}, {n: o["errors"] for n, o in found.items()})
+
+    def test_the_tour(self):
+        """Its commands, as they stand there."""
+        (self.directory / "apps").symlink_to(APPS)
+        (self.directory / "build" / "bin").mkdir(parents=True)
+        (self.directory / "build" / "bin" / "skein").symlink_to(pathlib.Path(SKEIN).resolve())
+        lines = [line for block in pages.blocks(APPS.parent / "docs" / "tour.md", "### How large is my error?", "") for line in block.splitlines()]
+        self.assertTrue(any("skein converge" in line for line in lines))
+        for line in lines:
+            done = subprocess.run(line.split(), cwd=self.directory, capture_output=True, text=True, timeout=200)
+            self.assertEqual(done.returncode, 0, f"{line}: {done.stdout}{done.stderr}")
+        self.assertTrue((self.directory / "out" / "magnetised_cantilever_converge" / "converge.json").exists())
 
     def test_any_ranks(self):
         self.converge("one", "--coarser", "--set", "rods.leaning.shape.elements=8")

@@ -94,6 +94,20 @@ class Converge(DriverTest):
         self.assert_holds(tip, abs(tip["at_end"][0] - deflection))
         self.assertLess(abs(tip["richardson_at_end"][0] - deflection), 1e-5 * deflection)
 
+    def test_relaxed(self):
+        """The same beam by time.relax: one run less, as its steps have no error, and the same bar."""
+        text = (SCENES / "timoshenko.toml").read_text().replace("rest_speed = 1e-11", "relax = true").replace("duration = 200.0", "duration = 2e5")
+        self.scene.write_text(text[:text.index("[[damping]]")])
+        done = subprocess.run([MPIRUN, "-n", "1", SKEIN, "converge", str(self.scene), "-t", "1", "--tolerance", "1e-3", "--out",
+                               str(self.directory / "relaxed")], capture_output=True, text=True, timeout=170)
+        self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
+        figures = json.loads((self.directory / "relaxed" / "converge.json").read_text())
+        self.assertEqual(len(figures["runs"]), 3)
+        tip = next(o for o in figures["observables"] if o["name"] == "tip of beam 0")
+        self.assertEqual(tip["bar"]["time"], 0)
+        self.assert_holds(tip, abs(tip["at_end"][0] - timoshenko()))
+        self.assertIn("elements, about", done.stdout)
+
     def test_catenary(self):
         _, found = self.converge("catenary")
         centre, height = found["centre"], catenary()
