@@ -156,6 +156,14 @@ TEST(Relaxation, RodsThatBounceAreSlowedDown) {
     EXPECT_TRUE(untouched.relax.memory(tile_of(untouched.group, untouched.state)).empty());
 }
 
+TEST(Relaxation, RodsOfNoNumbersHaveNotSettled) {
+    for (const double bad : {std::nan(""), HUGE_VAL}) {
+        Relaxing rod(test::clamped_unit_rod(8, 0.02));
+        rod.kick(3, {bad, 0, 0});
+        EXPECT_EQ(rod.residual->largest(), HUGE_VAL);
+    }
+}
+
 TEST(Relaxation, ResidualIsTheLargestOfAllTilesAndOfNoNumbers) {
     RelaxationResidual residual(2);
     EXPECT_EQ(residual.largest(), 0);
