@@ -293,7 +293,7 @@ private:
 
     void kick(const RodTile<W>& rod, const SlotLoad<W>* load, const Block* block, double h) const {
         const int n = rod.n;
-        P power(0.0), correction(0.0);
+        P power(0.0), correction(0.0), zero(0.0);
         for (int k = 0; k <= n; ++k) {
             const P* u = block[k].u;
             const auto& free = at(k).free;
@@ -302,6 +302,7 @@ private:
             if (k < n) power += dot(load[k].couple, rod.slot[k].spin);
             const P move = max(abs(u[0]), max(abs(u[1]), abs(u[2]))), turn = max(abs(u[3]), max(abs(u[4]), abs(u[5])));
             correction = max(correction, max(P(1 / length_) * move, turn));
+            zero = fma(u[0] + u[1] + u[2] + u[3] + u[4] + u[5], P(0.0), zero); // or no number
         }
         const Mask<W> against = power < P(0.0);
         const P kept = select(against, P(0.0), P(momentum_));
@@ -333,7 +334,7 @@ private:
             }
         }
         double largest = 0;
-        for (int l = 0; l < W; ++l) largest = std::max(largest, correction[l]);
+        for (int l = 0; l < W; ++l) largest = std::max(largest, zero[l] == 0 ? correction[l] : HUGE_VAL);
         if (residual_) residual_->set(static_cast<std::size_t>(group_), rod.number, largest);
     }
 

@@ -128,17 +128,17 @@ RelaxationContacts relaxation_contacts(const RodGroup& group, const SceneSpec& s
     RelaxationContacts contacts;
     double radius = HUGE_VAL;
     for (const ElementConstants& e : group.element) radius = std::min(radius, e.radius);
-    const auto consider = [&](const ContactLaw& law, double share) {
-        const double k = touching * tangent_stiffness(law, share * 2 * radius);
+    const auto consider = [&](const ContactLaw& law, double share, double mass) {
+        const double k = touching * tangent_stiffness(law.resolved(mass), share * 2 * radius);
         contacts.stiffness = std::max(contacts.stiffness, k);
         if (law.friction != ContactFriction::none) contacts.turning = std::max(contacts.turning, k * radius * radius);
         contacts.farthest_move = farthest_move * radius;
     };
-    if (scene.contact) consider(scene.contact->law, scene.contact->overlap);
+    if (scene.contact) consider(scene.contact->law, scene.contact->overlap, reduced_mass(group, group));
     for (const ContactPair& pair : scene.contact_pairs)
-        if (names_group(pair.between, group.name())) consider(pair.law, scene.contact->overlap);
+        if (names_group(pair.between, group.name())) consider(pair.law, scene.contact->overlap, reduced_mass(group, group));
     for (const Wall& wall : scene.walls)
-        if (wall.acts_on(group.name())) consider(wall.law, ContactSpec{}.overlap);
+        if (wall.acts_on(group.name())) consider(wall.law, ContactSpec{}.overlap, mass_at_wall(group));
     return contacts;
 }
 

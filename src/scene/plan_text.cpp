@@ -130,7 +130,7 @@ std::string to_text(const Plan& p) {
         line("  passes", fmt::format("{}", fmt::join(g.program.names(), " | ")));
         std::vector<std::string> limits;
         for (const TimeLimit& l : g.limits) limits.push_back(fmt::format("{} {:.4g}", l.mode, l.dt));
-        line("  limits [s]", joined(limits, ", "));
+        if (!p.relax) line("  limits [s]", joined(limits, ", ")); // of motion
         if (g.packed_fill > 0)
             line("  packed", fmt::format("{:.3g} % of the volume of their region, which ends at z = {:.4g} m", 100 * g.packed_fill,
                                          g.packed_top));

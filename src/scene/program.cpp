@@ -12,7 +12,7 @@ namespace {
 constexpr double drift_ns = 3.2, elliptic_drift_ns = 9, elastic_ns = 5.6, kick_ns = 1, stretched_kick_ns = 1.6, load_ns = 1;
 // Those of bench/scenes/nest: contacts at its density, half a candidate per element, with their exposure; a box with floor and lid.
 constexpr double contact_ns = 55, walls_ns = 12;
-constexpr double relax_ns = 400;                       // that of the solver of a band, once measured at 4 lanes
+constexpr double relax_ns = 400;                       // of 64 rods of 50 elements
 constexpr double filter_ns = 9, filter_order_ns = 1.5; // by the ratio of runs with and without a filter of order 1, 2 and 4
 
 template <class... F> struct Overloaded : F... { using F::operator()...; };

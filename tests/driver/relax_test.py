@@ -3,8 +3,6 @@
 import subprocess
 import unittest
 
-import numpy
-
 from driver import SKEIN, DriverTest
 
 RODS = """
@@ -190,6 +188,20 @@ class Relax(DriverTest):
             one, other = (ends[name][column] for name in ("relaxed", "moved"))
             self.assertLess(abs(one - other), 1e-6 * max(abs(other), 1e-2), column)
         self.assertGreater(ends["rubbed"]["wall_contacts"], 0)
+
+    def test_motion_begins_at_rest(self):
+        self.scene_of(RODS, duration=20000.0)
+        self.run_skein("rest")
+        at = self.directory / "motion"
+        sets = [f"--set={change}" for change in ("time.relax=false", "time.dt=auto", "time.duration=5e-4", "start.time=zero",
+                                                 "output.series=1e-4", "output.checkpoint=0")]
+        for command in (["branch", str(self.directory / "rest"), str(at), *sets], ["run", str(at), "-q", "--threads", "1"]):
+            done = subprocess.run([SKEIN, *command], capture_output=True, text=True)
+            self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
+        rest, motion = self.series("rest")[-1], self.series("motion")
+        for name in ("centre_xm", "centre_ym", "centre_zm"):
+            self.assertLess(abs(motion[name] - rest[name]).max(), 1e-9, name)
+        self.assertLess(motion["kinetic_translationJ"].max(), 1e-9 * motion["elastic_bendJ"].max())
 
     def test_what_changes_with_time_is_refused(self):
         self.scene_of(RODS, duration=100.0)

@@ -166,6 +166,21 @@ TEST(Relaxation, EndsWhereDampedMotionDoes) {
     }
 }
 
+/// Rods that would lie along lie across, as the band is solved along whole rods.
+TEST(Relaxation, BitsDoNotDependOnLanesOrMapping) {
+    RodSpec rod = test::clamped_unit_rod(12, 0.02);
+    rod.placement = {.kind = PlacementKind::line, .counts = {5}, .spacing = {1.0}};
+    const SceneSpec scene = relaxing(rod, {{.load = EndForce{.end = {bending_of(rod), 0, 0}}}});
+    std::vector<std::uint64_t> digests;
+    for (const int lanes : {1, 2, 4, 8})
+        for (const Mapping mapping : {Mapping::automatic, Mapping::across, Mapping::along}) {
+            test::Stage stage(scene, lanes, lanes > 4 ? 2 : 1, mapping);
+            stage.advance(40, lanes > 4 ? 1 : 64);
+            digests.push_back(stage.rods->digest());
+            EXPECT_EQ(digests.back(), digests.front()) << lanes << " lanes";
+        }
+}
+
 /// A column pressed beyond its buckling load finds the shape that it has then.
 TEST(Relaxation, ColumnsBuckle) {
     const RodSpec rod = slender_rod(500, 40);

@@ -137,6 +137,33 @@ TEST(Relaxation, NoStepTurnsOrMovesTooFar) {
     }
 }
 
+TEST(Relaxation, RodsThatBounceAreSlowedDown) {
+    Relaxing rod(test::clamped_unit_rod(20, 0.005), {1e-6, 0, 1e-4});
+    rod.relax_notes = true;
+    double reach = 1;
+    const auto move = [&](double sign) {
+        for (Slot<1>& s : rod.state) s.position = lane(s.position, 0).z * broadcast<1>(Vec3d{0, 0, 1}); // as at the start
+        rod.kick(20, {sign, 0, 0});
+        double move = 0;
+        for (std::size_t i = 0; i <= 20; ++i) move = std::max(move, norm(rod.velocity(i)));
+        return move;
+    };
+    EXPECT_NEAR(move(1), 1e-4 * reach, 1e-13);
+    for (const double sign : {-1, 1, -1}) EXPECT_NEAR(move(sign), 1e-4 * (reach *= 0.5), 1e-13);
+    for (int i = 0; i < 5; ++i) EXPECT_NEAR(move(-1), 1e-4 * (reach *= 1.05), 1e-13);
+    EXPECT_NEAR(rod.relax.memory(tile_of(rod.group, rod.state))[0][0], reach, 1e-12); // in checkpoints
+    Relaxing untouched(test::clamped_unit_rod(20, 0.005));
+    EXPECT_TRUE(untouched.relax.memory(tile_of(untouched.group, untouched.state)).empty());
+}
+
+TEST(Relaxation, RodsOfNoNumbersHaveNotSettled) {
+    for (const double bad : {std::nan(""), HUGE_VAL}) {
+        Relaxing rod(test::clamped_unit_rod(8, 0.02));
+        rod.kick(3, {bad, 0, 0});
+        EXPECT_EQ(rod.residual->largest(), HUGE_VAL);
+    }
+}
+
 TEST(Relaxation, ResidualIsTheLargestOfAllTilesAndOfNoNumbers) {
     RelaxationResidual residual(2);
     EXPECT_EQ(residual.largest(), 0);
