@@ -6,6 +6,7 @@ import subprocess
 import unittest
 
 import bodies_test
+import rings_test
 from contact_test import SCENE
 from driver import SKEIN, DriverTest
 
@@ -40,6 +41,10 @@ class Ghosts(DriverTest):
 
     def test_of_bodies_are_those_of_the_plan(self):
         self.scene.write_text(bodies_test.SCENE.replace('paraview = "vtp"\n', ''))
+        self.compare("--set=output.contacts=0")
+
+    def test_of_rings_are_those_of_the_plan(self):
+        self.scene.write_text(rings_test.SCENE)
         self.compare("--set=output.contacts=0")
 
     def test_of_long_rods_are_few_of_their_elements(self):
