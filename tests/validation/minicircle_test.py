@@ -28,8 +28,31 @@ def rotation_vector(m):
 def start(n, turns=0, oval=0.5):
     """Curvature of every vertex of an oval of n elements whose frame turns about the tangent so often, 1/m."""
     bends, twist = (2 * math.pi / n * (1 + oval * math.cos(4 * math.pi * (k + 1) / n)) for k in range(n)), 2 * math.pi * turns / n
-    frames = (about("z", -(k + 1) * twist) @ about("x", bend) @ about("z", k * twist) for k, bend in enumerate(bends))
+    frames = (about("z", -k * twist) @ about("x", bend) @ about("z", (k + 1) * twist) for k, bend in enumerate(bends))
     return "rods.ring.shape.start_curvature_profile=" + str([[float(c) for c in n / LENGTH * rotation_vector(m)] for m in frames])
+
+
+def leaning_in_ply(moment):
+    """Angle of the strands to the axis in a uniform two-strand ply of rods that stretch and shear, on which no force and no moment act from outside.
+    d3 leans by beta and turns by p per length about the axis: with m the axial moment of a strand, -m/r is its force about the axis and 0 that
+    along it, and the balance p r m_theta = m z' of couples decides beta. Without shear: M r/B = sin^2(beta) tan(2 beta)
+    (Thompson, van der Heijden, Neukirch 2002)."""
+    shear, stretch = 27 / 28 * G * math.pi * RADIUS**2, E * math.pi * RADIUS**2
+
+    def ply(beta):
+        c, s = math.cos(beta), math.sin(beta)
+        # p r = nu s - gamma c, with strains nu = 1 - m s/(r EA), gamma = m c/(r aGA) that are linear in m = B p s^2 - M c
+        per_m = -(s * s / stretch + c * c / shear) / RADIUS
+        p = (s - per_m * moment * c) / (RADIUS - per_m * B * s * s)
+        m = B * p * s * s - moment * c
+        along = (1 - m * s / (RADIUS * stretch)) * c + m * c / (RADIUS * shear) * s
+        return p * RADIUS * -(B * p * s * c + moment * s) - m * along, math.atan2(p * RADIUS, along)
+
+    low, high = 0.02, 0.7
+    for _ in range(60):
+        beta = 0.5 * (low + high)
+        low, high = (beta, high) if (ply(beta)[0] > 0) == (ply(low)[0] > 0) else (low, beta)
+    return ply(low)[1]
 
 
 class Minicircle(SingleRuns):
@@ -80,15 +103,15 @@ class Minicircle(SingleRuns):
         return sum(series[name][-1] for name in series if name.startswith("elastic_")) + series["contact_energy"][-1]
 
     def test_energy_grows_with_the_moment(self):
-        """dE/d(excess link) = 2 pi M along any branch of states at rest: as good as the difference of two energies."""
+        """dE/d(excess link) = 2 pi M along a branch of states at rest, here those with one point of contact."""
         step = 0.05
-        low, middle, high = (self.relaxed(f"{excess}", excess) for excess in (2 - step, 2.0, 2 + step))
+        low, middle, high = (self.relaxed(f"{excess}", excess) for excess in (1.5 - step, 1.5, 1.5 + step))
         slope = (self.energy(high) - self.energy(low)) / (2 * step)
-        self.assertAlmostEqual(slope / (2 * math.pi * self.moment(middle)), 1, delta=1e-2)
+        self.assertAlmostEqual(slope / (2 * math.pi * self.moment(middle)), 1, delta=3e-3)
 
     def test_the_supercoil_is_a_balanced_ply(self):
-        """Two strands at the angle beta to their axis: M r/B = sin^2(beta) tan(2 beta) (Thompson, van der Heijden, Neukirch 2002, without load)."""
-        series = self.relaxed("ply", 5.0, elements=100)
+        """Its strands lean as much as those of a two-strand ply without load do; in the middle, for towards the loops it opens."""
+        series = self.relaxed("ply", 4.0, elements=100)
         x = self.nodes("ply")
         middle, edge = 0.5 * (x[1:] + x[:-1]), numpy.diff(x, axis=0)
         tangent, n = edge / numpy.linalg.norm(edge, axis=1)[:, None], len(edge)
@@ -98,8 +121,10 @@ class Minicircle(SingleRuns):
         partner = apart.argmin(axis=1)
         wound = apart.min(axis=1) < 2.2 * RADIUS
         self.assertGreater(wound.sum(), 30)
-        beta = 0.5 * numpy.median(numpy.arccos(-(tangent * tangent[partner]).sum(axis=1))[wound])
-        self.assertAlmostEqual(self.moment(series) * RADIUS / B / (math.sin(beta)**2 * math.tan(2 * beta)), 1, delta=0.08)
+        leaning = 0.5 * numpy.arccos(-(tangent * tangent[partner]).sum(axis=1))[wound]
+        expected = leaning_in_ply(self.moment(series))
+        self.assertAlmostEqual(numpy.percentile(leaning, 25) / expected, 1, delta=1e-2)
+        self.assertAlmostEqual(B / RADIUS * math.sin(expected)**2 * math.tan(2 * expected) / self.moment(series), 1, delta=0.1)  # without shear
 
     def test_picture(self):
         self.relaxed("drawn", 2.0, duration=1)
