@@ -1,5 +1,5 @@
 // A scene that is turned and shifted, with all of its lab vectors, gives the same results: over loads, dampers, laws and ends. And
-// what couples do to the momentum and the energy of rods that tumble.
+// what couples do to the momentum and the energy of rods that tumble, and drag to the step.
 #include "support/dampers.hpp"
 #include "support/energy.hpp"
 #include "support/free_rods.hpp"
@@ -140,6 +140,30 @@ TEST(TumblingRods, GainTheWorkOfEndCouples) {
         EXPECT_LT(fine, 1e-2);
         EXPECT_NEAR(std::log2(coarse / fine), 2, 0.3) << coarse << " " << fine;
     }
+}
+
+// A light rod, whose drag is stiff: every load that says a rate shortens the step, and a rod shaken at that step comes to rest.
+TEST(LimitOfTheStep, FallsUnderEveryLoadThatSaysARate) {
+    SceneSpec scene;
+    scene.rods = {test::simple_rod(7)};
+    scene.rods[0].material.density = 0.01;
+    scene.time = {.duration = 1};
+    const double before = test::Stage(scene, 1).plan.dt;
+    int loads = 0;
+    for (const test::LoadExample& e : test::load_examples()) {
+        const auto groups = make_groups(scene);
+        if (e.load.largest_rate(groups[0]).value == 0) continue;
+        ++loads;
+        SceneSpec dragged = scene;
+        dragged.loads = {{.load = e.load}};
+        test::Stage stage(dragged, 1);
+        EXPECT_LT(stage.plan.dt, 0.95 * before) << e.name();
+        stage.rods->import_rod(0, test::shaken_state(stage.groups[0], 0, 0, 1));
+        const double start = test::energy(stage.groups[0], stage.state(0));
+        stage.advance(1000);
+        EXPECT_LT(test::energy(stage.groups[0], stage.state(0)), start) << e.name();
+    }
+    EXPECT_GE(loads, 2);
 }
 
 } // namespace
