@@ -2,6 +2,7 @@
 // (kernels/load_passes_at.cpp) and by load_list.cpp: nothing else depends on which loads there are.
 #pragma once
 
+#include "loads/end_couple.hpp"
 #include "loads/end_force.hpp"
 #include "loads/gravity.hpp"
 #include "loads/magnetic_field.hpp"
@@ -18,6 +19,6 @@ namespace skein {
 template <class... L> struct LoadTypes {};
 
 using LoadList = LoadTypes<Gravity, UniformForce, UniformCouple, EndForce, MagneticField, MuscleWave, SinusoidalEndForce,
-                           SlenderBodyDrag, MuscleTorques, PlaneFriction>;
+                           SlenderBodyDrag, MuscleTorques, PlaneFriction, EndCouple>;
 
 } // namespace skein

@@ -1,6 +1,7 @@
 // The published travelling wave of muscle couple, which runs from the rod's end to its start.   theory.md (39)-(40)
 //   a_i(t) = r(t) A_i sin(2 pi t/T - k s_i + phi)                    [N m], s_i = (l_0 + .. + l_i)/L, i = 0 .. n - 1
-//   c_j += Q_j a_{n-1-j} d,   c_{j-1} -= Q_{j-1} a_{n-1-j} d         [N m] body, at vertices j = 1 .. n - 1; d a lab direction
+//   c_j += Q_j a_{n-1-j} d,   c_{j-1} -= Q_{j-1} a_{n-1-j} d         [N m] body, at vertices j = 1 .. n - 1; d a lab direction,
+// or with `frame` = "body" a material one, theory.md (36a).
 // A ring has a vertex j = 0 too, where it closes: published codes leave it out. A_i is a table or a cubic B-spline at s_i. The wave
 // of loads/muscle_wave.hpp counts arc length from the start, in metres. Source: Gazzola et al. 2018, as PyElastica's MuscleTorques
 // computes it.
@@ -25,7 +26,8 @@ struct MuscleTorques {
     double period = 0;                ///< T, s
     double wave_number = 0;           ///< k, rad per rod length
     double phase = 0;                 ///< phi, rad
-    Vec3d direction{0, 0, 1};         ///< d, lab
+    Vec3d direction{0, 0, 1};         ///< d
+    LoadFrame frame = LoadFrame::lab; ///< of d
     double ramp = 0;                  ///< s
 
     void fields(FieldVisitor& f) {
@@ -44,7 +46,11 @@ struct MuscleTorques {
                  .required = true},
                 wave_number);
         f.visit({.name = "phase", .unit = "rad", .text = "phi"}, phase);
-        f.visit({.name = "direction", .unit = "-", .text = "axis of the couple, lab frame"}, direction);
+        f.visit({.name = "direction", .unit = "-", .text = "axis of the couple"}, direction);
+        f.choice({.name = "frame",
+                  .unit = "",
+                  .text = "of `direction`: body axes (d1, d2, d3) turn with the rod, which muscles in it act about"},
+                 frame, load_frame_names);
         f.visit({.name = "ramp", .unit = "s", .text = "linear rise from 0", .at_least = 0}, ramp);
     }
     void check(RodSpecs groups, Objections& objections) const {
@@ -62,7 +68,7 @@ struct MuscleTorques {
 
     void bind_group(const RodGroup& group) {
         const int n = group.elements();
-        wave.resize(n);
+        wave.resize(n, frame);
         double length = 0, sum = 0;
         for (const ElementConstants& e : group.element) length += e.rest_length;
         const int vertices = group.closed() ? n : n - 1; // the last is where a ring closes

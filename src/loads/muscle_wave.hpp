@@ -1,6 +1,7 @@
 // A travelling wave of internal couple, as muscles make it: equal and opposite on the two elements of every vertex.
 //   m_j(t) = r(t) A_j sin(2 pi t/T - 2 pi s_j/lambda + phi)       [N m], vertex j between elements j-1 and j, s_j its arc length
 //   c_j += Q_j m_j d,   c_{j-1} -= Q_{j-1} m_j d                  [N m] body; d a lab direction           theory.md (36)
+// With `frame` = "body", d lies in the material, and m_j acts as a change of the rest curvature does.            theory.md (36a)
 // A ring's last vertex, j = n, is where it closes.
 // Source: Gazzola et al. 2018 (snake), in the form of the active matter of Parthasarathy et al. 2026.
 #pragma once
@@ -18,13 +19,14 @@ namespace skein {
 struct MuscleWave {
     static constexpr std::string_view kind = "muscle_wave", label = "muscles";
     static constexpr bool for_rigid_bodies = false;
-    double amplitude = 0;        ///< A, N m
-    std::vector<double> profile; ///< A_j/A of every vertex (elements - 1, in a ring elements); empty: 1
-    double period = 0;           ///< T, s
-    double wavelength = 0;       ///< lambda, m
-    double phase = 0;            ///< phi, rad
-    Vec3d direction{0, 0, 1};    ///< d, lab
-    double ramp = 0;             ///< s
+    double amplitude = 0;             ///< A, N m
+    std::vector<double> profile;      ///< A_j/A of every vertex (elements - 1, in a ring elements); empty: 1
+    double period = 0;                ///< T, s
+    double wavelength = 0;            ///< lambda, m
+    double phase = 0;                 ///< phi, rad
+    Vec3d direction{0, 0, 1};         ///< d
+    LoadFrame frame = LoadFrame::lab; ///< of d
+    double ramp = 0;                  ///< s
 
     void fields(FieldVisitor& f) {
         f.visit({.name = "amplitude", .unit = "N m", .text = "A, couple", .required = true}, amplitude);
@@ -36,7 +38,11 @@ struct MuscleWave {
         f.visit({.name = "period", .unit = "s", .text = "T", .required = true, .above = 0}, period);
         f.visit({.name = "wavelength", .unit = "m", .text = "lambda; negative: towards the start", .required = true}, wavelength);
         f.visit({.name = "phase", .unit = "rad", .text = "phi"}, phase);
-        f.visit({.name = "direction", .unit = "-", .text = "axis of the couple, lab frame"}, direction);
+        f.visit({.name = "direction", .unit = "-", .text = "axis of the couple"}, direction);
+        f.choice({.name = "frame",
+                  .unit = "",
+                  .text = "of `direction`: body axes (d1, d2, d3) turn with the rod, which muscles in it act about"},
+                 frame, load_frame_names);
         f.visit({.name = "ramp", .unit = "s", .text = "linear rise from 0", .at_least = 0}, ramp);
     }
     void check(RodSpecs groups, Objections& objections) const {
@@ -53,7 +59,7 @@ struct MuscleWave {
 
     void bind_group(const RodGroup& group) {
         const int n = group.elements(), last = group.closed() ? n : n - 1;
-        wave.resize(n);
+        wave.resize(n, frame);
         double s = 0;
         for (int j = 1; j <= last; ++j) {
             s += group.element[static_cast<std::size_t>(j - 1)].rest_length;

@@ -69,6 +69,19 @@ struct PlaneFriction {
         if (zero(normal)) objections.add("normal", "'normal' has no direction");
     }
 
+    /// Of the plane's damping, where all elements touch, bounded from above by the sum along a node's row: half of c from each of
+    /// its elements over its mass.
+    DragRate largest_rate(const RodGroup& group) const {
+        const int n = group.elements();
+        DragRate largest;
+        for (int i = 0; i <= n; ++i) {
+            const double elements = i == 0 || i == n ? 1 : 2,
+                         rate = 0.5 * damping * elements / mass(group, static_cast<std::size_t>(i));
+            if (!group.holds_node(i) && rate > largest.value) largest = {rate, std::min(i, n - 1)};
+        }
+        return largest;
+    }
+
     /// Constants of an element.
     template <class N> struct Row {
         N share;                  ///< m_k/(m_k + m_{k+1})

@@ -1,10 +1,15 @@
 // A wave of couple that stands equal and opposite on the two elements of every vertex: what muscles have in common.
-//   c_k += Q_k (m_k - m_{k+1}) d                  [N m] body, vertex j between elements j-1 and j; d a lab direction
+//   c_k += Q_k (m_k - m_{k+1}) d                  [N m] body, vertex j between elements j-1 and j; d a lab direction, or
+//   a moment about body axes, d in the material: the gradient of -m_j d.phi_j, phi_j = log(Q_j Q_{j-1}^T)     theory.md (36a)
+//   c_{j-1} -= m_j (1 + Phi/2 + g Phi^2) d,   c_j += m_j (1 - Phi/2 + g Phi^2) d             [N m] body
+// which is what a change of the rest curvature by B^-1 m_j d does; the two are one lab vector, so that no net couple is left.
 // An open rod has no couple at its ends; in a ring vertex 0 joins the last element to the first.
 //   m_j(t) = r(t) A_j sin(2 pi t/T - a_j) = A_j cos(a_j) r sin(wt) - A_j sin(a_j) r cos(wt): one sine and cosine a step in all
-// Cost: 33 flop per element.
+// Cost: 33 flop per element; about body axes 102.
 #pragma once
 
+#include "core/rotation.hpp"
+#include "loads/load_frame.hpp"
 #include "skein/loads/ramp.hpp"
 #include "skein/rod/mapping.hpp"
 
@@ -17,12 +22,19 @@ namespace skein {
 
 class VertexWave {
 public:
-    /// Silent at all vertices until they are set.
-    void resize(int elements) { parts_.assign(static_cast<std::size_t>(elements), {0, 0}); }
+    /// Silent at all vertices until they are set. `frame`: of the direction.
+    void resize(int elements, LoadFrame frame) {
+        parts_.assign(static_cast<std::size_t>(elements), {0, 0});
+        frame_ = frame;
+    }
     /// Amplitude A_j, N m, and phase a_j, rad, at vertex j, once for each; an open rod has no vertex 0.
     void set(int j, double amplitude, double phase) {
         const auto after = static_cast<std::size_t>(j), before = (j > 0 ? after : parts_.size()) - 1;
         const double in_phase = amplitude * std::cos(phase), quadrature = amplitude * std::sin(phase);
+        if (frame_ == LoadFrame::body) {
+            parts_[before] = {in_phase, quadrature};
+            return;
+        }
         parts_[after].in_phase += in_phase, parts_[after].quadrature += quadrature;
         parts_[before].in_phase -= in_phase, parts_[before].quadrature -= quadrature;
     }
@@ -38,6 +50,7 @@ public:
     template <int W, class Map>
     void add(const RodTile<W>& rod, const auto& in_lanes, SlotLoad<W>* load, const Step& step, const Vec3d& direction) const {
         const auto d = broadcast<W>(direction);
+        if (frame_ == LoadFrame::body) return add_about_body_axes<Map>(rod, in_lanes, load, step, d);
         for (int k = 0; k < rod.n; ++k) {
             const auto& parts = Map::row(parts_, in_lanes, k);
             const auto m = parts.in_phase * sine_[step.slot] - parts.quadrature * cosine_[step.slot];
@@ -45,10 +58,56 @@ public:
         }
     }
 
-    /// Of m_k - m_{k+1}, N m.
+    /// Of m_k - m_{k+1}, N m; about body axes of m_{k+1}.
     template <class N> struct Parts { N in_phase, quadrature; };
 
 private:
+    /// What a vertex does to the elements before and after it, N m, body of each.
+    template <class P> struct Couples { Vec3<P> before{}, after{}; };
+
+    template <class Map, int W> void add_about_body_axes(const RodTile<W>& rod, const auto& in_lanes, SlotLoad<W>* load,
+                                                         const Step& step, const Vec3<Pack<W>>& d) const {
+        using P = Pack<W>;
+        const int n = rod.n;
+        const auto vertex = [&](int k, const Quaternion<P>& next) __attribute__((always_inline)) {
+            const auto& parts = Map::row(parts_, in_lanes, k);
+            const P m(parts.in_phase * sine_[step.slot] - parts.quadrature * cosine_[step.slot]);
+            const Quaternion<P>& here = rod.slot[k].director;
+            Couples<P> c;
+            if constexpr (Map::along) { // where a rod ends there is no turn to work out
+                const Mask<W> inner = Map::cell(rod, k).inner;
+                c = about(select(inner, next, here), here, m * d);
+                c = {select(inner, c.before, Vec3<P>{}), select(inner, c.after, Vec3<P>{})};
+            } else c = about(next, here, m * d);
+            return c;
+        };
+        // Where a ring closes, or a lane's rod goes on in the next, one vertex serves both sides.
+        Couples<P> seam;
+        Vec3<P> before{};
+        if constexpr (Map::along) {
+            seam = vertex(n - 1, from_lane_after(rod.slot[0].director));
+            before = select(rod.strands->first, Vec3<P>{}, from_lane_before(seam.after));
+        } else if (rod.group->closed()) {
+            seam = vertex(n - 1, rod.slot[0].director);
+            before = seam.after;
+        }
+        for (int k = 0; k < n - 1; ++k) {
+            const Couples<P> c = vertex(k, rod.slot[k + 1].director);
+            load[k].couple += before + c.before;
+            before = c.after;
+        }
+        load[n - 1].couple += before + seam.before;
+    }
+
+    /// Of the moment p = m d about the material axes of a vertex between two frames.
+    template <class P>
+    SKEIN_INLINE static Couples<P> about(const Quaternion<P>& next, const Quaternion<P>& here, const Vec3<P>& p) {
+        const RelativeRotation<P> turn = relative_rotation_and_jacobian(next, here);
+        const Vec3<P> a = cross(turn.log, p), half = P(0.5) * a, straight = fma(turn.jacobian, cross(turn.log, a), p);
+        return {-(straight + half), straight - half};
+    }
+
+    LoadFrame frame_ = LoadFrame::lab;
     std::vector<Parts<double>> parts_; ///< [elements]
     double sine_[Clock::largest_batch], cosine_[Clock::largest_batch];
 };

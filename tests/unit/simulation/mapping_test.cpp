@@ -1,4 +1,5 @@
 // Rods along tiles, in pieces or beside rods of other lengths, have the bits of rods across.
+#include "loads/end_couple.hpp"
 #include "loads/end_force.hpp"
 #include "loads/gravity.hpp"
 #include "loads/muscle_torques.hpp"
@@ -57,7 +58,11 @@ SceneSpec mixed(Law law, Integrator integrator = Integrator::verlet) {
     scene.loads.push_back({.load = UniformForce{.force = {0.01, 0, 0}}});
     scene.loads.push_back({.load = UniformCouple{.couple = {0, 1e-4, 0}}, .rods = {"rod 5", "rod 17"}});
     scene.loads.push_back({.load = EndForce{.start = {0, 0, 0.01}, .end = {0, 0.02, 0}, .ramp = 0.1}});
-    scene.loads.push_back({.load = MuscleWave{.amplitude = 1e-3, .period = 0.5, .wavelength = 1}, .rods = {"rod 9"}});
+    for (const LoadFrame frame : {LoadFrame::lab, LoadFrame::body}) {
+        scene.loads.push_back({.load = EndCouple{.start = {1e-4, 0, 0}, .end = {0, 2e-4, 1e-4}, .frame = frame, .ramp = 0.1}});
+        scene.loads.push_back({.load = MuscleWave{.amplitude = 1e-3, .period = 0.5, .wavelength = 1, .frame = frame},
+                               .rods = {"rod 9", "sliding", "rod 6"}});
+    }
     scene.loads.push_back(
         {.load = SinusoidalEndForce{.start = 0.01, .end = -0.02, .hold = 0.05, .period = 0.3}, .rods = {"rod 6"}});
     scene.loads.push_back(

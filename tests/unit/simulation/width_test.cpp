@@ -1,4 +1,5 @@
 // The state has the same bits for every SIMD width, thread count and batch length.
+#include "loads/end_couple.hpp"
 #include "loads/end_force.hpp"
 #include "loads/gravity.hpp"
 #include "loads/muscle_torques.hpp"
@@ -36,7 +37,11 @@ SceneSpec everything() {
     scene.loads.push_back({.load = UniformForce{.force = {0.01, 0, 0}}});
     scene.loads.push_back({.load = UniformCouple{.couple = {0, 1e-4, 0}}, .rods = {"crooked"}});
     scene.loads.push_back({.load = EndForce{.end = {0, 0.02, 0}, .ramp = 0.1}, .rods = {"flat"}});
-    scene.loads.push_back({.load = MuscleWave{.amplitude = 1e-3, .period = 0.5, .wavelength = 1}, .rods = {"crooked", "flat"}});
+    for (const LoadFrame frame : {LoadFrame::lab, LoadFrame::body}) {
+        scene.loads.push_back({.load = EndCouple{.end = {0, 2e-4, 1e-4}, .frame = frame}, .rods = {"crooked", "flat"}});
+        scene.loads.push_back(
+            {.load = MuscleWave{.amplitude = 1e-3, .period = 0.5, .wavelength = 1, .frame = frame}, .rods = {"crooked", "flat"}});
+    }
     scene.loads.push_back({.load = SinusoidalEndForce{.start = 0.01, .end = -0.02, .hold = 0.05, .period = 0.3}, .rods = {"flat"}});
     scene.loads.push_back({.load = SlenderBodyDrag{.viscosity = 0.02}, .rods = {"crooked", "flat"}});
     scene.loads.push_back(

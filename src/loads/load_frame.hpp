@@ -1,0 +1,11 @@
+// The axes in which a load's couple is given: fixed in the lab, or in the material, which turn with it.
+#pragma once
+
+#include <string_view>
+
+namespace skein {
+
+enum class LoadFrame { lab, body };
+inline constexpr std::string_view load_frame_names[] = {"lab", "body"};
+
+} // namespace skein
