@@ -4,7 +4,7 @@ include(GNUInstallDirs)
 include(CMakePackageConfigHelpers)
 
 set(objects "")
-foreach(module core parallel time rod neighbourhood loads contact partition diagnostics io scene kernels simulation)
+foreach(module core formula parallel time rod neighbourhood loads contact partition diagnostics io scene kernels simulation)
   list(APPEND objects $<TARGET_OBJECTS:skein_${module}>)
 endforeach()
 set_source_files_properties(${SKEIN_JOINED_KERNELS} PROPERTIES EXTERNAL_OBJECT ON GENERATED ON)

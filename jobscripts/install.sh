@@ -11,7 +11,7 @@ source "$(dirname "${BASH_SOURCE[0]}")/common.sh"
 packages=(
     g++ cmake make pkg-config                                              # compiler and build
     openmpi-bin libopenmpi-dev libtbb-dev libhdf5-openmpi-dev              # ranks, threads, files
-    libcli11-dev libtomlplusplus-dev libfmt-dev nlohmann-json3-dev               # command line, scenes, text
+    libcli11-dev libtomlplusplus-dev tao-pegtl-dev libfmt-dev nlohmann-json3-dev # command line, scenes, formulas, text
     python3 python3-numpy python3-h5py python3-matplotlib                  # figures
 )
 test_packages=(libgtest-dev libbenchmark-dev clang-format-14 qemu-user binutils python3-paraview) # ParaView: a test opens results with its readers

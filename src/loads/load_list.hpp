@@ -4,8 +4,10 @@
 
 #include "loads/end_couple.hpp"
 #include "loads/end_force.hpp"
+#include "loads/formula_load.hpp"
 #include "loads/gravity.hpp"
 #include "loads/magnetic_field.hpp"
+#include "loads/magnetic_formula.hpp"
 #include "loads/muscle_torques.hpp"
 #include "loads/muscle_wave.hpp"
 #include "loads/plane_friction.hpp"
@@ -19,6 +21,6 @@ namespace skein {
 template <class... L> struct LoadTypes {};
 
 using LoadList = LoadTypes<Gravity, UniformForce, UniformCouple, EndForce, MagneticField, MuscleWave, SinusoidalEndForce,
-                           SlenderBodyDrag, MuscleTorques, PlaneFriction, EndCouple>;
+                           SlenderBodyDrag, MuscleTorques, PlaneFriction, EndCouple, FormulaLoad, MagneticFormula>;
 
 } // namespace skein

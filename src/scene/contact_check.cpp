@@ -1,7 +1,8 @@
 #include "scene/contact_check.hpp"
 
+#include "core/nearest.hpp"
 #include "scene/group_names.hpp"
-#include "scene/nearest.hpp"
+#include "scene/scene_tables.hpp"
 #include "scene/table_objections.hpp"
 
 #include <algorithm>

@@ -1,6 +1,6 @@
 #include "scene/group_names.hpp"
 
-#include "scene/nearest.hpp"
+#include "core/nearest.hpp"
 
 #include <algorithm>
 #include <cctype>

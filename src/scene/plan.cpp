@@ -16,6 +16,7 @@
 #include "scene/doubts.hpp"
 #include "scene/group_names.hpp"
 #include "scene/law_differences.hpp"
+#include "scene/scene_tables.hpp"
 #include "skein/core/error.hpp"
 #include "skein/rod/tile.hpp"
 
@@ -95,6 +96,19 @@ void limit_by_drag(GroupPlan& p, const RodGroup& group, const Scheme& scheme) {
     if (dt < 0.99 * fastest) p.limits.insert(p.limits.begin(), {label, dt, rate.element});
 }
 
+/// The stiffness of loads adds to that of the rod: w^2 grows by at most what all of them have over mass. theory.md (40c)
+void limit_by_stiffness(GroupPlan& p, const RodGroup& group) {
+    DragRate all, largest;
+    std::string_view label;
+    for (const Load& load : p.loads) {
+        const DragRate one = load.largest_stiffness(group);
+        if (one.value > largest.value) largest = one, label = load.label();
+        all = {all.value + one.value, largest.element};
+    }
+    const double fastest = p.limits.front().dt, rate = 2 / fastest, dt = 2 / std::sqrt(rate * rate + all.value);
+    if (dt < 0.99 * fastest) p.limits.insert(p.limits.begin(), {label, dt, all.element});
+}
+
 /// Of all contacts that a group may have, the one that leaves the shortest step.
 void limit_by_contact(GroupPlan& p, const RodGroup& group, const SceneSpec& scene) {
     TimeLimit least{"contact", HUGE_VAL, 0};
@@ -147,10 +161,14 @@ GroupPlan plan_group(const SceneSpec& scene, const RodGroup& group) {
     if (const BodyShape* body = group.body())
         p.body = fmt::format("{:.4g} kg, J = ({:.4g}, {:.4g}, {:.4g}) kg m^2, {} part{}", body->mass, body->inertia.x,
                              body->inertia.y, body->inertia.z, body->part.size(), body->part.size() == 1 ? "" : "s");
+    const FormulaScope names = names_for_formulas(scene);
     for (std::size_t i = 0; i < scene.loads.size(); ++i) {
         const LoadSpec& l = scene.loads[i];
         if (!names_group(l.rods, group.name()) || !l.load.acts_on(group.spec())) continue;
         p.loads.push_back(l.load);
+        p.loads.back().use(names);
+        if (const std::string fault = p.loads.back().fault_at_start(group); !fault.empty())
+            throw InputError(fmt::format("{}: {}", l.source.empty() ? scene.file : l.source, fault));
         p.load_numbers.push_back(i);
     }
     for (const DampingSpec& d : scene.damping)
@@ -174,6 +192,7 @@ GroupPlan plan_group(const SceneSpec& scene, const RodGroup& group) {
     }
     p.limits = time_limits(group);
     limit_by_contact(p, group, scene);
+    limit_by_stiffness(p, group);
     limit_by_drag(p, group, scheme_of(scene.time.integrator));
     p.tension_limit = tension_limit(group);
     if (const auto& j = group.rotary_inertia_scale; !j.empty()) {

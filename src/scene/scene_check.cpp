@@ -1,8 +1,8 @@
 #include "scene/scene_check.hpp"
 
+#include "core/nearest.hpp"
 #include "scene/contact_check.hpp"
 #include "scene/group_names.hpp"
-#include "scene/nearest.hpp"
 #include "scene/relax_check.hpp"
 #include "scene/rods_check.hpp"
 #include "scene/scene_file.hpp"
@@ -33,10 +33,14 @@ public:
             TableObjections table(*this, path_of_group(scene_, i));
             check_rods(scene_.rods[i], table);
         }
+        const FormulaScope names = names_for_formulas(scene_);
+        for (const auto& [path, message] : faults(names)) add(path, message);
         for (std::size_t i = 0; i < scene_.loads.size(); ++i) {
             TableObjections table(*this, fmt::format("load.{}", i));
             const auto groups = acted_on(scene_, scene_.loads[i].rods, table);
-            scene_.loads[i].load.check(groups, table);
+            Load load = scene_.loads[i].load;
+            load.use(names);
+            load.check(groups, table);
         }
         for (std::size_t i = 0; i < scene_.damping.size(); ++i) {
             TableObjections table(*this, fmt::format("damping.{}", i));
@@ -49,6 +53,9 @@ public:
     }
 
     void add(std::string_view path, const std::string& message) override { found_.push_back({std::string(path), message}); }
+    void add_within(std::string_view path, std::size_t begin, std::size_t length, const std::string& message) override {
+        found_.push_back({std::string(path), message, begin, length});
+    }
     bool given(std::string_view path) const override { return given_.contains(std::string(path)); }
 
 private:
@@ -175,6 +182,7 @@ std::string source_prefix(const SceneSpec& scene, const std::string& path) {
     for (std::size_t i = 0; i < scene.rods.size(); ++i)
         if (const std::string table = path_of_group(scene, i); path == table || path.starts_with(table + "."))
             return (scene.rods[i].source.empty() ? table : scene.rods[i].source) + ": ";
+    if (path.starts_with("table.")) return prefix(scene.tables, 6);
     if (path.starts_with("load.")) return prefix(scene.loads, 5);
     if (path.starts_with("damping.")) return prefix(scene.damping, 8);
     if (path.starts_with("contact_pair.")) return prefix(scene.contact_pairs, 13);
@@ -190,8 +198,8 @@ std::vector<Contradiction> contradictions(const SceneSpec& scene, const std::set
 
 void check_scene(const SceneSpec& scene) {
     std::string text;
-    for (const auto& [path, message] : contradictions(scene, changed_keys(scene)))
-        text.append(text.empty() ? "" : "\n").append(source_prefix(scene, path) + message);
+    for (const Contradiction& c : contradictions(scene, changed_keys(scene)))
+        text.append(text.empty() ? "" : "\n").append(source_prefix(scene, c.path) + c.message);
     if (!text.empty()) throw InputError(text);
 }
 

@@ -5,6 +5,7 @@
 #include "scene/scene_reader.hpp"
 #include "skein/core/error.hpp"
 
+#include <algorithm>
 #include <charconv>
 #include <filesystem>
 #include <fstream>
@@ -56,10 +57,26 @@ Place nearest_place(const TomlValue& root, std::string_view path) {
     return nearest;
 }
 
+/// The part of a text that a contradiction names, where the text stands on one line as it is.
+Place part_of(Place place, const Contradiction& c) {
+    const auto line = static_cast<std::size_t>(place.line), column = static_cast<std::size_t>(place.column);
+    if (c.length == 0 || line < 1 || line > place.text->lines.size()) return place;
+    const std::string& text = place.text->lines[line - 1];
+    if (column < 1 || column + c.begin >= text.size()) return place;
+    const char quote = text[column - 1];
+    const std::string_view before = std::string_view(text).substr(column, c.begin);
+    const bool plain =
+        (quote == '"' || quote == '\'') && !before.starts_with(std::string(2, quote)) && before.find('\\') == std::string::npos;
+    if (!plain) return place;
+    place.column += 1 + static_cast<int>(c.begin);
+    place.length = static_cast<int>(std::min(c.length, text.size() - column - c.begin));
+    return place;
+}
+
 void add_contradictions(const SceneSpec& scene, const TomlValue& root, Problems& problems) {
     std::set<std::string> given;
     collect_given(root, "", given);
-    for (const auto& [path, message] : contradictions(scene, given)) problems.add(nearest_place(root, path), message);
+    for (const Contradiction& c : contradictions(scene, given)) problems.add(part_of(nearest_place(root, c.path), c), c.message);
 }
 
 } // namespace

@@ -74,6 +74,8 @@ std::string scene_json(const SceneSpec& scene, bool physics_only) {
     json["time"] = echo([&](FieldVisitor& f) { copy.time.fields(f); });
     json["rods"] = json["load"] = json["damping"] = Json::array();
     for (RodSpec& rods : copy.rods) json[rods.body ? "bodies" : "rods"].push_back(echo([&](FieldVisitor& f) { rods.fields(f); }));
+    for (const FormulaConstant& c : copy.constants) json["constants"][c.name] = {{"value", c.value}, {"unit", c.unit}};
+    for (FormulaTable& table : copy.tables) json["table"].push_back(echo([&](FieldVisitor& f) { table.fields(f); }));
     for (LoadSpec& load : copy.loads) json["load"].push_back(echo([&](FieldVisitor& f) { load_fields(f, load); }));
     for (DampingSpec& damping : copy.damping) json["damping"].push_back(echo([&](FieldVisitor& f) { damping_fields(f, damping); }));
     if (copy.contact) json["contact"] = contact_echo(*copy.contact);

@@ -13,6 +13,10 @@ namespace {
 
 constexpr std::string_view absent = "-";
 
+/// An entry of [constants]: any name.
+constexpr Field constant_field{
+    .name = "(any name)", .unit = "", .text = "a number, or `{ value = 2.0, unit = \"N/m\" }`: formulas know it by this name"};
+
 std::string text_of(double x) { return fmt::format("{}", x); }
 std::string text_of(long i) { return fmt::format("{}", i); }
 std::string text_of(const std::string& s) {
@@ -109,6 +113,13 @@ public:
         table(heading, name, keys_of(spec, name), keys_of(defaults, name));
     }
 
+    void constants(const std::vector<FormulaConstant>& constants) {
+        if (!constants.empty()) text_ += "\n[constants]\n";
+        for (const FormulaConstant& c : constants)
+            text_ += c.unit.empty() ? fmt::format("{} = {}\n", c.name, c.value)
+                                    : fmt::format("{} = {{ value = {}, unit = \"{}\" }}\n", c.name, c.value, c.unit);
+    }
+
 private:
     /// A key at its default stands as a comment, since a default may have no use beside other keys.
     std::string line_of(const KeyEntry& key, bool given) const {
@@ -151,6 +162,8 @@ std::string scene_toml(const SceneSpec& scene, Keys which) {
         if (!rods.body) out.table("[[rods]]", "rods", rods, RodSpec{});
     for (const RodSpec& rods : scene.rods)
         if (rods.body) out.table("[[bodies]]", "bodies", rods, default_body());
+    out.constants(scene.constants);
+    for (const FormulaTable& table : scene.tables) out.table("[[table]]", "table", table, FormulaTable{});
     for (const LoadSpec& load : scene.loads) out.table("[[load]]", "load", load, LoadSpec{.load = make_load(load.load.number())});
     for (const DampingSpec& damping : scene.damping) out.table("[[damping]]", "damping", damping, DampingSpec{});
     if (scene.contact) out.table("[contact]", "contact", *scene.contact, ContactSpec{});
@@ -165,6 +178,8 @@ std::vector<KeyEntry> all_keys() {
     append(all, keys_of(TimeSpec{}, "time"));
     append(all, keys_of(RodSpec{}, "rods"));
     append(all, keys_of(default_body(), "bodies"));
+    all.push_back({"constants", constant_field, "number or table", std::string(absent), {}});
+    append(all, keys_of(FormulaTable{}, "table"));
     for (int kind = 0; const std::string_view name : load_kinds())
         append(all, keys_of(LoadSpec{.load = make_load(kind++)}, fmt::format("load.{}", name)));
     append(all, keys_of(DampingSpec{}, "damping"));
@@ -183,6 +198,8 @@ std::set<std::string> changed_keys(const SceneSpec& scene) {
     add_changed(paths, scene.start, StartSpec{}, "start");
     for (std::size_t i = 0; i < scene.rods.size(); ++i)
         add_changed(paths, scene.rods[i], scene.rods[i].body ? default_body() : RodSpec{}, path_of_group(scene, i));
+    for (std::size_t i = 0; i < scene.tables.size(); ++i)
+        add_changed(paths, scene.tables[i], FormulaTable{}, fmt::format("table.{}", i));
     for (std::size_t i = 0; i < scene.loads.size(); ++i) {
         const LoadSpec defaults{.load = make_load(scene.loads[i].load.number())};
         add_changed(paths, scene.loads[i], defaults, fmt::format("load.{}", i));
@@ -199,7 +216,8 @@ std::set<std::string> changed_keys(const SceneSpec& scene) {
 std::string table_heading(const std::string& table) {
     if (table.empty()) return "top level";
     if (table.starts_with("load.")) return fmt::format("[[load]] of kind \"{}\"", table.substr(5));
-    return table == "rods" || table == "bodies" || table == "damping" || table == "contact_pair" || table == "wall"
+    return table == "rods" || table == "bodies" || table == "damping" || table == "contact_pair" || table == "wall" ||
+                   table == "table"
                ? fmt::format("[[{}]]", table)
                : fmt::format("[{}]", table);
 }

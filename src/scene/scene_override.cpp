@@ -1,6 +1,6 @@
 #include "scene/scene_override.hpp"
 
-#include "scene/nearest.hpp"
+#include "core/nearest.hpp"
 #include "skein/core/error.hpp"
 
 #include <charconv>

@@ -1,6 +1,6 @@
 #include "scene/scene_reader.hpp"
 
-#include "scene/nearest.hpp"
+#include "core/nearest.hpp"
 #include "scene/scene_keys.hpp"
 #include "scene/scene_tables.hpp"
 
@@ -257,6 +257,34 @@ void read_list(TomlReader& reader, Problems& problems, const char* name, std::ve
     }
 }
 
+/// [constants]: names that the scene chooses, each a number or a { value, unit }.
+void read_constants(TomlReader& reader, Problems& problems, std::vector<FormulaConstant>& constants) {
+    const TomlEntry* entry = reader.top_level("constants", false);
+    if (!entry) return;
+    const auto* table = entry->value.as<TomlTable>();
+    if (!table) {
+        problems.add(entry->place, fmt::format("'constants' is one table [constants], found {}", found(entry->value)));
+        return;
+    }
+    for (const TomlEntry& one : *table) {
+        FormulaConstant& constant = constants.emplace_back(FormulaConstant{.name = one.key});
+        if (one.value.as<TomlTable>()) {
+            reader.begin(one.value, "constants." + one.key, fmt::format("[constants.{}]", one.key), one.place);
+            reader.visit({.name = "value", .unit = "", .text = "a number", .required = true}, constant.value);
+            reader.visit({.name = "unit", .unit = "", .text = "as \"N/m\""}, constant.unit);
+            reader.leave();
+        } else if (const auto* real = one.value.as<double>(); real && std::isfinite(*real)) {
+            constant.value = *real;
+        } else if (const auto* integer = one.value.as<std::int64_t>()) {
+            constant.value = static_cast<double>(*integer);
+        } else {
+            problems.add(one.value.place,
+                         fmt::format("'{}' in [constants]: expected a finite number or {{ value = .., unit = \"..\" }}, found {}",
+                                     one.key, found(one.value)));
+        }
+    }
+}
+
 } // namespace
 
 SceneSpec read_tables(const TomlValue& root, Problems& problems) {
@@ -273,6 +301,8 @@ SceneSpec read_tables(const TomlValue& root, Problems& problems) {
         spec.fields(f);
     });
     scene.rods.insert(scene.rods.end(), std::make_move_iterator(bodies.begin()), std::make_move_iterator(bodies.end()));
+    read_constants(reader, problems, scene.constants);
+    read_list(reader, problems, "table", scene.tables, own_fields);
     read_list(reader, problems, "load", scene.loads, load_fields);
     read_list(reader, problems, "damping", scene.damping, damping_fields);
     if (root.find("contact")) scene.contact.emplace();

@@ -88,6 +88,7 @@ Json default_tables(int load) {
     SceneSpec scene;
     scene.start.from = "-"; // is only there where it says something
     scene.rods = {RodSpec{}, default_body()};
+    scene.tables.emplace_back();
     scene.loads.push_back({.load = make_load(load)});
     scene.damping.emplace_back();
     scene.contact.emplace();
@@ -113,6 +114,7 @@ public:
         in("time", [&] { scene.time.fields(*this); });
         if (scene.contact) in("contact", [&] { scene.contact->fields(*this); });
         for (std::size_t i = 0; i < scene.rods.size(); ++i) in(path_of_group(scene, i), [&] { scene.rods[i].fields(*this); });
+        all("table", scene.tables, own);
         all("load", scene.loads, load_fields);
         all("damping", scene.damping, damping_fields);
         all("contact_pair", scene.contact_pairs, own);

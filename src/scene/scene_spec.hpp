@@ -3,6 +3,7 @@
 
 #include "contact/contact_spec.hpp"
 #include "contact/wall.hpp"
+#include "formula/scope.hpp"
 #include "io/output_spec.hpp"
 #include "io/start_spec.hpp"
 #include "loads/load_spec.hpp"
@@ -18,7 +19,9 @@ namespace skein {
 struct SceneSpec {
     std::string title;
     TimeSpec time;
-    std::vector<RodSpec> rods; ///< and bodies, behind them where a file says so
+    std::vector<RodSpec> rods;              ///< and bodies, behind them where a file says so
+    std::vector<FormulaConstant> constants; ///< that formulas may name
+    std::vector<FormulaTable> tables;
     std::vector<LoadSpec> loads;
     std::vector<DampingSpec> damping;
     std::optional<ContactSpec> contact; ///< absent: rods do not feel each other

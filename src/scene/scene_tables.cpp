@@ -10,6 +10,8 @@ void load_fields(FieldVisitor& f, LoadSpec& spec) {
     spec.load.fields(f);
 }
 
+FormulaScope names_for_formulas(const SceneSpec& scene) { return {scene.constants, scene.tables, scene.time.duration}; }
+
 void damping_fields(FieldVisitor& f, DampingSpec& spec) {
     spec.damping.fields(f);
     f.visit({.name = "rods", .unit = "", .text = "groups it acts on; all where absent"}, spec.rods);

@@ -14,6 +14,9 @@ inline constexpr Field title_field{.name = "title", .unit = "", .text = "what th
 /// Keys of a [[load]]: kind, rods, and the load's own. Where a visitor changes the kind, the load starts from its defaults.
 void load_fields(FieldVisitor& f, LoadSpec& spec);
 
+/// What formulas of the scene may name.
+FormulaScope names_for_formulas(const SceneSpec& scene);
+
 /// Keys of a [[damping]].
 void damping_fields(FieldVisitor& f, DampingSpec& spec);
 

@@ -14,6 +14,9 @@ public:
     TableObjections(Objections& around, std::string table) : around_(around), table_(std::move(table)) {}
 
     void add(std::string_view key, const std::string& message) override { around_.add(path(key), message); }
+    void add_within(std::string_view key, std::size_t begin, std::size_t length, const std::string& message) override {
+        around_.add_within(path(key), begin, length, message);
+    }
     bool given(std::string_view key) const override { return around_.given(path(key)); }
 
 private:

@@ -16,10 +16,11 @@ LIBRARIES = {
     r"hdf5\.h": {"io"},
     r"tbb/.*": {"parallel"},
     r"toml.*": {"scene"},
+    r"tao/.*": {"formula"},
     r"CLI/.*": set(),
 }
 FRONT = {"load.hpp": "loads", "run.hpp": "simulation"}  # public headers that stand for a module
-ONCE = r"toml.*"  # costs seconds to compile: one source in all
+ONCE = (r"toml.*", r"tao/.*")  # cost seconds to compile: one source each in all
 
 
 def read_table(text):
@@ -63,7 +64,7 @@ def module_of(path):
 
 def check_sources(table, sources):
     """`sources`: {path below the root: text} of src/, include/ and apps/."""
-    problems, once = [], []
+    problems, once = [], {library: [] for library in ONCE}
     for path, text in sorted(sources.items()):
         module = module_of(path)
         if module and module not in table:
@@ -85,12 +86,12 @@ def check_sources(table, sources):
                 for library, owners in LIBRARIES.items():
                     if module and re.fullmatch(library, header) and module not in owners:
                         problems.append(f"{where}: '{module}' may not include <{header}>")
-                if re.fullmatch(ONCE, header):
-                    once.append(where)
-                    if not path.endswith(".cpp"):
-                        problems.append(f"{where}: <{header}> in a header")
-    if len(once) > 1:
-        problems.append("the TOML library is included more than once: " + ", ".join(once))
+                for library, places in once.items():
+                    if re.fullmatch(library, header):
+                        places.append(where)
+                        if not path.endswith(".cpp"):
+                            problems.append(f"{where}: <{header}> in a header")
+    problems += [f"<{library}> is included more than once: " + ", ".join(places) for library, places in once.items() if len(places) > 1]
     return problems
 
 
@@ -120,11 +121,12 @@ def try_the_rules():
         "include/skein/low/m.hpp": '#include "skein/scene/n.hpp"\n',
         "include/skein/low/o.hpp": "#include <mpi.h>\n",
         "src/low/p.cpp": '#include "skein/low/j.hpp"\n#include "skein/high/q.hpp"\n',
+        "src/high/r.cpp": "#include <tao/pegtl.hpp>\n",
         "apps/main.cpp": '#include <CLI/CLI.hpp>\n#include "high/b.hpp"\n#include "own.hpp"\n',
     }
     expected = ["a.cpp:1: 'low' may not include 'high'", "p.cpp:2: 'low' may not include 'high'", "may not include 'parallel'",
                 "may not include 'scene'", "c.cpp:1: 'high' may not include <mpi.h>", "o.hpp:1: 'low' may not include <mpi.h>",
-                "may not include <CLI/CLI.hpp>", "belongs to no module", "does not name its module", "'other' has no row", "in a header",
+                "may not include <CLI/CLI.hpp>", "may not include <tao/pegtl.hpp>", "belongs to no module", "does not name its module", "'other' has no row", "in a header",
                 "more than once", "a public header includes the private"]
     found = check_sources(table, broken)
     for text in expected:

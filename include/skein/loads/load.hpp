@@ -4,8 +4,11 @@
 //   label                                names it in plans, where the words of `kind` do not
 //   check(groups, objections) const      what contradicts what, or the groups that it acts on
 //   for_rigid_bodies, for_rings = false  kinds of rods that it is not for: scenes which put it on such are refused
+//   use(names)                           what formulas of the scene may name: before all that follows
 //   acts_on(rods) const                  groups that it has nothing to do with, and costs nothing
 //   largest_rate(group) const            of decay of a velocity, where it reads velocities: a limit of the step
+//   largest_stiffness(group) const       of its force against positions, over mass, 1/s^2: a limit of the step too
+//   fault_at_start(group) const          what is wrong with its values at the start, in words
 //   needs_whole_rods = true              it looks along a rod from end to end, which strands do not
 //   feels_all = true                     it answers what everything else presses with: it comes after contacts and walls
 // A member of one of these names that cannot be called like this does not compile.
@@ -27,6 +30,7 @@
 namespace skein {
 
 class RodGroup;
+struct FormulaScope;
 struct Step;
 template <int W> struct RodTile;
 template <int W> struct SlotLoad;
@@ -40,9 +44,9 @@ concept HasFields = requires(L load, FieldVisitor& f) {
 template <class L>
 concept LoadStruct = HasFields<L> && std::copyable<L>;
 
-/// A rate of decay and the element that has it.
+/// A rate of decay, or a stiffness over mass, and the element that has it.
 struct DragRate {
-    double value = 0; ///< 1/s
+    double value = 0; ///< 1/s; 1/s^2
     int element = 0;
 };
 
@@ -78,6 +82,9 @@ template <class L> inline constexpr bool names_label = requires { L::label; };
 template <class L> inline constexpr bool names_check = requires { &L::check; };
 template <class L> inline constexpr bool names_acts_on = requires { &L::acts_on; };
 template <class L> inline constexpr bool names_largest_rate = requires { &L::largest_rate; };
+template <class L> inline constexpr bool names_use = requires { &L::use; };
+template <class L> inline constexpr bool names_largest_stiffness = requires { &L::largest_stiffness; };
+template <class L> inline constexpr bool names_fault_at_start = requires { &L::fault_at_start; };
 
 template <class L> inline constexpr auto words_of_kind = [] {
     std::array<char, L::kind.size()> text{};
@@ -119,6 +126,9 @@ public:
     void check(RodSpecs groups, Objections& objections) const;
     bool acts_on(const RodSpec& rods) const { return held_->acts_on(rods); }
     DragRate largest_rate(const RodGroup& group) const { return held_->largest_rate(group); }
+    void use(const FormulaScope& names) { held_->use(names); }
+    DragRate largest_stiffness(const RodGroup& group) const { return held_->largest_stiffness(group); }
+    std::string fault_at_start(const RodGroup& group) const { return held_->fault_at_start(group); }
 
     /// Null where it is of another kind.
     template <LoadStruct L> const L* get_if() const {
@@ -146,6 +156,9 @@ private:
         virtual void check(RodSpecs groups, Objections& objections) const = 0;
         virtual bool acts_on(const RodSpec& rods) const = 0;
         virtual DragRate largest_rate(const RodGroup& group) const = 0;
+        virtual void use(const FormulaScope& names) = 0;
+        virtual DragRate largest_stiffness(const RodGroup& group) const = 0;
+        virtual std::string fault_at_start(const RodGroup& group) const = 0;
     };
 
     template <class L> static constexpr Traits traits_of{.kind = L::kind,
@@ -179,6 +192,23 @@ private:
             constexpr bool fits = requires { DragRate(load_.largest_rate(group)); };
             static_assert(fits || !detail::names_largest_rate<L>, "DragRate largest_rate(const RodGroup&) const");
             if constexpr (fits) return load_.largest_rate(group);
+            else return {};
+        }
+        void use([[maybe_unused]] const FormulaScope& names) override {
+            constexpr bool fits = requires { load_.use(names); };
+            static_assert(fits || !detail::names_use<L>, "use(const FormulaScope&)");
+            if constexpr (fits) load_.use(names);
+        }
+        DragRate largest_stiffness([[maybe_unused]] const RodGroup& group) const override {
+            constexpr bool fits = requires { DragRate(load_.largest_stiffness(group)); };
+            static_assert(fits || !detail::names_largest_stiffness<L>, "DragRate largest_stiffness(const RodGroup&) const");
+            if constexpr (fits) return load_.largest_stiffness(group);
+            else return {};
+        }
+        std::string fault_at_start([[maybe_unused]] const RodGroup& group) const override {
+            constexpr bool fits = requires { std::string(load_.fault_at_start(group)); };
+            static_assert(fits || !detail::names_fault_at_start<L>, "std::string fault_at_start(const RodGroup&) const");
+            if constexpr (fits) return load_.fault_at_start(group);
             else return {};
         }
 

@@ -1,7 +1,9 @@
 // Rods along tiles, in pieces or beside rods of other lengths, have the bits of rods across.
 #include "loads/end_couple.hpp"
 #include "loads/end_force.hpp"
+#include "loads/formula_load.hpp"
 #include "loads/gravity.hpp"
+#include "loads/magnetic_formula.hpp"
 #include "loads/muscle_torques.hpp"
 #include "loads/muscle_wave.hpp"
 #include "loads/plane_friction.hpp"
@@ -68,6 +70,16 @@ SceneSpec mixed(Law law, Integrator integrator = Integrator::verlet) {
     scene.loads.push_back(
         {.load = MuscleTorques{.coefficients = {0, 1e-3, 2e-3, 1e-3, 0}, .period = 0.4, .wave_number = 6, .ramp = 0.1},
          .rods = {"rod 17"}});
+    scene.tables.push_back({.name = "gust", .at = {0, 0.1, 0.3}, .value = {0, 1, 0.5}, .periodic = true});
+    scene.loads.push_back({.load = FormulaLoad{.force = {"1e-3*sin(20*t - 3*s)*x", "-0.01*vy*gust(t)", "1e-3*exp(-(1*z)^2)*rod/L"},
+                                               .couple = {"1e-6*x*vy", "1e-6*cos(9*t)*s", "1e-6*tanh(1*z)"}},
+                           .rods = {"cilia", "rod 5", "rod 40"}});
+    scene.loads.push_back({.load = FormulaLoad{.force = {"0.01*(X - x)", "1e-3", "0"},
+                                               .couple = {"0", "1e-6*y", "1e-6"},
+                                               .at = FormulaAt::end,
+                                               .frame = FormulaFrame::body},
+                           .rods = {"rod 9", "rod 40"}});
+    scene.loads.push_back({.load = MagneticFormula{{"1e-3*x*z", "2e-3*sin(5*t)", "1e-3*y*y - 1e-3*s"}}, .rods = {"cilia"}});
     scene.damping = {{.damping = {.kind = DampingKind::legacy, .rate = 0.5}, .rods = {"cilia", "rod 5", "rod 6"}},
                      {.damping = {.kind = DampingKind::uniform, .rate = 2}, .rods = {"rod 40"}}};
     return scene;

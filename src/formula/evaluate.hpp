@@ -1,0 +1,49 @@
+// Runs a list of instructions over a strip of places, W side by side. One instruction goes over the whole strip before the next, so
+// that choosing an operation is paid once a strip; a strip's registers stay in the first cache.
+#pragma once
+
+#include "formula/program.hpp"
+#include "skein/core/pack.hpp"
+
+#include <cstddef>
+
+namespace skein {
+
+/// Values of a source from place to place; step 0 where they are all the same.
+template <int W> struct Strided {
+    const Pack<W>* at;
+    std::ptrdiff_t step;
+
+    SKEIN_INLINE const Pack<W>& operator[](int i) const { return at[i * step]; }
+    SKEIN_INLINE Strided from(int i) const { return {at + i * step, step}; }
+};
+
+/// Packs of a strip: 1 kB a register at all widths.
+template <int W> inline constexpr int strip = 128 / W;
+template <int W> struct StripRegisters { Pack<W> value[InstructionList::most_registers][strip<W>]; };
+
+/// A table, lane by lane.
+template <int W> Pack<W> looked_up(const FormulaTable& table, Op op, const Pack<W>& x) {
+    Pack<W> r;
+    for (int i = 0; i < W; ++i) r.set(i, op == Op::tabulated ? table(x[i]) : table.slope(x[i]));
+    return r;
+}
+
+/// `source`: [list.sources()], of which inputs and constants are given for this strip; `count` at most strip<W>.
+template <int W> void evaluate(const InstructionList& list, std::span<const FormulaTable> tables, Strided<W>* source,
+                               StripRegisters<W>& registers, int count) {
+    for (int r = 0; r < list.registers; ++r) source[r] = {registers.value[r], 1};
+    for (const Instruction& in : list.code) {
+        Pack<W>* to = registers.value[in.to];
+        const Strided<W> a = source[in.a], b = in.b >= 0 ? source[in.b] : a, c = in.c >= 0 ? source[in.c] : a;
+        if (in.op == Op::tabulated || in.op == Op::tabulated_slope) {
+            for (int i = 0; i < count; ++i) to[i] = looked_up(tables[static_cast<std::size_t>(in.table)], in.op, a[i]);
+            continue;
+        }
+        with_operation(in.op, [&]<Op op>() {
+            for (int i = 0; i < count; ++i) to[i] = operate<op>(a[i], b[i], c[i]);
+        });
+    }
+}
+
+} // namespace skein

@@ -1,0 +1,35 @@
+// Text to graph: the language of formulas, its names and its units.
+//   3.1e-2  k  gust(t)  + - * / ^  < <= > >= == !=  if(condition, a, b)  sin cos tan exp log sqrt abs floor sign step tanh atan
+//   min max atan2 hypot mod ramp  pi e
+#pragma once
+
+#include "formula/graph.hpp"
+
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace skein {
+
+/// What is wrong with a formula, and where.
+struct FormulaFault {
+    Part part;
+    std::string message;
+};
+
+/// A formula that was read: its value in the graph, and its unit where all of its numbers have one.
+struct FormulaValue {
+    int node = -1;
+    std::optional<Unit> unit;
+};
+
+/// Reads formula number `number` of those of a graph, in the unit expected. Absent where there are faults. What a place has no
+/// meaning for (`allowed` says) is not among the names.
+std::optional<FormulaValue> read_formula(Graph& graph, const FormulaScope& scope, std::string_view text, int number,
+                                         std::string_view expected, std::vector<FormulaFault>& faults);
+
+/// All names that a formula may hold.
+std::vector<std::string_view> known_names(const FormulaScope& scope);
+
+} // namespace skein

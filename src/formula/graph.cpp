@@ -1,0 +1,168 @@
+#include "formula/graph.hpp"
+
+#include <algorithm>
+#include <bit>
+
+namespace skein {
+
+int Graph::put(Node node) {
+    const auto [entry, is_new] = known_.try_emplace({node.op, node.of, std::bit_cast<std::uint64_t>(node.number), node.index},
+                                                    static_cast<int>(nodes_.size()));
+    if (is_new) nodes_.push_back(node);
+    return entry->second;
+}
+
+double Graph::apply(const Node& node, double a, double b, double c) const {
+    const FormulaTable* table =
+        node.op == Op::tabulated || node.op == Op::tabulated_slope ? &tables_[static_cast<std::size_t>(node.index)] : nullptr;
+    if (node.op == Op::tabulated) return (*table)(a);
+    if (node.op == Op::tabulated_slope) return table->slope(a);
+    Pack<1> r(0.0);
+    with_operation(node.op, [&]<Op op>() { r = operate<op>(Pack<1>(a), Pack<1>(b), Pack<1>(c)); });
+    return r[0];
+}
+
+int Graph::look_up(Op op, int table, int a) {
+    Node node{.op = op, .of = {a, -1, -1}, .index = table, .changes = (*this)[a].changes};
+    if (const auto x = number(a)) return constant(apply(node, *x, 0, 0));
+    return put(node);
+}
+
+int Graph::make(Op op, int a, int b, int c) {
+    const auto is = [&](int i, double value) { return i >= 0 && number(i) == value; };
+    // What changes no value, so that derivatives stay short.
+    if (op == Op::add && is(a, 0)) return b;
+    if ((op == Op::add || op == Op::subtract) && is(b, 0)) return a;
+    if (op == Op::subtract && is(a, 0)) return make(Op::negative, b);
+    if (op == Op::multiply && (is(a, 0) || is(b, 0))) return constant(0);
+    if (op == Op::multiply && is(a, 1)) return b;
+    if ((op == Op::multiply || op == Op::divide) && is(b, 1)) return a;
+    if (op == Op::divide && is(a, 0) && !is(b, 0)) return a;
+    if (op == Op::choice && b == c) return b;
+    if (op == Op::choice && number(a)) return *number(a) != 0 ? b : c;
+
+    Node node{.op = op, .of = {a, b, c}};
+    bool known = true;
+    double x[3] = {0, 0, 0};
+    for (int i = 0; i < operands_of(op); ++i) {
+        const Node& operand = (*this)[node.of[static_cast<std::size_t>(i)]];
+        node.changes |= operand.changes;
+        known = known && operand.op == Op::constant;
+        x[i] = operand.number;
+    }
+    return known ? constant(apply(node, x[0], x[1], x[2])) : put(node);
+}
+
+int Graph::whole_power(int a, int n) {
+    if (n < 0) return make(Op::divide, constant(1), whole_power(a, -n));
+    if (n == 0) return constant(1);
+    if (n == 1) return a;
+    const int half = whole_power(a, n / 2), even = make(Op::multiply, half, half);
+    return n % 2 == 0 ? even : make(Op::multiply, even, a);
+}
+
+int Graph::derivative(int node, Variable by) {
+    const std::size_t count = static_cast<std::size_t>(node) + 1; // operands come first
+    std::vector<int> d(count, -1);
+    const int zero = constant(0), one = constant(1);
+    const auto times = [&](int a, int b) { return make(Op::multiply, a, b); };
+    const auto over = [&](int a, int b) { return make(Op::divide, a, b); };
+    const auto minus = [&](int a, int b) { return make(Op::subtract, a, b); };
+    std::vector<bool> needed(count, false);
+    needed[static_cast<std::size_t>(node)] = true;
+    for (std::size_t i = count; i-- > 0;)
+        if (needed[i])
+            for (const int operand : nodes_[i].of)
+                if (operand >= 0) needed[static_cast<std::size_t>(operand)] = true;
+    for (std::size_t i = 0; i < count; ++i) {
+        if (!needed[i]) continue;
+        const Node n = nodes_[i]; // a copy: the list grows
+        const int self = static_cast<int>(i), a = n.of[0], b = n.of[1], c = n.of[2];
+        const auto of = [&](int operand) { return operand >= 0 ? d[static_cast<std::size_t>(operand)] : zero; };
+        const int da = of(a), db = of(b), dc = of(c);
+        int r = zero;
+        switch (n.op) {
+        case Op::constant:
+        case Op::floor:
+        case Op::tabulated_slope:
+        case Op::less:
+        case Op::less_equal:
+        case Op::equal:
+            break;
+        case Op::variable:
+            r = n.index == static_cast<int>(by) ? one : zero;
+            break;
+        case Op::negative:
+            r = make(Op::negative, da);
+            break;
+        case Op::absolute:
+            r = make(Op::choice, make(Op::less, a, zero), make(Op::negative, da), da);
+            break;
+        case Op::root:
+            r = over(da, times(constant(2), self));
+            break;
+        case Op::sine:
+            r = times(make(Op::cosine, a), da);
+            break;
+        case Op::cosine:
+            r = make(Op::negative, times(make(Op::sine, a), da));
+            break;
+        case Op::exponential:
+            r = times(self, da);
+            break;
+        case Op::logarithm:
+            r = over(da, a);
+            break;
+        case Op::hyperbolic_tangent:
+            r = times(minus(one, times(self, self)), da);
+            break;
+        case Op::tabulated:
+            r = times(look_up(Op::tabulated_slope, n.index, a), da);
+            break;
+        case Op::add:
+            r = make(Op::add, da, db);
+            break;
+        case Op::subtract:
+            r = minus(da, db);
+            break;
+        case Op::multiply:
+            r = make(Op::add, times(da, b), times(a, db));
+            break;
+        case Op::divide:
+            r = over(minus(da, times(self, db)), b);
+            break;
+        case Op::power:
+            r = times(times(b, make(Op::power, a, minus(b, one))), da);
+            if (db != zero) r = make(Op::add, r, times(times(self, make(Op::logarithm, a)), db));
+            break;
+        case Op::arc_tangent:
+            r = over(minus(times(b, da), times(a, db)), make(Op::add, times(a, a), times(b, b)));
+            break;
+        case Op::least:
+            r = make(Op::choice, make(Op::less, b, a), db, da);
+            break;
+        case Op::most:
+            r = make(Op::choice, make(Op::less, a, b), db, da);
+            break;
+        case Op::choice:
+            r = make(Op::choice, a, db, dc);
+            break;
+        }
+        d[i] = r;
+    }
+    return d[static_cast<std::size_t>(node)];
+}
+
+std::vector<double> Graph::values(const std::array<double, variables>& at) const {
+    std::vector<double> v(nodes_.size());
+    for (std::size_t i = 0; i < nodes_.size(); ++i) {
+        const Node& n = nodes_[i];
+        const auto of = [&](std::size_t k) { return n.of[k] >= 0 ? v[static_cast<std::size_t>(n.of[k])] : 0.0; };
+        if (n.op == Op::constant) v[i] = n.number;
+        else if (n.op == Op::variable) v[i] = at[static_cast<std::size_t>(n.index)];
+        else v[i] = apply(n, of(0), of(1), of(2));
+    }
+    return v;
+}
+
+} // namespace skein

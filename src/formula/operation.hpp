@@ -1,0 +1,168 @@
+// What formulas are made of: operations on packs, each in one place for all widths, for numbers worked out at set-up too.
+#pragma once
+
+#include "core/circular.hpp"
+#include "core/exponential.hpp"
+#include "core/logarithm.hpp"
+#include "skein/core/pack.hpp"
+
+#include <cmath>
+#include <cstdint>
+
+namespace skein {
+
+/// A constant, a variable, then functions of one, two and three values. `tabulated` and `tabulated_slope` look up a table.
+enum class Op : std::uint8_t {
+    constant,
+    variable,
+    negative,
+    absolute,
+    root,
+    floor,
+    sine,
+    cosine,
+    exponential,
+    logarithm,
+    hyperbolic_tangent,
+    tabulated,
+    tabulated_slope,
+    add,
+    subtract,
+    multiply,
+    divide,
+    power,
+    arc_tangent, ///< of a/b, in all quadrants
+    least,
+    most,
+    less,       ///< 1 where a < b, 0 elsewhere
+    less_equal, ///< the same for a <= b
+    equal,
+    choice, ///< b where a is not 0, else c
+};
+
+inline int operands_of(Op op) {
+    if (op <= Op::variable) return 0;
+    if (op <= Op::tabulated_slope) return 1;
+    return op < Op::choice ? 2 : 3;
+}
+
+namespace detail {
+
+template <int W, class F> SKEIN_INLINE Pack<W> lane_by_lane(const Pack<W>& a, F f) {
+    Pack<W> r;
+    for (int i = 0; i < W; ++i) r.set(i, f(a[i]));
+    return r;
+}
+template <int W, class F> SKEIN_INLINE Pack<W> lane_by_lane(const Pack<W>& a, const Pack<W>& b, F f) {
+    Pack<W> r;
+    for (int i = 0; i < W; ++i) r.set(i, f(a[i], b[i]));
+    return r;
+}
+
+/// Lanes for which the series is not made are the C library's: which they are depends on their own numbers.
+template <int W> SKEIN_INLINE Pack<W> any_exponential(const Pack<W>& x) {
+    Pack<W> r = exp(x);
+    if (any(!(abs(x) <= Pack<W>(708.0)))) [[unlikely]]
+        for (int i = 0; i < W; ++i)
+            if (!(std::fabs(x[i]) <= 708.0)) r.set(i, std::exp(x[i]));
+    return r;
+}
+template <int W> SKEIN_INLINE Pack<W> any_logarithm(const Pack<W>& x) {
+    constexpr double least = 2.2250738585072014e-308, most = 1.7976931348623157e308;
+    const auto made_for = [](double a) { return a >= least && a <= most; };
+    const Mask<W> good = (x >= Pack<W>(least)) & (x <= Pack<W>(most));
+    Pack<W> r = log(select(good, x, Pack<W>(1.0)));
+    if (any(!good)) [[unlikely]]
+        for (int i = 0; i < W; ++i)
+            if (!made_for(x[i])) r.set(i, std::log(x[i]));
+    return r;
+}
+template <int W> SKEIN_INLINE Pack<W> whole_below(const Pack<W>& x) {
+    const Pack<W> nearest = to_nearest(x), below = select(nearest > x, nearest - Pack<W>(1.0), nearest);
+    return select(abs(x) < Pack<W>(2251799813685248.0), below, x); // from 2^51 on numbers are whole, or nearly
+}
+
+} // namespace detail
+
+/// Of operands a, b and c as far as it has them; not for constants, variables and tables.
+template <Op op, int W> SKEIN_INLINE Pack<W> operate(const Pack<W>& a, const Pack<W>& b, const Pack<W>& c) {
+    using P = Pack<W>;
+    const auto truth = [](const Mask<W>& m) { return select(m, P(1.0), P(0.0)); };
+    if constexpr (op == Op::negative) return -a;
+    if constexpr (op == Op::absolute) return abs(a);
+    if constexpr (op == Op::root) return sqrt(a);
+    if constexpr (op == Op::floor) return detail::whole_below(a);
+    if constexpr (op == Op::sine) return sin(a);
+    if constexpr (op == Op::cosine) return cos(a);
+    if constexpr (op == Op::exponential) return detail::any_exponential(a);
+    if constexpr (op == Op::logarithm) return detail::any_logarithm(a);
+    if constexpr (op == Op::hyperbolic_tangent) return detail::lane_by_lane(a, [](double x) { return std::tanh(x); });
+    if constexpr (op == Op::add) return a + b;
+    if constexpr (op == Op::subtract) return a - b;
+    if constexpr (op == Op::multiply) return a * b;
+    if constexpr (op == Op::divide) return a / b;
+    if constexpr (op == Op::power) return detail::lane_by_lane(a, b, [](double x, double y) { return std::pow(x, y); });
+    if constexpr (op == Op::arc_tangent) return detail::lane_by_lane(a, b, [](double x, double y) { return std::atan2(x, y); });
+    if constexpr (op == Op::least) return min(a, b);
+    if constexpr (op == Op::most) return max(a, b);
+    if constexpr (op == Op::less) return truth(a < b);
+    if constexpr (op == Op::less_equal) return truth(a <= b);
+    if constexpr (op == Op::equal) return truth((a <= b) & (a >= b));
+    if constexpr (op == Op::choice) return select((a < P(0.0)) | (a > P(0.0)), b, c);
+    return a;
+}
+
+/// Calls f.template operator()<op>() for an operation that is known at run time.
+template <class F> SKEIN_INLINE void with_operation(Op op, F&& f) {
+    switch (op) {
+    case Op::negative:
+        return f.template operator()<Op::negative>();
+    case Op::absolute:
+        return f.template operator()<Op::absolute>();
+    case Op::root:
+        return f.template operator()<Op::root>();
+    case Op::floor:
+        return f.template operator()<Op::floor>();
+    case Op::sine:
+        return f.template operator()<Op::sine>();
+    case Op::cosine:
+        return f.template operator()<Op::cosine>();
+    case Op::exponential:
+        return f.template operator()<Op::exponential>();
+    case Op::logarithm:
+        return f.template operator()<Op::logarithm>();
+    case Op::hyperbolic_tangent:
+        return f.template operator()<Op::hyperbolic_tangent>();
+    case Op::add:
+        return f.template operator()<Op::add>();
+    case Op::subtract:
+        return f.template operator()<Op::subtract>();
+    case Op::multiply:
+        return f.template operator()<Op::multiply>();
+    case Op::divide:
+        return f.template operator()<Op::divide>();
+    case Op::power:
+        return f.template operator()<Op::power>();
+    case Op::arc_tangent:
+        return f.template operator()<Op::arc_tangent>();
+    case Op::least:
+        return f.template operator()<Op::least>();
+    case Op::most:
+        return f.template operator()<Op::most>();
+    case Op::less:
+        return f.template operator()<Op::less>();
+    case Op::less_equal:
+        return f.template operator()<Op::less_equal>();
+    case Op::equal:
+        return f.template operator()<Op::equal>();
+    case Op::choice:
+        return f.template operator()<Op::choice>();
+    case Op::constant:
+    case Op::variable:
+    case Op::tabulated:
+    case Op::tabulated_slope:
+        return;
+    }
+}
+
+} // namespace skein

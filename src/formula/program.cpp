@@ -1,0 +1,107 @@
+#include "formula/program.hpp"
+
+#include <algorithm>
+#include <functional>
+
+namespace skein {
+
+namespace {
+
+/// `input_of`: number of the input that a node is to this list, -1 where it is worked out in it.
+std::optional<InstructionList> list_of(const Graph& graph, std::span<const int> outputs, const std::function<int(int)>& input_of) {
+    InstructionList list;
+    const auto count = graph.nodes().size();
+    std::vector<int> last_use(count, -1), source(count, -1);
+    std::vector<bool> needed(count, false);
+    const int forever = static_cast<int>(count);
+    for (const int o : outputs) needed[static_cast<std::size_t>(o)] = true, last_use[static_cast<std::size_t>(o)] = forever;
+    for (std::size_t i = count; i-- > 0;) {
+        if (!needed[i] || graph.nodes()[i].op == Op::constant || input_of(static_cast<int>(i)) >= 0) continue;
+        for (const int operand : graph.nodes()[i].of)
+            if (operand >= 0) {
+                needed[static_cast<std::size_t>(operand)] = true;
+                last_use[static_cast<std::size_t>(operand)] =
+                    std::max(last_use[static_cast<std::size_t>(operand)], static_cast<int>(i));
+            }
+    }
+    std::vector<bool> taken;
+    // Registers now, constants from 1000000 and inputs from 2000000 on, until their numbers are known.
+    constexpr int constant_base = 1000000, input_base = 2000000;
+    for (std::size_t i = 0; i < count; ++i) {
+        if (!needed[i]) continue;
+        const Graph::Node& n = graph.nodes()[i];
+        if (n.op == Op::constant) {
+            source[i] = constant_base + static_cast<int>(list.constants.size());
+            list.constants.push_back(n.number);
+            continue;
+        }
+        if (const int input = input_of(static_cast<int>(i)); input >= 0) {
+            source[i] = input_base + static_cast<int>(list.inputs.size());
+            list.inputs.push_back(input);
+            continue;
+        }
+        const auto operand = [&](std::size_t k) { return n.of[k] >= 0 ? source[static_cast<std::size_t>(n.of[k])] : -1; };
+        Instruction in{n.op, n.index, -1, operand(0), operand(1), operand(2)};
+        // An operand's register may take the result: places are worked out one by one.
+        for (const int o : n.of)
+            if (o >= 0 && last_use[static_cast<std::size_t>(o)] == static_cast<int>(i) &&
+                source[static_cast<std::size_t>(o)] < constant_base)
+                taken[static_cast<std::size_t>(source[static_cast<std::size_t>(o)])] = false;
+        const auto free = std::find(taken.begin(), taken.end(), false);
+        in.to = static_cast<int>(free - taken.begin());
+        if (free == taken.end()) taken.push_back(true);
+        else *free = true;
+        source[i] = in.to;
+        list.code.push_back(in);
+    }
+    list.registers = static_cast<int>(taken.size());
+    if (list.registers > InstructionList::most_registers || list.sources() > InstructionList::most_sources) return std::nullopt;
+    const auto settle = [&](int& s) {
+        if (s >= input_base) s = list.first_input() + s - input_base;
+        else if (s >= constant_base) s = list.registers + s - constant_base;
+    };
+    for (Instruction& in : list.code) settle(in.a), settle(in.b), settle(in.c);
+    for (const int o : outputs) {
+        list.outputs.push_back(source[static_cast<std::size_t>(o)]);
+        settle(list.outputs.back());
+    }
+    return list;
+}
+
+} // namespace
+
+bool FormulaProgram::uses(Variable v) const {
+    const auto in = [v](const InstructionList& list) {
+        return std::find(list.inputs.begin(), list.inputs.end(), static_cast<int>(v)) != list.inputs.end();
+    };
+    return in(time) || in(place) || in(state);
+}
+
+std::optional<FormulaProgram> compiled(const Graph& graph, std::span<const int> outputs) {
+    FormulaProgram program{.tables = graph.tables()};
+    std::vector<int> of_time, of_place; // nodes that are inputs of the last list
+    const auto number_in = [](std::vector<int>& list, int node) {
+        const auto found = std::find(list.begin(), list.end(), node);
+        if (found != list.end()) return static_cast<int>(found - list.begin());
+        list.push_back(node);
+        return static_cast<int>(list.size()) - 1;
+    };
+    const auto state_input = [&](int node) {
+        const Graph::Node& n = graph[node];
+        if (n.changes == with_time) return time_base + number_in(of_time, node);
+        if (n.changes == with_place) return place_base + number_in(of_place, node);
+        return n.op == Op::variable ? n.index : -1;
+    };
+    const auto variable_input = [&](int node) { return graph[node].op == Op::variable ? graph[node].index : -1; };
+    for (const int o : outputs) program.changes |= graph[o].changes;
+    // Called of nodes in turn that are needed, so that what is numbered is what is used; but asked twice of each, once from above.
+    std::optional<InstructionList> state = list_of(graph, outputs, state_input);
+    if (!state) return std::nullopt;
+    program.state = std::move(*state);
+    std::optional<InstructionList> time = list_of(graph, of_time, variable_input), place = list_of(graph, of_place, variable_input);
+    if (!time || !place) return std::nullopt;
+    program.time = std::move(*time), program.place = std::move(*place);
+    return program;
+}
+
+} // namespace skein

@@ -1,0 +1,74 @@
+// What formulas of a scene may name: its constants, its tables, and the variables of the place where they stand.
+#pragma once
+
+#include "formula/unit.hpp"
+#include "skein/core/fields.hpp"
+
+#include <memory>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace skein {
+
+/// An entry of [constants].
+struct FormulaConstant {
+    std::string name;
+    double value = 0;
+    std::string unit; ///< empty: fits any
+};
+
+/// A [[table]]: piecewise linear from point to point; beyond its ends it keeps their values, or begins again.
+struct FormulaTable {
+    std::string name;
+    std::vector<double> at, value;
+    std::string at_unit = "s", unit; ///< empty: fits any
+    bool periodic = false;
+    std::string source; ///< file:line of the table, for messages
+
+    void fields(FieldVisitor& f);
+
+    double operator()(double x) const { return line(x).first; }
+    double slope(double x) const { return line(x).second; }
+
+private:
+    std::pair<double, double> line(double x) const; ///< value and slope
+};
+
+struct FormulaScope {
+    std::vector<FormulaConstant> constants;
+    std::vector<FormulaTable> tables;
+    double duration = 0; ///< of the run, s
+};
+
+/// Variables, in this order. A place is a node for forces, the middle of an element for couples.
+enum class Variable { x, y, z, vx, vy, vz, t, s, length, rod, start_x, start_y, start_z };
+inline constexpr int variables = 13;
+struct VariableEntry {
+    std::string_view name, unit, text;
+};
+inline constexpr VariableEntry variable_names[variables] = {{"x", "m", "lab position"},
+                                                            {"y", "m", ""},
+                                                            {"z", "m", ""},
+                                                            {"vx", "m/s", "lab velocity"},
+                                                            {"vy", "m/s", ""},
+                                                            {"vz", "m/s", ""},
+                                                            {"t", "s", "time"},
+                                                            {"s", "m", "arc length at rest, from the start"},
+                                                            {"L", "m", "length of the rod at rest"},
+                                                            {"rod", "", "number of the rod in its group, from 0"},
+                                                            {"X", "m", "lab position at the start"},
+                                                            {"Y", "m", ""},
+                                                            {"Z", "m", ""}};
+
+/// What a value changes with.
+inline constexpr unsigned with_time = 1, with_place = 2, with_state = 4;
+inline unsigned changes_with(Variable v) {
+    if (v == Variable::t) return with_time;
+    return v < Variable::t ? with_state : with_place;
+}
+
+/// What is wrong with the constants and tables themselves: path of a key ("constants.k", "table.0.at") and message.
+std::vector<std::pair<std::string, std::string>> faults(const FormulaScope& scope);
+
+} // namespace skein

@@ -1,0 +1,157 @@
+// Force and couple as formulas of a scene.                                                              theory.md (42)-(44)
+//   f_i += w_i F(x_i, v_i, s_i, t)          [N] lab, at nodes;     w: rest length or mass of the node, or its share of the rod's
+//   length c_k += w_k Q_k C(x_k, v_k, s_k, t)      [N m] body, of elements, x_k and v_k in the middle of their nodes; without Q_k
+//   in body axes
+// What changes with time alone is worked out once a step, what belongs to places alone once a run.
+#pragma once
+
+#include "loads/formula_reading.hpp"
+#include "loads/formula_vector.hpp"
+#include "skein/core/error.hpp"
+#include "skein/core/fields.hpp"
+#include "skein/loads/load.hpp"
+
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+namespace skein {
+
+/// What a formula gives of: a metre of rest length, a kilogram, or the whole rod, evenly.
+enum class FormulaPer { length, mass, rod };
+inline constexpr std::string_view formula_per_names[] = {"length", "mass", "rod"};
+enum class FormulaAt { rod, start, end };
+inline constexpr std::string_view formula_at_names[] = {"rod", "start", "end"};
+enum class FormulaFrame { lab, body };
+inline constexpr std::string_view formula_frame_names[] = {"lab", "body"};
+
+struct FormulaLoad {
+    static constexpr std::string_view kind = "formula", label = "loads by formula";
+    static constexpr bool for_rigid_bodies = false;
+    std::vector<std::string> force, couple;
+    FormulaPer per = FormulaPer::length;
+    FormulaAt at = FormulaAt::rod;
+    FormulaFrame frame = FormulaFrame::lab;
+
+    void fields(FieldVisitor& f);
+    /// Reads the formulas: called where the names are known, and before all that follows.
+    void use(const FormulaScope& scope);
+    void check(RodSpecs groups, Objections& objections) const;
+    /// What is wrong with the values at the start of rods and at some times of the run; empty: nothing.
+    std::string fault_at_start(const RodGroup& group) const;
+    /// Largest |dF/dv| and |dF/dx| over mass, of the same places and times. theory.md (44)
+    DragRate largest_rate(const RodGroup& group) const;
+    DragRate largest_stiffness(const RodGroup& group) const;
+
+    void prepare(std::span<const Step> steps) {
+        if (!reading_ || !reading_->told().empty()) throw InputError("a load of kind formula whose formulas have not been read");
+        force_.prepare(steps);
+        couple_.prepare(steps);
+    }
+
+    /// Values that belong to places, by value and slot; and weights where these are no constants of the mapping.
+    template <int W> struct TileData {
+        PlaceValues<W> force, couple;
+        AlignedVector<Pack<W>> force_weight, couple_weight;
+    };
+    template <int W> TileData<W> bind(const RodTile<W>& rod) const;
+
+    template <int W, class Map = Across<W>>
+    void add(const RodTile<W>& rod, const TileData<W>& data, SlotLoad<W>* load, const Step& step) const {
+        if (force_.given) add_forces<W, Map>(rod, data, load, step);
+        if (couple_.given) add_couples<W, Map>(rod, data, load, step);
+    }
+
+    // What use() makes of them, and add() calls.
+    template <int W, class Map>
+    void add_forces(const RodTile<W>& rod, const TileData<W>& data, SlotLoad<W>* load, const Step& step) const;
+    template <int W, class Map>
+    void add_couples(const RodTile<W>& rod, const TileData<W>& data, SlotLoad<W>* load, const Step& step) const;
+    double weight_over_mass(const RodGroup& group, int node) const;
+
+    std::shared_ptr<const FormulaReading> reading_;
+    std::vector<int> force_nodes_, couple_nodes_;
+    FormulaVector force_, couple_;
+};
+
+template <int W> FormulaLoad::TileData<W> FormulaLoad::bind(const RodTile<W>& rod) const {
+    TileData<W> data;
+    if (force_.given) data.force = place_values<W>(force_, rod, false);
+    if (couple_.given) data.couple = place_values<W>(couple_, rod, true);
+    if (at == FormulaAt::rod || !rod.strands) return data;
+    // Ends of strands lie in different rows: 1 in their places.
+    data.force_weight.resize(static_cast<std::size_t>(rod.n) + 1, Pack<W>(0.0));
+    data.couple_weight.resize(static_cast<std::size_t>(rod.n), Pack<W>(0.0));
+    for (int i = 0; i <= rod.n; ++i)
+        for (int l = 0; l < W; ++l) {
+            const int slot = rod.strands->slot(l, i), elements = rod.group_of(l).elements();
+            data.force_weight[static_cast<std::size_t>(i)].set(l, slot == (at == FormulaAt::start ? 0 : elements));
+            if (i < rod.n)
+                data.couple_weight[static_cast<std::size_t>(i)].set(l, slot == (at == FormulaAt::start ? 0 : elements - 1));
+        }
+    return data;
+}
+
+template <int W, class Map>
+void FormulaLoad::add_forces(const RodTile<W>& rod, const TileData<W>& data, SlotLoad<W>* load, const Step& step) const {
+    using P = Pack<W>;
+    FormulaRun<W> run(force_, data.force, step.slot);
+    const bool one_end = at != FormulaAt::rod && !Map::along;
+    const int begin = one_end && at == FormulaAt::end ? rod.last : 0, end = one_end ? begin + 1 : rod.last + 1;
+    const P share = P(1.0) / P(Map::length(rod));
+    for (int first = begin; first < end; first += strip<W>) {
+        const int count = std::min(strip<W>, end - first);
+        run.at_nodes(rod, first, count);
+        const Strided<W> x = run[0], y = run[1], z = run[2];
+        const auto gather = [&](auto weight) __attribute__((always_inline)) {
+            for (int i = 0; i < count; ++i) {
+                Vec3<P>& f = load[first + i].force;
+                const P w = weight(first + i);
+                const Vec3<P> sum = fma(w, Vec3<P>{x[i], y[i], z[i]}, f);
+                if constexpr (Map::along) f = select(w > P(0.0), sum, f); // where there is no node values may be none
+                else f = sum;
+            }
+        };
+        if (at != FormulaAt::rod) {
+            if constexpr (Map::along) gather([&](int i) { return data.force_weight[static_cast<std::size_t>(i)]; });
+            else gather([](int) { return P(1.0); });
+        } else if (per == FormulaPer::length) gather([&](int i) { return P(Map::node_length(rod, i)); });
+        else if (per == FormulaPer::mass) gather([&](int i) { return P(Map::node_mass(rod, i)); });
+        else gather([&](int i) { return share * P(Map::node_length(rod, i)); });
+    }
+}
+
+template <int W, class Map>
+void FormulaLoad::add_couples(const RodTile<W>& rod, const TileData<W>& data, SlotLoad<W>* load, const Step& step) const {
+    using P = Pack<W>;
+    FormulaRun<W> run(couple_, data.couple, step.slot);
+    const bool one_end = at != FormulaAt::rod && !Map::along;
+    const int begin = one_end && at == FormulaAt::end ? rod.n - 1 : 0, end = one_end ? begin + 1 : rod.n;
+    const P share = P(1.0) / P(Map::length(rod)), density = P(Map::density(rod));
+    for (int first = begin; first < end; first += strip<W>) {
+        const int count = std::min(strip<W>, end - first);
+        run.template at_middles<Map>(rod, first, count);
+        const Strided<W> x = run[0], y = run[1], z = run[2];
+        const auto gather = [&](auto weight) __attribute__((always_inline)) {
+            for (int i = 0; i < count; ++i) {
+                const int k = first + i;
+                const P w = weight(k);
+                Vec3<P> c{x[i], y[i], z[i]};
+                if (frame == FormulaFrame::lab) c = rod.slot[k].director * c;
+                const Vec3<P> sum = fma(w, c, load[k].couple);
+                if constexpr (Map::along)
+                    load[k].couple = select((w > P(0.0)) & (Map::element(rod, k).absent < P(0.5)), sum, load[k].couple);
+                else load[k].couple = sum;
+            }
+        };
+        if (at != FormulaAt::rod) {
+            if constexpr (Map::along) gather([&](int k) { return data.couple_weight[static_cast<std::size_t>(k)]; });
+            else gather([](int) { return P(1.0); });
+        } else if (per == FormulaPer::length) gather([&](int k) { return P(Map::element(rod, k).rest_length); });
+        else if (per == FormulaPer::mass) gather([&](int k) { return density * P(Map::element(rod, k).volume); });
+        else gather([&](int k) { return share * P(Map::element(rod, k).rest_length); });
+    }
+}
+
+} // namespace skein

@@ -1,0 +1,206 @@
+#include "loads/formula_reading.hpp"
+
+#include "skein/rod/rod_group.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include <fmt/format.h>
+
+namespace skein {
+
+FormulaPlaces::FormulaPlaces(const RodGroup& group, std::int64_t index, bool middles, bool with_start)
+    : length(group.spec().shape.length), rod(static_cast<double>(index)) {
+    s.assign(1, 0.0);
+    for (const ElementConstants& c : group.element) s.push_back(s.back() + c.rest_length);
+    if (with_start) {
+        std::vector<Slot<1>> state(static_cast<std::size_t>(group.slots()));
+        group.start_state(index, state);
+        for (const Slot<1>& slot : state) start.push_back(lane(slot.position, 0));
+    }
+    if (!middles) return;
+    for (std::size_t k = 0; k + 1 < s.size(); ++k) s[k] = 0.5 * (s[k] + s[k + 1]);
+    s.pop_back();
+    for (std::size_t k = 0; k + 1 < start.size(); ++k) start[k] = 0.5 * (start[k] + start[k + 1]);
+}
+
+double FormulaPlaces::value(Variable v, std::size_t slot) const {
+    const Vec3d at = start.empty() ? Vec3d{0, 0, 0} : start[slot];
+    switch (v) {
+    case Variable::s:
+        return s[slot];
+    case Variable::length:
+        return length;
+    case Variable::rod:
+        return rod;
+    case Variable::start_x:
+        return at.x;
+    case Variable::start_y:
+        return at.y;
+    case Variable::start_z:
+        return at.z;
+    default:
+        return 0;
+    }
+}
+
+namespace {
+
+/// A node, or the middle of an element, of a rod of the start state at some time.
+struct Sample {
+    std::array<double, variables> at;
+    std::int64_t rod;
+    int place;
+};
+
+/// Some of 0 to count - 1, the first and the last among them.
+std::vector<std::int64_t> some_of(std::int64_t count, std::int64_t most) {
+    std::vector<std::int64_t> chosen;
+    for (std::int64_t i = 0; i < std::min(count, most); ++i) chosen.push_back(count <= most ? i : i * (count - 1) / (most - 1));
+    return chosen;
+}
+
+/// The start of the run, its end, and times between them that follow no beat.
+std::vector<double> some_times(double duration) {
+    std::vector<double> times = {0};
+    if (duration > 0) times.push_back(duration);
+    for (int i = 1; duration > 0 && i < 15; ++i) times.push_back(duration * std::fmod(0.6180339887498949 * i, 1.0));
+    return times;
+}
+
+/// Calls `look` until it returns false. Of rods of a file no rank knows all, and their states are not looked at.
+template <class Look> void over_samples(const RodGroup& group, double duration, bool middles, Look look) {
+    if (group.places().from_file() || !group.strained()) return;
+    for (const std::int64_t rod : some_of(group.count(), 32)) {
+        std::vector<Slot<1>> state(static_cast<std::size_t>(group.slots()));
+        group.start_state(rod, state);
+        const FormulaPlaces along(group, rod, middles, true);
+        for (const std::int64_t place : some_of(static_cast<std::int64_t>(along.s.size()), 33)) {
+            const auto k = static_cast<std::size_t>(place);
+            Sample sample{{}, rod, static_cast<int>(place)};
+            const auto set = [&](Variable v, double value) { sample.at[static_cast<std::size_t>(v)] = value; };
+            Vec3d x = lane(state[k].position, 0), v = lane(state[k].velocity, 0);
+            if (middles) x = 0.5 * (x + lane(state[k + 1].position, 0)), v = 0.5 * (v + lane(state[k + 1].velocity, 0));
+            set(Variable::x, x.x), set(Variable::y, x.y), set(Variable::z, x.z);
+            set(Variable::vx, v.x), set(Variable::vy, v.y), set(Variable::vz, v.z);
+            for (int i = static_cast<int>(Variable::s); i < variables; ++i)
+                set(static_cast<Variable>(i), along.value(static_cast<Variable>(i), k));
+            for (const double t : some_times(duration)) {
+                set(Variable::t, t);
+                if (!look(sample)) return;
+            }
+        }
+    }
+}
+
+/// The value, among those that a result is made of, that is the first not to be finite.
+int where_it_breaks(const Graph& graph, const std::vector<double>& values, int node) {
+    for (;;) {
+        const Graph::Node& n = graph[node];
+        int next = -1;
+        for (std::size_t i = 0; i < n.of.size() && next < 0; ++i) {
+            const int operand = n.of[i];
+            if (operand < 0 || std::isfinite(values[static_cast<std::size_t>(operand)])) continue;
+            if (n.op == Op::choice && i > 0 && (values[static_cast<std::size_t>(n.of[0])] != 0) != (i == 1)) continue;
+            next = operand;
+        }
+        if (next < 0) return node;
+        node = next;
+    }
+}
+
+} // namespace
+
+std::vector<int> FormulaReading::read(const char* key, const std::vector<std::string>& texts, std::string_view unit) {
+    std::vector<int> values;
+    if (texts.empty()) return values;
+    if (texts.size() != 3) {
+        told_.push_back({key, {}, fmt::format("'{}' is a vector of 3 formulas, not {}", key, texts.size())});
+        return values;
+    }
+    for (std::size_t i = 0; i < texts.size(); ++i) {
+        std::vector<FormulaFault> found;
+        const int number = static_cast<int>(text_.size());
+        text_.push_back(texts[i]);
+        if (const auto value = read_formula(graph, scope_, texts[i], number, unit, found)) values.push_back(value->node);
+        for (const FormulaFault& fault : found)
+            told_.push_back({fmt::format("{}.{}", key, i), fault.part, fmt::format("'{}': {}", key, fault.message)});
+    }
+    if (values.size() < 3) values.clear();
+    return values;
+}
+
+FormulaVector FormulaReading::compile(const char* key, const std::vector<int>& values) {
+    if (values.empty()) return {};
+    if (auto program = compiled(graph, values)) return {true, std::move(*program), {}};
+    told_.push_back({key, {}, fmt::format("'{}' keeps too many values at once: write it in fewer terms, or as two loads", key)});
+    return {};
+}
+
+void FormulaReading::tell(Objections& objections) const {
+    for (const Told& t : told_) objections.add_within(t.key, t.part.begin, t.part.length, t.message);
+}
+
+std::string FormulaReading::fault(const char* key, const RodGroup& group, const std::vector<int>& nodes, bool middles) const {
+    std::string fault;
+    over_samples(group, scope_.duration, middles, [&](const Sample& sample) {
+        const std::vector<double> values = graph.values(sample.at);
+        for (std::size_t i = 0; i < nodes.size(); ++i) {
+            if (std::isfinite(values[static_cast<std::size_t>(nodes[i])])) continue;
+            const Graph::Node& bad = graph[where_it_breaks(graph, values, nodes[i])];
+            const auto of = [&](std::size_t k) { return values[static_cast<std::size_t>(bad.of[k])]; };
+            const std::string_view what = bad.op == Op::divide && of(1) == 0      ? "divides by 0"
+                                          : bad.op == Op::root                    ? "is the root of a negative number"
+                                          : bad.op == Op::logarithm && of(0) <= 0 ? "is the logarithm of what is not above 0"
+                                                                                  : "is not finite";
+            const std::string written =
+                bad.part.formula >= 0 ? text_[static_cast<std::size_t>(bad.part.formula)].substr(bad.part.begin, bad.part.length)
+                                      : text_[0];
+            const auto value = [&](Variable v) { return sample.at[static_cast<std::size_t>(v)]; };
+            fault = fmt::format(
+                "'{}': \"{}\" {} at t = {:.6g} s at {} {} of rod {} of '{}', where x, y, z = {:.6g}, {:.6g}, {:.6g} m and "
+                "s = {:.6g} m",
+                key, written, what, value(Variable::t), middles ? "element" : "node", sample.place, sample.rod, group.name(),
+                value(Variable::x), value(Variable::y), value(Variable::z), value(Variable::s));
+            return false;
+        }
+        return true;
+    });
+    return fault;
+}
+
+DragRate FormulaReading::largest(const RodGroup& group, bool middles, const Worth& worth) const {
+    DragRate largest;
+    over_samples(group, scope_.duration, middles, [&](const Sample& sample) {
+        if (const double here = worth(graph.values(sample.at), sample.place); here > largest.value)
+            largest = {here, std::min(sample.place, group.elements() - 1)};
+        return true;
+    });
+    return largest;
+}
+
+DragRate steepest(const FormulaReading& reading, const RodGroup& group, const std::vector<int>& force, Variable first,
+                  const std::function<double(int)>& weight) {
+    if (force.empty()) return {};
+    FormulaReading with_slopes = reading;
+    std::vector<int> slope;
+    bool any = false;
+    for (const int f : force)
+        for (int axis = 0; axis < 3; ++axis) {
+            slope.push_back(with_slopes.graph.derivative(f, static_cast<Variable>(static_cast<int>(first) + axis)));
+            any = any || with_slopes.graph.number(slope.back()) != 0;
+        }
+    if (!any) return {};
+    return with_slopes.largest(group, false, [&](const std::vector<double>& values, int node) {
+        double most = 0;
+        for (std::size_t row = 0; row < 3; ++row) {
+            double sum = 0;
+            for (std::size_t axis = 0; axis < 3; ++axis) sum += std::abs(values[static_cast<std::size_t>(slope[3 * row + axis])]);
+            most = std::max(most, sum);
+        }
+        return most * weight(node);
+    });
+}
+
+} // namespace skein

@@ -1,0 +1,54 @@
+// Formulas of a load at set-up: read from texts, told what is wrong with them, tried at the start of rods.
+#pragma once
+
+#include "formula/formula.hpp"
+#include "loads/formula_vector.hpp"
+#include "skein/core/objections.hpp"
+#include "skein/loads/load.hpp"
+
+#include <functional>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+namespace skein {
+
+class FormulaReading {
+public:
+    explicit FormulaReading(const FormulaScope& scope) : graph(scope.tables), scope_(scope) {}
+
+    /// Values in the graph of the formulas under a key, three of them, in the unit expected; none where they have faults.
+    std::vector<int> read(const char* key, const std::vector<std::string>& texts, std::string_view unit);
+    /// What the step runs; not given without values, or where there are too many at once.
+    FormulaVector compile(const char* key, const std::vector<int>& values);
+
+    struct Told {
+        std::string key;
+        Part part;
+        std::string message;
+    };
+    const std::vector<Told>& told() const { return told_; }
+    void tell(Objections& objections) const;
+
+    /// The first value that is not finite over a group's start state, at the start of the run, its end and some times between;
+    /// empty where all are. Of some rods and places of a group, and none of a file, which no rank knows all of.
+    std::string fault(const char* key, const RodGroup& group, const std::vector<int>& values, bool middles) const;
+
+    /// Largest value over the same places and times of `worth(values of all of the graph, place)`.
+    using Worth = std::function<double(const std::vector<double>&, int)>;
+    DragRate largest(const RodGroup& group, bool middles, const Worth& worth) const;
+
+    Graph graph;
+
+private:
+    FormulaScope scope_;
+    std::vector<std::string> text_;
+    std::vector<Told> told_;
+};
+
+/// Largest sum along a row of |dF/dv| of three values F, v three variables from `first` on, times `weight(node)`. theory.md (40c)
+DragRate steepest(const FormulaReading& reading, const RodGroup& group, const std::vector<int>& force, Variable first,
+                  const std::function<double(int)>& weight);
+
+} // namespace skein

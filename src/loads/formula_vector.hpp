@@ -1,0 +1,169 @@
+// Formulas of a load, run over the places of a tile. What changes with time alone is worked out once a step, what belongs to places
+// alone once a run.
+#pragma once
+
+#include "formula/evaluate.hpp"
+#include "skein/core/aligned.hpp"
+#include "skein/rod/mapping.hpp"
+
+#include <algorithm>
+#include <cstring>
+#include <span>
+#include <vector>
+
+namespace skein {
+
+/// Some formulas with their values of a batch of steps.
+struct FormulaVector {
+    bool given = false;
+    FormulaProgram program;
+    std::vector<double> of_time; ///< values of program.time, by value and slot of the batch
+
+    void prepare(std::span<const Step> steps);
+    double time_value(int i, int slot) const { return of_time[static_cast<std::size_t>(i * Clock::largest_batch + slot)]; }
+};
+
+/// What is the same along a rod: its nodes' arc lengths and start positions, or those of the middles of its elements.
+struct FormulaPlaces {
+    std::vector<double> s;
+    std::vector<Vec3d> start;
+    double length = 0, rod = 0;
+
+    FormulaPlaces(const RodGroup& group, std::int64_t index, bool middles, bool with_start);
+    double value(Variable v, std::size_t slot) const;
+};
+
+/// Values of program.place of a tile, by value and row; one row where all are the same.
+template <int W> using PlaceValues = std::vector<AlignedVector<Pack<W>>>;
+
+template <int W> PlaceValues<W> place_values(const FormulaVector& of, const RodTile<W>& rod, bool middles) {
+    const InstructionList& list = of.program.place;
+    const int rows = middles ? rod.n : rod.n + 1;
+    PlaceValues<W> values(list.outputs.size()), inputs(list.inputs.size());
+    if (values.empty()) return values;
+    for (auto& input : inputs) input.resize(static_cast<std::size_t>(rows));
+    const bool with_start =
+        of.program.uses(Variable::start_x) || of.program.uses(Variable::start_y) || of.program.uses(Variable::start_z);
+    for (int l = 0; l < W; ++l) {
+        const FormulaPlaces along(rod.group_of(l), rod.index_of(l), middles, with_start);
+        for (int i = 0; i < rows; ++i) {
+            const int slot = rod.strands ? std::max(0, rod.strands->slot(l, i)) : i;
+            for (std::size_t k = 0; k < inputs.size(); ++k)
+                inputs[k][static_cast<std::size_t>(i)].set(
+                    l, along.value(static_cast<Variable>(list.inputs[k]),
+                                   std::min(static_cast<std::size_t>(slot), along.s.size() - 1)));
+        }
+    }
+    for (auto& value : values) value.resize(static_cast<std::size_t>(rows));
+    StripRegisters<W> registers;
+    Strided<W> source[InstructionList::most_sources];
+    Pack<W> same[InstructionList::most_sources];
+    for (std::size_t i = 0; i < list.constants.size(); ++i) {
+        same[i] = Pack<W>(list.constants[i]);
+        source[static_cast<std::size_t>(list.registers) + i] = {&same[i], 0};
+    }
+    for (int first = 0; first < rows; first += strip<W>) {
+        const int count = std::min(strip<W>, rows - first);
+        for (std::size_t k = 0; k < inputs.size(); ++k)
+            source[static_cast<std::size_t>(list.first_input()) + k] = Strided<W>{inputs[k].data(), 1}.from(first);
+        evaluate<W>(list, of.program.tables, source, registers, count);
+        for (std::size_t o = 0; o < values.size(); ++o)
+            for (int i = 0; i < count; ++i) values[o][static_cast<std::size_t>(first + i)] = source[list.outputs[o]][i];
+    }
+    for (auto& value : values) { // one for all where all are the same
+        bool same_bits = true;
+        for (const Pack<W>& p : value) same_bits = same_bits && std::memcmp(&p, value.data(), sizeof p) == 0;
+        if (same_bits) value.resize(1);
+    }
+    return values;
+}
+
+/// The formulas at one step, strip by strip of a tile.
+template <int W> class FormulaRun {
+public:
+    using P = Pack<W>;
+
+    FormulaRun(const FormulaVector& of, const PlaceValues<W>& places, int slot)
+        : list_(of.program.state), tables_(of.program.tables) {
+        for (std::size_t i = 0; i < list_.constants.size(); ++i) spread(list_.registers + static_cast<int>(i), list_.constants[i]);
+        for (std::size_t i = 0; i < list_.inputs.size(); ++i) {
+            const int input = list_.inputs[i], to = list_.first_input() + static_cast<int>(i);
+            if (input >= place_base) {
+                const auto& values = places[static_cast<std::size_t>(input - place_base)];
+                given_[to] = {values.data(), values.size() > 1};
+            } else if (input >= time_base) {
+                spread(to, of.time_value(input - time_base, slot));
+            }
+        }
+    }
+
+    /// Nodes `first` to `first + count - 1`; count at most strip<W>.
+    void at_nodes(const RodTile<W>& rod, int first, int count) {
+        constexpr int slot_packs = static_cast<int>(sizeof(Slot<W>) / sizeof(P));
+        run(first, count, [&](int variable) {
+            return Strided<W>{reinterpret_cast<const P*>(rod.slot + first) + variable, slot_packs};
+        });
+    }
+    /// Middles of elements.
+    template <class Map> void at_middles(const RodTile<W>& rod, int first, int count) {
+        run(first, count, [&](int variable) {
+            P* to = middle_[variable];
+            const auto mean = [&](auto component) {
+                for (int k = 0; k < count; ++k) to[k] = P(0.5) * (component(first + k) + component(first + k + 1));
+            };
+            const auto part = [axis = variable % 3](const Vec3<P>& v) { return axis == 0 ? v.x : axis == 1 ? v.y : v.z; };
+            if (variable < static_cast<int>(Variable::vx)) {
+                mean([&](int k) { return part(rod.slot[k].position); });
+            } else {
+                const Vec3<P> last = behind<Map>(rod, rod.slot[0].velocity, rod.slot[rod.n].velocity);
+                mean([&](int k) { return part(k < rod.n ? rod.slot[k].velocity : last); });
+            }
+            return Strided<W>{to, 1};
+        });
+    }
+
+    /// Values of formula i from place to place of the strip.
+    const Strided<W>& operator[](int i) const { return source_[list_.outputs[static_cast<std::size_t>(i)]]; }
+
+private:
+    void spread(int to, double value) {
+        same_[to] = P(value);
+        given_[to] = {&same_[to], 0};
+    }
+    template <class StateOf> void run(int first, int count, StateOf state_of) {
+        for (int i = list_.registers; i < list_.sources(); ++i) {
+            const int input = i < list_.first_input() ? time_base : list_.inputs[static_cast<std::size_t>(i - list_.first_input())];
+            source_[i] = input < time_base ? state_of(input) : given_[i].from(first);
+        }
+        evaluate<W>(list_, tables_, source_, registers_, count);
+    }
+
+    const InstructionList& list_;
+    std::span<const FormulaTable> tables_;
+    Strided<W> given_[InstructionList::most_sources], source_[InstructionList::most_sources];
+    P same_[InstructionList::most_sources], middle_[6][strip<W>];
+    StripRegisters<W> registers_;
+};
+
+inline void FormulaVector::prepare(std::span<const Step> steps) {
+    const InstructionList& list = program.time;
+    if (list.outputs.empty()) return;
+    of_time.resize(list.outputs.size() * Clock::largest_batch);
+    StripRegisters<1> registers;
+    Pack<1> time[Clock::largest_batch];
+    Strided<1> source[InstructionList::most_sources];
+    Pack<1> same[InstructionList::most_sources];
+    for (std::size_t i = 0; i < steps.size(); ++i) time[i] = Pack<1>(steps[i].time);
+    for (std::size_t i = 0; i < list.constants.size(); ++i) {
+        same[i] = Pack<1>(list.constants[i]);
+        source[static_cast<std::size_t>(list.registers) + i] = {&same[i], 0};
+    }
+    for (std::size_t i = 0; i < list.inputs.size(); ++i) source[static_cast<std::size_t>(list.first_input()) + i] = {time, 1};
+    evaluate<1>(list, program.tables, source, registers, static_cast<int>(steps.size()));
+    for (std::size_t o = 0; o < list.outputs.size(); ++o)
+        for (std::size_t i = 0; i < steps.size(); ++i)
+            of_time[o * Clock::largest_batch + static_cast<std::size_t>(steps[i].slot)] =
+                source[list.outputs[o]][static_cast<int>(i)][0];
+}
+
+} // namespace skein

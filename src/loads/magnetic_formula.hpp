@@ -1,0 +1,96 @@
+// Couple and force of a magnetic field that formulas give, on rods magnetised in their material.                theory.md (40d)
+//   U = -sum V_k m_k . Q_k B(y_k, t),  y_k = (x_k + x_k+1)/2
+//   c_k += V_k m_k x Q_k B                        [N m] body; m_k as of a magnetic_field [A/m]
+//   f_k, f_k+1 += V_k/2 grad (Q_k^T m_k . B)      [N] lab; by derivatives of the formulas
+#pragma once
+
+#include "loads/formula_reading.hpp"
+#include "loads/formula_vector.hpp"
+#include "loads/magnetic_field.hpp"
+#include "skein/core/error.hpp"
+
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+namespace skein {
+
+struct MagneticFormula {
+    static constexpr std::string_view kind = "magnetic_formula", label = "magnetics by formula";
+    static constexpr bool for_rigid_bodies = false;
+    std::vector<std::string> field;
+
+    void fields(FieldVisitor& f) {
+        f.visit({.name = "field", .unit = "T", .text = "three formulas: B in the middle of elements, lab frame", .required = true},
+                field);
+    }
+    /// Reads the formulas: called where the names are known, and before all that follows.
+    void use(const FormulaScope& scope);
+    static bool acts_on(const RodSpec& rods) { return MagneticField::acts_on(rods); }
+    void check(RodSpecs groups, Objections& objections) const;
+    std::string fault_at_start(const RodGroup& group) const;
+    /// Of positions and rotations of an element together. theory.md (40e)
+    DragRate largest_stiffness(const RodGroup& group) const;
+
+    void prepare(std::span<const Step> steps) {
+        if (!reading_ || !reading_->told().empty())
+            throw InputError("a load of kind magnetic_formula whose formulas have not been read");
+        values_.prepare(steps);
+    }
+
+    template <int W> struct TileData {
+        MagneticField::TileData<W> moments;
+        PlaceValues<W> places;
+    };
+    template <int W> TileData<W> bind(const RodTile<W>& rod) const {
+        return {MagneticField{}.bind<W>(rod), place_values<W>(values_, rod, true)};
+    }
+
+    template <int W, class Map = Across<W>>
+    void add(const RodTile<W>& rod, const TileData<W>& data, SlotLoad<W>* load, const Step& step) const {
+        using P = Pack<W>;
+        FormulaRun<W> run(values_, data.places, step.slot);
+        const auto moment = [&](int k) -> const Vec3<P>& {
+            return data.moments.moment[static_cast<std::size_t>(k * data.moments.stride)];
+        };
+        const auto triple = [&](int first, int i) { return Vec3<P>{run[first][i], run[first + 1][i], run[first + 2][i]}; };
+        /// Half of the force on element k, place i of a strip that has been run.
+        const auto half_force = [&](int k, int i) {
+            const Vec3<P> m = (P(0.5) * P(Map::element(rod, k).volume)) * transpose_times(rod.slot[k].director, moment(k));
+            return where_present<Map>(rod, k, fma(m.x, triple(3, i), fma(m.y, triple(6, i), m.z * triple(9, i))));
+        };
+        Vec3<P> before = nothing<W>();
+        if (Map::along && !uniform_) {
+            run.template at_middles<Map>(rod, rod.n - 1, 1);
+            before = given_on<Map>(rod, half_force(rod.n - 1, 0));
+        }
+        for (int first = 0; first < rod.n; first += strip<W>) {
+            const int count = std::min(strip<W>, rod.n - first);
+            run.template at_middles<Map>(rod, first, count);
+            for (int i = 0; i < count; ++i) {
+                const int k = first + i;
+                load[k].couple =
+                    fma(P(Map::element(rod, k).volume), couple_at<Map>(rod, k, moment(k), triple(0, i)), load[k].couple);
+                if (uniform_) continue;
+                const Vec3<P> half = half_force(k, i);
+                load[k].force = load[k].force + before + half;
+                before = half;
+            }
+        }
+        if (!uniform_) load[rod.n].force += before;
+    }
+
+    // What use() makes of them, and add() calls.
+    template <class Map, int W>
+    SKEIN_INLINE static Vec3<Pack<W>> couple_at(const RodTile<W>& rod, int k, const Vec3<Pack<W>>& m, const Vec3<Pack<W>>& b) {
+        return where_present<Map>(rod, k, cross(m, rod.slot[k].director * b));
+    }
+
+    std::shared_ptr<const FormulaReading> reading_;
+    std::vector<int> nodes_; ///< B, then the gradients of its three components
+    FormulaVector values_;
+    bool uniform_ = true;
+};
+
+} // namespace skein
