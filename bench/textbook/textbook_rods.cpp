@@ -55,8 +55,8 @@ TextbookRod::TextbookRod(const RodGroup& group, std::int64_t index, const std::v
     }
     cell_length_[0] = 0.5 * group.element[0].rest_length;
     share_after_[0] = 1;
-    bending_[0] = group.element[0].bending.x;
-    torsion_[0] = group.element[0].bending.z;
+    bending_[0] = group.start_wall.stiffness.x;
+    torsion_[0] = group.start_wall.stiffness.z;
     for (std::size_t k = 1; k < n_; ++k) {
         const VoronoiConstants& v = group.voronoi[k - 1];
         cell_length_[k] = 1 / v.inv_length;

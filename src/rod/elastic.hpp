@@ -157,29 +157,28 @@ private:
         const auto& v = Map::cell(rod, k);
         return cell_loads<Law, W>(cell, v.inv_length, v.stiffness, v.rest_curvature);
     }
-    template <class C, class V> [[gnu::noinline]] static CellLoads<P>
-    wall(const C& c, const Quaternion<P>& after, const Quaternion<P>& before, P e, const V& rest_curvature) {
-        return cell_loads<Law, W>({relative_rotation_and_jacobian(after, before), P(1.0) / e}, 2 * c.inv_rest_length, c.bending,
-                                  rest_curvature);
+    template <class C>
+    [[gnu::noinline]] static CellLoads<P> wall(const C& cell, const Quaternion<P>& after, const Quaternion<P>& before, P e) {
+        return cell_loads<Law, W>({relative_rotation_and_jacobian(after, before), P(1.0) / e}, cell.inv_length, cell.stiffness,
+                                  cell.rest_curvature);
     }
     CellLoads<P> start_wall(const RodTile<W>& rod, const Step& step, P e) const {
         if constexpr (Map::along) {
             const Strands<W>& s = *rod.strands;
             // Where no wall is, the element's frame stands for the wall's: no large angle to work out in vain.
             const Quaternion<P>& first = rod.slot[0].director;
-            const CellLoads<P> held =
-                wall(s.element[0], first, select(s.start_wall, s.start_frame, first), e, s.start_rest_curvature);
+            const CellLoads<P> held = wall(s.start_cell, first, select(s.start_wall, s.start_frame, first), e);
             return {held.before, select(s.start_wall, held.after, Vec3<P>{}), select(s.start_wall, held.tension, P(0.0))};
         } else {
             const Quaternion<P> frame = !walls_.empty() ? walls_[rod.number].start
                                                         : broadcast<W>(moving_ ? moving_->start(step).frame : rod.group->frame());
-            return wall(rod.element[0], rod.slot[0].director, frame, e, rod.group->start_wall_rest_curvature);
+            return wall(rod.group->start_wall, rod.slot[0].director, frame, e);
         }
     }
     CellLoads<P> end_wall(const RodTile<W>& rod, const Step& step, P e) const {
         const Quaternion<P> frame =
             !walls_.empty() ? walls_[rod.number].end : broadcast<W>(moving_ ? moving_->end(step).frame : rod.group->end_frame());
-        return wall(rod.element[rod.n - 1], frame, rod.slot[rod.n - 1].director, e, rod.group->end_wall_rest_curvature);
+        return wall(rod.group->end_wall, frame, rod.slot[rod.n - 1].director, e);
     }
 
     struct Walls {

@@ -26,11 +26,11 @@ public:
     void run(const RodTile<W>& rod, SlotLoad<W>* load, const Step&) const override {
         const int n = rod.n;
         Edge edge = edge_of(rod, 0);
-        const Cell first = ends_.closed ? cell(rod, n - 1, 0, edge_of(rod, n - 1).e, edge.e)
-                           : ends_.start_wall
-                               ? wall(rod, 0, relative_rotation(rod.slot[0].director, broadcast<W>(rod.group->frame())), edge.e,
-                                      rod.group->start_wall_rest_curvature)
-                               : Cell{};
+        const Cell first =
+            ends_.closed ? cell(rod, n - 1, 0, edge_of(rod, n - 1).e, edge.e)
+            : ends_.start_wall
+                ? wall(rod.group->start_wall, relative_rotation(rod.slot[0].director, broadcast<W>(rod.group->frame())), edge.e)
+                : Cell{};
         Cell before = first;
         Vec3<P> force_before{};
         for (int k = 0; k < n; ++k) {
@@ -39,8 +39,8 @@ public:
             const Cell after = !last          ? cell(rod, k, k + 1, edge.e, next.e)
                                : ends_.closed ? first
                                : ends_.end_wall
-                                   ? wall(rod, k, relative_rotation(broadcast<W>(rod.group->end_frame()), rod.slot[k].director),
-                                          edge.e, rod.group->end_wall_rest_curvature)
+                                   ? wall(rod.group->end_wall,
+                                          relative_rotation(broadcast<W>(rod.group->end_frame()), rod.slot[k].director), edge.e)
                                    : Cell{};
             const ElementConstants& c = rod.element[k];
             const Vec3<P> n_body =
@@ -85,8 +85,8 @@ private:
         return loads(relative_rotation(rod.slot[next].director, rod.slot[k].director),
                      P(v.share_before) * e + P(v.share_after) * e_next, v.inv_length, v.stiffness, v.rest_curvature);
     }
-    static Cell wall(const RodTile<W>& rod, int k, const Vec3<P>& phi, P e, const Vec3d& rest_curvature) {
-        return loads(phi, e, 2 * rod.element[k].inv_rest_length, rod.element[k].bending, rest_curvature);
+    static Cell wall(const VoronoiConstants& v, const Vec3<P>& phi, P e) {
+        return loads(phi, e, v.inv_length, v.stiffness, v.rest_curvature);
     }
 
     Ends ends_;

@@ -98,14 +98,13 @@ template <class Law, bool Published, int W> void add_elements(TileFigures<W>& f,
     }
     if (cells == n) cell(n - 1, 0, e_before, first_e); // a ring
     f.extreme[F::turn] = sqrt(turned);
-    const auto wall = [&](const Quaternion<P>& after, const Quaternion<P>& before, int k, const P& e, const Vec3d& rest_curvature) {
-        const ElementConstants& c = rod.element[k];
-        add_cell<Law>(f, relative_rotation(after, before), 2 * c.inv_rest_length, e, c.bending, rest_curvature);
+    const auto wall = [&](const VoronoiConstants& v, const Quaternion<P>& after, const Quaternion<P>& before, const P& e) {
+        add_cell<Law>(f, relative_rotation(after, before), v.inv_length, e, v.stiffness, v.rest_curvature);
     };
     if (group.spec().start == EndKind::clamped)
-        wall(slot[0].director, wall_frames(rod, time, start_wall_frame), 0, first_e, group.start_wall_rest_curvature);
+        wall(group.start_wall, slot[0].director, wall_frames(rod, time, start_wall_frame), first_e);
     if (group.spec().end == EndKind::clamped)
-        wall(wall_frames(rod, time, end_wall_frame), slot[n - 1].director, n - 1, e_before, group.end_wall_rest_curvature);
+        wall(group.end_wall, wall_frames(rod, time, end_wall_frame), slot[n - 1].director, e_before);
 }
 
 /// Of an element that is not strained.

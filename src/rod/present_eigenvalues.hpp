@@ -57,14 +57,17 @@ template <int W> PresentCell<Pack<W>> from_lane_before(const PresentCell<Pack<W>
     return {skein::from_lane_before(cell.spring), skein::from_lane_before(cell.tension), skein::from_lane_before(cell.stiffness)};
 }
 
-/// How many walls hold element k by half cells.
-template <class Map, int W> Pack<W> walls_at(const RodTile<W>& rod, const Ends& ends, int k) {
+/// Calls f(present, cell) for the half cells that hold element k; `present`: 1 in lanes that have one.
+template <class Map, int W, class F> void with_walls_at(const RodTile<W>& rod, const Ends& ends, int k, F&& f) {
+    const Pack<W> none(0.0), one(1.0);
     if constexpr (Map::along) {
         const Strands<W>& s = *rod.strands;
-        const Pack<W> none(0.0), one(1.0);
-        return select(s.cell[k].present & !s.cell[k].inner, one, none) + (k == 0 ? select(s.start_wall, one, none) : none);
+        if (k == 0 && s.start_walls) f(select(s.start_wall, one, none), s.start_cell);
+        const Mask<W> at_end = s.cell[k].present & !s.cell[k].inner;
+        if (any(at_end)) f(select(at_end, one, none), s.cell[k]);
     } else {
-        return Pack<W>((k == 0 && ends.start_wall) + (k == rod.n - 1 && ends.end_wall));
+        if (k == 0 && ends.start_wall) f(one, rod.group->start_wall);
+        if (k == rod.n - 1 && ends.end_wall) f(one, rod.group->end_wall);
     }
 }
 
@@ -107,10 +110,10 @@ template <class Law, class Map, int W, class F> void present_eigenvalues(const R
         const auto mobility_after = last ? mobility_around : Map::element(rod, k + 1).inv_inertia;
         Vec3<P> beta = scale(before.spring, broadcast<W>(mobility + mobility_before)) +
                        scale(after.spring, broadcast<W>(mobility + mobility_after));
-        const P walls = walls_at<Map>(rod, ends, k);
-        if (any(walls > P(0.0)))
-            beta += (P(2.0) * walls * P(c.inv_rest_length) * Law::bending_factor(P(1.0) / nu.z)) *
-                    broadcast<W>(scale(c.bending, mobility));
+        with_walls_at<Map>(rod, ends, k, [&](const P& present, const auto& wall) {
+            beta +=
+                (present * P(wall.inv_length) * Law::bending_factor(P(1.0) / nu.z)) * broadcast<W>(scale(wall.stiffness, mobility));
+        });
 
         P tension = Law::stress(c, nu).z, stretching = Law::stretch_stiffness(c, nu.z), looser(1.0), softer(1.0);
         if (published) looser = nu.z, softer = P(1.0) / nu.z;

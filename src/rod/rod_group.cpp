@@ -66,6 +66,20 @@ double torsion_constant(const Section& s, double f, double a, double b, double i
     return a == b ? i3 : pi * (a * a * a) * (b * b * b) / (a * a + b * b);
 }
 
+/// Of a section that is scaled by f.                                                                  theory.md (3)
+Vec3d bending_stiffness(const RodSpec& spec, double f) {
+    const Material& m = spec.material;
+    const double shear = m.shear_modulus > 0 ? m.shear_modulus : m.youngs_modulus / 3;
+    const double a = f * spec.section.radius;
+    const double b = spec.section.kind == SectionKind::elliptic ? f * spec.section.radius_2 : a;
+    const double i1 = 0.25 * pi * a * b * b * b, i2 = 0.25 * pi * a * a * a * b;
+    const auto& given = spec.section.bending_stiffness;
+    const auto bending = [&](std::size_t axis, double i) {
+        return given.empty() ? m.youngs_modulus * i : f * f * f * f * given[axis];
+    };
+    return {bending(0, i1), bending(1, i2), shear * torsion_constant(spec.section, f, a, b, i1 + i2)};
+}
+
 /// Constants of one element from its section: A, I1 = integral of y^2, I2, I3 = I1 + I2.      theory.md (3)
 ElementConstants element_constants(const RodSpec& spec, std::size_t k, const Share& share) {
     const Material& m = spec.material;
@@ -77,10 +91,6 @@ ElementConstants element_constants(const RodSpec& spec, std::size_t k, const Sha
     const double l = spec.shape.length * share.length;
     const double mass = m.density * l;
     const auto& factors = spec.section.shear_factors;
-    const auto& given = spec.section.bending_stiffness;
-    const auto bending = [&](std::size_t axis, double i) {
-        return given.empty() ? m.youngs_modulus * i : f * f * f * f * given[axis];
-    };
     const auto factor = [&](std::size_t axis) { return factors.empty() ? m.shear_factor : factors[axis]; };
     return {.rest_length = l,
             .inv_rest_length = 1 / l,
@@ -92,7 +102,7 @@ ElementConstants element_constants(const RodSpec& spec, std::size_t k, const Sha
             .inertia = {mass * i1, mass * i2, mass * i3},
             .inv_inertia = {1 / (mass * i1), 1 / (mass * i2), 1 / (mass * i3)},
             .inertia_ratio = i3 / i1,
-            .bending = {bending(0, i1), bending(1, i2), shear * torsion_constant(spec.section, f, a, b, i3)}};
+            .bending = bending_stiffness(spec, f)};
 }
 
 /// Every element's j; empty where all are 1. `group` has its elements and cells, not scaled.
@@ -112,13 +122,29 @@ void scale_rotary_inertia(ElementConstants& c, double j) {
     c.inertia_ratio = c.inertia.z / c.inertia.x;
 }
 
-VoronoiConstants voronoi_constants(const ElementConstants& before, const ElementConstants& after, const Vec3d& rest_curvature) {
-    const double sum = before.rest_length + after.rest_length;
+// Cells and half cells have the stiffness of the section at their node, of which the scale is on the line through those at the
+// middles of the elements beside: of a linear taper it is exact. A mean of stiffnesses is not, which go as its fourth power.
+
+/// Cell between elements whose sections have these scales.
+VoronoiConstants voronoi_constants(const RodSpec& spec, const ElementConstants& before, const ElementConstants& after,
+                                   double scale_before, double scale_after, const Vec3d& rest_curvature) {
+    const double l = before.rest_length, l_after = after.rest_length, sum = l + l_after;
     return {.inv_length = 2 / sum,
-            .share_before = before.rest_length / sum,
-            .share_after = after.rest_length / sum,
-            .stiffness = (1 / sum) * (before.rest_length * before.bending + after.rest_length * after.bending),
+            .share_before = l / sum,
+            .share_after = l_after / sum,
+            .stiffness = scale_before == scale_after ? (1 / sum) * (l * before.bending + l_after * after.bending)
+                                                     : bending_stiffness(spec, (l_after * scale_before + l * scale_after) / sum),
             .rest_curvature = rest_curvature};
+}
+
+/// Scale of the section at an end of the rod: where a profile gives it, on the line through the last element's and the next one's,
+/// but half to twice the last element's, should there be a step.
+double scale_at_end(const RodSpec& spec, std::size_t last, std::size_t next) {
+    const Shares share(spec.shape);
+    const auto& profile = spec.section.profile;
+    if (profile.empty()) return last == 0 ? 1 : spec.section.taper;
+    const double l = share[last].length, slope = (profile[last] - profile[next]) / (l + share[next].length);
+    return std::clamp(profile[last] + slope * l, 0.5 * profile[last], 2 * profile[last]);
 }
 
 /// What a scene leaves out: a ring that says nothing of its curvature is a circle; a body is an element as long as it reaches both
@@ -216,13 +242,23 @@ void RodGroup::work_out_constants() {
         return shape.rest_curvature_profile.empty() ? shape.rest_curvature
                                                     : shape.rest_curvature_profile[static_cast<std::size_t>(k)];
     };
-    for (long k = 0; k < cells; ++k)
-        voronoi.push_back(
-            voronoi_constants(element[static_cast<std::size_t>(k)], element[static_cast<std::size_t>((k + 1) % n)], kappa0(k)));
+    const auto scale = [&](std::size_t k) { return radius_factor(spec_.section, k, share[k]); };
+    double scale_before = scale(0); // in the order of elements, as shares are asked for
+    for (long k = 0; k < cells; ++k) {
+        const auto before = static_cast<std::size_t>(k), after = static_cast<std::size_t>((k + 1) % n);
+        const double scale_after = scale(after);
+        voronoi.push_back(voronoi_constants(spec_, element[before], element[after], scale_before, scale_after, kappa0(k)));
+        scale_before = scale_after;
+    }
+    const auto last = static_cast<std::size_t>(n - 1), next = last > 0 ? last - 1 : 0;
+    const auto stiffness_at_end = [&](std::size_t k, std::size_t inner) {
+        const double f = scale_at_end(spec_, k, inner);
+        return f == scale(k) ? element[k].bending : bending_stiffness(spec_, f);
+    };
+    start_wall = {2 * element[0].inv_rest_length, 0, 1, stiffness_at_end(0, std::min<std::size_t>(1, last)), kappa0(0)};
+    end_wall = {2 * element[last].inv_rest_length, 1, 0, stiffness_at_end(last, next), kappa0(n - 2)};
     rotary_inertia_scale = rotary_inertia_scales(*this);
     for (std::size_t k = 0; k < rotary_inertia_scale.size(); ++k) scale_rotary_inertia(element[k], rotary_inertia_scale[k]);
-    start_wall_rest_curvature = kappa0(0);
-    end_wall_rest_curvature = kappa0(n - 2);
     const auto halve = [&](std::vector<double>& of_node, auto of_element) {
         of_node.assign(static_cast<std::size_t>(n) + 1, 0.0);
         for (std::size_t k = 0; k < static_cast<std::size_t>(n); ++k) {

@@ -54,15 +54,14 @@ template <class Law, bool Published, int W> void rod_profile(const RodTile<W>& r
         e_before = e;
     }
     if (group.closed()) cell(n - 1, 0, e_before, first_e);
-    const auto wall = [&](int node, const Quaternion<P>& after, const Quaternion<P>& before, int k, const P& e,
-                          const Vec3d& rest_curvature) {
-        const ElementConstants& c = rod.element[k];
-        add_cell<Law>(out[node], relative_rotation(after, before), 2 * c.inv_rest_length, e, c.bending, rest_curvature);
+    const auto wall = [&](int node, const VoronoiConstants& v, const Quaternion<P>& after, const Quaternion<P>& before,
+                          const P& e) {
+        add_cell<Law>(out[node], relative_rotation(after, before), v.inv_length, e, v.stiffness, v.rest_curvature);
     };
     if (group.spec().start == EndKind::clamped)
-        wall(0, slot[0].director, wall_frames(rod, time, start_wall_frame), 0, first_e, group.start_wall_rest_curvature);
+        wall(0, group.start_wall, slot[0].director, wall_frames(rod, time, start_wall_frame), first_e);
     if (group.spec().end == EndKind::clamped)
-        wall(n, wall_frames(rod, time, end_wall_frame), slot[n - 1].director, n - 1, e_before, group.end_wall_rest_curvature);
+        wall(n, group.end_wall, wall_frames(rod, time, end_wall_frame), slot[n - 1].director, e_before);
 
     const auto half_length = [&](int k) { return 0.5 * rod.element[k].rest_length; };
     for (int i = 1; i < n; ++i) out[i].energy *= P(1 / (half_length(i - 1) + half_length(i)));

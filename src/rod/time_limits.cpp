@@ -33,9 +33,11 @@ template <class Inertia> double cell_term(const RodGroup& g, int k, double Vec3d
     if (k > 0 || g.closed()) beta += cell(before, before);
     if (k + 1 < n || g.closed()) beta += cell(k, after);
     const ElementConstants& e = g.element[static_cast<std::size_t>(k)];
-    const double wall = e.bending.*axis * 2 * e.inv_rest_length / (bending_divisor(g, e.rest_stretch) * j(k));
-    if (k == 0 && g.spec().start == EndKind::clamped) beta += wall;
-    if (k + 1 == g.elements() && g.spec().end == EndKind::clamped) beta += wall;
+    const auto wall = [&](const VoronoiConstants& c) {
+        return c.stiffness.*axis * c.inv_length / (bending_divisor(g, e.rest_stretch) * j(k));
+    };
+    if (k == 0 && g.spec().start == EndKind::clamped) beta += wall(g.start_wall);
+    if (k + 1 == g.elements() && g.spec().end == EndKind::clamped) beta += wall(g.end_wall);
     return beta;
 }
 

@@ -38,12 +38,12 @@ template <class P> struct ElementConstantsOf {
 };
 using ElementConstants = ElementConstantsOf<double>;
 
-/// Constants of Voronoi cell k, between elements k and k+1.
+/// Constants of Voronoi cell k, between elements k and k+1, or of a half cell, between a wall and the first or last element.
 template <class P> struct VoronoiConstantsOf {
-    P inv_length;           ///< 1/D_k, D = (l_k + l_{k+1})/2
+    P inv_length;           ///< 1/D_k, D = (l_k + l_{k+1})/2; 2/l of a half cell
     P share_before;         ///< l_k/(2 D): weight of element k in the cell's dilatation
     P share_after;          ///< l_{k+1}/(2 D)
-    Vec3<P> stiffness;      ///< B_k, length-weighted mean of the two elements; N m^2
+    Vec3<P> stiffness;      ///< B_k, of the section at the node; N m^2
     Vec3<P> rest_curvature; ///< kappa0, 1/m
 };
 using VoronoiConstants = VoronoiConstantsOf<double>;
@@ -144,13 +144,12 @@ public:
     double packed_fill() const { return packed_fill_; }
     double packed_top() const { return packed_top_; }
 
-    std::vector<ElementConstants> element;    ///< [n]
-    std::vector<VoronoiConstants> voronoi;    ///< [n - 1], a ring's [n]
-    std::vector<double> rotary_inertia_scale; ///< [n], j >= 1; empty where all are 1
-    std::vector<double> node_mass;            ///< [slots], kg; 0 where a node takes no kick
-    std::vector<double> node_length;          ///< [slots], m: half of the elements on both sides
-    Vec3d start_wall_rest_curvature{0, 0, 0}; ///< kappa0 of the half cells at clamped ends
-    Vec3d end_wall_rest_curvature{0, 0, 0};
+    std::vector<ElementConstants> element;     ///< [n]
+    std::vector<VoronoiConstants> voronoi;     ///< [n - 1], a ring's [n]
+    std::vector<double> rotary_inertia_scale;  ///< [n], j >= 1; empty where all are 1
+    std::vector<double> node_mass;             ///< [slots], kg; 0 where a node takes no kick
+    std::vector<double> node_length;           ///< [slots], m: half of the elements on both sides
+    VoronoiConstants start_wall{}, end_wall{}; ///< half cells of clamped ends; their dilatation is that of the element there
 
 private:
     /// A lab vector of the start shape as rod i has it.

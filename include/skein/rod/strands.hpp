@@ -110,7 +110,7 @@ public:
     bool start_walls = false;  ///< half cells before some of the rods
     Mask<W> start_wall;
     Quaternion<P> start_frame;
-    Vec3<P> start_rest_curvature;
+    VoronoiConstantsOf<P> start_cell; ///< of the half cells there
 
     std::size_t bytes() const {
         return sizeof *this + element.bytes() + cell.bytes() + node.bytes() + seats_.size() * sizeof(Seat);
@@ -161,7 +161,7 @@ template <int W> Strands<W>::Strands(std::span<const Seat> seats, int rows) : se
         length.set(i, group.spec().shape.length);
         density.set(i, group.spec().material.density);
         set_lane(start_frame, i, group.frame(seat(i).index));
-        set_lane(start_rest_curvature, i, group.start_wall_rest_curvature);
+        set_lane<VoronoiConstantsOf>(start_cell, i, group.start_wall);
     }
 
     for (int row = 0; row <= rows_; ++row) {
@@ -180,8 +180,7 @@ template <int W> Strands<W>::Strands(std::span<const Seat> seats, int rows) : se
             e.absent.set(i, has_element ? 0 : 1);
             const bool has_next = has_element && k < elements - 1;
             if (has_next) set_lane<VoronoiConstantsOf>(c, i, group.voronoi[at]);
-            else if (clamped_end)
-                set_lane<VoronoiConstantsOf>(c, i, {2 * own.inv_rest_length, 1, 0, own.bending, group.end_wall_rest_curvature});
+            else if (clamped_end) set_lane<VoronoiConstantsOf>(c, i, group.end_wall);
             else set_lane<VoronoiConstantsOf>(c, i, {0, 1, 0, {0, 0, 0}, {0, 0, 0}});
             present.set(i, has_next || clamped_end ? 1 : 0);
             inner.set(i, has_next ? 1 : 0);
