@@ -24,7 +24,7 @@ void add_angular_momentum(ExtraFigures& f, const RodGroup& group, std::span<cons
 
 void add_curvature(ExtraFigures& f, const RodGroup& group, std::span<const Slot<1>> state) {
     for (std::size_t k = 0; k < group.voronoi.size(); ++k) {
-        const double inv_length = group.voronoi[k].inv_length;
+        const double inv_length = group.voronoi[k].inv_length / cell_weight(group, k + 1);
         const Vec3d phi = lane(relative_rotation(state[(k + 1) % group.element.size()].director, state[k].director), 0);
         const double bend = std::hypot(phi.x, phi.y);
         f.sum[ExtraFigures::bend_length] += bend;

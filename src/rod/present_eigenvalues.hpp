@@ -118,7 +118,7 @@ template <class Law, class Map, int W, class F> void present_eigenvalues(const R
         P tension = Law::stress(c, nu).z, stretching = Law::stretch_stiffness(c, nu.z), looser(1.0), softer(1.0);
         if (published) looser = nu.z, softer = P(1.0) / nu.z;
         else tension += before.tension + after.tension, stretching += before.stiffness + after.stiffness;
-        const auto m = 4 / (Map::density(rod) * c.volume);
+        const auto m = 4 / (Map::nodal_density(rod) * c.volume);
         const auto shear_rotation = [&](auto shear, auto inverse_inertia, P springs) {
             const P s = softer * P(shear), j = looser * P(inverse_inertia), net = s * nu.z - tension;
             const P a = P(m * c.inv_rest_length) * s, d = P(c.rest_length) * net * nu.z * j + looser * springs;

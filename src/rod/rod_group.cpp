@@ -2,6 +2,7 @@
 
 #include "core/rotation.hpp"
 #include "rod/body_shape.hpp"
+#include "rod/end_weights.hpp"
 #include "rod/hold.hpp"
 #include "rod/packing.hpp"
 #include "rod/time_limits.hpp"
@@ -257,6 +258,9 @@ void RodGroup::work_out_constants() {
     };
     start_wall = {2 * element[0].inv_rest_length, 0, 1, stiffness_at_end(0, std::min<std::size_t>(1, last)), kappa0(0)};
     end_wall = {2 * element[last].inv_rest_length, 1, 0, stiffness_at_end(last, next), kappa0(n - 2)};
+    weigh_cells();
+    const bool masses_weighted = takes_end_weights(spec_) && (weighs_masses(spec_.start) || weighs_masses(spec_.end));
+    nodal_density = spec_.material.density / (masses_weighted ? inverse_mass_of_ends() : 1);
     rotary_inertia_scale = rotary_inertia_scales(*this);
     for (std::size_t k = 0; k < rotary_inertia_scale.size(); ++k) scale_rotary_inertia(element[k], rotary_inertia_scale[k]);
     const auto halve = [&](std::vector<double>& of_node, auto of_element) {
@@ -273,6 +277,10 @@ void RodGroup::work_out_constants() {
     };
     halve(node_mass, [&](const ElementConstants& c) { return spec_.material.density * c.volume; });
     halve(node_length, [](const ElementConstants& c) { return c.rest_length; });
+    with_end_weights(spec_, weighs_masses, [&](std::size_t i, double weight) {
+        node_mass[i] *= weight;
+        node_length[i] *= weight;
+    });
 
     // The start shape: the frame at s = 0 turned by the curvature of every cell, half cells at both ends.
     const auto start_curvature = [&](long k) {
@@ -283,10 +291,17 @@ void RodGroup::work_out_constants() {
     const auto bent = [&](const Quaterniond& q, const Vec3d& curvature, double length) {
         return is_no_turn(q) && zero(curvature) ? q : rotation(length * curvature) * q;
     };
-    Quaterniond q = bent(frame_, start_curvature(0), 0.5 * element[0].rest_length);
+    // A cell that is weighted is turned by kappa D_w.
+    const auto bent_at_node = [&](const Quaterniond& q, std::size_t i, const Vec3d& curvature, double length) {
+        return bent(q, curvature, skein::cell_weight(*this, i) * length);
+    };
+    Quaterniond q = bent_at_node(frame_, 0, start_curvature(0), 0.5 * element[0].rest_length);
     Vec3d x{0, 0, 0}, sum{0, 0, 0};
     for (std::size_t k = 0; k < static_cast<std::size_t>(n); ++k) {
-        if (k > 0) q = bent(q, start_curvature(static_cast<long>(k) - 1), 1 / voronoi[k - 1].inv_length);
+        if (k > 0) {
+            const auto cell = static_cast<long>(k) - 1;
+            q = bent_at_node(q, k, start_curvature(cell), 1 / voronoi[k - 1].inv_length);
+        }
         start_directors_.push_back(q);
         start_offsets_.push_back(x);
         sum += x;
@@ -295,7 +310,7 @@ void RodGroup::work_out_constants() {
     }
     start_offsets_.push_back(x);
     centre_offset_ = (1 / static_cast<double>(n + 1)) * (sum + x);
-    end_frame_ = bent(q, start_curvature(n - 2), 0.5 * element.back().rest_length);
+    end_frame_ = bent_at_node(q, element.size(), start_curvature(n - 2), 0.5 * element.back().rest_length);
     if (closed()) {
         const Quaterniond joined = bent(q, start_curvature(n - 1), 1 / voronoi.back().inv_length);
         const double gap = norm(x) / shape.length, misfit = norm(relative_rotation(joined, start_directors_.front()));
@@ -306,6 +321,18 @@ void RodGroup::work_out_constants() {
                                          spec_.source, spec_.name, gap, misfit, 2 * pi / shape.length));
         start_offsets_.back() = start_offsets_.front();
     }
+}
+
+/// A cell of a rod that is straight at rest has the energy B/(2 D_w) phi^2. A stiffness of B D/D_w makes that of (D/2) q, so that
+/// the lengths stay, and with them the share of each element and the pull of bending.
+void RodGroup::weigh_cells() {
+    cell_weight.clear();
+    with_end_weights(spec_, weighs_cells, [&](std::size_t i, double weight) {
+        cell_weight.resize(element.size() + 1, 1.0);
+        cell_weight[i] = weight;
+        VoronoiConstants& cell = i == 0 ? start_wall : i == element.size() ? end_wall : voronoi[i - 1];
+        cell.stiffness = (1 / weight) * cell.stiffness;
+    });
 }
 
 void RodGroup::pack_rods(std::vector<Capsule>* occupied) {

@@ -15,16 +15,15 @@ namespace skein {
 
 namespace detail {
 
-/// Where a cell of rest length 1/inv_length is turned by phi.
-template <class Law, int W> SKEIN_INLINE void add_cell(NodeProfileOf<Pack<W>>& at, const Vec3<Pack<W>>& phi, double inv_length,
-                                                       const Pack<W>& dilatation, const Vec3d& stiffness,
-                                                       const Vec3d& rest_curvature) {
+/// Where a cell is turned by phi. `weight` is D_w/D; the curvature is phi/D_w.
+template <class Law, int W> SKEIN_INLINE void add_cell(NodeProfileOf<Pack<W>>& at, const Vec3<Pack<W>>& phi,
+                                                       const VoronoiConstants& v, double weight, const Pack<W>& dilatation) {
     using P = Pack<W>;
-    const Vec3<P> curvature = P(inv_length) * phi, strain = curvature - broadcast<W>(rest_curvature);
-    P weight(0.5 / inv_length);
-    if constexpr (Law::bending_pulls) weight *= Law::bending_factor(P(1.0) / dilatation);
+    const Vec3<P> curvature = P(v.inv_length / weight) * phi, strain = P(v.inv_length) * phi - broadcast<W>(v.rest_curvature);
+    P half_length(0.5 / v.inv_length);
+    if constexpr (Law::bending_pulls) half_length *= Law::bending_factor(P(1.0) / dilatation);
     at.curvature = sqrt(fma(curvature.x, curvature.x, curvature.y * curvature.y));
-    at.energy = fma(weight, dot(strain, scale(broadcast<W>(stiffness), strain)), at.energy);
+    at.energy = fma(half_length, dot(strain, scale(broadcast<W>(v.stiffness), strain)), at.energy);
 }
 
 /// `Published`: the law that has no energy; what stands for it is that of the observables.
@@ -36,8 +35,8 @@ template <class Law, bool Published, int W> void rod_profile(const RodTile<W>& r
     P first_e(1.0), e_before(1.0);
     const auto cell = [&](int k, int next, const P& e, const P& e_next) __attribute__((always_inline)) {
         const VoronoiConstants& v = rod.voronoi[k];
-        add_cell<Law>(out[k + 1], relative_rotation(slot[next].director, slot[k].director), v.inv_length,
-                      fma(P(v.share_before), e, P(v.share_after) * e_next), v.stiffness, v.rest_curvature);
+        add_cell<Law>(out[k + 1], relative_rotation(slot[next].director, slot[k].director), v,
+                      cell_weight(group, static_cast<std::size_t>(k) + 1), fma(P(v.share_before), e, P(v.share_after) * e_next));
     };
     for (int k = 0; k < n; ++k) {
         const ElementConstants& c = rod.element[k];
@@ -56,7 +55,7 @@ template <class Law, bool Published, int W> void rod_profile(const RodTile<W>& r
     if (group.closed()) cell(n - 1, 0, e_before, first_e);
     const auto wall = [&](int node, const VoronoiConstants& v, const Quaternion<P>& after, const Quaternion<P>& before,
                           const P& e) {
-        add_cell<Law>(out[node], relative_rotation(after, before), v.inv_length, e, v.stiffness, v.rest_curvature);
+        add_cell<Law>(out[node], relative_rotation(after, before), v, cell_weight(group, static_cast<std::size_t>(node)), e);
     };
     if (group.spec().start == EndKind::clamped)
         wall(0, group.start_wall, slot[0].director, wall_frames(rod, time, start_wall_frame), first_e);

@@ -80,6 +80,11 @@ void Shape::fields(FieldVisitor& f) {
              .unit = "1/m",
              .text = "the same for every inner vertex (elements - 1; a ring: elements); replaces `start_curvature`"},
             start_curvature_profile);
+    f.choice({.name = "end_weights",
+              .unit = "",
+              .text = "of cells and node masses beside clamped and free ends; plain: 1/2, 1, 1; gregory: 3/8, 7/6, 23/24, in open "
+                      "rods of 6 equal elements or more, straight at rest and of one section; others are plain"},
+             end_weights, end_weight_names);
     f.visit({.name = "velocity", .unit = "m/s", .text = "at t = 0, lab frame"}, velocity);
     f.visit({.name = "angular_velocity",
              .unit = "rad/s",

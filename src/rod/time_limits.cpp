@@ -46,9 +46,7 @@ double cell_term(const RodGroup& g, int k, double Vec3d::*axis) {
 }
 
 /// 1/m of the stretching of element k: half of it on each side.
-double inverse_mass_of(const RodGroup& g, int k) {
-    return 4 / (g.spec().material.density * g.element[static_cast<std::size_t>(k)].volume);
-}
+double inverse_mass_of(const RodGroup& g, int k) { return 4 / (g.nodal_density * g.element[static_cast<std::size_t>(k)].volume); }
 
 /// Largest eigenvalue of the element's shear and rotation about `axis`, sheared along `along`.
 double shear_rotation(const RodGroup& g, int k, double Vec3d::*axis, double Vec3d::*along, double inverse_mass) {

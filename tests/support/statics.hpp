@@ -1,4 +1,5 @@
-// Rods at rest without a run: Newton's method on the forces and couples of the passes, derivatives by differences.
+// Rods at rest and their small motions without a run: Newton's method on the forces and couples of the passes, derivatives by
+// differences, and inverse iteration.
 #pragma once
 
 #include "core/rotation.hpp"
@@ -75,6 +76,32 @@ public:
     /// 1 where small motions about this state are those of a stable rod, -1 beyond the first buckling load.
     int stability() const { return Triangles(stiffness()).sign(); }
 
+    /// Of the small motion about this state that is nearest to a frequency, rad/s; no load may follow the rod. `wanted(turns,
+    /// axis)`: whether the motion has turns about a body axis, or goes along a lab axis; it must not be coupled to what is left
+    /// out.
+    template <class Wanted> double frequency_near(double guess, Wanted&& wanted) const {
+        const std::vector<double> inertia = this->inertia();
+        auto shifted = stiffness();
+        const auto rows = shifted;
+        for (std::size_t j = 0; j < inertia.size(); ++j) shifted[j][j] -= guess * guess * inertia[j];
+        const Triangles inverse(std::move(shifted));
+        return iterate(inertia, rows, 12, [&](const std::vector<double>& x) {
+            std::vector<double> y = x;
+            for (std::size_t j = 0; j < y.size(); ++j) y[j] *= wanted(unknown(j).turns, unknown(j).axis) ? inertia[j] : 0;
+            return inverse.solve(y);
+        });
+    }
+    /// Largest of all, rad/s, from below; 1e-4 of it or less is missing.
+    double largest_frequency() const {
+        const std::vector<double> inertia = this->inertia();
+        const auto rows = stiffness();
+        return iterate(inertia, rows, 3000, [&](const std::vector<double>& x) {
+            std::vector<double> y = times(rows, x);
+            for (std::size_t j = 0; j < y.size(); ++j) y[j] /= inertia[j];
+            return y;
+        });
+    }
+
 private:
     const RodGroup& group_;
     std::size_t unknowns() const {
@@ -94,6 +121,38 @@ private:
         return {false, (j - 3 * n) / 3 + (group_.holds_node(0) ? 1 : 0), axis};
     }
     double scale(std::size_t j) const { return unknown(j).turns ? 1 : group_.spec().shape.length; }
+    std::vector<double> inertia() const {
+        std::vector<double> all(unknowns());
+        for (std::size_t j = 0; j < all.size(); ++j) {
+            const Unknown u = unknown(j);
+            const Vec3d& turning = group_.element[std::min(u.at, group_.element.size() - 1)].inertia;
+            all[j] = u.turns ? (u.axis == 0 ? turning.x : u.axis == 1 ? turning.y : turning.z) : group_.node_mass[u.at];
+        }
+        return all;
+    }
+    static std::vector<double> times(const std::vector<std::vector<double>>& rows, const std::vector<double>& x) {
+        std::vector<double> y(x.size());
+        for (std::size_t i = 0; i < y.size(); ++i)
+            for (std::size_t j = 0; j < x.size(); ++j) y[i] += rows[i][j] * x[j];
+        return y;
+    }
+    /// Root of the Rayleigh quotient after so many steps from a vector that is like no mode.
+    template <class Next> static double iterate(const std::vector<double>& inertia, const std::vector<std::vector<double>>& rows,
+                                                int steps, Next&& next) {
+        std::vector<double> x(inertia.size());
+        for (std::size_t j = 0; j < x.size(); ++j)
+            x[j] = std::sin(1.0 + 3.7 * static_cast<double>(j * j % 101)) / std::sqrt(inertia[j]);
+        for (int i = 0; i < steps; ++i) {
+            x = next(x);
+            double square = 0;
+            for (std::size_t j = 0; j < x.size(); ++j) square += inertia[j] * x[j] * x[j];
+            for (double& value : x) value /= std::sqrt(square);
+        }
+        const std::vector<double> force = times(rows, x);
+        double quotient = 0;
+        for (std::size_t j = 0; j < x.size(); ++j) quotient += x[j] * force[j];
+        return std::sqrt(quotient);
+    }
     static Vec3d along(int axis, double size) { return {axis == 0 ? size : 0, axis == 1 ? size : 0, axis == 2 ? size : 0}; }
     void move(std::vector<Slot<1>>& s, std::size_t j, double size) const {
         const Unknown u = unknown(j);

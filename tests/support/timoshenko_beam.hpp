@@ -48,21 +48,27 @@ struct TimoshenkoBeam {
         for (int i = 0; i < 4; ++i) sum = times(sum, sum);
         return sum;
     }
-    double determinant(double frequency) const {
+    /// Of what two of (w, theta, M, V) at s = 0 make of two at the end: 0 at the frequencies of a beam that holds the others at 0.
+    struct Ends {
+        int start[2] = {2, 3}, end[2] = {2, 3}; ///< clamped, free
+    };
+    double determinant(double frequency, const Ends& ends) const {
         const Mat4 t = transfer(frequency, length);
-        return t[2][2] * t[3][3] - t[2][3] * t[3][2];
+        const auto& [a, b] = ends.start;
+        const auto& [c, d] = ends.end;
+        return t[c][a] * t[d][b] - t[c][b] * t[d][a];
     }
     /// Lowest roots, rad/s: a scan in steps of a tenth of the first slender-rod frequency, then bisection.
-    template <int modes> std::array<double, modes> frequencies() const {
+    template <int modes> std::array<double, modes> frequencies(const Ends& ends = {}) const {
         std::array<double, modes> root{};
         const double step = 0.35 * std::sqrt(youngs * second_moment / (density * area)) / (length * length);
         double low = 0.01 * step;
         for (int found = 0; found < modes; low += step) {
-            if (determinant(low) * determinant(low + step) > 0) continue;
+            if (determinant(low, ends) * determinant(low + step, ends) > 0) continue;
             double a = low, b = low + step;
             for (int i = 0; i < 100; ++i) {
                 const double middle = 0.5 * (a + b);
-                (determinant(a) * determinant(middle) <= 0 ? b : a) = middle;
+                (determinant(a, ends) * determinant(middle, ends) <= 0 ? b : a) = middle;
             }
             root[static_cast<std::size_t>(found++)] = 0.5 * (a + b);
         }

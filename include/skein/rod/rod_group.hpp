@@ -43,7 +43,7 @@ template <class P> struct VoronoiConstantsOf {
     P inv_length;           ///< 1/D_k, D = (l_k + l_{k+1})/2; 2/l of a half cell
     P share_before;         ///< l_k/(2 D): weight of element k in the cell's dilatation
     P share_after;          ///< l_{k+1}/(2 D)
-    Vec3<P> stiffness;      ///< B_k, of the section at the node; N m^2
+    Vec3<P> stiffness;      ///< B_k, of the section at the node, by D_k/D_w where it is weighted; N m^2
     Vec3<P> rest_curvature; ///< kappa0, 1/m
 };
 using VoronoiConstants = VoronoiConstantsOf<double>;
@@ -144,11 +144,13 @@ public:
     double packed_fill() const { return packed_fill_; }
     double packed_top() const { return packed_top_; }
 
-    std::vector<ElementConstants> element;     ///< [n]
-    std::vector<VoronoiConstants> voronoi;     ///< [n - 1], a ring's [n]
-    std::vector<double> rotary_inertia_scale;  ///< [n], j >= 1; empty where all are 1
-    std::vector<double> node_mass;             ///< [slots], kg; 0 where a node takes no kick
-    std::vector<double> node_length;           ///< [slots], m: half of the elements on both sides
+    std::vector<ElementConstants> element;    ///< [n]
+    std::vector<VoronoiConstants> voronoi;    ///< [n - 1], a ring's [n]
+    std::vector<double> rotary_inertia_scale; ///< [n], j >= 1; empty where all are 1
+    std::vector<double> node_mass;            ///< [slots], kg; 0 where a node takes no kick
+    std::vector<double> node_length;          ///< [slots], m: half of the elements on both sides; weighs as the mass does
+    std::vector<double> cell_weight;          ///< [slots], D_w/D of the cell around a node; empty where all are 1
+    double nodal_density = 0; ///< 4/(this V) bounds 1/m + 1/m' of what an element of volume V brings to its nodes, kg/m^3
     VoronoiConstants start_wall{}, end_wall{}; ///< half cells of clamped ends; their dilatation is that of the element there
 
 private:
@@ -159,6 +161,7 @@ private:
     RodGroup(const RodGroup& group, std::int64_t i);
     void work_out_constants();
     void work_out_body();
+    void weigh_cells();
     void pack_rods(std::vector<Capsule>* occupied);
     void take_packed(PackedRods packed);
     /// What a rod turns about at t = 0, relative to its origin: an end that is pinned, or its centre of mass. m
@@ -185,6 +188,9 @@ inline double node_radius(const RodGroup& group, std::int64_t k) {
     return 0.5 * (group.element[static_cast<std::size_t>(std::max<std::int64_t>(k - 1, 0))].radius +
                   group.element[static_cast<std::size_t>(std::min(k, last))].radius);
 }
+
+/// Of the cell or half cell around node i.
+inline double cell_weight(const RodGroup& group, std::size_t i) { return group.cell_weight.empty() ? 1 : group.cell_weight[i]; }
 
 /// Calls f with the group whose constants rod i has.
 template <class F> decltype(auto) with_rod(const RodGroup& group, std::int64_t i, F&& f) {

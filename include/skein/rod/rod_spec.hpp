@@ -49,6 +49,10 @@ struct Section {
     void fields(FieldVisitor& f);
 };
 
+/// What cells and node masses beside the ends count for: as the trapezoid rule has them, or by Gregory's weights.
+enum class EndWeights { plain, gregory };
+inline constexpr std::string_view end_weight_names[] = {"plain", "gregory"};
+
 /// Rest shape and start. Curvature components are in the body frame, about d1, d2, d3.
 struct Shape {
     double length = 0; ///< m
@@ -60,9 +64,10 @@ struct Shape {
     Vec3d rest_strain{0, 0, 0};                 ///< sigma0, -
     std::optional<Vec3d> start_curvature;       ///< curvature at t = 0; the rest curvature where absent
     std::vector<Vec3d> start_curvature_profile; ///< empty, or one per Voronoi cell
-    Vec3d velocity{0, 0, 0};                    ///< at t = 0, lab, m/s
-    Vec3d angular_velocity{0, 0, 0};            ///< of the whole rod at t = 0, lab, rad/s
-    Vec3d element_spin{0, 0, 0};                ///< of each element in its place at t = 0, body, rad/s
+    EndWeights end_weights = EndWeights::plain;
+    Vec3d velocity{0, 0, 0};         ///< at t = 0, lab, m/s
+    Vec3d angular_velocity{0, 0, 0}; ///< of the whole rod at t = 0, lab, rad/s
+    Vec3d element_spin{0, 0, 0};     ///< of each element in its place at t = 0, body, rad/s
 
     void fields(FieldVisitor& f);
 };

@@ -106,7 +106,7 @@ public:
     LaneRows<Node> node;       ///< [rows + 1]
     Mask<W> first;             ///< lanes where a rod begins
     Mask<W> goes_on;           ///< lanes whose rod goes on in the next
-    P length, density;         ///< of the lane's rod, m, kg/m^3
+    P length, nodal_density;   ///< of the lane's rod, m, kg/m^3
     bool start_walls = false;  ///< half cells before some of the rods
     Mask<W> start_wall;
     Quaternion<P> start_frame;
@@ -159,7 +159,7 @@ template <int W> Strands<W>::Strands(std::span<const Seat> seats, int rows) : se
     for (int i = 0; i < W; ++i) {
         const RodGroup& group = *seat(i).group;
         length.set(i, group.spec().shape.length);
-        density.set(i, group.spec().material.density);
+        nodal_density.set(i, group.nodal_density);
         set_lane(start_frame, i, group.frame(seat(i).index));
         set_lane<VoronoiConstantsOf>(start_cell, i, group.start_wall);
     }

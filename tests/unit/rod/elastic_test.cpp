@@ -52,6 +52,9 @@ std::vector<Case> cases() {
     all.back().spec.start = all.back().spec.end = EndKind::clamped;
     all.push_back({"clamped straight", simple_rod(2), 0.4});
     all.back().spec.start = EndKind::clamped;
+    all.push_back({"weighted ends", simple_rod(8), 0.3});
+    all.back().spec.start = EndKind::clamped;
+    all.back().spec.shape.end_weights = EndWeights::gregory;
     RodSpec ring = simple_rod(9);
     ring.shape.closed = true;
     all.push_back({"ring", ring, 0.2});

@@ -21,6 +21,7 @@ namespace {
 SceneSpec mixed(Law law, Integrator integrator = Integrator::verlet) {
     SceneSpec scene = test::cilia_scene(3, 12);
     scene.rods[0].material.law = law;
+    scene.rods[0].shape.end_weights = EndWeights::gregory;
     scene.time = {.duration = 1, .safety = 0.5, .integrator = integrator};
     for (const long elements : {5, 6, 9, 17, 40}) {
         RodSpec rod = elements % 2 ? test::crooked_rod(elements) : test::simple_rod(elements);
@@ -30,6 +31,7 @@ SceneSpec mixed(Law law, Integrator integrator = Integrator::verlet) {
         rod.end = elements == 5 ? EndKind::clamped : elements == 40 ? EndKind::clamped_frozen : EndKind::free;
         if (elements == 6)
             rod.shape.start_curvature = Vec3d{2.5, 0, 1}; // half a radian per cell: both sides of the polynomials' range
+        if (elements == 6) rod.shape.end_weights = EndWeights::gregory;
         if (elements == 40) rod.placement = {.kind = PlacementKind::line, .counts = {2}, .spacing = {1}};
         scene.rods.push_back(rod);
     }
@@ -64,6 +66,8 @@ SceneSpec ladder(long most) {
         rod.name = "rod " + std::to_string(elements);
         rod.shape.length = 0.05 * static_cast<double>(elements);
         rod.start = EndKind::clamped;
+        rod.end = elements % 3 ? EndKind::free : EndKind::clamped;
+        if (elements % 2) rod.shape.end_weights = EndWeights::gregory;
         scene.rods.push_back(rod);
     }
     scene.loads.push_back({.load = Gravity{}});
