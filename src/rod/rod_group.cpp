@@ -248,9 +248,12 @@ void RodGroup::work_out_constants() {
                                                     : shape.rest_curvature_profile[static_cast<std::size_t>(k)];
     };
     const auto scale = [&](std::size_t k) { return radius_factor(spec_.section, k, share[k]); };
+    double scale_before = scale(0); // in the order of elements, as shares are asked for
     for (long k = 0; k < cells; ++k) {
         const auto before = static_cast<std::size_t>(k), after = static_cast<std::size_t>((k + 1) % n);
-        voronoi.push_back(voronoi_constants(spec_, element[before], element[after], scale(before), scale(after), kappa0(k)));
+        const double scale_after = scale(after);
+        voronoi.push_back(voronoi_constants(spec_, element[before], element[after], scale_before, scale_after, kappa0(k)));
+        scale_before = scale_after;
     }
     const auto last = static_cast<std::size_t>(n - 1), next = last > 0 ? last - 1 : 0;
     const auto stiffness_at_end = [&](std::size_t k, std::size_t inner) {

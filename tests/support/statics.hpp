@@ -91,13 +91,13 @@ public:
             return inverse.solve(y);
         });
     }
-    /// Largest of all, rad/s, from below; 1e-4 of it or less is missing.
-    double largest_frequency() const {
+    /// Largest of those wanted, rad/s, from below; 1e-4 of it or less is missing.
+    template <class Wanted> double largest_frequency(Wanted&& wanted) const {
         const std::vector<double> inertia = this->inertia();
         const auto rows = stiffness();
         return iterate(inertia, rows, 3000, [&](const std::vector<double>& x) {
             std::vector<double> y = times(rows, x);
-            for (std::size_t j = 0; j < y.size(); ++j) y[j] /= inertia[j];
+            for (std::size_t j = 0; j < y.size(); ++j) y[j] *= wanted(unknown(j).turns, unknown(j).axis) ? 1 / inertia[j] : 0;
             return y;
         });
     }
