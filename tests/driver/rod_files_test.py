@@ -169,38 +169,38 @@ class RodFiles(DriverTest):
     def test_rods_of_their_own_sizes_move_as_groups_of_their_own(self):
         random = numpy.random.default_rng(7)
         length, radius = random.uniform(0.2, 1.5, RODS), random.uniform(0.005, 0.03, RODS)
-        for end in ("free", "clamped"):
+        for case, end in (("free", "free"), ("clamped", "clamped"), ("sliding", 'free"\nstart_free = "xz')):
             self.end = end
             self.write_file(length=length, radius=radius)
-            self.run_skein(f"file_{end}")
+            self.run_skein(f"file_{case}")
             for name, layout, arguments in (("rods.h5", {"ranks": 3}, ()), ("rods.csv", {"threads": 2}, ("--lanes", "1")),
                                             ("rods.h5", {"ranks": 2}, ("--lanes", "4"))):
                 self.write_file(name, length=length, radius=radius)
-                out = f"file_{end}_{layout}{arguments}{name}".replace(" ", "")
+                out = f"file_{case}_{layout}{arguments}{name}".replace(" ", "")
                 self.run_skein(out, *arguments, **layout)
-                self.assertEqual(self.digest(out), self.digest(f"file_{end}"), (layout, arguments))
-                self.assertTrue(numpy.array_equal(self.energies(out), self.energies(f"file_{end}")))
-                mine, theirs = self.frames(out, "trajectory"), self.frames(f"file_{end}", "trajectory")
+                self.assertEqual(self.digest(out), self.digest(f"file_{case}"), (layout, arguments))
+                self.assertTrue(numpy.array_equal(self.energies(out), self.energies(f"file_{case}")))
+                mine, theirs = self.frames(out, "trajectory"), self.frames(f"file_{case}", "trajectory")
                 for dataset in theirs:
                     self.assertTrue(numpy.array_equal(mine[dataset], theirs[dataset]), dataset)
             # The magnetisation of groups alone is measured from their own corners.
             self.write_file(options={"field": False}, length=length, radius=radius)
-            self.run_skein(f"alone_{end}")
+            self.run_skein(f"alone_{case}")
             groups = ""
             for i in range(RODS):
                 group = GROUP.format(name=f"r{i}", end=end, placement=f"origin = {list(self.origin[i] + [0.25, 0, 0])}\n"
                                      f"tangent = {list(self.tangent[i])}\nnormal = {list(self.normal[i])}")
                 groups += group.replace("length = 0.5\n", f"length = {length[i]}\n").replace("radius = 0.01\n", f"radius = {radius[i]}\n")
             self.scene.write_text(HEAD + groups)
-            self.run_skein(f"groups_{end}")
-            twin = self.frames(f"groups_{end}", "trajectory")
-            mine = self.frames(f"alone_{end}", "trajectory")
+            self.run_skein(f"groups_{case}")
+            twin = self.frames(f"groups_{case}", "trajectory")
+            mine = self.frames(f"alone_{case}", "trajectory")
             self.assertTrue(numpy.array_equal(mine["time"], twin["time"]))  # of one step, the least of all limits
             for i in range(RODS):
                 self.assertLess(numpy.abs(twin[f"groups/r{i}/position"][-1][0] - mine["groups/traced/position"][-1][i]).max(), 1e-12, i)
                 self.assertTrue(numpy.array_equal(twin[f"groups/r{i}/radius"], mine["groups/traced/radius"][i]))
-            self.assertTrue(numpy.allclose(self.energies(f"alone_{end}"), self.energies(f"groups_{end}"), rtol=1e-9, atol=1e-12))
-            summaries = [self.summary(f"{run}_{end}") for run in ("alone", "groups")]
+            self.assertTrue(numpy.allclose(self.energies(f"alone_{case}"), self.energies(f"groups_{case}"), rtol=1e-9, atol=1e-12))
+            summaries = [self.summary(f"{run}_{case}") for run in ("alone", "groups")]
             self.assertEqual(*(summary["steps"] for summary in summaries))
 
     def traced(self):
@@ -350,6 +350,9 @@ class RodFiles(DriverTest):
         self.refused("'directors' without 'nodes'", normal=None, directors=directors)
         self.refused("dataset 'nodes' has the shape [37, 7, 2]; it must be [rods, elements + 1, 3]", **none, nodes=nodes[:, :, :2])
         self.refused("'radius' beside 'radii'", radius=numpy.ones(RODS), radii=numpy.ones((RODS, 7)))
+        self.end = 'clamped"\nend_free = "z'
+        self.refused("a clamp that slides at the last end", length=numpy.ones(RODS))
+        self.end = "free"
         wall = '[[wall]]\nname = "floor"\nkind = "plane"\nstiffness = 1000.0\n'
         self.write_file(options={"more": wall}, length=numpy.ones(RODS))
         said = subprocess.run([SKEIN, "check", str(self.scene)], capture_output=True, text=True, timeout=60)
