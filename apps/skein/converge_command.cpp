@@ -89,6 +89,7 @@ int converge_command(ConvergeArguments arguments, int& argc, char**& argv) {
                 std::fflush(stdout);
             }
         }
+        std::string unknown; // of a name that no observable has, told beside the table of those that there are
         on_root(comm, [&] {
             std::array<RunSamples, 4> samples;
             std::array<double, 4> core_seconds{};
@@ -100,13 +101,19 @@ int converge_command(ConvergeArguments arguments, int& argc, char**& argv) {
             }
             const StudyFigures figures = figures_of(study, samples, core_seconds);
             std::optional<Advice> advice;
-            if (arguments.tolerance > 0) advice = advice_for(study, figures, arguments.tolerance, arguments.observables);
+            try {
+                if (arguments.tolerance > 0) advice = advice_for(study, figures, arguments.tolerance, arguments.observables);
+            } catch (const InputError& error) {
+                unknown = error.what();
+            }
             write_file(out + "/" + figures_name, to_json(study, figures, advice ? &*advice : nullptr));
             write_file(out + "/" + table_name, to_csv(study, figures));
             std::printf("%s%s", to_text(study, figures).c_str(), advice ? to_text(study, *advice).c_str() : "");
             std::printf("Figures: %s/%s, %s; a plot of error against core-seconds: apps/figures/converge.py %s\n", out.c_str(),
                         figures_name.c_str(), table_name.c_str(), out.c_str());
         });
+        unknown = comm.broadcast(unknown);
+        if (!unknown.empty()) throw InputError(unknown);
         return static_cast<int>(Exit::done);
     });
 }
