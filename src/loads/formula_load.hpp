@@ -100,8 +100,9 @@ void FormulaLoad::add_forces(const RodTile<W>& rod, const TileData<W>& data, Slo
     const bool one_end = at != FormulaAt::rod && !Map::along;
     const int begin = one_end && at == FormulaAt::end ? rod.last : 0, end = one_end ? begin + 1 : rod.last + 1;
     const P share = P(1.0) / P(Map::length(rod));
-    for (int first = begin; first < end; first += strip<W>) {
-        const int count = std::min(strip<W>, end - first);
+    const int strip = run.strip_of(end - begin);
+    for (int first = begin; first < end; first += strip) {
+        const int count = std::min(strip, end - first);
         run.at_nodes(rod, first, count);
         const Strided<W> x = run[0], y = run[1], z = run[2];
         const auto gather = [&](auto weight) __attribute__((always_inline)) {
@@ -129,8 +130,9 @@ void FormulaLoad::add_couples(const RodTile<W>& rod, const TileData<W>& data, Sl
     const bool one_end = at != FormulaAt::rod && !Map::along;
     const int begin = one_end && at == FormulaAt::end ? rod.n - 1 : 0, end = one_end ? begin + 1 : rod.n;
     const P share = P(1.0) / P(Map::length(rod)), density = P(Map::density(rod));
-    for (int first = begin; first < end; first += strip<W>) {
-        const int count = std::min(strip<W>, end - first);
+    const int strip = run.strip_of(end - begin);
+    for (int first = begin; first < end; first += strip) {
+        const int count = std::min(strip, end - first);
         run.template at_middles<Map>(rod, first, count);
         const Strided<W> x = run[0], y = run[1], z = run[2];
         const auto gather = [&](auto weight) __attribute__((always_inline)) {

@@ -94,20 +94,35 @@ template <class Look> void over_samples(const RodGroup& group, double duration, 
     }
 }
 
-/// The value, among those that a result is made of, that is the first not to be finite.
-int where_it_breaks(const Graph& graph, const std::vector<double>& values, int node) {
-    for (;;) {
-        const Graph::Node& n = graph[node];
-        int next = -1;
-        for (std::size_t i = 0; i < n.of.size() && next < 0; ++i) {
-            const int operand = n.of[i];
-            if (operand < 0 || std::isfinite(values[static_cast<std::size_t>(operand)])) continue;
-            if (n.op == Op::choice && i > 0 && (values[static_cast<std::size_t>(n.of[0])] != 0) != (i == 1)) continue;
-            next = operand;
+/// Whether a value divides by 0, or by a difference that is nothing but round-off.
+bool divides_by_zero(const Graph& graph, const std::vector<double>& values, int node) {
+    if (graph[node].op != Op::divide) return false;
+    const auto of = [&](int operand) { return values[static_cast<std::size_t>(operand)]; };
+    const Graph::Node& below = graph[graph[node].of[1]];
+    const double divisor = of(graph[node].of[1]);
+    if (below.op != Op::add && below.op != Op::subtract) return divisor == 0;
+    return std::abs(divisor) <= 1e-15 * (std::abs(of(below.of[0])) + std::abs(of(below.of[1])));
+}
+
+/// The first value, among those that a result is made of, that spoils it; -1: it is sound.
+int where_it_breaks(const Graph& graph, const std::vector<double>& values, int result) {
+    std::vector<bool> reached(static_cast<std::size_t>(result) + 1, false);
+    reached.back() = true;
+    for (int i = result; i >= 0; --i) {
+        if (!reached[static_cast<std::size_t>(i)]) continue;
+        const Graph::Node& n = graph[i];
+        for (int k = 0; k < operands_of(n.op); ++k) {
+            const bool holds = values[static_cast<std::size_t>(n.of[0])] != 0;
+            if (n.op == Op::choice && k > 0 && holds != (k == 1)) continue; // the other one is taken
+            reached[static_cast<std::size_t>(n.of[static_cast<std::size_t>(k)])] = true;
         }
-        if (next < 0) return node;
-        node = next;
     }
+    const bool finite = std::isfinite(values[static_cast<std::size_t>(result)]);
+    for (int i = 0; i <= result; ++i)
+        if (reached[static_cast<std::size_t>(i)] &&
+            (divides_by_zero(graph, values, i) || (!finite && !std::isfinite(values[static_cast<std::size_t>(i)]))))
+            return i;
+    return -1;
 }
 
 } // namespace
@@ -147,10 +162,11 @@ std::string FormulaReading::fault(const char* key, const RodGroup& group, const 
     over_samples(group, scope_.duration, middles, [&](const Sample& sample) {
         const std::vector<double> values = graph.values(sample.at);
         for (std::size_t i = 0; i < nodes.size(); ++i) {
-            if (std::isfinite(values[static_cast<std::size_t>(nodes[i])])) continue;
-            const Graph::Node& bad = graph[where_it_breaks(graph, values, nodes[i])];
+            const int where = where_it_breaks(graph, values, nodes[i]);
+            if (where < 0) continue;
+            const Graph::Node& bad = graph[where];
             const auto of = [&](std::size_t k) { return values[static_cast<std::size_t>(bad.of[k])]; };
-            const std::string_view what = bad.op == Op::divide && of(1) == 0      ? "divides by 0"
+            const std::string_view what = divides_by_zero(graph, values, where)   ? "divides by 0"
                                           : bad.op == Op::root                    ? "is the root of a negative number"
                                           : bad.op == Op::logarithm && of(0) <= 0 ? "is the logarithm of what is not above 0"
                                                                                   : "is not finite";

@@ -97,7 +97,12 @@ public:
         }
     }
 
-    /// Nodes `first` to `first + count - 1`; count at most strip<W>.
+    /// Places that may be run at once: any number where there is nothing to work out.
+    int strip_of(int places) const {
+        const bool no_state = std::none_of(list_.inputs.begin(), list_.inputs.end(), [](int input) { return input < time_base; });
+        return list_.code.empty() && no_state ? places : strip<W>;
+    }
+    /// Nodes `first` to `first + count - 1`; count at most strip_of().
     void at_nodes(const RodTile<W>& rod, int first, int count) {
         constexpr int slot_packs = static_cast<int>(sizeof(Slot<W>) / sizeof(P));
         run(first, count, [&](int variable) {

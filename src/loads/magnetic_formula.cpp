@@ -21,13 +21,19 @@ void MagneticFormula::use(const FormulaScope& scope) {
             }
     }
     values_ = reading.compile("field", nodes_);
+    moment_nodes_ = reading.read("magnetisation", magnetisation, "A/m");
+    moments_ = reading.compile("magnetisation", moment_nodes_);
     reading_ = std::make_shared<FormulaReading>(std::move(reading));
 }
 
 void MagneticFormula::check(RodSpecs groups, Objections& objections) const {
     if (reading_) reading_->tell(objections);
-    if (!groups.empty() && std::none_of(groups.begin(), groups.end(), [](const RodSpec* rods) { return acts_on(*rods); }))
-        objections.add("", "none of the groups that this magnetic_formula acts on has a [rods.magnetisation]");
+    if (!groups.empty() && std::none_of(groups.begin(), groups.end(), [this](const RodSpec* rods) { return acts_on(*rods); }))
+        objections.add(
+            "", "none of the groups that this magnetic_formula acts on has a [rods.magnetisation], and it has no 'magnetisation'");
+    if (moments_.given && (moments_.program.changes & ~with_place) != 0)
+        objections.add("magnetisation",
+                       "'magnetisation': it is fixed in the material, and may change with s, L, rod, X, Y, Z alone");
     for (const Variable v : {Variable::vx, Variable::vy, Variable::vz})
         if (values_.given && values_.program.uses(v))
             objections.add("field",
@@ -35,7 +41,9 @@ void MagneticFormula::check(RodSpecs groups, Objections& objections) const {
 }
 
 std::string MagneticFormula::fault_at_start(const RodGroup& group) const {
-    return reading_ ? reading_->fault("field", group, nodes_, true) : std::string();
+    if (!reading_) return {};
+    const std::string fault = reading_->fault("field", group, nodes_, true);
+    return fault.empty() ? reading_->fault("magnetisation", group, moment_nodes_, true) : fault;
 }
 
 DragRate MagneticFormula::largest_stiffness(const RodGroup& group) const {
@@ -54,7 +62,7 @@ DragRate MagneticFormula::largest_stiffness(const RodGroup& group) const {
         };
         const ElementConstants& c = group.element[static_cast<std::size_t>(k)];
         const double inertia = std::min({c.inertia.x, c.inertia.y, c.inertia.z}), mass = density * c.volume,
-                     moment = c.volume * strength;
+                     moment = c.volume * (moment_nodes_.empty() ? strength : size(moment_nodes_, 0, 3));
         const double shift = moment * size(second, 0, 27) / mass, turn = moment * size(nodes_, 0, 3) / inertia,
                      both = moment * size(nodes_, 3, 9) / std::sqrt(mass * inertia);
         return 0.5 * (shift + turn) + std::hypot(0.5 * (shift - turn), both);

@@ -1,6 +1,6 @@
 // Couple and force of a magnetic field that formulas give, on rods magnetised in their material.                theory.md (40d)
 //   U = -sum V_k m_k . Q_k B(y_k, t),  y_k = (x_k + x_k+1)/2
-//   c_k += V_k m_k x Q_k B                        [N m] body; m_k as of a magnetic_field [A/m]
+//   c_k += V_k m_k x Q_k B                        [N m] body; m_k as of a magnetic_field, or a formula too [A/m]
 //   f_k, f_k+1 += V_k/2 grad (Q_k^T m_k . B)      [N] lab; by derivatives of the formulas
 #pragma once
 
@@ -19,15 +19,19 @@ namespace skein {
 struct MagneticFormula {
     static constexpr std::string_view kind = "magnetic_formula", label = "magnetics by formula";
     static constexpr bool for_rigid_bodies = false;
-    std::vector<std::string> field;
+    std::vector<std::string> field, magnetisation;
 
     void fields(FieldVisitor& f) {
         f.visit({.name = "field", .unit = "T", .text = "three formulas: B in the middle of elements, lab frame", .required = true},
                 field);
+        f.visit({.name = "magnetisation",
+                 .unit = "A/m",
+                 .text = "three formulas of s, L, rod: along d1, d2, d3; absent: that of [rods.magnetisation]"},
+                magnetisation);
     }
     /// Reads the formulas: called where the names are known, and before all that follows.
     void use(const FormulaScope& scope);
-    static bool acts_on(const RodSpec& rods) { return MagneticField::acts_on(rods); }
+    bool acts_on(const RodSpec& rods) const { return !magnetisation.empty() || MagneticField::acts_on(rods); }
     void check(RodSpecs groups, Objections& objections) const;
     std::string fault_at_start(const RodGroup& group) const;
     /// Of positions and rotations of an element together. theory.md (40e)
@@ -44,7 +48,7 @@ struct MagneticFormula {
         PlaceValues<W> places;
     };
     template <int W> TileData<W> bind(const RodTile<W>& rod) const {
-        return {MagneticField{}.bind<W>(rod), place_values<W>(values_, rod, true)};
+        return {moments_.given ? moments_of(rod) : MagneticField{}.bind<W>(rod), place_values<W>(values_, rod, true)};
     }
 
     template <int W, class Map = Across<W>>
@@ -65,8 +69,9 @@ struct MagneticFormula {
             run.template at_middles<Map>(rod, rod.n - 1, 1);
             before = given_on<Map>(rod, half_force(rod.n - 1, 0));
         }
-        for (int first = 0; first < rod.n; first += strip<W>) {
-            const int count = std::min(strip<W>, rod.n - first);
+        const int longest = run.strip_of(rod.n);
+        for (int first = 0; first < rod.n; first += longest) {
+            const int count = std::min(longest, rod.n - first);
             run.template at_middles<Map>(rod, first, count);
             for (int i = 0; i < count; ++i) {
                 const int k = first + i;
@@ -87,9 +92,23 @@ struct MagneticFormula {
         return where_present<Map>(rod, k, cross(m, rod.slot[k].director * b));
     }
 
+    template <int W> MagneticField::TileData<W> moments_of(const RodTile<W>& rod) const {
+        MagneticField::TileData<W> data;
+        data.stride = 1;
+        const auto places = place_values<W>(moments_, rod, true);
+        FormulaRun<W> run(moments_, places, 0);
+        for (int first = 0; first < rod.n; first += strip<W>) {
+            const int count = std::min(strip<W>, rod.n - first);
+            run.template at_middles<Across<W>>(rod, first, count); // of no state
+            for (int i = 0; i < count; ++i) data.moment.push_back({run[0][i], run[1][i], run[2][i]});
+        }
+        return data;
+    }
+
     std::shared_ptr<const FormulaReading> reading_;
     std::vector<int> nodes_; ///< B, then the gradients of its three components
-    FormulaVector values_;
+    std::vector<int> moment_nodes_;
+    FormulaVector values_, moments_;
     bool uniform_ = true;
 };
 

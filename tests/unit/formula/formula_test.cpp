@@ -90,7 +90,7 @@ TEST(Formulas, MeanWhatTheyDoOnPaper) {
 TEST(Formulas, HaveTheDerivativesThatDifferencesHave) {
     for (const char* text :
          {"1*x^3*y - 1*z", "sin(3*x)*cos(2*y)/exp(1*z)", "sqrt(x^2 + y^2 + z^2)", "log(2 + 1*x*y*y)", "tanh(1*x - 2*y)",
-          "atan2(y, x)", "x^(1*y)", "(x*x + 2)^1.5", "min(1*x, 1*y*z)*max(x, z)", "if(x > y, x*x, 1*y*y*z)", "abs(y)*x",
+          "atan2(y, x)", "(1*x)^(1*y)", "(x*x + 2)^1.5", "min(1*x, 1*y*z)*max(x, z)", "if(x > y, x*x, 1*y*y*z)", "abs(y)*x",
           "gust(1*x + 1*t)", "1/(x + 2*y)", "hypot(x, y)", "tan(1*x)", "mod(x, length_scale)", "ramp(1*x, 2)*y", "-x/y/z"}) {
         Read read(text);
         ASSERT_TRUE(read.result) << text << ": " << read.faults[0].message;

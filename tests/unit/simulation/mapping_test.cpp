@@ -80,6 +80,8 @@ SceneSpec mixed(Law law, Integrator integrator = Integrator::verlet) {
                                                .frame = FormulaFrame::body},
                            .rods = {"rod 9", "rod 40"}});
     scene.loads.push_back({.load = MagneticFormula{{"1e-3*x*z", "2e-3*sin(5*t)", "1e-3*y*y - 1e-3*s"}}, .rods = {"cilia"}});
+    scene.loads.push_back({.load = MagneticFormula{{"1e-3*x*z", "2e-3", "1e-3*y"}, {"3*s/L", "1 + 1*rod", "sin(5*s)*2"}},
+                           .rods = {"rod 9", "rod 40"}});
     scene.damping = {{.damping = {.kind = DampingKind::legacy, .rate = 0.5}, .rods = {"cilia", "rod 5", "rod 6"}},
                      {.damping = {.kind = DampingKind::uniform, .rate = 2}, .rods = {"rod 40"}}};
     return scene;

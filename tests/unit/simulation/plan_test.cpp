@@ -1,4 +1,5 @@
 // Plans are what they are printed to be: snapshots for every scene in apps/, absent physics absent, steps within limits.
+#include "loads/formula_load.hpp"
 #include "loads/gravity.hpp"
 #include "loads/slender_body_drag.hpp"
 #include "scene/scene_file.hpp"
@@ -99,6 +100,44 @@ TEST(Plan, NamesThePassesOfAnAudit) {
     scene.rods[0].end = EndKind::clamped;
     scene.rods[0].end_motion = {.amplitude = {0, 0, 0.01}, .period = 1};
     expect_planned_passes(scene);
+}
+
+/// A rod on springs that are written as a formula.
+SceneSpec on_springs(double per_mass, double dt = 0) {
+    SceneSpec scene;
+    scene.time = {.duration = 1, .dt = dt, .force_dt = dt > 0};
+    scene.rods = {test::simple_rod()};
+    scene.rods[0].placement.origin = {0.1, 0, 0};
+    if (per_mass > 0) {
+        scene.constants = {{"k", per_mass, "1/s^2"}};
+        scene.loads = {{.load = FormulaLoad{.force = {"-k*x", "0", "0"}, .per = FormulaPer::mass}}};
+    }
+    return scene;
+}
+
+TEST(Plan, CountsTheStiffnessOfFormulas) {
+    const auto limit = [](double per_mass) {
+        const SceneSpec scene = on_springs(per_mass);
+        return make_plan(scene, make_groups(scene), {}).groups[0].limits.front();
+    };
+    const double alone = limit(0).dt, fastest = 4 / (alone * alone);
+    for (const double share : {0.1, 1.0, 400.0}) {
+        EXPECT_EQ(limit(share * fastest).mode, "loads by formula");
+        EXPECT_NEAR(limit(share * fastest).dt, alone / std::sqrt(1 + share), 1e-12 * alone);
+    }
+    EXPECT_NE(limit(1e-6 * fastest).mode, "loads by formula");
+
+    // Springs so stiff that they alone set the limit: it is sharp.
+    const double k = 400 * fastest;
+    const auto farthest = [&](double share) {
+        test::Stage stage(on_springs(k, share * limit(k).dt), 1, 1, Mapping::across);
+        stage.advance(200);
+        double most = 0;
+        for (const Slot<1>& slot : stage.state(0)) most = std::max(most, std::abs(lane(slot.position, 0).x));
+        return most;
+    };
+    EXPECT_LT(farthest(0.97), 1);
+    EXPECT_FALSE(farthest(1.02) < 1e10);
 }
 
 TEST(Plan, HintsAtElementsThatGainNothing) {
