@@ -38,6 +38,8 @@ struct FormulaLoad {
     /// Reads the formulas: called where the names are known, and before all that follows.
     void use(const FormulaScope& scope);
     void check(RodSpecs groups, Objections& objections) const;
+    /// Whether a formula depends on it.
+    bool depends_on(Variable v) const { return force_.program.uses(v) || couple_.program.uses(v); }
     /// What is wrong with the values at the start of rods and at some times of the run; empty: nothing.
     std::string fault_at_start(const RodGroup& group) const;
     /// Largest |dF/dv| and |dF/dx| over mass, of the same places and times. theory.md (44)

@@ -31,6 +31,8 @@ struct MagneticFormula {
     }
     /// Reads the formulas: called where the names are known, and before all that follows.
     void use(const FormulaScope& scope);
+    /// Whether a formula depends on it.
+    bool depends_on(Variable v) const { return values_.program.uses(v); }
     bool acts_on(const RodSpec& rods) const { return !magnetisation.empty() || MagneticField::acts_on(rods); }
     void check(RodSpecs groups, Objections& objections) const;
     std::string fault_at_start(const RodGroup& group) const;

@@ -1,5 +1,7 @@
 #include "scene/relax_check.hpp"
 
+#include "loads/formula_load.hpp"
+#include "loads/magnetic_formula.hpp"
 #include "scene/scene_tables.hpp"
 #include "scene/table_objections.hpp"
 
@@ -46,6 +48,13 @@ void rods(const RodSpec& rods, Objections& group) {
            "begins at rest: give no velocities");
 }
 
+/// Of a load by formula: whether one names `v`; false of others.
+bool by_formula(const Load& load, Variable v) {
+    const auto* formula = load.get_if<FormulaLoad>();
+    const auto* field = load.get_if<MagneticFormula>();
+    return (formula && formula->depends_on(v)) || (field && field->depends_on(v));
+}
+
 void contact_law(const ContactLaw& law, Objections& table) {
     if (law.soft_until > 0) table.add("soft_until", "time.relax needs contacts that do not change with time");
     if (law.friction_from > 0) table.add("friction_from", "time.relax needs contacts that do not change with time");
@@ -81,7 +90,10 @@ void check_relax(const SceneSpec& scene, Objections& objections) {
         if (!times.name.empty())
             objections.add(
                 table, fmt::format("time.relax needs loads that do not change with time, and this one has '{}' [s]", times.name));
-        if (load.feels_all())
+        if (by_formula(load, Variable::t))
+            objections.add(table, "time.relax needs loads that do not change with time, and a formula of this one names 't'");
+        const bool answers = by_formula(load, Variable::vx) || by_formula(load, Variable::vy) || by_formula(load, Variable::vz);
+        if (load.feels_all() || answers)
             objections.add(table, fmt::format("a load of kind \"{}\" answers motion, which time.relax has none of", load.kind()));
     }
     const auto law_of = [&](const std::string& table, const ContactLaw& law) {
