@@ -17,6 +17,7 @@ template <int W> struct Across {
         return rod.group->node_length[static_cast<std::size_t>(i)];
     }
     static double length(const RodTile<W>& rod) { return rod.group->spec().shape.length; }
+    static double density(const RodTile<W>& rod) { return rod.group->spec().material.density; }
     static double nodal_density(const RodTile<W>& rod) { return rod.group->nodal_density; }
     /// Of a table by element: numbers of the group.
     template <class Row, class LaneRow>
@@ -38,6 +39,7 @@ template <int W> struct Along {
     SKEIN_INLINE static Pack<W> node_mass(const RodTile<W>& rod, int i) { return rod.strands->node[i].mass; }
     SKEIN_INLINE static Pack<W> node_length(const RodTile<W>& rod, int i) { return rod.strands->node[i].length; }
     static Pack<W> length(const RodTile<W>& rod) { return rod.strands->length; }
+    static Pack<W> density(const RodTile<W>& rod) { return rod.strands->density; }
     static Pack<W> nodal_density(const RodTile<W>& rod) { return rod.strands->nodal_density; }
     /// Of a table by element: packs of the tile, see in_lanes.
     template <class Row, class LaneRow>

@@ -101,13 +101,13 @@ public:
         return {k - piece * rows_, seat(l).lane + piece};
     }
 
-    LaneRows<Element> element; ///< [rows]
-    LaneRows<Cell> cell;       ///< [rows]: between a row and the next
-    LaneRows<Node> node;       ///< [rows + 1]
-    Mask<W> first;             ///< lanes where a rod begins
-    Mask<W> goes_on;           ///< lanes whose rod goes on in the next
-    P length, nodal_density;   ///< of the lane's rod, m, kg/m^3
-    bool start_walls = false;  ///< half cells before some of the rods
+    LaneRows<Element> element;        ///< [rows]
+    LaneRows<Cell> cell;              ///< [rows]: between a row and the next
+    LaneRows<Node> node;              ///< [rows + 1]
+    Mask<W> first;                    ///< lanes where a rod begins
+    Mask<W> goes_on;                  ///< lanes whose rod goes on in the next
+    P length, density, nodal_density; ///< of the lane's rod, m, kg/m^3
+    bool start_walls = false;         ///< half cells before some of the rods
     Mask<W> start_wall;
     Quaternion<P> start_frame;
     VoronoiConstantsOf<P> start_cell; ///< of the half cells there
@@ -159,6 +159,7 @@ template <int W> Strands<W>::Strands(std::span<const Seat> seats, int rows) : se
     for (int i = 0; i < W; ++i) {
         const RodGroup& group = *seat(i).group;
         length.set(i, group.spec().shape.length);
+        density.set(i, group.spec().material.density);
         nodal_density.set(i, group.nodal_density);
         set_lane(start_frame, i, group.frame(seat(i).index));
         set_lane<VoronoiConstantsOf>(start_cell, i, group.start_wall);
