@@ -98,50 +98,49 @@ template <int W> FormulaLoad::TileData<W> FormulaLoad::bind(const RodTile<W>& ro
 template <int W, class Map>
 void FormulaLoad::add_forces(const RodTile<W>& rod, const TileData<W>& data, SlotLoad<W>* load, const Step& step) const {
     using P = Pack<W>;
-    FormulaRun<W> run(force_, data.force, step.slot);
     const bool one_end = at != FormulaAt::rod && !Map::along;
     const int begin = one_end && at == FormulaAt::end ? rod.last : 0, end = one_end ? begin + 1 : rod.last + 1;
-    const P share = P(1.0) / P(Map::length(rod));
-    const int strip = run.strip_of(end - begin);
-    for (int first = begin; first < end; first += strip) {
-        const int count = std::min(strip, end - first);
-        run.at_nodes(rod, first, count);
-        const Strided<W> x = run[0], y = run[1], z = run[2];
-        const auto gather = [&](auto weight) __attribute__((always_inline)) {
-            for (int i = 0; i < count; ++i) {
-                Vec3<P>& f = load[first + i].force;
-                const P w = weight(first + i);
-                const Vec3<P> sum = fma(w, Vec3<P>{x[i], y[i], z[i]}, f);
+    const auto gather = [&](int first, int last, auto value) __attribute__((always_inline)) {
+        const auto by = [&](auto weight) __attribute__((always_inline)) {
+            for (int i = first; i < last; ++i) {
+                Vec3<P>& f = load[i].force;
+                const P w = weight(i);
+                const Vec3<P> sum = fma(w, Vec3<P>(value(i)), f);
                 if constexpr (Map::along) f = select(w > P(0.0), sum, f); // where there is no node values may be none
                 else f = sum;
             }
         };
         if (at != FormulaAt::rod) {
-            if constexpr (Map::along) gather([&](int i) { return data.force_weight[static_cast<std::size_t>(i)]; });
-            else gather([](int) { return P(1.0); });
-        } else if (per == FormulaPer::length) gather([&](int i) { return P(Map::node_length(rod, i)); });
-        else if (per == FormulaPer::mass) gather([&](int i) { return P(Map::node_mass(rod, i)); });
-        else gather([&](int i) { return share * P(Map::node_length(rod, i)); });
+            if constexpr (Map::along) by([&](int i) { return data.force_weight[static_cast<std::size_t>(i)]; });
+            else by([](int) { return P(1.0); });
+        } else if (per == FormulaPer::length) by([&](int i) { return P(Map::node_length(rod, i)); });
+        else if (per == FormulaPer::mass) by([&](int i) { return P(Map::node_mass(rod, i)); });
+        else by([&, share = P(1.0) / P(Map::length(rod))](int i) { return share * P(Map::node_length(rod, i)); });
+    };
+    if (force_.same_everywhere()) {
+        const auto f = broadcast<W>(Vec3d{force_.value(0, step.slot), force_.value(1, step.slot), force_.value(2, step.slot)});
+        return gather(begin, end, [&](int) { return f; });
+    }
+    FormulaRun<W> run(force_, data.force, step.slot);
+    const int strip = run.strip_of(end - begin);
+    for (int first = begin; first < end; first += strip) {
+        const int count = std::min(strip, end - first);
+        run.at_nodes(rod, first, count);
+        const Strided<W> x = run[0], y = run[1], z = run[2];
+        gather(first, first + count, [&](int i) { return Vec3<P>{x[i - first], y[i - first], z[i - first]}; });
     }
 }
 
 template <int W, class Map>
 void FormulaLoad::add_couples(const RodTile<W>& rod, const TileData<W>& data, SlotLoad<W>* load, const Step& step) const {
     using P = Pack<W>;
-    FormulaRun<W> run(couple_, data.couple, step.slot);
     const bool one_end = at != FormulaAt::rod && !Map::along;
     const int begin = one_end && at == FormulaAt::end ? rod.n - 1 : 0, end = one_end ? begin + 1 : rod.n;
-    const P share = P(1.0) / P(Map::length(rod)), density = P(Map::density(rod));
-    const int strip = run.strip_of(end - begin);
-    for (int first = begin; first < end; first += strip) {
-        const int count = std::min(strip, end - first);
-        run.template at_middles<Map>(rod, first, count);
-        const Strided<W> x = run[0], y = run[1], z = run[2];
-        const auto gather = [&](auto weight) __attribute__((always_inline)) {
-            for (int i = 0; i < count; ++i) {
-                const int k = first + i;
+    const auto gather = [&](int first, int last, auto value) __attribute__((always_inline)) {
+        const auto by = [&](auto weight) __attribute__((always_inline)) {
+            for (int k = first; k < last; ++k) {
                 const P w = weight(k);
-                Vec3<P> c{x[i], y[i], z[i]};
+                Vec3<P> c = value(k);
                 if (frame == FormulaFrame::lab) c = rod.slot[k].director * c;
                 const Vec3<P> sum = fma(w, c, load[k].couple);
                 if constexpr (Map::along)
@@ -150,11 +149,23 @@ void FormulaLoad::add_couples(const RodTile<W>& rod, const TileData<W>& data, Sl
             }
         };
         if (at != FormulaAt::rod) {
-            if constexpr (Map::along) gather([&](int k) { return data.couple_weight[static_cast<std::size_t>(k)]; });
-            else gather([](int) { return P(1.0); });
-        } else if (per == FormulaPer::length) gather([&](int k) { return P(Map::element(rod, k).rest_length); });
-        else if (per == FormulaPer::mass) gather([&](int k) { return density * P(Map::element(rod, k).volume); });
-        else gather([&](int k) { return share * P(Map::element(rod, k).rest_length); });
+            if constexpr (Map::along) by([&](int k) { return data.couple_weight[static_cast<std::size_t>(k)]; });
+            else by([](int) { return P(1.0); });
+        } else if (per == FormulaPer::length) by([&](int k) { return P(Map::element(rod, k).rest_length); });
+        else if (per == FormulaPer::mass) by([&](int k) { return P(Map::density(rod)) * P(Map::element(rod, k).volume); });
+        else by([&, share = P(1.0) / P(Map::length(rod))](int k) { return share * P(Map::element(rod, k).rest_length); });
+    };
+    if (couple_.same_everywhere()) {
+        const auto c = broadcast<W>(Vec3d{couple_.value(0, step.slot), couple_.value(1, step.slot), couple_.value(2, step.slot)});
+        return gather(begin, end, [&](int) { return c; });
+    }
+    FormulaRun<W> run(couple_, data.couple, step.slot);
+    const int strip = run.strip_of(end - begin);
+    for (int first = begin; first < end; first += strip) {
+        const int count = std::min(strip, end - first);
+        run.template at_middles<Map>(rod, first, count);
+        const Strided<W> x = run[0], y = run[1], z = run[2];
+        gather(first, first + count, [&](int k) { return Vec3<P>{x[k - first], y[k - first], z[k - first]}; });
     }
 }
 

@@ -20,6 +20,15 @@ struct FormulaVector {
     std::vector<double> of_time; ///< values of program.time, by value and slot of the batch
 
     void prepare(std::span<const Step> steps);
+    /// Nothing changes from place to place.
+    bool same_everywhere() const { return (program.changes & ~with_time) == 0; }
+    /// Formula i at a step, the same everywhere.
+    double value(std::size_t i, int slot) const {
+        const InstructionList& list = program.state;
+        const int from = list.outputs[i];
+        if (from < list.first_input()) return list.constants[static_cast<std::size_t>(from - list.registers)];
+        return time_value(list.inputs[static_cast<std::size_t>(from - list.first_input())] - time_base, slot);
+    }
     double time_value(int i, int slot) const { return of_time[static_cast<std::size_t>(i * Clock::largest_batch + slot)]; }
 };
 
