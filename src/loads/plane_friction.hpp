@@ -69,18 +69,9 @@ struct PlaneFriction {
         if (zero(normal)) objections.add("normal", "'normal' has no direction");
     }
 
-    /// Of the plane's damping, where all elements touch, bounded from above by the sum along a node's row: half of c from each of
-    /// its elements over its mass.
-    DragRate largest_rate(const RodGroup& group) const {
-        const int n = group.elements();
-        DragRate largest;
-        for (int i = 0; i <= n; ++i) {
-            const double elements = i == 0 || i == n ? 1 : 2,
-                         rate = 0.5 * damping * elements / mass(group, static_cast<std::size_t>(i));
-            if (!group.holds_node(i) && rate > largest.value) largest = {rate, std::min(i, n - 1)};
-        }
-        return largest;
-    }
+    /// Of the plane's damping and of its spring, where all elements touch.
+    DragRate largest_rate(const RodGroup& group) const { return largest_over_mass(damping, group); }
+    DragRate largest_stiffness(const RodGroup& group) const { return largest_over_mass(stiffness, group); }
 
     /// Constants of an element.
     template <class N> struct Row {
@@ -159,6 +150,17 @@ private:
         P rest_along, rest_across; ///< phi
     };
 
+    /// Bounded from above by the sum along a node's row: half of what each of its elements has, over its mass.
+    static DragRate largest_over_mass(double of_element, const RodGroup& group) {
+        const int n = group.elements();
+        DragRate largest;
+        for (int i = 0; i <= n; ++i) {
+            const double elements = i == 0 || i == n ? 1 : 2,
+                         value = 0.5 * of_element * elements / mass(group, static_cast<std::size_t>(i));
+            if (!group.holds_node(i) && value > largest.value) largest = {value, std::min(i, n - 1)};
+        }
+        return largest;
+    }
     static double mass(const RodGroup& group, std::size_t i) { return std::max(group.node_mass[i], 1e-300); }
 
     template <class P> SKEIN_INLINE P resting(P speed) const {

@@ -198,6 +198,41 @@ TEST(EveryLoad, ThatReadsVelocitiesSaysItsRate) {
     }
 }
 
+// What pushes back where it is approached is as stiff as it says, or the limit of the step does not know of it.
+TEST(EveryLoad, ThatReadsPlacesSaysItsStiffness) {
+    const RodGroup group(magnetised(test::simple_rod(8)), 0, 0, "");
+    const State rest = test::shaken_state(group, 0, 0, 0);
+    std::mt19937 random(4);
+    std::normal_distribution<double> normal;
+    constexpr double small = 1e-6;
+    int stiff = 0;
+    std::vector<LoadExample> examples = test::load_examples();
+    examples.push_back({PlaneFriction{.point = {0.5, 0, 0}, .normal = {1, 0, 0}, .stiffness = 30, .tolerance = 1}, nullptr});
+    for (const LoadExample& e : examples) {
+        const double bound = e.load.largest_stiffness(group).value;
+        stiff += bound > 0;
+        for (int wave = 0; wave < 9; ++wave) {
+            std::vector<Vec3d> by(rest.size());
+            State there = rest, back = rest;
+            for (std::size_t i = 0; i < rest.size(); ++i) {
+                by[i] = std::cos(std::numbers::pi * wave * static_cast<double>(i) / 8) *
+                        Vec3d{normal(random), normal(random), normal(random)};
+                set_lane(there[i].position, 0, lane(rest[i].position, 0) + small * by[i]);
+                set_lane(back[i].position, 0, lane(rest[i].position, 0) - small * by[i]);
+            }
+            const auto load = apply(e.load, group, there, 0.7), other = apply(e.load, group, back, 0.7);
+            double work = 0, mass = 0, size = 0;
+            for (std::size_t i = 0; i < rest.size(); ++i) {
+                work -= dot(by[i], force(load, i) - force(other, i)) / (2 * small);
+                mass += group.node_mass[i] * dot(by[i], by[i]);
+                size = std::max(size, norm(force(load, i)));
+            }
+            EXPECT_LE(work / mass, bound + 1e-13 * size / (small * mass)) << e.name();
+        }
+    }
+    EXPECT_GE(stiff, 2);
+}
+
 TEST(EveryLaw, IsInternalAndRestIsRestAnywhere) {
     const Turn turn = some_turn();
     for (const Law law : {Law::incompressible, Law::linear})
