@@ -5,6 +5,8 @@
 #include "loads/load_passes.hpp"
 #include "support/rods_for_tests.hpp"
 
+#include <fmt/format.h>
+
 #include <cmath>
 #include <functional>
 #include <numbers>
@@ -63,6 +65,28 @@ inline double actuation(const RodGroup& group, const State& s, const Vec3d& axis
         sum += moment(k + 1) * dot(axis, relative_rotation(lane(s[at + 1].director, 0), lane(s[at].director, 0)));
     }
     return sum;
+}
+
+/// a.(x - p) as a formula.
+inline std::string along(const Vec3d& a, const Vec3d& p) {
+    return fmt::format("(({:.17g})*(x-({:.17g}))+({:.17g})*(y-({:.17g}))+({:.17g})*(z-({:.17g})))", a.x, p.x, a.y, p.y, a.z, p.z);
+}
+
+/// A spring of 3 N/m^2 per length along a, from the plane through p.
+inline FormulaLoad spring_by_formula(const Vec3d& a, const Vec3d& p) {
+    FormulaLoad load;
+    for (const double part : {a.x, a.y, a.z}) load.force.push_back(fmt::format("-3*({:.17g})*{}", part, along(a, p)));
+    load.use({.duration = 1});
+    return load;
+}
+
+/// The field c + b (a.(x - p)), T.
+inline MagneticFormula field_by_formula(const Vec3d& a, const Vec3d& p, const Vec3d& b, const Vec3d& c) {
+    MagneticFormula load;
+    for (const auto& [by, constant] : {std::pair{b.x, c.x}, {b.y, c.y}, {b.z, c.z}})
+        load.field.push_back(fmt::format("({:.17g})+({:.17g})*{}", constant, by, along(a, p)));
+    load.use({.duration = 1});
+    return load;
 }
 
 inline std::vector<LoadExample> load_examples() {
@@ -190,6 +214,28 @@ inline std::vector<LoadExample> load_examples() {
                        PlaneFriction& p = l.as<PlaneFriction>();
                        p.point = t.point(p.point), p.normal = t.direction(p.normal);
                    }});
+
+    const Vec3d a{0.48, 0.6, -0.64}, p{0.1, 0.2, 0.3}, b{0.2, -0.1, 0.3}, c{0.01, 0.03, -0.02};
+    all.push_back({spring_by_formula(a, p), [=](Load& l, const Turn& t) { l = spring_by_formula(t.direction(a), t.point(p)); },
+                   false,
+                   [=](const RodGroup& group, const State& s, double) {
+                       double u = 0;
+                       for (std::size_t i = 0; i < s.size(); ++i)
+                           u += 1.5 * group.node_length[i] * std::pow(dot(a, at(s, i) - p), 2);
+                       return u;
+                   }});
+    all.push_back(
+        {field_by_formula(a, p, b, c),
+         [=](Load& l, const Turn& t) { l = field_by_formula(t.direction(a), t.point(p), t.direction(b), t.direction(c)); }, false,
+         [=](const RodGroup& group, const State& s, double) {
+             double u = 0;
+             for (std::size_t k = 0; k + 1 < s.size(); ++k) {
+                 const Vec3d b_here = c + dot(a, 0.5 * (at(s, k) + at(s, k + 1)) - p) * b;
+                 u -= group.element[k].volume * group.spec().magnetisation.strength *
+                      dot(group.start_directors()[k] * group.magnetisation(0), lane(s[k].director, 0) * b_here);
+             }
+             return u;
+         }});
     return all;
 }
 

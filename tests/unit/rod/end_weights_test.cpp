@@ -118,8 +118,8 @@ TEST(EndWeights, LimitsBoundTheLargestFrequencyAndAreNear) {
     for (const EndWeights weights : {EndWeights::plain, EndWeights::gregory})
         for (const EndKind start : {EndKind::free, EndKind::pinned, EndKind::clamped})
             for (const EndKind end : {EndKind::free, EndKind::pinned, EndKind::clamped})
-                for (const double aspect : {4.0, 12.0, 60.0})
-                    for (const long n : {6L, 13L}) {
+                for (const double aspect : {4.0, 60.0})
+                    for (const long n : {6L, 9L}) {
                         RodSpec spec = weighted(n, start, end);
                         spec.shape.end_weights = weights;
                         spec.section.radius = 0.5 / aspect;
