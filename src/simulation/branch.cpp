@@ -101,7 +101,7 @@ CheckpointInfo begin_branch(const Communicator& comm, const BranchOf& branch, st
     const Clock before(info.dt, info.step, integrator_of(info.scene), info.shift);
     const Integrator integrator = branch.scene.time.integrator;
     const Clock after = start.time == StartTime::zero ? Clock(branch.dt, 0, integrator) : continued(before, branch.dt, integrator);
-    if (after.time() >= branch.scene.time.duration)
+    if (after.done() >= after.step_at(branch.scene.time.duration))
         throw InputError(fmt::format("{}: time.duration of {:g} s is over at the {:g} s with which it begins", branch.scene.file,
                                      branch.scene.time.duration, after.time()));
     if (const double ahead = before.lag() - after.lag(); ahead != 0) drift_all(groups, rods, ahead);

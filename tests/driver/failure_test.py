@@ -109,7 +109,9 @@ class Failure(BranchTest):
             found = told_step(done[1].stderr)
             for until, code in ((found - 1, 0), (found, 4)):
                 checked = self.run_skein(f"checked{step}_{until}", *strong, "--steps", str(until), "--rewind", "never", expect=code)
-            self.assertEqual(first_line(checked).split(" at step")[0], first_line(done[1]).split(" at step")[0])
+            # Rods of one phase of the field fail together: which of them a look names, to round-off, is not of interest.
+            what = [first_line(run).split(" at step")[0].partition(", ")[2] for run in (checked, done[1])]
+            self.assertEqual(what[0], what[1])
             for text in ("rod 0 of 'cilia'", "pass 'magnetic_field'", "time.dt = "):
                 self.assertIn(text, done[1].stderr)
 
