@@ -82,9 +82,11 @@ void check_relax(const SceneSpec& scene, Objections& objections) {
     }
     for (std::size_t i = 0; i < scene.damping.size(); ++i)
         objections.add(fmt::format("damping.{}", i), "time.relax chooses damping: give none");
+    const FormulaScope names = names_for_formulas(scene);
     for (std::size_t i = 0; i < scene.loads.size(); ++i) {
         const std::string table = fmt::format("load.{}", i);
         Load load = scene.loads[i].load;
+        load.use(names);
         TimesOf times;
         load.fields(times);
         if (!times.name.empty())
