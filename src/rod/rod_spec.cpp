@@ -86,7 +86,7 @@ void Shape::fields(FieldVisitor& f) {
     f.choice({.name = "end_weights",
               .unit = "",
               .text = "of cells and node masses beside clamped and free ends; plain: 1/2, 1, 1; gregory: 3/8, 7/6, 23/24, in open "
-                      "rods of 6 equal elements or more, straight at rest and of one section; others are plain"},
+                      "rods of 6 equal elements or more, straight at rest and of one section"},
              end_weights, end_weight_names);
     f.visit({.name = "velocity", .unit = "m/s", .text = "at t = 0, lab frame"}, velocity);
     f.visit({.name = "angular_velocity",

@@ -1,6 +1,7 @@
 #include "scene/rods_check.hpp"
 
 #include "rod/cell_turn.hpp"
+#include "rod/end_weights.hpp"
 #include "scene/body_check.hpp"
 #include "scene/placement_check.hpp"
 #include "scene/table_objections.hpp"
@@ -77,6 +78,10 @@ void shape(const RodSpec& rods, Objections& of_group) {
                           s.closed ? "one for each vertex of the ring" : "one for each inner vertex (elements - 1)");
     }
     curvatures(rods, objections);
+    if (s.end_weights == EndWeights::gregory && !takes_end_weights(rods))
+        objections.add("end_weights",
+                       "'end_weights' = \"gregory\" has no use here: it is for open rods, straight at rest and uniform, of 6 equal "
+                       "elements or more, of a law with an energy and with no end that is clamped_frozen");
     if (s.rest_curvature_profile.empty()) return;
     objections.unused({"rest_curvature"}, "beside 'rest_curvature_profile'");
     objections.length("rest_curvature_profile", s.rest_curvature_profile.size(), s.closed ? s.elements : s.elements - 1,
