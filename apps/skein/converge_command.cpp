@@ -4,8 +4,8 @@
 #include "io/disk.hpp"
 #include "io/files.hpp"
 #include "scene/scene_file.hpp"
-#include "simulation/convergence_report.hpp"
 #include "simulation/convergence_study.hpp"
+#include "simulation/convergence_text.hpp"
 #include "simulation/machine.hpp"
 #include "simulation/signals.hpp"
 

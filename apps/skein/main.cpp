@@ -155,7 +155,7 @@ int main(int argc, char** argv) {
         ->type_name("NAME")
         ->allow_extra_args(false);
     converge_command->add_flag("--coarser", converge.coarser,
-                               "n/2, n and 2n elements: a third of the cost, and a less certain bar");
+                               "n/2, n and 2n elements: a third of the cost, and a less certain error bar");
     converge_command->add_flag("--dry-run", converge.dry_run, "print the runs with their predicted cost, and make none");
     converge_command->add_option("-t,--threads", converge.threads, "threads per rank; default: the cores this rank may use")
         ->check(CLI::PositiveNumber);

@@ -70,8 +70,8 @@ void bound(Convergence& c, const LevelValues& levels) {
         farthest = {std::max(farthest.most, distance.most), std::max(farthest.last, distance.last)};
     }
     c.spread = c.remainder = last.most;
-    c.bar = {farthest.most + last.most, half.most, std::max(farthest.most, half.most) + last.most};
-    c.bar_at_end = {farthest.last + last.most, half.last, std::max(farthest.last, half.last) + last.most};
+    c.error_bar = {farthest.most + last.most, half.most, std::max(farthest.most, half.most) + last.most};
+    c.error_bar_at_end = {farthest.last + last.most, half.last, std::max(farthest.last, half.last) + last.most};
 }
 
 /// Interpolates logarithms; beyond the levels it goes on with the slope of the nearest two, between `least` and `most`.
@@ -93,6 +93,13 @@ double distance(std::span<const double> a, std::span<const double> b, std::size_
     return norms(combine(1, a, -1, b), components).most;
 }
 
+double range_of(std::span<const double> values, std::size_t components) {
+    double range = 0;
+    for (std::size_t i = 0; i < values.size(); i += components)
+        range = std::max(range, distance(values.subspan(i, components), values.first(components), components));
+    return range;
+}
+
 Convergence converge(const LevelValues& levels) {
     const std::size_t components = levels.components;
     const auto& given = levels.space[levels.given];
@@ -111,7 +118,7 @@ Convergence converge(const LevelValues& levels) {
     judge(c, first, second, magnitude, components);
     c.spread = norms(second, components).most;
     const Norms time = norms(time_error, components);
-    const auto close = [&](Convergence::Bar& bar, double space, double margin, double time_part, double together) {
+    const auto close = [&](Convergence::ErrorBar& bar, double space, double margin, double time_part, double together) {
         bar.space = space + margin;
         bar.time = (1 + margin_time) * time_part;
         bar.total = together + margin + margin_time * time_part;
@@ -127,8 +134,8 @@ Convergence converge(const LevelValues& levels) {
     const Norms space = norms(combine(1, corrected[levels.given], -1, c.limit), components);
     const Norms total = norms(combine(1, given, -1, c.limit), components);
     const double margin = c.smoothness == Smoothness::other ? margin_other : margin_second;
-    close(c.bar, space.most, std::max(margin * space.most, c.remainder), time.most, total.most);
-    close(c.bar_at_end, space.last, std::max(margin * space.last, c.remainder), time.last, total.last);
+    close(c.error_bar, space.most, std::max(margin * space.most, c.remainder), time.most, total.most);
+    close(c.error_bar_at_end, space.last, std::max(margin * space.last, c.remainder), time.last, total.last);
     return c;
 }
 

@@ -36,20 +36,22 @@ struct Convergence {
     double order_used = 2;     ///< p of the Richardson value
     std::vector<double> limit; ///< Richardson value for many elements and short steps; empty where rough
     double spread = 0;         ///< of the last two, with the most elements
-    struct Bar {
+    struct ErrorBar {
         double space = 0, time = 0, total = 0;
     };
-    Bar bar;          ///< of the run as given; where rough a bound by the spread of runs
-    Bar bar_at_end;   ///< of its last sample
-    double remainder; ///< what the Richardson value may be wrong by: its change from the first two to the last two
+    ErrorBar error_bar;        ///< of the run as given; where rough a bound by the spread of runs
+    ErrorBar error_bar_at_end; ///< of its last sample
+    double remainder;          ///< what the Richardson value may be wrong by: its change from the first two to the last two
 };
 
 Convergence converge(const LevelValues& levels);
 
 /// Largest distance of two quantities.
 double distance(std::span<const double> a, std::span<const double> b, std::size_t components);
+/// Largest distance of a quantity from its first sample.
+double range_of(std::span<const double> values, std::size_t components);
 
-/// Errors of one quantity over its range, as bars have them at (n, h).
+/// Errors of one quantity over its range, as error bars have them at (n, h).
 struct ErrorModel {
     double space = 0, space_order = 2, time = 0, time_order = 2;
     /// At n' = times n and h'.

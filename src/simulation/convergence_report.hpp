@@ -1,4 +1,4 @@
-// What the runs of a study show: errors by observable, as text, JSON and CSV.
+// What the runs of a study show: errors by observable, and the cheapest numbers for a tolerance.
 #pragma once
 
 #include "simulation/convergence.hpp"
@@ -34,9 +34,6 @@ struct StudyFigures {
 /// samples.
 StudyFigures figures_of(const Study& study, const std::array<RunSamples, 4>& samples, const std::array<double, 4>& core_seconds);
 
-/// Core-seconds that a run has taken, scaled to all of its steps; `predicted` where its summary does not tell. For one rank alone.
-double core_seconds_of(const std::string& directory, double predicted);
-
 /// What `cheapest` says of observables that count, or of those named; the observables that cannot be told of by a rule are named.
 struct Advice {
     double tolerance = 0;
@@ -45,15 +42,5 @@ struct Advice {
 };
 /// Throws InputError where there is no observable of a name.
 Advice advice_for(const Study& study, const StudyFigures& figures, double tolerance, std::span<const std::string> names);
-
-std::string to_text(const Study& study, const StudyFigures& figures);
-std::string to_text(const Study& study, const Advice& advice);
-std::string to_json(const Study& study, const StudyFigures& figures, const Advice* advice);
-/// A row per observable and run: error against core-seconds.
-std::string to_csv(const Study& study, const StudyFigures& figures);
-/// The runs before they are made, with their predicted cost.
-std::string runs_text(const Study& study);
-
-inline constexpr const char* study_format = "skein-converge";
 
 } // namespace skein

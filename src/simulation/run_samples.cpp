@@ -7,6 +7,7 @@
 #include "skein/core/error.hpp"
 
 #include <fmt/format.h>
+#include <nlohmann/json.hpp>
 
 #include <algorithm>
 #include <array>
@@ -122,6 +123,19 @@ RunSamples read_samples(const std::string& directory, std::span<const RodGroup> 
     auto columns = quantities_of(table, rows);
     std::move(columns.begin(), columns.end(), std::back_inserter(samples.quantities));
     return samples;
+}
+
+double core_seconds_of(const std::string& directory, double predicted) {
+    using nlohmann::json;
+    const json summary = json::parse(read_file(directory + "/summary.json"), nullptr, false);
+    if (!summary.is_object() || !summary.contains("wall_s")) return predicted;
+    const double steps = summary.value("steps", 0.0), made = steps - summary.value("first_step", 0.0);
+    if (!(made > 0)) return predicted;
+    double setup = 0;
+    if (const auto phases = summary.find("phases"); phases != summary.end() && phases->contains("setup"))
+        setup = (*phases)["setup"].value("max_s", 0.0);
+    const int cores = summary.value("ranks", 1) * std::min(summary.value("threads", 1), summary.value("cores_per_rank", 1));
+    return std::max(0.0, summary.value("wall_s", 0.0) - setup) * cores * steps / made;
 }
 
 } // namespace skein

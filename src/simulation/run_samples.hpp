@@ -27,4 +27,7 @@ struct RunSamples {
 /// one rank alone.
 RunSamples read_samples(const std::string& directory, std::span<const RodGroup> groups, bool at_end);
 
+/// Core-seconds that a run has taken, scaled to all of its steps; `predicted` where its summary does not tell. For one rank alone.
+double core_seconds_of(const std::string& directory, double predicted);
+
 } // namespace skein

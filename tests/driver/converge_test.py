@@ -1,4 +1,4 @@
-"""`skein converge`: its runs and files, what it refuses, that it goes on where it was stopped. How right its bars are:
+"""`skein converge`: its runs and files, what it refuses, that it goes on where it was stopped. How right its error bars are:
 tests/validation/converge_test.py."""
 
 import json
@@ -45,7 +45,7 @@ class Converge(DriverTest):
                 self.assertNotIn(name, found)  # held at both ends, it does not move
                 continue
             self.assertIn(name, done.stdout)
-            self.assertGreaterEqual(found[name]["bar"]["total"], found[name]["errors"][0])
+            self.assertGreaterEqual(found[name]["error_bar"]["total"], found[name]["errors"][0])
         self.assertNotIn("max_director_defect", found)
         self.assertIn("For 0.01 of the range", done.stdout)
         rows = (self.directory / "all" / "converge.csv").read_text().splitlines()

@@ -1,7 +1,7 @@
-"""`skein converge` on four scenes: the bar holds the true error, and is not more than three times it.
+"""`skein converge` on four scenes: the error bar holds the true error, and is not more than three times it.
 
 timoshenko and catenary have closed forms; carpet and snake are held against runs of eight and sixteen times their elements, made
-here. Prints a line per observable: the true error over the bar.
+here. Prints a line per observable: the true error over the error bar.
 """
 
 import json
@@ -79,8 +79,8 @@ class Converge(DriverTest):
         return values
 
     def assert_holds(self, observable, true, bar=None, most=3.0):
-        bar = observable["bar"]["total"] if bar is None else bar
-        print(f"  {observable['name']}: true error {true / observable['range']:.2e} of its range, bar {bar / true:.2f} times that, "
+        bar = observable["error_bar"]["total"] if bar is None else bar
+        print(f"  {observable['name']}: true error {true / observable['range']:.2e} of its range, error bar {bar / true:.2f} times that, "
               f"order {observable['order'] or math.nan:.2f}, {observable['convergence']}")
         self.assertGreaterEqual(bar, true, observable["name"])
         self.assertLessEqual(bar, most * true, observable["name"])
@@ -95,7 +95,7 @@ class Converge(DriverTest):
         self.assertLess(abs(tip["richardson_at_end"][0] - deflection), 1e-5 * deflection)
 
     def test_relaxed(self):
-        """The same beam by time.relax: one run less, as its steps have no error, and the same bar."""
+        """The same beam by time.relax: one run less, as its steps have no error, and the same error bar."""
         text = (SCENES / "timoshenko.toml").read_text().replace("rest_speed = 1e-11", "relax = true").replace("duration = 200.0", "duration = 2e5")
         self.scene.write_text(text[:text.index("[[damping]]")])
         done = subprocess.run([MPIRUN, "-n", "1", SKEIN, "converge", str(self.scene), "-t", "1", "--tolerance", "1e-3", "--out",
@@ -104,7 +104,7 @@ class Converge(DriverTest):
         figures = json.loads((self.directory / "relaxed" / "converge.json").read_text())
         self.assertEqual(len(figures["runs"]), 3)
         tip = next(o for o in figures["observables"] if o["name"] == "tip of beam 0")
-        self.assertEqual(tip["bar"]["time"], 0)
+        self.assertEqual(tip["error_bar"]["time"], 0)
         self.assert_holds(tip, abs(tip["at_end"][0] - timoshenko()))
         self.assertIn("elements, about", done.stdout)
 
@@ -159,7 +159,7 @@ class Converge(DriverTest):
         _, found = self.converge("carpet", "--coarser", "--set", "rods.cilia.shape.elements=20", out="coarser")
         _, whole = self.converge("carpet", "--set", "rods.cilia.shape.elements=20")
         for name in ("tip of cilia 0", "elastic_bend", "centre"):
-            ratio = found[name]["bar"]["total"] / whole[name]["bar"]["total"]
+            ratio = found[name]["error_bar"]["total"] / whole[name]["error_bar"]["total"]
             self.assertGreater(ratio, 0.8, name)
             self.assertLess(ratio, 1.6, name)
 

@@ -1,4 +1,4 @@
-// Orders, Richardson values and bars on numbers whose limit is known.
+// Orders, Richardson values and error bars on numbers whose limit is known.
 #include "simulation/convergence.hpp"
 
 #include <gtest/gtest.h>
@@ -59,11 +59,11 @@ TEST(Convergence, BarHoldsTheErrorOfSmoothRuns) {
                     const double n = given == 0 ? 10 : 20, true_error = error(u, n, dt);
                     EXPECT_EQ(c.smoothness, Smoothness::second);
                     EXPECT_NEAR(c.order, 2, 0.5);
-                    EXPECT_GE(c.bar.total, true_error) << "d = " << d << ", b = " << b;
-                    EXPECT_LE(c.bar.total, 2 * true_error) << "d = " << d << ", b = " << b;
-                    EXPECT_GE(c.bar.space, error(u, n, 0));
-                    EXPECT_GE(c.bar.time, std::abs(b) * dt * dt * (1 - 1e-9));
-                    EXPECT_GE(c.bar_at_end.total, std::abs(u(n, dt, 9) - exact(9)));
+                    EXPECT_GE(c.error_bar.total, true_error) << "d = " << d << ", b = " << b;
+                    EXPECT_LE(c.error_bar.total, 2 * true_error) << "d = " << d << ", b = " << b;
+                    EXPECT_GE(c.error_bar.space, error(u, n, 0));
+                    EXPECT_GE(c.error_bar.time, std::abs(b) * dt * dt * (1 - 1e-9));
+                    EXPECT_GE(c.error_bar_at_end.total, std::abs(u(n, dt, 9) - exact(9)));
                     double wrong = 0;
                     for (int i = 0; i < 10; ++i) wrong = std::max(wrong, std::abs(c.limit[static_cast<std::size_t>(i)] - exact(i)));
                     EXPECT_LE(wrong, c.remainder + 1e-12) << "the Richardson value";
@@ -88,16 +88,16 @@ TEST(Convergence, FirstOrderIsTold) {
     const Convergence c = converge(Runs(u, 10).levels);
     EXPECT_EQ(c.smoothness, Smoothness::other);
     EXPECT_NEAR(c.order, 1, 1e-9);
-    EXPECT_GE(c.bar.total, error(u, 10, dt));
-    EXPECT_LE(c.bar.total, 3 * error(u, 10, dt));
+    EXPECT_GE(c.error_bar.total, error(u, 10, dt));
+    EXPECT_LE(c.error_bar.total, 3 * error(u, 10, dt));
 }
 
 TEST(Convergence, FirstOrderOfTheStep) {
     const auto u = [](double n, double h, int i) { return exact(i) + 1e-4 / (n * n) + 2 * h * std::cos(0.3 * i); };
     const Convergence c = converge(Runs(u, 10, 0, {1, 2, 4}, 1).levels);
-    EXPECT_NEAR(c.bar.time, 1.5 * 2 * dt, 1e-9);
+    EXPECT_NEAR(c.error_bar.time, 1.5 * 2 * dt, 1e-9);
     EXPECT_EQ(c.smoothness, Smoothness::second) << "what the step does is taken out of what elements do";
-    EXPECT_GE(c.bar.total, error(u, 10, dt));
+    EXPECT_GE(c.error_bar.total, error(u, 10, dt));
 }
 
 TEST(Convergence, WhatIsNotSmoothHasABoundAndNoRichardsonValue) {
@@ -114,8 +114,8 @@ TEST(Convergence, WhatIsNotSmoothHasABoundAndNoRichardsonValue) {
         EXPECT_EQ(c.smoothness, Smoothness::rough);
         EXPECT_TRUE(c.limit.empty());
         EXPECT_EQ(c.spread, distance(runs.values[1], runs.values[2], 1));
-        EXPECT_GE(c.bar.total, c.spread);
-        EXPECT_GE(c.bar.total, distance(runs.values[0], runs.values[2], 1));
+        EXPECT_GE(c.error_bar.total, c.spread);
+        EXPECT_GE(c.error_bar.total, distance(runs.values[0], runs.values[2], 1));
     }
 }
 
@@ -124,7 +124,7 @@ TEST(Convergence, RoundOffIsNoOrder) {
     const Convergence c = converge(Runs(u, 10).levels);
     EXPECT_EQ(c.smoothness, Smoothness::exact);
     EXPECT_TRUE(std::isnan(c.order));
-    EXPECT_LE(c.bar.total, 1e-13);
+    EXPECT_LE(c.error_bar.total, 1e-13);
 }
 
 TEST(Convergence, PointsAreMeasuredByTheirDistance) {
