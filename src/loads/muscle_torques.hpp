@@ -9,11 +9,13 @@
 
 #include "loads/bspline.hpp"
 #include "loads/vertex_wave.hpp"
+#include "rod/shape_places.hpp"
 #include "skein/core/fields.hpp"
 #include "skein/loads/load.hpp"
 
 #include <algorithm>
 #include <span>
+#include <string>
 #include <vector>
 
 namespace skein {
@@ -64,6 +66,15 @@ struct MuscleTorques {
         objections.unused({"coefficients"}, "beside 'table', which gives the amplitude of every element");
         for (const RodSpec* rods : groups)
             objections.length("table", table.size(), rods->shape.elements, "one for each element of group '" + rods->name + "'");
+    }
+    std::string refine(const Shape& was, const Shape& now) {
+        if (table.empty()) return {};
+        const auto ends = [](const Shape& shape) { // of elements: s_i
+            const auto nodes = nodes_of(shape);
+            return std::vector<double>(nodes.begin() + 1, nodes.end());
+        };
+        table = between(ends(was), table, ends(now), was.closed);
+        return "'table' is taken as linear between its places";
     }
 
     void bind_group(const RodGroup& group) {

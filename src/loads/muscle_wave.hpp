@@ -7,11 +7,13 @@
 #pragma once
 
 #include "loads/vertex_wave.hpp"
+#include "rod/shape_places.hpp"
 #include "skein/core/fields.hpp"
 #include "skein/loads/load.hpp"
 
 #include <numbers>
 #include <span>
+#include <string>
 #include <vector>
 
 namespace skein {
@@ -55,6 +57,11 @@ struct MuscleWave {
                               std::string("one for each ") + (ring ? "vertex of the rings" : "inner vertex (elements - 1)") +
                                   " of group '" + rods->name + "'");
         }
+    }
+    std::string refine(const Shape& was, const Shape& now) {
+        if (profile.empty()) return {};
+        profile = between(vertices_of(was), profile, vertices_of(now), was.closed);
+        return "'profile' is taken as linear between vertices";
     }
 
     void bind_group(const RodGroup& group) {

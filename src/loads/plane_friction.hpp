@@ -20,9 +20,11 @@
 #include "skein/core/fields.hpp"
 #include "skein/loads/load.hpp"
 #include "skein/rod/mapping.hpp"
+#include "skein/rod/rod_spec.hpp"
 
 #include <algorithm>
 #include <numbers>
+#include <string>
 #include <vector>
 
 namespace skein {
@@ -67,6 +69,12 @@ struct PlaneFriction {
     }
     void check(RodSpecs, Objections& objections) const {
         if (zero(normal)) objections.add("normal", "'normal' has no direction");
+    }
+
+    std::string refine(const Shape& was, const Shape& now) {
+        const double share = static_cast<double>(was.elements) / static_cast<double>(now.elements);
+        stiffness *= share, damping *= share;
+        return "stiffness and damping per element are shared among more elements";
     }
 
     /// Of the plane's damping and of its spring, where all elements touch.

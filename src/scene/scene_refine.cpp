@@ -1,9 +1,7 @@
 #include "scene/scene_refine.hpp"
 
 #include "io/rod_file.hpp"
-#include "loads/muscle_torques.hpp"
-#include "loads/muscle_wave.hpp"
-#include "loads/plane_friction.hpp"
+#include "rod/shape_places.hpp"
 #include "scene/group_names.hpp"
 #include "scene/scene_file.hpp"
 #include "skein/core/error.hpp"
@@ -22,55 +20,6 @@ namespace {
 
 [[noreturn]] void refuse(const std::string& source, const std::string& what) {
     throw InputError(source + (source.empty() ? "" : ": ") + what);
-}
-
-/// Of nodes 0 to n from the start, over the length.
-std::vector<double> nodes_of(const Shape& shape) {
-    std::vector<double> at{0};
-    for (long i = 0; i < shape.elements; ++i)
-        at.push_back(at.back() + (shape.length_profile.empty() ? 1 : shape.length_profile[static_cast<std::size_t>(i)]));
-    for (double& s : at) s /= at.back();
-    return at;
-}
-
-std::vector<double> middles_of(const Shape& shape) {
-    const auto node = nodes_of(shape);
-    std::vector<double> at;
-    for (std::size_t i = 0; i + 1 < node.size(); ++i) at.push_back(0.5 * (node[i] + node[i + 1]));
-    return at;
-}
-
-/// Inner vertices; of a ring also where it closes, as the last.
-std::vector<double> vertices_of(const Shape& shape) {
-    const auto node = nodes_of(shape);
-    return {node.begin() + 1, node.end() - (shape.closed ? 0 : 1)};
-}
-
-/// Values at `to` of what is linear between values at rising places, of a ring round it; beyond them as in the last piece.
-template <class T>
-std::vector<T> between(const std::vector<double>& at, const std::vector<T>& value, const std::vector<double>& to, bool ring) {
-    const std::size_t n = at.size();
-    std::vector<T> out;
-    for (const double s : to) {
-        std::size_t after = static_cast<std::size_t>(std::upper_bound(at.begin(), at.end(), s) - at.begin());
-        if (n == 1) {
-            out.push_back(value[0]);
-            continue;
-        }
-        double from = 0, till = 0;
-        std::size_t a = 0, b = 0;
-        if (ring && (after == 0 || after == n)) {
-            a = n - 1, b = 0;
-            from = at[a] - (after == 0 ? 1 : 0), till = at[b] + (after == 0 ? 0 : 1);
-        } else {
-            after = std::clamp<std::size_t>(after, 1, n - 1);
-            a = after - 1, b = after;
-            from = at[a], till = at[b];
-        }
-        const double share = (s - from) / (till - from);
-        out.push_back(share == 0 ? value[a] : share == 1 ? value[b] : (1 - share) * value[a] + share * value[b]);
-    }
-    return out;
 }
 
 std::vector<double> shared_lengths(const std::vector<double>& lengths, const Refinement& by) {
@@ -178,17 +127,6 @@ const Shape* shape_of(const SceneSpec& scene, const LoadSpec& load) {
     return nullptr;
 }
 
-void refine_load(LoadSpec& spec, const Shape& was, const Shape& shape, const Refinement& by) {
-    const double share = static_cast<double>(by.over) / static_cast<double>(by.times);
-    if (auto* wave = spec.load.get_if<MuscleWave>(); wave && !wave->profile.empty())
-        wave->profile = between(vertices_of(was), wave->profile, vertices_of(shape), was.closed);
-    if (auto* muscles = spec.load.get_if<MuscleTorques>(); muscles && !muscles->table.empty()) {
-        const auto from = nodes_of(was), to = nodes_of(shape); // s_i: where element i ends
-        muscles->table = between<double>({from.begin() + 1, from.end()}, muscles->table, {to.begin() + 1, to.end()}, was.closed);
-    }
-    if (auto* plane = spec.load.get_if<PlaneFriction>()) plane->stiffness *= share, plane->damping *= share;
-}
-
 /// Coefficients per node and per element; a body has one of each.
 void refine_damping(DampingSpec& spec, const SceneSpec& scene, const Refinement& by) {
     if (spec.damping.kind != DampingKind::physical) return;
@@ -218,7 +156,7 @@ SceneSpec refined(const SceneSpec& scene, const Refinement& by) {
         refine_rods(rods, by);
     }
     for (LoadSpec& load : out.loads)
-        if (const Shape* shape = shape_of(out, load)) refine_load(load, *shape_of(scene, load), *shape, by);
+        if (const Shape* shape = shape_of(out, load)) load.load.refine(*shape_of(scene, load), *shape);
     for (DampingSpec& spec : out.damping) refine_damping(spec, scene, by);
     check_scene(out);
     return out;
@@ -245,12 +183,11 @@ std::vector<std::string> refinement_notes(const SceneSpec& scene) {
                             rods.name));
     }
     for (const LoadSpec& spec : scene.loads) {
-        if (spec.load.get_if<PlaneFriction>())
-            notes.emplace_back("anisotropic_plane: stiffness and damping per element are shared among more elements");
-        if (const auto* wave = spec.load.get_if<MuscleWave>(); wave && !wave->profile.empty())
-            notes.emplace_back("muscle_wave: 'profile' is taken as linear between vertices");
-        if (const auto* muscles = spec.load.get_if<MuscleTorques>(); muscles && !muscles->table.empty())
-            notes.emplace_back("muscle_torques: 'table' is taken as linear between its places");
+        const Shape* shape = shape_of(scene, spec);
+        if (!shape) continue;
+        Load load = spec.load;
+        if (std::string note = load.refine(*shape, *shape); !note.empty())
+            notes.push_back(fmt::format("{}: {}", load.kind(), note));
     }
     for (const DampingSpec& spec : scene.damping) {
         if (spec.damping.kind == DampingKind::physical)

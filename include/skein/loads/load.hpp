@@ -9,6 +9,7 @@
 //   largest_rate(group) const            of decay of a velocity, where it reads velocities: a limit of the step
 //   largest_stiffness(group) const       of its force against positions, over mass, 1/s^2: a limit of the step too
 //   fault_at_start(group) const          what is wrong with its values at the start, in words
+//   refine(was, now)                     takes what it lists by element, node or vertex over to rods of other elements; says how
 //   needs_whole_rods = true              it looks along a rod from end to end, which strands do not
 //   feels_all = true                     it answers what everything else presses with: it comes after contacts and walls
 // A member of one of these names that cannot be called like this does not compile.
@@ -31,6 +32,7 @@ namespace skein {
 
 class RodGroup;
 struct FormulaScope;
+struct Shape;
 struct Step;
 template <int W> struct RodTile;
 template <int W> struct SlotLoad;
@@ -82,6 +84,7 @@ template <class L> inline constexpr bool names_label = requires { L::label; };
 template <class L> inline constexpr bool names_check = requires { &L::check; };
 template <class L> inline constexpr bool names_acts_on = requires { &L::acts_on; };
 template <class L> inline constexpr bool names_largest_rate = requires { &L::largest_rate; };
+template <class L> inline constexpr bool names_refine = requires { &L::refine; };
 template <class L> inline constexpr bool names_use = requires { &L::use; };
 template <class L> inline constexpr bool names_largest_stiffness = requires { &L::largest_stiffness; };
 template <class L> inline constexpr bool names_fault_at_start = requires { &L::fault_at_start; };
@@ -129,6 +132,8 @@ public:
     void use(const FormulaScope& names) { held_->use(names); }
     DragRate largest_stiffness(const RodGroup& group) const { return held_->largest_stiffness(group); }
     std::string fault_at_start(const RodGroup& group) const { return held_->fault_at_start(group); }
+    /// What it has decided that the author of the scene should know; empty: nothing. Shapes of the first group that it acts on.
+    std::string refine(const Shape& was, const Shape& now) { return held_->refine(was, now); }
 
     /// Null where it is of another kind.
     template <LoadStruct L> const L* get_if() const {
@@ -159,6 +164,7 @@ private:
         virtual void use(const FormulaScope& names) = 0;
         virtual DragRate largest_stiffness(const RodGroup& group) const = 0;
         virtual std::string fault_at_start(const RodGroup& group) const = 0;
+        virtual std::string refine(const Shape& was, const Shape& now) = 0;
     };
 
     template <class L> static constexpr Traits traits_of{.kind = L::kind,
@@ -209,6 +215,12 @@ private:
             constexpr bool fits = requires { std::string(load_.fault_at_start(group)); };
             static_assert(fits || !detail::names_fault_at_start<L>, "std::string fault_at_start(const RodGroup&) const");
             if constexpr (fits) return load_.fault_at_start(group);
+            else return {};
+        }
+        std::string refine([[maybe_unused]] const Shape& was, [[maybe_unused]] const Shape& now) override {
+            constexpr bool fits = requires { std::string(load_.refine(was, now)); };
+            static_assert(fits || !detail::names_refine<L>, "std::string refine(const Shape&, const Shape&)");
+            if constexpr (fits) return load_.refine(was, now);
             else return {};
         }
 

@@ -1,6 +1,8 @@
 // Scenes with other numbers of elements that are the same problem.
 #include "scene/scene_refine.hpp"
 
+#include "core/field_looker.hpp"
+
 #include "loads/muscle_torques.hpp"
 #include "loads/muscle_wave.hpp"
 #include "loads/plane_friction.hpp"
@@ -40,26 +42,18 @@ std::string refused(const SceneSpec& scene, const Refinement& by) {
 }
 
 /// Notes every key that takes a list of numbers or of vectors.
-class Lists final : public FieldVisitor {
+class Lists final : public FieldLooker {
 public:
+    using FieldLooker::visit;
     std::set<std::string> names;
-    void visit(const Field&, double&) override {}
-    void visit(const Field&, long&) override {}
-    void visit(const Field&, bool&) override {}
-    void visit(const Field&, std::string&) override {}
-    void visit(const Field&, Vec3d&) override {}
     void visit(const Field& f, std::vector<double>&) override { names.insert(std::string(f.name)); }
     void visit(const Field& f, std::vector<long>&) override { names.insert(std::string(f.name)); }
     void visit(const Field& f, std::vector<Vec3d>&) override { names.insert(std::string(f.name)); }
-    void visit(const Field&, std::vector<std::string>&) override {}
-    void visit_choice(const Field&, int&, std::span<const std::string_view>) override {}
-    bool enter(const Field&) override { return true; }
-    void leave() override {}
 };
 
 TEST(SceneRefine, EveryListOfNumbersHasARuleOrNeedsNone) {
-    // A new key that takes a list may be one per element, node or vertex: give it a rule in scene_refine.cpp, or say here that it
-    // is of something else.
+    // A new key that takes a list may be one per element, node or vertex: give it a rule in scene_refine.cpp, or refine() of its
+    // load, or say here that it is of something else.
     const std::set<std::string> ruled = {
         "profile", "table", "length_profile", "rest_curvature_profile", "start_curvature_profile", "nodes", "elements"};
     const std::set<std::string> of_something_else = {
