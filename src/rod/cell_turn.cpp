@@ -10,7 +10,10 @@
 
 namespace skein {
 
-CellTurn largest_turn(const Shape& shape, const Vec3d& uniform, const std::vector<Vec3d>& profile) {
+namespace {
+
+/// Where the curvature is `profile`, or `uniform` where that is empty, 1/m.
+CellTurn turn_by(const Shape& shape, const Vec3d& uniform, const std::vector<Vec3d>& profile) {
     const auto n = static_cast<std::size_t>(shape.elements), cells = shape.closed ? n : n - 1;
     const std::vector<double>& parts = shape.length_profile;
     CellTurn most;
@@ -26,6 +29,17 @@ CellTurn largest_turn(const Shape& shape, const Vec3d& uniform, const std::vecto
     return most;
 }
 
+} // namespace
+
+CellTurn rest_turn(const Shape& shape) { return turn_by(shape, shape.rest_curvature, shape.rest_curvature_profile); }
+CellTurn start_turn(const Shape& shape) {
+    return turn_by(shape, shape.start_curvature.value_or(Vec3d{0, 0, 0}), shape.start_curvature_profile);
+}
+LargestTurn largest_turn(const Shape& shape) {
+    const CellTurn rest = rest_turn(shape), start = start_turn(shape);
+    return rest.angle >= start.angle ? LargestTurn{rest, "rest"} : LargestTurn{start, "start"};
+}
+
 std::string text_of(const CellTurn& turn) {
     return fmt::format("turns element {} against element {} by {:.3g} rad", turn.cell + 1, turn.cell, turn.angle);
 }
@@ -36,15 +50,12 @@ void refuse_large_turns(const RodGroup& group) {
     RodSpec own = spec;
     const auto look_at = [&](std::int64_t i) {
         if (group.sized()) places.put_sizes(spec, i, own);
-        const Shape& s = own.shape;
-        const CellTurn rest = largest_turn(s, s.rest_curvature, s.rest_curvature_profile),
-                       start = largest_turn(s, s.start_curvature.value_or(Vec3d{0, 0, 0}), s.start_curvature_profile);
-        const CellTurn& most = rest.angle >= start.angle ? rest : start;
+        const auto [most, curvature] = largest_turn(own.shape);
         if (most.angle < CellTurn::largest) return;
         throw InputError(fmt::format("{}: the {} curvature of rod {} of '{}', {:g} m long by file '{}', {}; two that follow each "
                                      "other can be told apart up to pi: at most {:.4g} 1/m there",
-                                     spec.source, &most == &rest ? "rest" : "start", i, spec.name, s.length, spec.placement.file,
-                                     text_of(most), most.curvature(CellTurn::largest)));
+                                     spec.source, curvature, i, spec.name, own.shape.length, spec.placement.file, text_of(most),
+                                     most.curvature(CellTurn::largest)));
     };
     const std::vector<std::int64_t> held = places.held();
     if (held.empty()) return;

@@ -6,6 +6,7 @@
 
 #include <numbers>
 #include <string>
+#include <string_view>
 
 namespace skein {
 
@@ -20,9 +21,15 @@ struct CellTurn {
     double curvature(double angle) const { return angle / length; }
 };
 
-/// The cell that turns most where the curvature is `profile`, or `uniform` where that is empty, 1/m. None (angle 0) of lists that
-/// have not the number of entries that they need.
-CellTurn largest_turn(const Shape& shape, const Vec3d& uniform, const std::vector<Vec3d>& profile);
+/// The cell that turns most at rest, or at the start. None (angle 0) of lists that have not the number of entries that they need.
+CellTurn rest_turn(const Shape& shape);
+CellTurn start_turn(const Shape& shape);
+/// The larger of both.
+struct LargestTurn {
+    CellTurn turn;
+    std::string_view curvature; ///< "rest" or "start"
+};
+LargestTurn largest_turn(const Shape& shape);
 
 class RodGroup;
 /// Of the rods of a file that are held: throws InputError naming the first whose curvature at rest or at the start turns a cell by

@@ -1,5 +1,6 @@
 #include "scene/doubts.hpp"
 
+#include "core/field_looker.hpp"
 #include "rod/cell_turn.hpp"
 #include "scene/scene_tables.hpp"
 
@@ -18,35 +19,26 @@ constexpr double beyond = 1e6; // times what a number is measured by
 void tell_large_turns(const RodGroup& group, std::vector<std::string>& found) {
     constexpr double near = 0.75 * CellTurn::largest;
     const Shape& s = group.spec().shape;
-    const CellTurn rest = largest_turn(s, s.rest_curvature, s.rest_curvature_profile),
-                   start = largest_turn(s, s.start_curvature.value_or(Vec3d{0, 0, 0}), s.start_curvature_profile);
-    const CellTurn& most = start.angle > rest.angle ? start : rest;
+    const auto [most, curvature] = largest_turn(s);
     if (most.angle > near)
         found.push_back(fmt::format(
             "rods.{}.shape: the {} curvature {}; at 3 rad a run stops, and up to 1 rad cells follow a bend: elements = {} would do",
-            group.name(), &most == &rest ? "rest" : "start", text_of(most),
-            static_cast<long>(std::ceil(static_cast<double>(s.elements) * most.angle))));
+            group.name(), curvature, text_of(most), static_cast<long>(std::ceil(static_cast<double>(s.elements) * most.angle))));
 }
 
-/// Compares numbers with the scales of the scene, by their unit.
-class ScaleLooker : public FieldVisitor {
+/// Compares numbers with the scales of the scene, by their unit; but places, which may lie anywhere.
+class ScaleLooker final : public FieldLooker {
 public:
+    using FieldLooker::visit;
     ScaleLooker(double duration, double speed, std::vector<std::string>& found)
         : duration_(duration), speed_(speed), found_(found) {}
 
     void look_into(std::string table) { table_ = std::move(table); }
     void visit(const Field& f, double& x) override { look(f, std::abs(x)); }
-    void visit(const Field&, long&) override {}
-    void visit(const Field&, bool&) override {}
-    void visit(const Field&, std::string&) override {}
     void visit(const Field& f, Vec3d& v) override { look(f, norm(v)); }
     void visit(const Field& f, std::vector<double>& list) override {
         for (const double x : list) look(f, std::abs(x));
     }
-    void visit(const Field&, std::vector<long>&) override {}
-    void visit(const Field&, std::vector<Vec3d>&) override {} // places may lie anywhere
-    void visit(const Field&, std::vector<std::string>&) override {}
-    void visit_choice(const Field&, int&, std::span<const std::string_view>) override {}
     bool enter(const Field& f) override {
         inner_.emplace_back(f.name);
         return true;

@@ -81,46 +81,58 @@ std::vector<std::string> hints_for(const RodGroup& group) {
     return hints;
 }
 
-/// Drag at the velocity before the kick takes from the stable step: a mode of frequency w is stable while (h w/2)^2 + h nu/2 < 1,
-/// with the scheme's own figures for 2. Told where it takes more than 1 %, which is what the bounds are worth. theory.md (38)
-void limit_by_drag(GroupPlan& p, const RodGroup& group, const Scheme& scheme) {
-    DragRate rate, largest;
+/// What loads do to the step together: the sum of their rates or stiffnesses, told of the load that has the largest.
+struct Together {
+    double sum = 0;
+    DragRate largest;
     std::string_view label;
-    for (const Load& load : p.loads) {
-        const DragRate one = load.largest_rate(group);
-        if (one.value > largest.value) largest = one, label = load.label();
-        rate = {rate.value + one.value, largest.element};
+};
+Together together(const std::vector<Load>& loads, const RodGroup& group, DragRate (Load::*of)(const RodGroup&) const) {
+    Together all;
+    for (const Load& load : loads) {
+        const DragRate one = (load.*of)(group);
+        if (one.value > all.largest.value) all.largest = one, all.label = load.label();
+        all.sum += one.value;
     }
-    const double fastest = p.limits.front().dt, half = 0.5 * fastest * scheme.stability * rate.value / scheme.drag;
-    const double dt = fastest * (std::sqrt(1 + half * half) - half);
-    if (dt < 0.99 * fastest) p.limits.insert(p.limits.begin(), {label, dt, rate.element});
+    return all;
+}
+
+/// Told where it takes more than 1 %, which is what the bounds are worth.
+void limit_by_loads(GroupPlan& p, const Together& loads, double dt) {
+    if (dt < 0.99 * p.limits.front().dt) p.limits.insert(p.limits.begin(), {loads.label, dt, loads.largest.element});
+}
+
+/// Drag at the velocity before the kick takes from the stable step: a mode of frequency w is stable while (h w/2)^2 + h nu/2 < 1,
+/// with the scheme's own figures for 2. theory.md (38)
+void limit_by_drag(GroupPlan& p, const RodGroup& group, const Scheme& scheme) {
+    const Together drag = together(p.loads, group, &Load::largest_rate);
+    const double fastest = p.limits.front().dt, half = 0.5 * fastest * scheme.stability * drag.sum / scheme.drag;
+    limit_by_loads(p, drag, fastest * (std::sqrt(1 + half * half) - half));
 }
 
 /// The stiffness of loads adds to that of the rod: w^2 grows by at most what all of them have over mass. theory.md (40c)
 void limit_by_stiffness(GroupPlan& p, const RodGroup& group) {
-    DragRate all, largest;
-    std::string_view label;
-    for (const Load& load : p.loads) {
-        const DragRate one = load.largest_stiffness(group);
-        if (one.value > largest.value) largest = one, label = load.label();
-        all = {all.value + one.value, largest.element};
-    }
-    const double fastest = p.limits.front().dt, rate = 2 / fastest, dt = 2 / std::sqrt(rate * rate + all.value);
-    if (dt < 0.99 * fastest) p.limits.insert(p.limits.begin(), {label, dt, all.element});
+    const Together stiff = together(p.loads, group, &Load::largest_stiffness);
+    const double rate = 2 / p.limits.front().dt;
+    limit_by_loads(p, stiff, 2 / std::sqrt(rate * rate + stiff.sum));
+}
+
+/// Calls f(law, largest overlap over the sum of radii, mass) for every contact that a group may have.
+template <class F> void with_contact_laws(const SceneSpec& scene, const RodGroup& group, F&& f) {
+    if (scene.contact) f(scene.contact->law, scene.contact->overlap, reduced_mass(group, group));
+    for (const ContactPair& pair : scene.contact_pairs)
+        if (names_group(pair.between, group.name())) f(pair.law, scene.contact->overlap, reduced_mass(group, group));
+    for (const Wall& wall : scene.walls)
+        if (wall.acts_on(group.name())) f(wall.law, ContactSpec{}.overlap, mass_at_wall(group));
 }
 
 /// Of all contacts that a group may have, the one that leaves the shortest step.
 void limit_by_contact(GroupPlan& p, const RodGroup& group, const SceneSpec& scene) {
     TimeLimit least{"contact", HUGE_VAL, 0};
-    const auto consider = [&](const ContactLaw& law, double share, double mass) {
+    with_contact_laws(scene, group, [&](const ContactLaw& law, double share, double mass) {
         const TimeLimit limit = contact_time_limit(group, law.resolved(mass), share);
         if (limit.dt < least.dt) least = limit;
-    };
-    if (scene.contact) consider(scene.contact->law, scene.contact->overlap, reduced_mass(group, group));
-    for (const ContactPair& pair : scene.contact_pairs)
-        if (names_group(pair.between, group.name())) consider(pair.law, scene.contact->overlap, reduced_mass(group, group));
-    for (const Wall& wall : scene.walls)
-        if (wall.acts_on(group.name())) consider(wall.law, ContactSpec{}.overlap, mass_at_wall(group));
+    });
     if (!std::isfinite(least.dt)) return;
     if (!group.strained()) p.limits.clear();
     p.limits.push_back(least);
@@ -142,32 +154,25 @@ RelaxationContacts relaxation_contacts(const RodGroup& group, const SceneSpec& s
     RelaxationContacts contacts;
     double radius = HUGE_VAL;
     for (const ElementConstants& e : group.element) radius = std::min(radius, e.radius);
-    const auto consider = [&](const ContactLaw& law, double share, double mass) {
+    with_contact_laws(scene, group, [&](const ContactLaw& law, double share, double mass) {
         const double k = touching * tangent_stiffness(law.resolved(mass), share * 2 * radius);
         contacts.stiffness = std::max(contacts.stiffness, k);
         if (law.friction != ContactFriction::none) contacts.turning = std::max(contacts.turning, k * radius * radius);
         contacts.farthest_move = farthest_move * radius;
-    };
-    if (scene.contact) consider(scene.contact->law, scene.contact->overlap, reduced_mass(group, group));
-    for (const ContactPair& pair : scene.contact_pairs)
-        if (names_group(pair.between, group.name())) consider(pair.law, scene.contact->overlap, reduced_mass(group, group));
-    for (const Wall& wall : scene.walls)
-        if (wall.acts_on(group.name())) consider(wall.law, ContactSpec{}.overlap, mass_at_wall(group));
+    });
     return contacts;
 }
 
-GroupPlan plan_group(const SceneSpec& scene, const RodGroup& group) {
+GroupPlan plan_group(const SceneSpec& scene, const std::vector<Load>& loads, const RodGroup& group) {
     GroupPlan p{.name = group.name(), .rods = group.count(), .elements = group.elements()};
     if (const BodyShape* body = group.body())
         p.body = fmt::format("{:.4g} kg, J = ({:.4g}, {:.4g}, {:.4g}) kg m^2, {} part{}", body->mass, body->inertia.x,
                              body->inertia.y, body->inertia.z, body->part.size(), body->part.size() == 1 ? "" : "s");
-    const FormulaScope names = names_for_formulas(scene);
-    for (std::size_t i = 0; i < scene.loads.size(); ++i) {
+    for (std::size_t i = 0; i < loads.size(); ++i) {
         const LoadSpec& l = scene.loads[i];
-        if (!names_group(l.rods, group.name()) || !l.load.acts_on(group.spec())) continue;
-        p.loads.push_back(l.load);
-        p.loads.back().use(names);
-        if (const std::string fault = p.loads.back().fault_at_start(group); !fault.empty())
+        if (!names_group(l.rods, group.name()) || !loads[i].acts_on(group.spec())) continue;
+        p.loads.push_back(loads[i]);
+        if (const std::string fault = loads[i].fault_at_start(group); !fault.empty())
             throw InputError(fmt::format("{}: {}", l.source.empty() ? scene.file : l.source, fault));
         p.load_numbers.push_back(i);
     }
@@ -510,7 +515,8 @@ Plan make_plan(const SceneSpec& as_given, std::span<const RodGroup> groups, cons
     const SceneSpec scene = with_stiffnesses(as_given, groups);
     Plan plan{.title = scene.title, .machine = machine};
     double frame_values = 0, tip_values = 0, nodes = 0, lines = 0; // the last two of poly data
-    for (const RodGroup& group : groups) plan.groups.push_back(plan_group(scene, group));
+    const std::vector<Load> loads = loads_with_formulas(scene);
+    for (const RodGroup& group : groups) plan.groups.push_back(plan_group(scene, loads, group));
     plan.contact = scene.contact;
     if (scene.contact) plan.contact_laws = contact_laws(scene, groups);
     plan.automatic_stiffness = as_given.contact && as_given.contact->law.stiffness_is_automatic();

@@ -1,5 +1,6 @@
 #include "scene/relax_check.hpp"
 
+#include "core/field_looker.hpp"
 #include "loads/formula_load.hpp"
 #include "loads/magnetic_formula.hpp"
 #include "scene/scene_tables.hpp"
@@ -12,24 +13,14 @@ namespace skein {
 namespace {
 
 /// The first time that a load gives, in seconds: what has one is a function of time.
-class TimesOf final : public FieldVisitor {
+class TimesOf final : public FieldLooker {
 public:
+    using FieldLooker::visit;
     std::string name; ///< empty: it has none
 
     void visit(const Field& field, double& value) override {
         if (field.unit == "s" && value != 0 && name.empty()) name = field.name;
     }
-    void visit(const Field&, long&) override {}
-    void visit(const Field&, bool&) override {}
-    void visit(const Field&, std::string&) override {}
-    void visit(const Field&, Vec3d&) override {}
-    void visit(const Field&, std::vector<double>&) override {}
-    void visit(const Field&, std::vector<long>&) override {}
-    void visit(const Field&, std::vector<Vec3d>&) override {}
-    void visit(const Field&, std::vector<std::string>&) override {}
-    void visit_choice(const Field&, int&, std::span<const std::string_view>) override {}
-    bool enter(const Field&) override { return true; }
-    void leave() override {}
 };
 
 constexpr const char* chosen = "chooses inertia: leave it out";
@@ -64,7 +55,7 @@ void contact_law(const ContactLaw& law, Objections& table) {
 
 } // namespace
 
-void check_relax(const SceneSpec& scene, Objections& objections) {
+void check_relax(const SceneSpec& scene, std::span<const Load> loads, Objections& objections) {
     const TimeSpec& time = scene.time;
     TableObjections of_time(objections, "time");
     if (!time.relax) {
@@ -82,13 +73,11 @@ void check_relax(const SceneSpec& scene, Objections& objections) {
     }
     for (std::size_t i = 0; i < scene.damping.size(); ++i)
         objections.add(fmt::format("damping.{}", i), "time.relax chooses damping: give none");
-    const FormulaScope names = names_for_formulas(scene);
-    for (std::size_t i = 0; i < scene.loads.size(); ++i) {
+    for (std::size_t i = 0; i < loads.size(); ++i) {
         const std::string table = fmt::format("load.{}", i);
-        Load load = scene.loads[i].load;
-        load.use(names);
+        const Load& load = loads[i];
         TimesOf times;
-        load.fields(times);
+        Load(load).fields(times);
         if (!times.name.empty())
             objections.add(
                 table, fmt::format("time.relax needs loads that do not change with time, and this one has '{}' [s]", times.name));

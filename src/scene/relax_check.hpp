@@ -4,9 +4,11 @@
 #include "scene/scene_spec.hpp"
 #include "skein/core/objections.hpp"
 
+#include <span>
+
 namespace skein {
 
-/// `objections`: of the scene.
-void check_relax(const SceneSpec& scene, Objections& objections);
+/// `loads`: those of the scene, whose formulas have been read; `objections`: of the scene.
+void check_relax(const SceneSpec& scene, std::span<const Load> loads, Objections& objections);
 
 } // namespace skein

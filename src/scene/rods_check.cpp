@@ -43,17 +43,16 @@ void section(const RodSpec& rods, Objections& of_group) {
 void curvatures(const RodSpec& rods, TableObjections& objections) {
     const Shape& s = rods.shape;
     if (rods.placement.kind == PlacementKind::file) return;
-    const auto look = [&](std::string_view key, const Vec3d& uniform, const std::vector<Vec3d>& profile) {
-        const CellTurn most = largest_turn(s, uniform, profile);
+    const auto look = [&](std::string_view key, const CellTurn& most, bool listed) {
         if (most.angle < CellTurn::largest) return;
-        const std::string name = std::string(key) + (profile.empty() ? "" : "_profile");
-        objections.add(profile.empty() ? name : fmt::format("{}.{}", name, most.cell),
+        const std::string name = std::string(key) + (listed ? "_profile" : "");
+        objections.add(listed ? fmt::format("{}.{}", name, most.cell) : name,
                        fmt::format("'{}' {}; two that follow each other can be told apart up to pi: at most {:.4g} 1/m there, or "
                                    "shorter elements",
                                    name, text_of(most), most.curvature(CellTurn::largest)));
     };
-    look("rest_curvature", s.rest_curvature, s.rest_curvature_profile);
-    look("start_curvature", s.start_curvature.value_or(Vec3d{0, 0, 0}), s.start_curvature_profile);
+    look("rest_curvature", rest_turn(s), !s.rest_curvature_profile.empty());
+    look("start_curvature", start_turn(s), !s.start_curvature_profile.empty());
 }
 
 void shape(const RodSpec& rods, Objections& of_group) {

@@ -33,14 +33,12 @@ public:
             TableObjections table(*this, path_of_group(scene_, i));
             check_rods(scene_.rods[i], table);
         }
-        const FormulaScope names = names_for_formulas(scene_);
-        for (const auto& [path, message] : faults(names)) add(path, message);
-        for (std::size_t i = 0; i < scene_.loads.size(); ++i) {
+        for (const auto& [path, message] : faults(names_for_formulas(scene_))) add(path, message);
+        const std::vector<Load> loads = loads_with_formulas(scene_);
+        for (std::size_t i = 0; i < loads.size(); ++i) {
             TableObjections table(*this, fmt::format("load.{}", i));
             const auto groups = acted_on(scene_, scene_.loads[i].rods, table);
-            Load load = scene_.loads[i].load;
-            load.use(names);
-            load.check(groups, table);
+            loads[i].check(groups, table);
         }
         for (std::size_t i = 0; i < scene_.damping.size(); ++i) {
             TableObjections table(*this, fmt::format("damping.{}", i));
@@ -48,7 +46,7 @@ public:
         }
         check_contact(scene_, *this);
         check_walls(scene_, *this);
-        check_relax(scene_, *this);
+        check_relax(scene_, loads, *this);
         return std::move(found_);
     }
 

@@ -12,6 +12,13 @@ void load_fields(FieldVisitor& f, LoadSpec& spec) {
 
 FormulaScope names_for_formulas(const SceneSpec& scene) { return {scene.constants, scene.tables, scene.time.duration}; }
 
+std::vector<Load> loads_with_formulas(const SceneSpec& scene) {
+    const FormulaScope names = names_for_formulas(scene);
+    std::vector<Load> loads;
+    for (const LoadSpec& spec : scene.loads) loads.emplace_back(spec.load).use(names);
+    return loads;
+}
+
 void damping_fields(FieldVisitor& f, DampingSpec& spec) {
     spec.damping.fields(f);
     f.visit({.name = "rods", .unit = "", .text = "groups it acts on; all where absent"}, spec.rods);

@@ -17,6 +17,9 @@ void load_fields(FieldVisitor& f, LoadSpec& spec);
 /// What formulas of the scene may name.
 FormulaScope names_for_formulas(const SceneSpec& scene);
 
+/// Loads of the scene, in its order, whose formulas have been read.
+std::vector<Load> loads_with_formulas(const SceneSpec& scene);
+
 /// Keys of a [[damping]].
 void damping_fields(FieldVisitor& f, DampingSpec& spec);
 

@@ -1,6 +1,7 @@
 // Scenes made in C++. What scene files can get wrong is in malformed/.
 #include "scene/scene_check.hpp"
 
+#include "core/field_looker.hpp"
 #include "loads/end_force.hpp"
 #include "loads/gravity.hpp"
 #include "loads/muscle_wave.hpp"
@@ -30,8 +31,9 @@ TEST(CheckScene, IsContentWithARod) { EXPECT_EQ(refusal(one_rod()), ""); }
 TEST(CheckScene, IsContentWithWhatReadSceneGives) { EXPECT_EQ(refusal(read_scene(good_scene)), ""); }
 
 /// Gives every time among a load's keys, and counts them.
-class SetTimes final : public FieldVisitor {
+class SetTimes final : public FieldLooker {
 public:
+    using FieldLooker::visit;
     int times = 0;
 
     void visit(const Field& field, double& value) override {
@@ -39,17 +41,6 @@ public:
         value = 1;
         ++times;
     }
-    void visit(const Field&, long&) override {}
-    void visit(const Field&, bool&) override {}
-    void visit(const Field&, std::string&) override {}
-    void visit(const Field&, Vec3d&) override {}
-    void visit(const Field&, std::vector<double>&) override {}
-    void visit(const Field&, std::vector<long>&) override {}
-    void visit(const Field&, std::vector<Vec3d>&) override {}
-    void visit(const Field&, std::vector<std::string>&) override {}
-    void visit_choice(const Field&, int&, std::span<const std::string_view>) override {}
-    bool enter(const Field&) override { return true; }
-    void leave() override {}
 };
 
 TEST(CheckScene, RelaxesUnderNoLoadThatChangesWithTime) {
