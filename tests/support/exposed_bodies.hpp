@@ -11,6 +11,18 @@
 
 namespace skein::test {
 
+/// With damping, and friction of any kind.
+inline ContactLaw some_law(ContactNormal normal, ContactFriction friction) {
+    return {.normal = normal,
+            .stiffness = 1e5,
+            .damping = 20,
+            .friction = friction,
+            .static_friction = 0.5,
+            .kinetic_friction = 0.4,
+            .tangential_damping = 5,
+            .slip_speed = 1e-3};
+}
+
 class BodiesByHand {
 public:
     /// Nodes, in order, of a ring with the first once more at the end, and for all elements a radius; `gap`: see SelfGap.

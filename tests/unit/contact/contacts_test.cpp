@@ -20,17 +20,6 @@ test::BodiesByHand rods_between(const std::vector<std::pair<Vec3d, Vec3d>>& ends
     return bodies;
 }
 
-ContactLaw some_law(ContactNormal normal, ContactFriction friction) {
-    return {.normal = normal,
-            .stiffness = 1e5,
-            .damping = 20,
-            .friction = friction,
-            .static_friction = 0.5,
-            .kinetic_friction = 0.4,
-            .tangential_damping = 5,
-            .slip_speed = 1e-3};
-}
-
 TEST(Contacts, AreBalanced) {
     const Threads one(1);
     std::mt19937 random(2);
@@ -44,7 +33,7 @@ TEST(Contacts, AreBalanced) {
                 const auto rods = rods_between({{-along, along}, {apart - other, apart + other}}, 7, 0.05);
                 Exposure c = rods.exposure();
                 for (ExposedMotion& m : c.motion) m = {.velocity = vector(1), .spin = vector(10)};
-                Contacts contacts(rods.scene(some_law(law, friction)), one);
+                Contacts contacts(rods.scene(test::some_law(law, friction)), one);
                 SlotLoads out;
                 AlignedVector<ExertedLoad>& loads = out.load;
                 for (int step = 0; step < 3; ++step) contacts.evaluate(c, 0, 1e-4, out);
@@ -226,7 +215,7 @@ TEST(Contacts, AreTheSameForAnyThreads) {
     const auto run = [&](int threads) {
         const Threads team(threads);
         Exposure moving = c;
-        Contacts contacts(rods.scene(some_law(ContactNormal::hertz, ContactFriction::memory)), team);
+        Contacts contacts(rods.scene(test::some_law(ContactNormal::hertz, ContactFriction::memory)), team);
         SlotLoads out;
         AlignedVector<ExertedLoad>& loads = out.load;
         for (int step = 0; step < 60; ++step) {

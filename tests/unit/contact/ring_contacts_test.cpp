@@ -104,17 +104,6 @@ FoldedLoads folded(const RingAndRod& from, std::size_t first, const SlotLoads& l
     return all;
 }
 
-ContactLaw some_law(ContactFriction friction) {
-    return {.normal = ContactNormal::hertz,
-            .stiffness = 1e5,
-            .damping = 20,
-            .friction = friction,
-            .static_friction = 0.5,
-            .kinetic_friction = 0.4,
-            .tangential_damping = 5,
-            .slip_speed = 1e-3};
-}
-
 /// The rule by itself, over all pairs: nearer than that both ways round the ring, elements do not touch.
 std::set<std::pair<int, int>> pairs_by_looking(const std::vector<Vec3d>& ring, double radius, int gap, double skin) {
     std::set<std::pair<int, int>> near;
@@ -187,7 +176,7 @@ TEST(RingContacts, DoNotDependOnWhereTheRingBegins) {
             double size = 0;
             for (std::size_t first = 0; first < static_cast<std::size_t>(n); ++first) {
                 const Exposure shown = from.exposure(first);
-                Contacts contacts(from.bodies(first).scene(some_law(friction)), one);
+                Contacts contacts(from.bodies(first).scene(test::some_law(ContactNormal::hertz, friction)), one);
                 SlotLoads out;
                 contacts.evaluate(shown, 0, 1e-4, out);
                 const FoldedLoads loads = folded(from, first, out);
@@ -250,7 +239,7 @@ TEST(RingContacts, AreBalanced) {
         for (unsigned seed = 0; seed < 60; ++seed) {
             const RingAndRod from(Loop(seed), 8 + static_cast<int>(seed % 33), 0, 0.3, 0.1, 1);
             const Exposure shown = from.exposure(0);
-            Contacts contacts(from.bodies(0).scene(some_law(friction)), one);
+            Contacts contacts(from.bodies(0).scene(test::some_law(ContactNormal::hertz, friction)), one);
             SlotLoads out;
             for (int step = 0; step < 3; ++step) contacts.evaluate(shown, 0, 1e-4, out);
             if (contacts.figures().active == 0) continue;
