@@ -28,9 +28,6 @@ constexpr double tick_seconds = 1;         ///< wall time between two agreements
 constexpr std::int64_t check_every = 64;   ///< steps between two looks for rods whose state is invalid
 constexpr std::int64_t tick_multiple = 64; ///< steps between ticks: fewer would cut visits short and look at rods more often
 
-/// Name of the last correction of rods that relax in checkpoints.
-constexpr const char* kept_correction = "relaxation";
-
 std::int64_t multiple_after(std::int64_t step, std::int64_t every) { return (step / every + 1) * every; }
 
 void tell_warning(const std::string& text) { std::fprintf(stderr, "warning: %s\n", text.c_str()); }
@@ -65,6 +62,7 @@ Simulation::Simulation(const Communicator& comm, const Threads& threads, const S
     const auto setup = timers_.time(Phase::setup);
     const bool writes = !options_.out.empty();
     require_memory(comm_, plan_);
+    if (plan_.relax) settling_.emplace(plan_.relax_tolerance);
     on_root(comm_, [&] {
         if (writes) directory_ = std::make_unique<ResultsDirectory>(options_.out, options_.overwrite);
     });
@@ -75,7 +73,7 @@ Simulation::Simulation(const Communicator& comm, const Threads& threads, const S
     balance_.expect(2 * (wall_seconds() - began)); // making them anew, and sending them
 
     std::vector<std::string> kept = kept_names(interactions_);
-    if (plan_.relax) kept.emplace_back(kept_correction);
+    if (settling_) kept.emplace_back(Settling::kept_name);
     std::optional<CheckpointInfo> found;
     if (writes) found = read_checkpoint(comm_, options_.out, groups_, *rods_, physics_, tell_warning, kept);
     else if (!options_.from.empty())
@@ -86,7 +84,7 @@ Simulation::Simulation(const Communicator& comm, const Threads& threads, const S
         found = begin_branch(comm_, {scene, plan_.dt, physics_}, groups_, *rods_, kept, tell_warning);
     if (found) {
         recall(interactions_, found->kept);
-        if (plan_.relax) correction_ = found->kept.back().numbers.front();
+        if (settling_) settling_->recall(found->kept.back());
         clock_ = Clock(plan_.dt, found->step, plan_.integrator, found->shift);
         ancestry_ = found->ancestry;
         if (found->shift != 0) plan_.steps = std::max<std::int64_t>(1, clock_.step_at(scene.time.duration));
@@ -140,7 +138,7 @@ Surroundings Simulation::make_rods_of(std::vector<LocalRod> owned) {
     if (walls_) around.walls = walls_; // their servos' state is recalled
     rods_ = make_rods(plan_, groups_, std::move(owned), threads_, around);
     walls_ = around.walls;
-    residual_ = around.residual;
+    if (settling_) settling_->watch(around.residual);
     return around;
 }
 
@@ -196,12 +194,12 @@ void Simulation::begin_audit(std::optional<double> audited_from) {
 std::uint64_t Simulation::digest() const { return comm_.sum_wrapping(rods_->digest()); }
 
 void Simulation::advance(std::int64_t until) {
-    const bool coupled = is_coupled(plan_), together = coupled || plan_.relax || options_.protocol == Protocol::synchronous;
+    const bool coupled = is_coupled(plan_), together = coupled || settling_ || options_.protocol == Protocol::synchronous;
     bool going = true;
     while (clock_.done() < until && going) {
         const std::int64_t next_check = (clock_.done() / check_every + 1) * check_every;
-        const auto steps = coupled || plan_.relax ? clock_.next(std::min(until, next_check))
-                                                  : clock_.next(until, together ? 1 : Clock::largest_batch);
+        const auto steps = coupled || settling_ ? clock_.next(std::min(until, next_check))
+                                                : clock_.next(until, together ? 1 : Clock::largest_batch);
         const std::int64_t last = steps.back().index;
         const bool check = last == until || last >= next_check;
         const bool valid = coupled ? step_coupled(steps, check) : step_uncoupled(steps, check);
@@ -213,7 +211,7 @@ void Simulation::advance(std::int64_t until) {
         for (const auto& interaction : interactions_)
             if (check) interaction->look(steps.back());
         if (!valid) failure_ = reason_of_failure(); // the other ranks learn of it when they meet
-        if (plan_.relax && (clock_.done() % check_every == 0 || clock_.done() == plan_.steps)) look_for_settled();
+        if (settling_ && (clock_.done() % check_every == 0 || clock_.done() == plan_.steps)) look_for_settled();
         going = (together ? meet() : failure_.empty()) && !ended();
     }
 }
@@ -254,11 +252,11 @@ std::string Simulation::reason_of_failure() const {
     return reason.empty() ? reason : fmt::format("{} at step {}", reason, clock_.done());
 }
 
-bool Simulation::ended() const { return at_rest_ || (plan_.relax && settled()) || finished(interactions_); }
+bool Simulation::ended() const { return at_rest_ || (settling_ && settling_->settled()) || finished(interactions_); }
 
 void Simulation::look_for_settled() {
     const auto timing = timers_.time(Phase::agree);
-    correction_ = comm_.max(residual_->largest());
+    settling_->look(comm_);
 }
 
 void Simulation::look_for_rest() {
@@ -301,7 +299,7 @@ RunResult Simulation::step_to_the_end() {
 
     const RunResult result{exit_code(), clock_.done(), look_at_end()};
     write_summary(result);
-    if (plan_.relax) tell_of_settling();
+    if (settling_ && comm_.root()) settling_->tell(clock_.done(), plan_.steps, options_.quiet);
     return result;
 }
 
@@ -315,19 +313,7 @@ std::int64_t Simulation::next_event() const {
 
 Exit Simulation::exit_code() const {
     if (clock_.done() < last_step_ && !ended()) return Exit::limit;
-    return plan_.relax && !settled() && clock_.done() >= plan_.steps ? Exit::unsettled : Exit::done;
-}
-
-void Simulation::tell_of_settling() const {
-    if (!comm_.root()) return;
-    const std::string wanted = fmt::format("the largest correction that a rod wants is {:.3g}, time.relax_tolerance {:g}",
-                                           correction_, plan_.relax_tolerance);
-    if (settled()) {
-        if (!options_.quiet) std::printf("Settled in %lld steps: %s\n", static_cast<long long>(clock_.done()), wanted.c_str());
-    } else if (clock_.done() >= plan_.steps) {
-        std::fprintf(stderr, "not settled in the %lld steps of time.duration: %s\n", static_cast<long long>(plan_.steps),
-                     wanted.c_str());
-    }
+    return settling_ && !settling_->settled() && clock_.done() >= plan_.steps ? Exit::unsettled : Exit::done;
 }
 
 Simulation::Verdict Simulation::agree() {
@@ -423,7 +409,7 @@ void Simulation::show_progress(bool last) {
         for (const std::size_t column : progress_columns_) values.push_back(last_sample_[column]);
     }
     show_now_ = false;
-    progress_->show(clock_.done(), values, plan_.relax ? fmt::format("  correction {:.3g}", correction_) : std::string());
+    progress_->show(clock_.done(), values, settling_ ? fmt::format("  correction {:.3g}", settling_->correction()) : std::string());
 }
 
 std::vector<std::string> Simulation::names() const {
@@ -521,7 +507,7 @@ void Simulation::keep_state() {
     CheckpointInfo info{clock_.done(), plan_.dt, checkpoint_digest_, physics_, {}, audited_from_};
     info.shift = clock_.shift(), info.settings = settings_, info.ancestry = ancestry_;
     info.kept = kept(interactions_);
-    if (plan_.relax) info.kept.push_back({.name = kept_correction, .numbers = {correction_}});
+    if (settling_) info.kept.push_back(settling_->kept());
     mark_outputs(info);
     write_checkpoint(comm_, options_.out, groups_, *rods_, info, plan_.keeping);
     last_checkpoint_ = clock_.done();
@@ -541,7 +527,7 @@ void Simulation::write_summary(const RunResult& result) {
                        .names = names(),
                        .observables = last_sample_,
                        .output = output_};
-    if (plan_.relax) figures.settling = Settling{settled(), correction_};
+    figures.settling = settling_ ? &*settling_ : nullptr;
     for (std::size_t p = 0; p < phase_count; ++p) {
         const double mine = timers_.seconds(static_cast<Phase>(p));
         figures.phases.push_back(

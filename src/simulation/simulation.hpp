@@ -9,7 +9,6 @@
 #include "io/vtk_series.hpp"
 #include "parallel/communicator.hpp"
 #include "parallel/threads.hpp"
-#include "rod/relaxation_outlook.hpp"
 #include "rod/rods.hpp"
 #include "scene/plan.hpp"
 #include "simulation/checkpoint_clock.hpp"
@@ -17,6 +16,7 @@
 #include "simulation/load_balance.hpp"
 #include "simulation/progress.hpp"
 #include "simulation/results_directory.hpp"
+#include "simulation/settling.hpp"
 #include "simulation/wall_meshes.hpp"
 #include "skein/core/error.hpp"
 #include "skein/time/clock.hpp"
@@ -159,10 +159,8 @@ private:
     bool ended() const;
     void look_for_rest();
     Exit exit_code() const;
-    void tell_of_settling() const;
     /// At steps that are alike on any ranks: whether rods that relax have settled. Collective.
     void look_for_settled();
-    bool settled() const { return correction_ <= plan_.relax_tolerance; }
     /// Where ranks meet after every step: false on all of them as soon as one has failed.
     bool meet();
     /// At an event, if it is time for one.
@@ -228,8 +226,7 @@ private:
     std::int64_t sampled_ = -1;           ///< step of it
     std::uint64_t checkpoint_digest_ = 0; ///< at last_checkpoint_
     bool at_rest_ = false;
-    std::shared_ptr<const RelaxationResidual> residual_; ///< null where rods do not relax
-    double correction_ = HUGE_VAL;                       ///< the largest of all rods, at the last look
+    std::optional<Settling> settling_; ///< of rods that relax
     bool told_turn_ = false, told_strain_ = false, told_tension_ = false, told_limit_ = false;
     std::unique_ptr<Progress> progress_;
     std::vector<std::size_t> progress_columns_; ///< of the series

@@ -93,7 +93,7 @@ std::string summary_json(const RunFigures& f) {
     }
     if (f.settling)
         json["relaxation"] = {
-            {"settled", f.settling->settled}, {"correction", f.settling->correction}, {"tolerance", f.plan.relax_tolerance}};
+            {"settled", f.settling->settled()}, {"correction", f.settling->correction()}, {"tolerance", f.settling->tolerance()}};
     if (!f.ancestry.empty()) json["ancestry"] = nlohmann::ordered_json::parse(f.ancestry);
     return json.dump(2) + "\n";
 }

@@ -17,12 +17,6 @@ struct PhaseTime {
     double min, mean, max;
 };
 
-/// Of rods that relax.
-struct Settling {
-    bool settled;
-    double correction; ///< the largest, over the length and in rad, at the last look
-};
-
 struct RunFigures {
     const Plan& plan;
     RunResult result;
@@ -41,7 +35,7 @@ struct RunFigures {
     std::vector<LargestOverlap> overlaps = {}; ///< of contacts and walls, in this run
     std::vector<GhostFigures> ghosts = {};     ///< by rank, at the end; none where ranks do not meet
     BalanceFigures balance = {};
-    std::optional<Settling> settling = {}; ///< where rods relax
+    const Settling* settling = nullptr; ///< of rods that relax
 };
 
 std::string summary_json(const RunFigures& figures);
