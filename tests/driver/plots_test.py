@@ -14,6 +14,7 @@ APPS = pathlib.Path(__file__).resolve().parents[2] / "apps"
 CASES = {
     "cilia_carpet": ("row_8.toml", ("--until", "72", "--set", "rods.cilia.shape.elements=4"), "carpet.png"),
     "contact": ("plectoneme.toml", ("--until", "0.2", "--set", "output.trajectory=0.1"), "rod.png"),
+    "formulas": ("gusts.toml", ("--until", "0.02", "--set", "output.trajectory=0.01"), "formulas.png"),
     "nest": ("nest_110.toml", ("--until", "0.002"), None),
     "traced": ("traced.toml", ("--until", "0.02", "--set", "output.trajectory=0.01"), "traced.png"),
 }

@@ -1,0 +1,100 @@
+#!/usr/bin/python3
+"""Picture of reeds in gusts, of a rod near a magnet, or of both: plot.py OUT_DIR... [--to FILE]
+
+Of gusts.toml the reeds at one time, and how far their tips lean, by place and time, with the way of a gust (dashed); of magnet.toml the rod
+as the magnet comes near, in lines of its field. Writes formulas.png into the first directory, or FILE. Needs numpy, h5py and matplotlib.
+"""
+
+import argparse
+import json
+import sys
+from pathlib import Path
+
+sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "figures"))
+import results  # noqa: E402  (from apps/figures)
+
+results.need("numpy", "h5py", "matplotlib")
+import matplotlib  # noqa: E402
+import numpy as np  # noqa: E402
+
+matplotlib.use("Agg")
+import matplotlib.pyplot as plt  # noqa: E402  (after the choice of Agg)
+
+import frames  # noqa: E402  (from apps/figures)
+import style  # noqa: E402
+import tubes  # noqa: E402
+
+REED, ROD, FIELD = np.array([0.42, 0.56, 0.30]), "#c2554a", "#cfd4db"
+
+
+def constants_of(out):
+    results.need_files(out, "physics.json", "trajectory_*.h5")
+    constants = json.loads((out / "physics.json").read_text()).get("constants", {})
+    return {name: entry["value"] for name, entry in constants.items()}
+
+
+def draw_reeds(axes, out, time):
+    nodes, radius, _ = frames.rods_at(out, time)
+    tubes.draw(axes, nodes, 2 * radius, np.broadcast_to(REED, (len(nodes), 3)))
+
+
+def draw_leaning(axes, out, travel):
+    found = frames.frames(out)
+    nodes = np.array([frames.read_rods(path, number)[0] for _, path, number in found])
+    times, place = np.array([t for t, _, _ in found]), nodes[0, :, 0, 0]
+    lean = 1e3 * (nodes[:, :, -1, 0] - nodes[:, :, 0, 0])
+    most = np.abs(lean).max()
+    picture = axes.pcolormesh(times, place, lean.T, cmap="YlGn", vmin=min(0, lean.min()), vmax=most, shading="nearest")
+    axes.figure.colorbar(picture, ax=axes)
+    axes.plot(0.5 * times[-1] + (place - place[0]) / travel, place, "--", color=style.INK, linewidth=1)
+    axes.set(xlabel="time, s", ylabel="place of the reed, m", xlim=(times[0], times[-1]))
+
+
+def dipole(x, z, constants):
+    rx, rz = x - constants["reach"], z - constants["height"]
+    r = np.hypot(rx, rz)
+    return 3 * rx * rx / r**5 - 1 / r**3, 3 * rx * rz / r**5
+
+
+def draw_rod(axes, out, constants):
+    x, z = np.meshgrid(np.linspace(-0.01, 0.055, 120), np.linspace(0, 0.065, 120))
+    axes.streamplot(1e3 * x, 1e3 * z, *dipole(x, z, constants), color=FIELD, linewidth=0.6, arrowsize=0.6, density=1.2)
+    for share in np.linspace(0, 1, 11):
+        nodes, _, _ = frames.rods_at(out, share * constants["rise"])
+        axes.plot(*(1e3 * nodes[0][:, [0, 2]]).T, color=ROD, linewidth=2, alpha=0.25 + 0.7 * share)
+    axes.plot(1e3 * constants["reach"], 1e3 * constants["height"], "s", color=style.INK, markersize=7)
+    axes.set(xlabel="x, mm", ylabel="z, mm", aspect="equal", xlim=(-10, 55), ylim=(0, 65))
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("out", type=Path, nargs="+", help="results of gusts.toml, of magnet.toml, or of both")
+    parser.add_argument("--to", type=Path, help="file to write")
+    arguments = parser.parse_args()
+    gusts = magnet = None
+    for out in arguments.out:
+        constants = constants_of(out)
+        if "travel" in constants:
+            gusts = out, constants
+        else:
+            results.need_names(out, "constant", constants, ("reach", "height", "rise"), "give results of gusts.toml or magnet.toml")
+            magnet = out, constants
+
+    plt.rcParams.update({"font.size": 9, "font.family": "DejaVu Sans"})
+    places = [["reeds", "reeds"], ["leaning", "rod"]] if gusts and magnet else [["reeds", "leaning"]] if gusts else [["rod"]]
+    figure, axes = plt.subplot_mosaic(places, figsize=(8.0, 3.1 * len(places)), layout="constrained")
+    if gusts:
+        draw_reeds(axes["reeds"], gusts[0], 3.0)
+        style.heading(axes["reeds"], "Reeds in gusts of wind")
+        draw_leaning(axes["leaning"], gusts[0], gusts[1]["travel"])
+        style.heading(axes["leaning"], "Gusts on their way: lean of the tips, mm")
+    if magnet:
+        draw_rod(axes["rod"], *magnet)
+        style.heading(axes["rod"], "A rod as a magnet comes near")
+    for name in axes.keys() - {"reeds"}:
+        style.bare(axes[name], "left", "bottom")
+    figure.savefig(arguments.to or arguments.out[0] / "formulas.png", dpi=150)
+
+
+if __name__ == "__main__":
+    main()
