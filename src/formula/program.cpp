@@ -77,6 +77,32 @@ bool FormulaProgram::uses(Variable v) const {
     return in(time) || in(place) || in(state);
 }
 
+double FormulaProgram::predicted_ns() const {
+    const auto of = [](Op op) {
+        switch (op) {
+        case Op::divide:
+        case Op::root:
+            return 0.6;
+        case Op::sine:
+        case Op::cosine:
+        case Op::exponential:
+        case Op::logarithm:
+            return 2.5;
+        case Op::hyperbolic_tangent:
+        case Op::power:
+        case Op::arc_tangent:
+        case Op::tabulated:
+        case Op::tabulated_slope:
+            return 12.0;
+        default:
+            return 0.2;
+        }
+    };
+    double sum = 0;
+    for (const Instruction& in : state.code) sum += of(in.op);
+    return sum;
+}
+
 std::optional<FormulaProgram> compiled(const Graph& graph, std::span<const int> outputs) {
     FormulaProgram program{.tables = graph.tables()};
     std::vector<int> of_time, of_place; // nodes that are inputs of the last list

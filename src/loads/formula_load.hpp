@@ -40,6 +40,7 @@ struct FormulaLoad {
     void check(RodSpecs groups, Objections& objections) const;
     /// Whether a formula depends on it.
     bool depends_on(Variable v) const { return force_.program.uses(v) || couple_.program.uses(v); }
+    double predicted_ns() const { return 1 + force_.program.predicted_ns() + couple_.program.predicted_ns(); }
     /// What is wrong with the values at the start of rods and at some times of the run; empty: nothing.
     std::string fault_at_start(const RodGroup& group) const;
     /// Largest |dF/dv| and |dF/dx| over mass, of the same places and times. theory.md (44)

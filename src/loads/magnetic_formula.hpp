@@ -35,6 +35,7 @@ struct MagneticFormula {
     bool depends_on(Variable v) const { return values_.program.uses(v); }
     bool acts_on(const RodSpec& rods) const { return !magnetisation.empty() || MagneticField::acts_on(rods); }
     void check(RodSpecs groups, Objections& objections) const;
+    double predicted_ns() const { return 1 + values_.program.predicted_ns(); }
     std::string fault_at_start(const RodGroup& group) const;
     /// Of positions and rotations of an element together. theory.md (40e)
     DragRate largest_stiffness(const RodGroup& group) const;

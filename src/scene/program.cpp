@@ -9,7 +9,7 @@ namespace skein {
 namespace {
 
 // Medians of bench/micro at 8 lanes on a 2.5 GHz Cascade Lake core, ns per element-step.
-constexpr double drift_ns = 3.2, elliptic_drift_ns = 9, elastic_ns = 5.6, kick_ns = 1, stretched_kick_ns = 1.6, load_ns = 1;
+constexpr double drift_ns = 3.2, elliptic_drift_ns = 9, elastic_ns = 5.6, kick_ns = 1, stretched_kick_ns = 1.6;
 // Those of bench/scenes/nest: contacts at its density, half a candidate per element, with their exposure; a box with floor and lid.
 constexpr double contact_ns = 55, walls_ns = 12;
 constexpr double relax_ns = 400;                       // of 64 rods of 50 elements
@@ -39,7 +39,7 @@ bool may_lie_along(const PassSpec& pass) {
 
 double predicted_ns(const PassSpec& pass) {
     return std::visit(Overloaded{[](const pass::Drift& p) { return p.top == TopKind::circular ? drift_ns : elliptic_drift_ns; },
-                                 [](pass::Elastic) { return elastic_ns; }, [](const pass::ApplyLoad&) { return load_ns; },
+                                 [](pass::Elastic) { return elastic_ns; }, [](const pass::ApplyLoad& p) { return p.ns; },
                                  [](pass::Walls) { return walls_ns; }, [](pass::SurfaceWalls) { return walls_ns; },
                                  [](const pass::Kick& p) {
                                      const bool plain = p.kind == KickKind::undamped || p.kind == KickKind::constant_rates;
@@ -83,7 +83,7 @@ GroupProgram program_of(const RodGroup& group, const ProgramNeeds& needs) {
     const auto apply_loads = [&](bool that_feel_all) {
         for (std::size_t i = 0; i < needs.loads.size(); ++i)
             if (const Load& load = needs.loads[i]; load.feels_all() == that_feel_all)
-                after.push_back(pass::ApplyLoad{i, load.kind(), load.needs_whole_rods()});
+                after.push_back(pass::ApplyLoad{i, load.kind(), load.needs_whole_rods(), load.predicted_ns()});
     };
     after.push_back(either(body, pass::Unstrained{}, pass::Elastic{group.law()}));
     if (audit) after.push_back(pass::AuditInner{});

@@ -59,6 +59,7 @@ struct ApplyLoad {
     std::size_t number;
     std::string_view kind;
     bool needs_whole_rods;
+    double ns; ///< as predicted
 };
 struct Walls {
     static constexpr std::string_view name = "walls";

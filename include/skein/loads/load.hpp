@@ -10,6 +10,7 @@
 //   largest_stiffness(group) const       of its force against positions, over mass, 1/s^2: a limit of the step too
 //   fault_at_start(group) const          what is wrong with its values at the start, in words
 //   refine(was, now)                     takes what it lists by element, node or vertex over to rods of other elements; says how
+//   predicted_ns() const                 time of one core for an element and step, where that is not about 1 ns
 //   needs_whole_rods = true              it looks along a rod from end to end, which strands do not
 //   feels_all = true                     it answers what everything else presses with: it comes after contacts and walls
 // A member of one of these names that cannot be called like this does not compile.
@@ -84,6 +85,7 @@ template <class L> inline constexpr bool names_label = requires { L::label; };
 template <class L> inline constexpr bool names_check = requires { &L::check; };
 template <class L> inline constexpr bool names_acts_on = requires { &L::acts_on; };
 template <class L> inline constexpr bool names_largest_rate = requires { &L::largest_rate; };
+template <class L> inline constexpr bool names_predicted_ns = requires { &L::predicted_ns; };
 template <class L> inline constexpr bool names_refine = requires { &L::refine; };
 template <class L> inline constexpr bool names_use = requires { &L::use; };
 template <class L> inline constexpr bool names_largest_stiffness = requires { &L::largest_stiffness; };
@@ -129,6 +131,7 @@ public:
     void check(RodSpecs groups, Objections& objections) const;
     bool acts_on(const RodSpec& rods) const { return held_->acts_on(rods); }
     DragRate largest_rate(const RodGroup& group) const { return held_->largest_rate(group); }
+    double predicted_ns() const { return held_->predicted_ns(); }
     void use(const FormulaScope& names) { held_->use(names); }
     DragRate largest_stiffness(const RodGroup& group) const { return held_->largest_stiffness(group); }
     std::string fault_at_start(const RodGroup& group) const { return held_->fault_at_start(group); }
@@ -161,6 +164,7 @@ private:
         virtual void check(RodSpecs groups, Objections& objections) const = 0;
         virtual bool acts_on(const RodSpec& rods) const = 0;
         virtual DragRate largest_rate(const RodGroup& group) const = 0;
+        virtual double predicted_ns() const = 0;
         virtual void use(const FormulaScope& names) = 0;
         virtual DragRate largest_stiffness(const RodGroup& group) const = 0;
         virtual std::string fault_at_start(const RodGroup& group) const = 0;
@@ -199,6 +203,12 @@ private:
             static_assert(fits || !detail::names_largest_rate<L>, "DragRate largest_rate(const RodGroup&) const");
             if constexpr (fits) return load_.largest_rate(group);
             else return {};
+        }
+        double predicted_ns() const override {
+            constexpr bool fits = requires { double(load_.predicted_ns()); };
+            static_assert(fits || !detail::names_predicted_ns<L>, "double predicted_ns() const");
+            if constexpr (fits) return load_.predicted_ns();
+            else return 1;
         }
         void use([[maybe_unused]] const FormulaScope& names) override {
             constexpr bool fits = requires { load_.use(names); };

@@ -140,6 +140,19 @@ TEST(Plan, CountsTheStiffnessOfFormulas) {
     EXPECT_FALSE(farthest(1.02) < 1e10);
 }
 
+TEST(Plan, PredictsWhatFormulasTake) {
+    const auto ns = [](const std::string& x) {
+        SceneSpec spec = test::cilia_scene(3);
+        spec.loads = {{.load = FormulaLoad{.force = {x, "0", "0"}}}};
+        return make_plan(spec, make_groups(spec), {}).groups[0].ns_per_element_step;
+    };
+    const double uniform = ns("3"), in_time = ns("3*sin(t)");
+    EXPECT_EQ(in_time, uniform) << "worked out once a step";
+    EXPECT_GT(ns("x*y + 2"), uniform);
+    EXPECT_GT(ns("sin(x*y) + 2"), ns("x*y + 2") + 1);
+    EXPECT_GT(ns("tanh(x*y) + 2"), ns("sin(x*y) + 2") + 1);
+}
+
 TEST(Plan, HintsAtElementsThatGainNothing) {
     const auto hints = [](long elements, EndKind start) {
         const SceneSpec scene = test::cilia_scene(8, elements, start); // r = 0.15 m, L = 1.5 m
