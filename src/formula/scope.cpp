@@ -13,9 +13,13 @@ namespace skein {
 
 void FormulaTable::fields(FieldVisitor& f) {
     f.visit({.name = "name", .unit = "", .text = "by which formulas call it, as in gust(t)", .required = true}, name);
-    f.visit({.name = "at", .unit = "", .text = "points, rising: times, or whatever it is a function of", .required = true}, at);
-    f.visit({.name = "value", .unit = "", .text = "its values there, one each; straight lines lie between them", .required = true},
-            value);
+    f.visit({.name = "at", .unit = "", .text = "points, rising: times, or whatever it is a function of"}, at);
+    f.visit({.name = "value", .unit = "", .text = "its values there, one each; straight lines lie between them"}, value);
+    f.visit(
+        {.name = "file",
+         .unit = "",
+         .text = "instead of both: comma-separated values beside the scene, a line of names, then a point and its value a line"},
+        file);
     f.visit({.name = "at_unit", .unit = "", .text = "unit of the points; empty: fits any"}, at_unit);
     f.visit({.name = "unit", .unit = "", .text = "unit of the values, as \"N/m\"; empty: fits any"}, unit);
     f.visit({.name = "periodic", .unit = "", .text = "begins again behind its last point; else it keeps the values of its ends"},
@@ -69,7 +73,7 @@ std::vector<std::pair<std::string, std::string>> faults(const FormulaScope& scop
         name(path + ".name", t.name);
         unit(path + ".unit", t.unit);
         unit(path + ".at_unit", t.at_unit);
-        if (t.at.size() < 2) found.emplace_back(path + ".at", "a table needs two points at least");
+        if (t.at.size() < 2) found.emplace_back(path + ".at", "a table needs two points at least, in 'at' or in a 'file'");
         if (t.value.size() != t.at.size())
             found.emplace_back(path + ".value", fmt::format("'value' has {} numbers and 'at' {}: they belong together",
                                                             t.value.size(), t.at.size()));

@@ -24,6 +24,7 @@ struct FormulaTable {
     std::vector<double> at, value;
     std::string at_unit = "s", unit; ///< empty: fits any
     bool periodic = false;
+    std::string file;   ///< of comma-separated values, which `at` and `value` are read from; empty as soon as they are
     std::string source; ///< file:line of the table, for messages
 
     void fields(FieldVisitor& f);

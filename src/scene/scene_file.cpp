@@ -1,5 +1,6 @@
 #include "scene/scene_file.hpp"
 
+#include "io/csv_table.hpp"
 #include "scene/scene_check.hpp"
 #include "scene/scene_override.hpp"
 #include "scene/scene_reader.hpp"
@@ -7,6 +8,7 @@
 
 #include <algorithm>
 #include <charconv>
+#include <cmath>
 #include <filesystem>
 #include <fstream>
 #include <iterator>
@@ -79,6 +81,42 @@ void add_contradictions(const SceneSpec& scene, const TomlValue& root, Problems&
     for (const Contradiction& c : contradictions(scene, given)) problems.add(part_of(nearest_place(root, c.path), c), c.message);
 }
 
+/// Throws IoError naming the file and what is wrong with it.
+void read_table(const std::string& path, FormulaTable& table) {
+    CsvTable file = read_csv(path);
+    if (file.names.size() != 2)
+        throw IoError(fmt::format("{}: has {} columns; a table has two, points and values", path, file.names.size()));
+    for (const auto& column : file.columns)
+        for (const double number : column)
+            if (!std::isfinite(number)) throw IoError(fmt::format("{}: {} is no number that fits", path, number));
+    table.at = std::move(file.columns[0]), table.value = std::move(file.columns[1]);
+    for (std::size_t k = 1; k < table.at.size(); ++k)
+        if (!(table.at[k] > table.at[k - 1]))
+            throw IoError(fmt::format("{}: points must rise, but {:g} follows {:g}", path, table.at[k], table.at[k - 1]));
+    table.file.clear();
+}
+
+/// Tables of the scene have their numbers from then on, wherever they stood.
+void read_tables_of_files(SceneSpec& scene, const TomlValue& root, Problems& problems) {
+    const std::filesystem::path directory = std::filesystem::path(scene.file).parent_path();
+    for (std::size_t i = 0; i < scene.tables.size(); ++i) {
+        FormulaTable& table = scene.tables[i];
+        if (table.file.empty()) continue;
+        const auto refuse = [&](const std::string& message) {
+            problems.add(nearest_place(root, fmt::format("table.{}.file", i)), message);
+        };
+        if (!table.at.empty() || !table.value.empty()) {
+            refuse("'file' gives the points and their values: leave out 'at' and 'value', or 'file'");
+            continue;
+        }
+        try {
+            read_table((directory / table.file).string(), table);
+        } catch (const IoError& error) {
+            refuse(fmt::format("'file': {}", error.what()));
+        }
+    }
+}
+
 } // namespace
 
 std::string read_scene_text(const std::string& file) {
@@ -103,6 +141,7 @@ SceneSpec parse_scene(const std::string& file, const std::string& text, const st
     Problems problems;
     SceneSpec scene = read_tables(root, problems);
     scene.file = file;
+    if (problems.empty()) read_tables_of_files(scene, root, problems);
     // A value that could not be read is still the default, which would only contradict the others.
     if (problems.empty()) add_contradictions(scene, root, problems);
     problems.raise();

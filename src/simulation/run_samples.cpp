@@ -1,5 +1,6 @@
 #include "simulation/run_samples.hpp"
 
+#include "io/csv_table.hpp"
 #include "io/disk.hpp"
 #include "io/files.hpp"
 #include "io/h5_file.hpp"
@@ -11,7 +12,6 @@
 
 #include <algorithm>
 #include <array>
-#include <charconv>
 #include <iterator>
 #include <string_view>
 
@@ -23,46 +23,8 @@ namespace {
 constexpr std::array<std::string_view, 6> bookkeeping = {"max_director_defect", "energy_defect", "candidates", "rebuilds", "skin",
                                                          "max_turn_per_cell"};
 
-std::vector<std::string> cells(std::string_view line) {
-    std::vector<std::string> out(1);
-    for (const char c : line) {
-        if (c == ',') out.emplace_back();
-        else out.back() += c;
-    }
-    return out;
-}
-
-struct Table {
-    std::vector<std::string> names;
-    std::vector<std::vector<double>> columns;
-};
-
-Table read_series(const std::string& path) {
-    const std::string text = read_file(path);
-    Table table;
-    for (std::size_t begin = 0; begin < text.size();) {
-        const std::size_t end = std::min(text.find('\n', begin), text.size());
-        const auto row = cells(std::string_view(text).substr(begin, end - begin));
-        begin = end + 1;
-        if (table.names.empty()) {
-            table.names = row;
-            table.columns.resize(row.size());
-            continue;
-        }
-        if (row.size() != table.names.size()) throw IoError(path + ": a row has another number of columns than the header");
-        for (std::size_t c = 0; c < row.size(); ++c) {
-            double value = 0;
-            const auto [stop, error] = std::from_chars(row[c].data(), row[c].data() + row[c].size(), value);
-            if (error != std::errc{}) throw IoError(fmt::format("{}: '{}' is no number", path, row[c]));
-            table.columns[c].push_back(value);
-        }
-    }
-    if (table.names.size() < 2 || table.columns[0].empty()) throw IoError(path + ": has no rows");
-    return table;
-}
-
 /// "centre_x[m]" and the next two are one quantity; so is any other by itself.
-std::vector<Quantity> quantities_of(const Table& table, std::span<const std::size_t> rows) {
+std::vector<Quantity> quantities_of(const CsvTable& table, std::span<const std::size_t> rows) {
     std::vector<Quantity> out;
     const auto is = [&](std::size_t c, const std::string& stem, char axis, const std::string& unit) {
         return c < table.names.size() && table.names[c] == stem + "_" + axis + unit;
@@ -108,7 +70,9 @@ void append_tips(const std::string& directory, const RodGroup& group, std::span<
 } // namespace
 
 RunSamples read_samples(const std::string& directory, std::span<const RodGroup> groups, bool at_end) {
-    const Table table = read_series(directory + "/observables.csv");
+    const std::string path = directory + "/observables.csv";
+    const CsvTable table = read_csv(path);
+    if (table.names.size() < 2 || table.columns[0].empty()) throw IoError(path + ": has no rows");
     const std::size_t count = table.columns[0].size();
     std::vector<std::size_t> rows;
     for (std::size_t i = 0; i < count; ++i)
