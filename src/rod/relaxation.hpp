@@ -6,10 +6,10 @@
 //   strained  what the rod answers now                                                                  tangent_stiffness.hpp
 //   touched   dx^2 and t^2 of what walls and other rods push, as stiff as contacts may be
 //   all       dx^2 and t^2 as stiff as a tenth of the whole rod, so that free rods have a finite answer
-// and positive, so it is split block by block, one rod a lane (block_band.hpp). A rod that moves against its forces,
+// and positive, so it is split block by block, one rod or ring a lane (block_band.hpp). A rod that moves against its forces,
 // v.f + w.c < 0, forgets its rates; one that would turn or stretch too far in a step is slowed down as a whole; where it may touch
 // something, how far it may go is halved with every turn against its forces, and grows by 1.05 a step otherwise. Each rod decides
-// alone, so that there are no sums over rods. Cost: 1300 flop per element.
+// alone, so that there are no sums over rods. Cost: 1300 flop per element, of rings 2100.
 #pragma once
 
 #include "rod/note_forces.hpp"
@@ -40,9 +40,11 @@ public:
     void run(const RodTile<W>& rod, SlotLoad<W>* load, const Step& step) const override {
         static thread_local AlignedVector<Block> blocks;
         if (blocks.size() <= static_cast<std::size_t>(rod.n)) blocks.resize(static_cast<std::size_t>(rod.n) + 1);
-        assemble(rod, load, blocks.data());
-        solve_band(rod.n, blocks.data());
-        kick(rod, load, blocks.data(), step.kick);
+        const int last = ends_.closed ? rod.n - 1 : rod.n;
+        assemble(rod, last, load, blocks.data());
+        if (ends_.closed) solve_as_ring(last, blocks.data());
+        else solve_band(last, blocks.data());
+        kick(rod, last, load, blocks.data(), step.kick);
     }
 
     std::span<Pack<W>> memory(const RodTile<W>& rod) override {
@@ -54,29 +56,37 @@ private:
     using P = Pack<W>;
     using Block = BandBlock<W>;
 
-    void assemble(const RodTile<W>& rod, const SlotLoad<W>* load, Block* block) const {
-        const int n = rod.n;
-        for (int k = 0; k <= n; ++k) {
+    static void solve_as_ring(int last, Block* block) {
+        static thread_local AlignedVector<RingCoupling<W>> couplings;
+        if (couplings.size() < static_cast<std::size_t>(last)) couplings.resize(static_cast<std::size_t>(last));
+        solve_ring(last, block, couplings.data());
+    }
+
+    void assemble(const RodTile<W>& rod, int last, const SlotLoad<W>* load, Block* block) const {
+        for (int k = 0; k <= last; ++k) {
             block[k].clear();
             block[k].add(0, P(rod_[k].own_node));
             block[k].add(3, P(rod_[k].own_turn));
         }
-        if (contacts_.any()) touch(n, load, block);
+        if (contacts_.any()) touch(rod.n, last, load, block);
         TangentStiffness<Law, W>::add(rod, ends_, block);
-        for (int k = 0; k <= n; ++k) load_of(rod, load, k, block[k]);
-        for (int k = 0; k <= n; ++k)
+        for (int k = 0; k <= last; ++k) load_of(rod, load, k, block[k]);
+        for (int k = 0; k <= last; ++k)
             for (int i = 0; i < Block::size; ++i)
-                if (rod_[k].free[static_cast<std::size_t>(i)] == 0) block[k].hold(i, k > 0 ? &block[k - 1] : nullptr);
+                if (rod_[k].free[static_cast<std::size_t>(i)] == 0)
+                    block[k].hold(i, k > 0 ? &block[k - 1] : ends_.closed ? &block[last] : nullptr);
     }
 
-    void touch(int n, const SlotLoad<W>* load, Block* block) const {
+    void touch(int n, int last, const SlotLoad<W>* load, Block* block) const {
         const auto& before = detail::untouched_forces<W>();
-        for (int k = 0; k <= n; ++k) {
+        for (int k = 0; k <= last; ++k) {
             const Vec3<P> added = load[k].force - before[static_cast<std::size_t>(k)];
             const Mask<W> touched = dot(added, added) > P(0.0);
             block[k].add(0, select(touched, P(contacts_.stiffness), P(0.0)));
-            for (int e = std::max(0, k - 1); e <= std::min(k, n - 1); ++e)
-                block[e].add(3, select(touched, P(contacts_.turning), P(0.0)));
+            const P turning = select(touched, P(contacts_.turning), P(0.0));
+            if (k > 0) block[k - 1].add(3, turning);
+            else if (ends_.closed) block[last].add(3, turning);
+            if (k < n) block[k].add(3, turning);
         }
     }
 
@@ -87,10 +97,10 @@ private:
         b.u[3] = c.x, b.u[4] = c.y, b.u[5] = c.z;
     }
 
-    void kick(const RodTile<W>& rod, const SlotLoad<W>* load, const Block* block, double h) const {
+    void kick(const RodTile<W>& rod, int last, const SlotLoad<W>* load, const Block* block, double h) const {
         const int n = rod.n;
         P power(0.0), correction(0.0), zero(0.0);
-        for (int k = 0; k <= n; ++k) {
+        for (int k = 0; k <= last; ++k) {
             const P* u = block[k].u;
             const auto& free = rod_[k].free;
             const Vec3<P> open{P(free[0]), P(free[1]), P(free[2])}; // forces on what is held do no work
@@ -107,24 +117,25 @@ private:
             P& own = reach_[rod.number];
             own = reach = select(against, max(P(least_reach), P(0.5) * own), min(P(1.0), P(1.05) * own));
         }
+        const auto stretches = [&](int k, const Vec3<P>& apart) { // of element k
+            excess = max(excess, P(h * rod.element[k].inv_rest_length / rod_[k].most_turn) * norm(apart));
+        };
         Vec3<P> before{};
-        for (int k = 0; k <= n; ++k) {
+        for (int k = 0; k <= last; ++k) {
             Slot<W>& s = rod.slot[k];
             const P* u = block[k].u;
             s.velocity = fma(P(h), Vec3<P>{u[0], u[1], u[2]}, kept * s.velocity);
-            if (k > 0) {
-                const Vec3<P> apart = s.velocity - before;
-                excess = max(excess, P(h * rod.element[k - 1].inv_rest_length / rod_[k - 1].most_turn) * norm(apart));
-            }
+            if (k > 0) stretches(k - 1, s.velocity - before);
             before = s.velocity;
             excess = max(excess, P(h / contacts_.farthest_move) * norm(s.velocity));
             if (k == n) break;
             s.spin = fma(P(h), s.director * Vec3<P>{u[3], u[4], u[5]}, kept * s.spin);
             excess = max(excess, P(h / rod_[k].most_turn) * norm(s.spin));
         }
+        if (ends_.closed) stretches(last, rod.slot[0].velocity - before);
         if (const Mask<W> beyond = excess > reach; any(beyond)) {
             const P share = select(beyond, reach / excess, P(1.0));
-            for (int k = 0; k <= n; ++k) {
+            for (int k = 0; k <= last; ++k) {
                 rod.slot[k].velocity = share * rod.slot[k].velocity;
                 if (k < n) rod.slot[k].spin = share * rod.slot[k].spin;
             }

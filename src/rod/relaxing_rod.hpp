@@ -45,16 +45,17 @@ public:
                 row.most_turn = std::min(farthest_turn, farthest_share * e.radius * e.inv_rest_length);
             }
         }
+        const int nodes = group.closed() ? n : n + 1;
         const Hold& hold = group.spec().hold;
         const auto hold_axes = [](double* free, const std::string& axes) {
             for (const char axis : axes) free[axis - 'x'] = 0;
         };
-        for (const long i : hold.nodes) hold_axes(&row(i < 0 ? n + 1 + i : i).free[0], hold.directions);
+        for (const long i : hold.nodes) hold_axes(&row(i < 0 ? nodes + i : i).free[0], hold.directions);
         for (const long k : hold.elements) hold_axes(&row(k < 0 ? n + k : k).free[3], hold.axes);
     }
 
     double length() const { return length_; } ///< m
-    /// Of node k and its element; the last has none.
+    /// Of node k and its element; the last node of an open rod has none.
     const Row& operator[](int k) const { return row_[static_cast<std::size_t>(k)]; }
 
 private:

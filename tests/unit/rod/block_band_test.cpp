@@ -21,8 +21,14 @@ struct Dense {
     std::vector<double> a, b;
 };
 
+/// Along a rod, or round a ring: whether blocks are next to each other.
+bool joined(std::size_t one, std::size_t other, int blocks, bool ring) {
+    const std::size_t apart = std::max(one, other) - std::min(one, other);
+    return apart <= 1 || (ring && apart == static_cast<std::size_t>(blocks - 1));
+}
+
 /// Symmetric, and positive as its diagonal outweighs each row; some rows are a million times as stiff as others.
-Dense random_system(int blocks, unsigned seed) {
+Dense random_system(int blocks, unsigned seed, bool ring) {
     Dense dense(blocks);
     std::mt19937 random(seed);
     std::uniform_real_distribution<double> any(-1, 1);
@@ -30,14 +36,14 @@ Dense random_system(int blocks, unsigned seed) {
     for (double& s : scale) s = std::pow(10, 3 * any(random));
     for (std::size_t i = 0; i < dense.n; ++i) {
         for (std::size_t j = 0; j < i; ++j)
-            if (i / size - j / size <= 1) dense.at(i, j) = dense.at(j, i) = scale[i] * scale[j] * any(random);
+            if (joined(i / size, j / size, blocks, ring)) dense.at(i, j) = dense.at(j, i) = scale[i] * scale[j] * any(random);
         dense.at(i, i) = scale[i] * scale[i] * (3 * size + any(random));
         dense.b[i] = scale[i] * any(random);
     }
     return dense;
 }
 
-template <int W> void set_blocks(int l, Dense& dense, std::vector<BandBlock<W>>& block) {
+template <int W> void set_blocks(int l, Dense& dense, std::vector<BandBlock<W>>& block, bool ring) {
     const auto last = static_cast<int>(block.size()) - 1;
     for (int k = 0; k <= last; ++k)
         for (int i = 0; i < size; ++i) {
@@ -46,7 +52,9 @@ template <int W> void set_blocks(int l, Dense& dense, std::vector<BandBlock<W>>&
                 const auto column = static_cast<std::size_t>(k * size + j);
                 BandBlock<W>& b = block[static_cast<std::size_t>(k)];
                 b.diagonal[i][j].set(l, j <= i ? dense.at(row, column) : std::nan("")); // the upper triangle is not looked at
-                b.next[i][j].set(l, k < last ? dense.at(row + size, column) : std::nan(""));
+                b.next[i][j].set(l, k < last ? dense.at(row + size, column)
+                                    : ring   ? dense.at(static_cast<std::size_t>(i), column)
+                                             : std::nan(""));
             }
             block[static_cast<std::size_t>(k)].u[i].set(l, dense.b[row]);
         }
@@ -66,39 +74,53 @@ template <int W> double residual(int l, Dense& dense, const std::vector<BandBloc
     return largest;
 }
 
-TEST(BlockBand, SolutionSolvesTheFullSystemInEveryLane) {
-    for (const int blocks : {1, 2, 3, 9}) {
+template <int W> void solve(std::vector<BandBlock<W>>& block, bool ring) {
+    const auto last = static_cast<int>(block.size()) - 1;
+    if (!ring) return solve_band(last, block.data());
+    std::vector<RingCoupling<W>> couplings(block.size() - 1);
+    solve_ring(last, block.data(), couplings.data());
+}
+
+class BlockBand : public testing::TestWithParam<bool> {};
+
+TEST_P(BlockBand, SolutionSolvesTheFullSystemInEveryLane) {
+    const bool ring = GetParam();
+    for (const int blocks : {1, 2, 3, 4, 9}) {
+        if (ring && blocks < 3) continue;
         std::vector<BandBlock<4>> block(static_cast<std::size_t>(blocks));
         std::vector<Dense> dense;
         for (int l = 0; l < 4; ++l)
-            set_blocks(l, dense.emplace_back(random_system(blocks, static_cast<unsigned>(10 * blocks + l))), block);
-        solve_band(blocks - 1, block.data());
+            set_blocks(l, dense.emplace_back(random_system(blocks, static_cast<unsigned>(10 * blocks + l), ring)), block, ring);
+        solve(block, ring);
         for (int l = 0; l < 4; ++l) {
             EXPECT_LT(residual(l, dense[static_cast<std::size_t>(l)], block), 1e-14) << blocks << " blocks, lane " << l;
             std::vector<BandBlock<1>> alone(block.size());
-            set_blocks(0, dense[static_cast<std::size_t>(l)], alone);
-            solve_band(blocks - 1, alone.data());
+            set_blocks(0, dense[static_cast<std::size_t>(l)], alone, ring);
+            solve(alone, ring);
             for (std::size_t k = 0; k < block.size(); ++k)
                 for (int i = 0; i < size; ++i) EXPECT_EQ(alone[k].u[i][0], block[k].u[i][l]);
         }
     }
 }
 
-TEST(BlockBand, WhatIsHeldStaysAndMovesNothing) {
+TEST_P(BlockBand, WhatIsHeldStaysAndMovesNothing) {
+    const bool ring = GetParam();
     constexpr int blocks = 4;
     for (int held = 0; held < blocks * size; ++held) {
-        Dense dense = random_system(blocks, 7);
+        Dense dense = random_system(blocks, 7, ring);
         std::vector<BandBlock<1>> block(blocks);
-        set_blocks(0, dense, block);
+        set_blocks(0, dense, block, ring);
         const auto k = static_cast<std::size_t>(held / size), row = static_cast<std::size_t>(held);
-        block[k].hold(held % size, k > 0 ? &block[k - 1] : nullptr);
+        block[k].hold(held % size, k > 0 ? &block[k - 1] : ring ? &block.back() : nullptr);
         for (std::size_t j = 0; j < dense.n; ++j) dense.at(row, j) = dense.at(j, row) = 0;
         dense.at(row, row) = 1, dense.b[row] = 0;
-        solve_band(blocks - 1, block.data());
+        solve(block, ring);
         EXPECT_EQ(block[k].u[held % size][0], 0);
         EXPECT_LT(residual(0, dense, block), 1e-14) << held;
     }
 }
+
+INSTANTIATE_TEST_SUITE_P(Shapes, BlockBand, testing::Bool(), [](const auto& ring) { return ring.param ? "ring" : "rod"; });
 
 } // namespace
 } // namespace skein
