@@ -1,10 +1,14 @@
 """Rods that relax: the end is told, and is the same for any ranks, threads, lanes and restarts; what cannot be relaxed is refused."""
 
+import pathlib
 import subprocess
 import unittest
 
+import numpy
+
 from driver import SKEIN, DriverTest, group, table
 
+APPS = pathlib.Path(__file__).resolve().parents[2] / "apps"
 X, Y, Z = [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]
 
 
@@ -137,6 +141,20 @@ class Relax(DriverTest):
                 if relax:
                     self.assert_any_layout_relaxes(name)
             self.assert_same_ends(name, name + "_moved", ("centre_xm", "centre_ym", "centre_zm", "elastic_bendJ"))
+
+    def test_a_ring_that_winds_up(self):
+        """The supercoiled ring of apps/contact settles without passing through itself."""
+        text = (APPS / "contact/minicircle.toml").read_text()
+        head, tail = text.split("[[damping]]")
+        self.scene.write_text(head.replace("duration = 12.0", "relax = true\nduration = 20000.0") + "[contact]"
+                              + tail.split("[contact]")[1].replace("series = 0.1", "series = 64.0").replace("trajectory = 1.0", ""))
+        self.run_skein("ring")
+        self.assert_any_layout_relaxes("ring")
+        series = self.series("ring")
+        self.assertLess(numpy.abs(series["linkturns"]).max(), 1e-9, "it has passed through itself")
+        self.assertGreater(series["writheturns"][-1], 3)
+        self.assertGreater(series["contacts"][-1], 10)
+        self.assertLess(series["max_overlap"][-1], 0.01)
 
     def test_motion_begins_at_rest(self):
         self.scene.write_text(beams_and_chains())

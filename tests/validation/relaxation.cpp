@@ -8,6 +8,7 @@
 
 #include <algorithm>
 #include <numbers>
+#include <string_view>
 #include <vector>
 
 namespace skein {
@@ -172,6 +173,7 @@ TEST(Relaxation, EndsWhereDampedMotionDoes) {
         {"strip", EndKind::clamped, EndKind::free, {1, 1, 0}, {1, 0.3, -1}, 1, true, Law::incompressible},
         {"pinned arch that hangs", EndKind::pinned, EndKind::pinned, {3, 0, 0}, {0, 0, 0}, 300, false, Law::incompressible},
         {"between two clamps", EndKind::clamped, EndKind::clamped, {0, 0, 0}, {0, 0, 0}, 300, false, Law::incompressible},
+        {"weighted ends", EndKind::clamped, EndKind::free, {0, 0, 0}, {1, 2, 3}, 2, false, Law::incompressible},
     };
     for (const Case& c : cases) {
         RodSpec rod = test::clamped_unit_rod(16, 0.05);
@@ -179,6 +181,7 @@ TEST(Relaxation, EndsWhereDampedMotionDoes) {
         rod.material.law = c.law;
         rod.shape.rest_curvature = c.rest_curvature;
         if (c.strip) rod.section = {.kind = SectionKind::elliptic, .radius = 0.05, .radius_2 = 0.02, .taper = 0.7};
+        if (std::string_view(c.name) == "weighted ends") rod.shape.end_weights = EndWeights::gregory;
         const double bending = bending_of(test::clamped_unit_rod(16, 0.02 * (c.strip ? 1.5 : 2.5)));
         const double mass = rod.material.density * std::numbers::pi * 0.05 * (c.strip ? 0.02 : 0.05);
         std::vector<LoadSpec> loads;
