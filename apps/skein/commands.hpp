@@ -46,6 +46,7 @@ struct ConvergeArguments {
     std::vector<std::string> observables; ///< for the tolerance; empty: those that count
     int threads = 0, lanes = 0;           ///< 0: those of this machine
     Mapping mapping = Mapping::automatic;
+    ProgressStyle progress = ProgressStyle::automatic;
 };
 struct DescribeArguments {
     std::string what;

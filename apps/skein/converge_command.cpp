@@ -9,10 +9,15 @@
 #include "simulation/machine.hpp"
 #include "simulation/signals.hpp"
 
+#include <fmt/format.h>
+
 #include <array>
 #include <cstdio>
 #include <filesystem>
 #include <optional>
+#include <span>
+#include <utility>
+#include <vector>
 
 namespace skein {
 
@@ -32,15 +37,33 @@ void require_own(const std::string& out) {
     fs::create_directories(out);
 }
 
+/// Runs in the order in which they are made: cheap ones first.
+std::vector<std::size_t> order_of(const Study& study) {
+    std::vector<std::size_t> order;
+    for (const std::size_t k : {std::size_t{0}, Study::half_step, std::size_t{1}, std::size_t{2}})
+        if (k < study.made().size()) order.push_back(k);
+    return order;
+}
+
+/// "run 2 of 4: 20 elements", and what the runs after it will cost.
+PlaceAmongRuns place_of(const Study& study, std::span<const std::size_t> order, std::size_t number) {
+    const StudyRun& run = study.runs[order[number]];
+    double to_come = 0;
+    for (const std::size_t later : order.subspan(number + 1)) to_come += study.runs[later].predicted;
+    return {fmt::format("run {} of {}: {} elements", number + 1, order.size(), run.elements), to_come / run.predicted};
+}
+
 /// One run to its end, or from where it was stopped; of one that has ended nothing is made again.
 RunResult make_run(const Communicator& comm, const Threads& threads, const Machine& machine, const StudyRun& run,
-                   const std::string& out) {
+                   const std::string& out, ProgressStyle style, PlaceAmongRuns place) {
     try {
         std::vector<RodGroup> groups = groups_for_all(comm, run.scene);
         Plan plan = make_plan(run.scene, groups, machine);
         RunOptions options;
         options.out = out + "/" + run.name;
         options.quiet = true;
+        options.progress = style;
+        options.place = std::move(place);
         return Simulation(comm, threads, run.scene, std::move(groups), std::move(plan), options).run();
     } catch (const Error& error) {
         throw Error(error.code(), "run " + run.name + ": " + error.what());
@@ -71,11 +94,12 @@ int converge_command(ConvergeArguments arguments, int& argc, char**& argv) {
         on_root(comm, [&] { require_own(out); });
 
         const Threads threads(machine.threads);
-        constexpr std::array<std::size_t, 4> cheap_first = {0, Study::half_step, 1, 2};
-        for (const std::size_t k : cheap_first) {
-            if (k >= study.made().size()) continue;
+        const std::vector<std::size_t> order = order_of(study);
+        for (std::size_t number = 0; number < order.size(); ++number) {
+            const std::size_t k = order[number];
             const double began = wall_seconds();
-            const RunResult result = make_run(comm, threads, machine, study.runs[k], out);
+            const RunResult result =
+                make_run(comm, threads, machine, study.runs[k], out, arguments.progress, place_of(study, order, number));
             if (result.code == Exit::unsettled)
                 throw Error(result.code, "run " + study.runs[k].name + ": its rods have not settled; raise time.duration");
             if (result.code != Exit::done) {

@@ -52,6 +52,11 @@ void add_scene_options(CLI::App& command, skein::SceneArguments& scene) {
     add_overrides(command, scene);
 }
 
+void add_progress(CLI::App& command, skein::ProgressStyle& style) {
+    command.add_option("--progress", style, "auto: one line rewritten on a terminal, lines in logs and under MPI launchers")
+        ->transform(CLI::CheckedTransformer(progress_styles))
+        ->option_text("{auto,bar,lines}=auto");
+}
 void add_mapping(CLI::App& command, skein::Mapping& mapping) {
     command.add_option("--mapping", mapping, "of rods onto lanes: one each, or cut and side by side with others; the same bits")
         ->transform(CLI::CheckedTransformer(mappings))
@@ -109,11 +114,7 @@ int main(int argc, char** argv) {
         ->option_text("{auto,always,never}=auto");
     run_command->add_flag("--overwrite", run.options.overwrite,
                           "start anew; earlier results go to a folder previous_1, _2, ... in it");
-    run_command
-        ->add_option("--progress", run.options.progress,
-                     "auto: one line rewritten on a terminal, lines in logs and under MPI launchers")
-        ->transform(CLI::CheckedTransformer(progress_styles))
-        ->option_text("{auto,bar,lines}=auto");
+    add_progress(*run_command, run.options.progress);
     run_command->add_flag("-q,--quiet", run.options.quiet, "no plan, no progress, no table");
 
     skein::BranchArguments branch;
@@ -161,6 +162,7 @@ int main(int argc, char** argv) {
         ->check(CLI::PositiveNumber);
     add_lanes(*converge_command, converge.lanes);
     add_mapping(*converge_command, converge.mapping);
+    add_progress(*converge_command, converge.progress);
 
     skein::PlanArguments plan;
     CLI::App* plan_command = app.add_subcommand("plan", "print what a run would do");

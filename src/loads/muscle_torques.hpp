@@ -2,7 +2,8 @@
 //   a_i(t) = r(t) A_i sin(2 pi t/T - k s_i + phi)                    [N m], s_i = (l_0 + .. + l_i)/L, i = 0 .. n - 1
 //   c_j += Q_j a_{n-1-j} d,   c_{j-1} -= Q_{j-1} a_{n-1-j} d         [N m] body, at vertices j = 1 .. n - 1; d a lab direction,
 // or with `frame` = "body" a material one, theory.md (36a).
-// A ring has a vertex j = 0 too, where it closes: published codes leave it out. A_i is a table or a cubic B-spline at s_i. The wave
+// A ring has a vertex j = 0 too, where it closes: published codes leave it out. Ends that are clamped by half cells, which those do
+// not have, are vertices: j = 0 with a_{n-1}, and j = n with the a of s = 0. A_i is a table or a cubic B-spline at s_i. The wave
 // of loads/muscle_wave.hpp counts arc length from the start, in metres. Source: Gazzola et al. 2018, as PyElastica's MuscleTorques
 // computes it.
 #pragma once
@@ -77,6 +78,9 @@ struct MuscleTorques {
         return "'table' is taken as linear between its places";
     }
 
+    /// At s of the way from the end to the start; `i`: of the table.
+    double amplitude_at(double s, std::size_t i) const { return table.empty() ? cubic_bspline(coefficients, s) : table[i]; }
+    double phase_at(double s) const { return wave_number * s - phase; }
     void bind_group(const RodGroup& group) {
         const int n = group.elements();
         wave.resize(n, frame);
@@ -87,8 +91,10 @@ struct MuscleTorques {
             const auto at = static_cast<std::size_t>(i);
             sum += group.element[at].rest_length;
             const double s = std::min(1.0, sum / length);
-            wave.set(n - 1 - i, table.empty() ? cubic_bspline(coefficients, s) : table[at], wave_number * s - phase);
+            wave.set(n - 1 - i, amplitude_at(s, at), phase_at(s));
         }
+        if (group.spec().start == EndKind::clamped) wave.set_start(amplitude_at(1, static_cast<std::size_t>(n - 1)), phase_at(1));
+        if (group.spec().end == EndKind::clamped) wave.set_end(amplitude_at(0, 0), phase_at(0));
     }
     void prepare(std::span<const Step> steps) { wave.prepare(steps, period, ramp); }
     VertexWave wave;

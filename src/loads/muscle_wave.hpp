@@ -2,7 +2,8 @@
 //   m_j(t) = r(t) A_j sin(2 pi t/T - 2 pi s_j/lambda + phi)       [N m], vertex j between elements j-1 and j, s_j its arc length
 //   c_j += Q_j m_j d,   c_{j-1} -= Q_{j-1} m_j d                  [N m] body; d a lab direction           theory.md (36)
 // With `frame` = "body", d lies in the material, and m_j acts as a change of the rest curvature does.            theory.md (36a)
-// A ring's last vertex, j = n, is where it closes.
+// A ring's last vertex, j = n, is where it closes; of an open rod j = 0 and j = n are vertices where the end is clamped, with the
+// A_j of the next one.
 // Source: Gazzola et al. 2018 (snake), in the form of the active matter of Parthasarathy et al. 2026.
 #pragma once
 
@@ -64,15 +65,20 @@ struct MuscleWave {
         return "'profile' is taken as linear between vertices";
     }
 
+    /// What the wave is behind by at arc length s, rad.
+    double phase_at(double s) const { return 2 * std::numbers::pi / wavelength * s - phase; }
     void bind_group(const RodGroup& group) {
         const int n = group.elements(), last = group.closed() ? n : n - 1;
         wave.resize(n, frame);
         double s = 0;
         for (int j = 1; j <= last; ++j) {
             s += group.element[static_cast<std::size_t>(j - 1)].rest_length;
-            wave.set(j % n, amplitude * (profile.empty() ? 1.0 : profile[static_cast<std::size_t>(j - 1)]),
-                     2 * std::numbers::pi / wavelength * s - phase);
+            wave.set(j % n, amplitude * (profile.empty() ? 1.0 : profile[static_cast<std::size_t>(j - 1)]), phase_at(s));
         }
+        if (group.spec().start == EndKind::clamped)
+            wave.set_start(amplitude * (profile.empty() ? 1.0 : profile.front()), phase_at(0));
+        if (group.spec().end == EndKind::clamped)
+            wave.set_end(amplitude * (profile.empty() ? 1.0 : profile.back()), phase_at(s + group.element.back().rest_length));
     }
     void prepare(std::span<const Step> steps) { wave.prepare(steps, period, ramp); }
     VertexWave wave;

@@ -3,7 +3,8 @@
 //   a moment about body axes, d in the material: the gradient of -m_j d.phi_j, phi_j = log(Q_j Q_{j-1}^T)     theory.md (36a)
 //   c_{j-1} -= m_j (1 + Phi/2 + g Phi^2) d,   c_j += m_j (1 - Phi/2 + g Phi^2) d             [N m] body
 // which is what a change of the rest curvature by B^-1 m_j d does; the two are one lab vector, so that no net couple is left.
-// An open rod has no couple at its ends; in a ring vertex 0 joins the last element to the first.
+// Of an open rod the ends are vertices where they are clamped: the element has m_0 d, or -m_n d, and the clamp what is opposite. In
+// a ring vertex 0 joins the last element to the first.
 //   m_j(t) = r(t) A_j sin(2 pi t/T - a_j) = A_j cos(a_j) r sin(wt) - A_j sin(a_j) r cos(wt): one sine and cosine a step in all
 // Cost: 33 flop per element; about body axes 102.
 #pragma once
@@ -25,18 +26,30 @@ public:
     /// Silent at all vertices until they are set. `frame`: of the direction.
     void resize(int elements, LoadFrame frame) {
         parts_.assign(static_cast<std::size_t>(elements), {0, 0});
+        start_ = {0, 0};
         frame_ = frame;
     }
-    /// Amplitude A_j, N m, and phase a_j, rad, at vertex j, once for each; an open rod has no vertex 0.
+    /// Amplitude A_j, N m, and phase a_j, rad, at vertex j between two elements, once for each; of rings alone j = 0.
     void set(int j, double amplitude, double phase) {
         const auto after = static_cast<std::size_t>(j), before = (j > 0 ? after : parts_.size()) - 1;
-        const double in_phase = amplitude * std::cos(phase), quadrature = amplitude * std::sin(phase);
+        const Parts<double> m = parts_of(amplitude, phase);
         if (frame_ == LoadFrame::body) {
-            parts_[before] = {in_phase, quadrature};
+            parts_[before] = m;
             return;
         }
-        parts_[after].in_phase += in_phase, parts_[after].quadrature += quadrature;
-        parts_[before].in_phase -= in_phase, parts_[before].quadrature -= quadrature;
+        add(after, m, 1);
+        add(before, m, -1);
+    }
+    /// The same of the vertices of half cells, at clamped ends of an open rod.
+    void set_start(double amplitude, double phase) {
+        const Parts<double> m = parts_of(amplitude, phase);
+        if (frame_ == LoadFrame::body) start_ = m;
+        else add(0, m, 1);
+    }
+    void set_end(double amplitude, double phase) {
+        const Parts<double> m = parts_of(amplitude, phase);
+        if (frame_ == LoadFrame::body) parts_.back() = m;
+        else add(parts_.size() - 1, m, -1);
     }
     void prepare(std::span<const Step> steps, double period, double ramp) {
         for (const Step& step : steps) {
@@ -58,39 +71,48 @@ public:
         }
     }
 
-    /// Of m_k - m_{k+1}, N m; about body axes of m_{k+1}.
+    /// Of m_k - m_{k+1}, N m; about body axes of m_{k+1}, the last of which acts where a ring closes or a clamp holds.
     template <class N> struct Parts { N in_phase, quadrature; };
 
 private:
     /// What a vertex does to the elements before and after it, N m, body of each.
     template <class P> struct Couples { Vec3<P> before{}, after{}; };
 
+    static Parts<double> parts_of(double amplitude, double phase) {
+        return {amplitude * std::cos(phase), amplitude * std::sin(phase)};
+    }
+    void add(std::size_t k, const Parts<double>& m, double sign) {
+        parts_[k].in_phase += sign * m.in_phase, parts_[k].quadrature += sign * m.quadrature;
+    }
+
     template <class Map, int W> void add_about_body_axes(const RodTile<W>& rod, const auto& in_lanes, SlotLoad<W>* load,
                                                          const Step& step, const Vec3<Pack<W>>& d) const {
         using P = Pack<W>;
         const int n = rod.n;
+        const auto now = [&](const auto& parts) __attribute__((always_inline)) {
+            return P(parts.in_phase * sine_[step.slot] - parts.quadrature * cosine_[step.slot]);
+        };
         const auto vertex = [&](int k, const Quaternion<P>& next) __attribute__((always_inline)) {
-            const auto& parts = Map::row(parts_, in_lanes, k);
-            const P m(parts.in_phase * sine_[step.slot] - parts.quadrature * cosine_[step.slot]);
+            const P m = now(Map::row(parts_, in_lanes, k));
             const Quaternion<P>& here = rod.slot[k].director;
             Couples<P> c;
             if constexpr (Map::along) { // where a rod ends there is no turn to work out
                 const Mask<W> inner = Map::cell(rod, k).inner;
                 c = about(select(inner, next, here), here, m * d);
-                c = {select(inner, c.before, Vec3<P>{}), select(inner, c.after, Vec3<P>{})};
+                c = {select(inner, c.before, -(m * d)), select(inner, c.after, Vec3<P>{})};
             } else c = about(next, here, m * d);
             return c;
         };
         // Where a ring closes, or a lane's rod goes on in the next, one vertex serves both sides.
         Couples<P> seam;
-        Vec3<P> before{};
+        Vec3<P> before = now(start_) * d;
         if constexpr (Map::along) {
             seam = vertex(n - 1, from_lane_after(rod.slot[0].director));
-            before = select(rod.strands->first, Vec3<P>{}, from_lane_before(seam.after));
+            before = select(rod.strands->first, before, from_lane_before(seam.after));
         } else if (rod.group->closed()) {
             seam = vertex(n - 1, rod.slot[0].director);
             before = seam.after;
-        }
+        } else seam.before = -(now(parts_.back()) * d);
         for (int k = 0; k < n - 1; ++k) {
             const Couples<P> c = vertex(k, rod.slot[k + 1].director);
             load[k].couple += before + c.before;
@@ -109,6 +131,7 @@ private:
 
     LoadFrame frame_ = LoadFrame::lab;
     std::vector<Parts<double>> parts_; ///< [elements]
+    Parts<double> start_{0, 0};        ///< about body axes: of m_0
     double sine_[Clock::largest_batch], cosine_[Clock::largest_batch];
 };
 

@@ -230,10 +230,13 @@ void refuse_in_sized(const GroupPlan& p, const RodGroup& group, bool can_lie_alo
     for (const Load& load : p.loads)
         if (load.keeps_tables_of_group() || load.needs_whole_rods())
             refuse(fmt::format("a load of kind {} cannot act on them yet", load.kind()));
+    const auto relaxes = [](const PassSpec& pass) { return std::holds_alternative<pass::Relax>(pass); };
+    if (std::any_of(p.program.after.begin(), p.program.after.end(), relaxes))
+        refuse("time.relax solves along whole rods that are alike; give each size a group of its own");
     if (!can_lie_along)
         refuse(
             "contact, walls, rings, rigid bodies, the law \"elastica\", moved ends, a clamp that slides at the last end (the first "
-            "may), 'hold', the laplacian damping and audits need rods that are alike, and so does time.relax");
+            "may), 'hold', the laplacian damping and audits need rods that are alike");
     if (group.spec().material.rotary_inertia_for_dt > 0) refuse("'rotary_inertia_for_dt' needs rods that are alike");
 }
 

@@ -29,8 +29,8 @@ void rods(const RodSpec& rods, Objections& group) {
     const auto refuse = [&](bool has, std::string_view key, std::string_view message) {
         if (has) group.add(key, fmt::format("time.relax {}", message));
     };
-    refuse(rods.body.has_value(), "", "is not for rigid bodies");
-    refuse(rods.shape.closed, "shape.closed", "is not for rings yet");
+    refuse(rods.body.has_value(), "",
+           "is not for rigid bodies, which have no stiffness of their own to come to rest by: leave it out, and damp their motion");
     refuse(rods.material.law == Law::elastica, "material.law", "needs a law with an energy, and \"elastica\" has none");
     refuse(rods.material.rotary_inertia_scale != 1, "material.rotary_inertia_scale", chosen);
     refuse(rods.material.rotary_inertia_for_dt != 0, "material.rotary_inertia_for_dt", chosen);

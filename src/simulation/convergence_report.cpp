@@ -39,6 +39,9 @@ std::size_t common_samples(const Study& study, const std::array<RunSamples, 4>& 
     return count;
 }
 
+/// Between two samples, s.
+double interval_of(const RunSamples& samples) { return samples.times.size() > 1 ? samples.times[1] - samples.times[0] : HUGE_VAL; }
+
 /// One quantity of all runs.
 ObservableError error_of(const Study& study, const std::array<RunSamples, 4>& samples, std::size_t number, std::size_t count) {
     const Quantity& q = samples[study.given].quantities[number];
@@ -71,11 +74,15 @@ ObservableError error_of(const Study& study, const std::array<RunSamples, 4>& sa
 StudyFigures figures_of(const Study& study, const std::array<RunSamples, 4>& samples, const std::array<double, 4>& core_seconds) {
     StudyFigures figures{.core_seconds = core_seconds, .observables = {}, .notes = {}};
     const std::size_t count = common_samples(study, samples);
-    if (study.at_rest)
-        for (std::size_t k = 0; k < study.made().size(); ++k)
-            if (samples[k].times.back() > (1 - 1e-9) * study.duration)
-                figures.notes.push_back(fmt::format("the run {} did not come to rest within the duration of {:g} s",
-                                                    study.runs[k].name, study.duration));
+    for (std::size_t k = 0; k < study.made().size(); ++k) {
+        const double end = samples[k].times.back();
+        if (study.at_rest && end > (1 - 1e-9) * study.duration)
+            figures.notes.push_back(
+                fmt::format("the run {} did not come to rest within the duration of {:g} s", study.runs[k].name, study.duration));
+        if (!study.at_rest && end + interval_of(samples[0]) < (1 + 1e-9) * study.duration)
+            figures.notes.push_back(fmt::format("the run {} ended by itself, at {:g} of {:g} s: all are compared up to {:g} s",
+                                                study.runs[k].name, end, study.duration, samples[0].times[count - 1]));
+    }
     std::map<std::string, double> largest; // range, by unit
     for (std::size_t i = 0; i < samples[0].quantities.size(); ++i) {
         if (study.at_rest && of_motion(samples[0].quantities[i].name)) continue;

@@ -57,11 +57,11 @@ std::vector<std::size_t> columns_of(std::span<const std::string> wanted, std::sp
 double seconds_between_lines(double elapsed) { return std::clamp(0.02 * elapsed, 2.0, 600.0); }
 
 Progress::Progress(bool shown, ProgressStyle style, std::int64_t first_step, std::int64_t last_step, double dt, double elements,
-                   std::vector<std::string> columns)
+                   std::vector<std::string> columns, std::optional<PlaceAmongRuns> place)
     : shown_(shown),
       bar_(style == ProgressStyle::bar || (style == ProgressStyle::automatic && isatty(STDOUT_FILENO) != 0 && !under_launcher())),
       first_(first_step), last_(last_step), dt_(dt), elements_(elements), started_(wall_seconds()), last_shown_(started_),
-      columns_(std::move(columns)) {}
+      columns_(std::move(columns)), place_(std::move(place)) {}
 
 bool Progress::due(std::int64_t step) const {
     if (!shown_ || step == first_) return false;
@@ -79,10 +79,12 @@ void Progress::show(std::int64_t step, std::span<const double> values, std::stri
     last_shown_ = now;
     const double share = static_cast<double>(step) / static_cast<double>(last_);
     const double done = static_cast<double>(step - first_), left = static_cast<double>(last_ - step);
+    const double to_come = place_ ? elapsed / done * (left + place_->to_come * static_cast<double>(last_)) : 0;
     const std::string text =
-        fmt::format("{}step {}/{}  {:5.1f} %  t {:.4g} s  {:.3g} element-steps/s  ETA {}{}{}{}", bar_ ? "\r\033[K" : "", step,
-                    last_, 100 * share, static_cast<double>(step) * dt_, done * elements_ / elapsed,
-                    clock_text(elapsed / done * left), values_, more, bar_ ? "" : "\n");
+        fmt::format("{}{}step {}/{}  {:5.1f} %  t {:.4g} s  {:.3g} element-steps/s  ETA {}{}{}{}{}", bar_ ? "\r\033[K" : "",
+                    place_ ? place_->name + "  " : "", step, last_, 100 * share, static_cast<double>(step) * dt_,
+                    done * elements_ / elapsed, clock_text(elapsed / done * left),
+                    place_ ? fmt::format(", all runs {}", clock_text(to_come)) : "", values_, more, bar_ ? "" : "\n");
     errno = 0;
     if ((std::fputs(text.c_str(), stdout) < 0 || std::fflush(stdout) != 0) && !told_) {
         told_ = true;

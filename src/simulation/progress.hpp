@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
@@ -24,10 +25,16 @@ std::vector<std::size_t> columns_of(std::span<const std::string> wanted, std::sp
 /// wall time between a line and the next.
 double seconds_between_lines(double elapsed);
 
+/// A run that is one of several, made one after the other.
+struct PlaceAmongRuns {
+    std::string name;   ///< what the line begins with
+    double to_come = 0; ///< predicted cost of the runs after it, over its own
+};
+
 class Progress {
 public:
     Progress(bool shown, ProgressStyle style, std::int64_t first_step, std::int64_t last_step, double dt, double elements,
-             std::vector<std::string> columns);
+             std::vector<std::string> columns, std::optional<PlaceAmongRuns> place = {});
     /// Whether a line of this step would be shown now.
     bool due(std::int64_t step) const;
     /// `values`: of the columns at this step; empty where they are not known. `more`: put behind.
@@ -39,6 +46,7 @@ private:
     std::int64_t first_, last_;
     double dt_, elements_, started_, last_shown_;
     std::vector<std::string> columns_;
+    std::optional<PlaceAmongRuns> place_;
     std::string values_; ///< as last known
 };
 

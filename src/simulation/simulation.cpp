@@ -118,8 +118,9 @@ Simulation::Simulation(const Communicator& comm, const Threads& threads, const S
     const CheckpointInfo* const resumed = resumes ? &*found : nullptr;
     idle_ = writes && resumes && (first_step_ >= last_step_ || ended()) && is_told(found->digest);
     if (writes && !idle_) open_outputs(scene, resumed);
-    progress_ = std::make_unique<Progress>(comm_.root() && !options_.quiet, options_.progress, first_step_, last_step_, plan_.dt,
-                                           static_cast<double>(plan_.elements), scene.output.progress);
+    progress_ =
+        std::make_unique<Progress>(comm_.root() && (!options_.quiet || options_.place), options_.progress, first_step_, last_step_,
+                                   plan_.dt, static_cast<double>(plan_.elements), scene.output.progress, options_.place);
 }
 
 Simulation::~Simulation() = default;

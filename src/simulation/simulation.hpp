@@ -56,6 +56,7 @@ struct RunOptions {
     bool checkpoint = true; ///< false: none is written, not even at the end; for timing
     bool quiet = false;     ///< no progress line
     ProgressStyle progress = ProgressStyle::automatic;
+    std::optional<PlaceAmongRuns> place = {}; ///< of one of several runs, which have a progress line even where they are quiet
     Rewind rewind = Rewind::automatic;
     Balance balance = Balance::automatic;
     std::string from = {}; ///< with no `out`, where nothing is written: begin with this checkpoint; empty: with the scene

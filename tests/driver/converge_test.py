@@ -8,17 +8,28 @@ import subprocess
 import sys
 import unittest
 
+import numpy
+
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "package"))
 import pages  # noqa: E402  (from tests/package)
-from driver import MPIRUN, SCENE, SKEIN, DriverTest
+from driver import MPIRUN, SCENE, SKEIN, STICKS, DriverTest, table
 
 APPS = pathlib.Path(__file__).resolve().parents[2] / "apps"
 SHORT = ("--set", "time.duration=3.6", "--set", "rods.cilia.placement.counts=[2, 1]")
 
+LAW = {"law": "hertz", "stiffness": 1e5, "damping": 10.0, "friction": "memory", "static_friction": 0.4}
+# Sticks that fall into a heap.
+HEAP = (table("[time]", {"duration": 0.24}) + STICKS
+        + table("[rods.placement]", {"kind": "packing", "count": 8, "seed": 3, "region": "cylinder", "radius": 0.08, "height": 0.08,
+                                      "elevation": [-20.0, 20.0]})
+        + table("[[load]]", {"kind": "gravity"}) + table("[contact]", LAW)
+        + table("[[wall]]", {"name": "side", "kind": "tube", "radius": 0.08} | LAW)
+        + table("[[wall]]", {"name": "floor", "kind": "plane"} | LAW) + table("[output]", {"series": 0.02}))
+
 
 class Converge(DriverTest):
-    def converge(self, out, *arguments, ranks=1, expect=0):
-        done = subprocess.run([MPIRUN, "-n", str(ranks), SKEIN, "converge", str(self.scene), "-t", "1", "--out", str(self.directory / out), *SHORT,
+    def converge(self, out, *arguments, ranks=1, expect=0, sets=SHORT):
+        done = subprocess.run([MPIRUN, "-n", str(ranks), SKEIN, "converge", str(self.scene), "-t", "1", "--out", str(self.directory / out), *sets,
                                *arguments], capture_output=True, text=True, timeout=200)
         self.assertEqual(done.returncode, expect, done.stdout + done.stderr)
         return done
@@ -76,6 +87,45 @@ class Converge(DriverTest):
             done = subprocess.run(line.split(), cwd=self.directory, capture_output=True, text=True, timeout=200)
             self.assertEqual(done.returncode, 0, f"{line}: {done.stdout}{done.stderr}")
         self.assertTrue((self.directory / "out" / "magnetised_cantilever_converge" / "converge.json").exists())
+
+    def test_contact(self):
+        """A heap is told to be not smooth; the bounds hold what runs of 4 and 8 times the elements say."""
+        self.scene.write_text(HEAP)
+        done = self.converge("heap", "--tolerance", "1e-2", sets=())
+        self.assertIn("laws of contacts and walls stay as they are", done.stdout)
+        self.assertIn("not smooth: a bound from the spread of the runs", done.stdout)
+        found = {o["name"]: o for o in self.figures("heap")["observables"]}
+        for name in ("contacts", "contact_energy", "floor_force", "elastic_bend"):
+            self.assertEqual(found[name]["convergence"], "not smooth", name)
+            self.assertIsNone(found[name]["richardson_at_end"])
+        self.run_skein("finer", "--set", "rods.sticks.shape.elements=48")
+        given, finer = self.series("heap/" + self.figures("heap")["runs"][0]["directory"]), self.series("finer")
+        centre = lambda series: numpy.stack([series[f"centre_{axis}m"] for axis in "xyz"], axis=1)
+        self.assertLess(numpy.linalg.norm(centre(given) - centre(finer), axis=1).max(), found["centre"]["error_bar"]["total"])
+        self.assertLess(numpy.abs(given["potentialJ"] - finer["potentialJ"]).max(), found["potential"]["error_bar"]["total"])
+
+    def test_a_run_that_ends_itself(self):
+        """A lid ends its runs at times of their own: what all have is compared, and that is told."""
+        lid = table("[[wall]]", {"name": "lid", "kind": "plane", "point": [0.0, 0.0, 0.1], "normal": [0.0, 0.0, -1.0]} | LAW)
+        servo = table("[wall.servo]", {"speed": 0.5, "watch": "floor", "area": 0.0201, "turn_back_above": 300.0, "turn_forth_below": 45.0,
+                                       "cycles": 1, "ends_run": True})
+        self.scene.write_text(HEAP.replace("[output]", lid + servo + "[output]"))
+        done = self.converge("lid", "--set", "output.series=0.005", "--set", "time.duration=1.0", sets=())
+        self.assertEqual(done.stdout.count("ended by itself"), 4, done.stdout)
+        ends = [self.series(f"lid/{run['directory']}")["times"][-1] for run in self.figures("lid")["runs"]]
+        self.assertGreater(min(ends), 0.05)
+        self.assertLess(max(ends), 0.995)
+        self.assertIn(f"compared up to {min(ends):g} s", done.stdout)
+
+    def test_progress(self):
+        done = self.converge("all", "--progress", "lines")
+        lines = [line for line in done.stdout.splitlines() if "ETA" in line]
+        self.assertEqual([line.split("  ")[0] for line in lines],
+                         [f"run {number} of 4: {n} elements" for number, n in ((1, 10), (2, 10), (3, 20), (4, 40))])
+        for line in lines:
+            self.assertRegex(line, r"step (\d+)/\1  100.0 %.*ETA 0.0 s, all runs ")
+        self.assertIn("all runs 0.0 s", lines[-1])
+        self.assertNotIn("all runs 0.0 s", lines[0])
 
     def test_any_ranks(self):
         self.converge("one", "--coarser", "--set", "rods.leaning.shape.elements=8")

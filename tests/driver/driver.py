@@ -95,6 +95,20 @@ elements = 6
 """  # to be packed
 
 
+def table(name, keys):
+    """Of a scene: `name` with its brackets."""
+    return "\n".join([name, *(f"{key} = {json.dumps(value)}" for key, value in keys.items())]) + "\n"
+
+
+def group(name, youngs_modulus, radius, length, elements, tables=None, **keys):
+    """[[rods]] of a scene, of density 1000. `keys` of the group itself; `tables`: keys of those below it, by their names."""
+    parts = {"material": {"density": 1000.0, "youngs_modulus": youngs_modulus}, "section": {"radius": radius},
+             "shape": {"length": length, "elements": elements}}
+    for part, more in (tables or {}).items():
+        parts.setdefault(part, {}).update(more)
+    return table("[[rods]]", {"name": name} | keys) + "".join(table(f"[rods.{part}]", more) for part, more in parts.items())
+
+
 def mixed(h):
     h = (h ^ (h >> 30)) * 0xBF58476D1CE4E5B9 % 2**64
     h = (h ^ (h >> 27)) * 0x94D049BB133111EB % 2**64

@@ -1,124 +1,75 @@
 """Rods that relax: the end is told, and is the same for any ranks, threads, lanes and restarts; what cannot be relaxed is refused."""
 
+import pathlib
 import subprocess
 import unittest
 
-from driver import SKEIN, DriverTest
+import numpy
 
-RODS = """
-title = "Relaxation"
-[time]
-duration = {duration}
-relax = true
-[[rods]]
-name = "beams"
-start = "clamped"
-[rods.material]
-density = 1000.0
-youngs_modulus = 1e9
-[rods.section]
-radius = 0.0002
-[rods.shape]
-length = 1.0
-elements = 50
-[rods.placement]
-kind = "line"
-counts = [9]
-spacing = [0.1]
-[[rods]]
-name = "chains"
-start = "pinned"
-end = "pinned"
-[rods.material]
-density = 1000.0
-youngs_modulus = 1e7
-[rods.section]
-kind = "elliptic"
-radius = 0.01
-radius_2 = 0.02
-[rods.shape]
-length = 1.0
-elements = 30
-rest_curvature = [2.0, 0.0, 0.0]
-[rods.placement]
-kind = "line"
-counts = [3]
-spacing = [0.1]
-origin = [0.0, 5.0, 0.0]
-tangent = [1.0, 0.0, 0.0]
-normal = [0.0, 1.0, 0.0]
-[[load]]
-kind = "gravity"
-rods = ["chains"]
-[[load]]
-kind = "end_force"
-rods = ["beams"]
-end = [1e-6, 2e-6, 0.0]
-[output]
-checkpoint = 64.0
-series = 100.0
-"""
+from driver import SKEIN, DriverTest, group, table
 
-CROSSED = """
-title = "Two cantilevers that cross, above a floor"
-[time]
-{time}
-[[rods]]
-name = "lower"
-start = "clamped"
-[rods.material]
-density = 1000.0
-youngs_modulus = 1e7
-[rods.section]
-radius = 0.01
-[rods.shape]
-length = 0.5
-elements = 20
-[rods.placement]
-origin = [-0.4, 0.0, 0.06]
-tangent = [1.0, 0.0, 0.0]
-normal = [0.0, 0.0, 1.0]
-[[rods]]
-name = "upper"
-start = "clamped"
-[rods.material]
-density = 1000.0
-youngs_modulus = 1e7
-[rods.section]
-radius = 0.01
-[rods.shape]
-length = 0.5
-elements = 20
-[rods.placement]
-origin = [0.0, -0.4, 0.083]
-tangent = [0.0, 1.0, 0.0]
-normal = [0.0, 0.0, 1.0]
-[[load]]
-kind = "gravity"
-[contact]
-stiffness = 2e3
-law = "linear"
-damping = 2.0
-{friction}
-[[wall]]
-name = "floor"
-kind = "plane"
-stiffness = 2e3
-law = "linear"
-damping = 2.0
-{friction}
-[output]
-series = {series}
-{damping}
-"""
+APPS = pathlib.Path(__file__).resolve().parents[2] / "apps"
+X, Y, Z = [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]
+
+
+def relaxing(steps):
+    return table("[time]", {"duration": float(steps), "relax": True})
+
+
+def beams_and_chains(duration=20000):
+    """Nine slender cantilevers under end forces, and three strips that hang between pins."""
+    beams = group("beams", 1e9, 0.0002, 1.0, 50, start="clamped", tables={"placement": {"kind": "line", "counts": [9], "spacing": [0.1]}})
+    chains = group("chains", 1e7, 0.01, 1.0, 30, start="pinned", end="pinned", tables={
+        "section": {"kind": "elliptic", "radius_2": 0.02}, "shape": {"rest_curvature": [2.0, 0.0, 0.0]},
+        "placement": {"kind": "line", "counts": [3], "spacing": [0.1], "origin": [0.0, 5.0, 0.0], "tangent": X, "normal": Y}})
+    return (relaxing(duration) + beams + chains + table("[[load]]", {"kind": "gravity", "rods": ["chains"]})
+            + table("[[load]]", {"kind": "end_force", "rods": ["beams"], "end": [1e-6, 2e-6, 0.0]})
+            + table("[output]", {"checkpoint": 64.0, "series": 100.0}))
+
+
+def coming_to_rest(rods, relax, duration, rate, series, contact=None):
+    """Under gravity, by relaxation or by damped motion (duration s, rate 1/s); `contact`: tables."""
+    text = relaxing(20000) if relax else table("[time]", {"duration": duration})
+    text += rods + table("[[load]]", {"kind": "gravity"}) + (contact or "")
+    if not relax:
+        text += table("[[damping]]", {"kind": "uniform", "rate": rate})
+    return text + table("[output]", {"series": 64.0 if relax else series})
+
+
+def crossed(relax, friction=None):
+    """Two cantilevers that cross, above a floor."""
+    rods = "".join(group(name, 1e7, 0.01, 0.5, 20, start="clamped", tables={"placement": {"origin": origin, "tangent": tangent, "normal": Z}})
+                   for name, origin, tangent in (("lower", [-0.4, 0.0, 0.06], X), ("upper", [0.0, -0.4, 0.083], Y)))
+    law = {"stiffness": 2e3, "law": "linear", "damping": 2.0} | (friction or {})
+    contact = table("[contact]", law) + table("[[wall]]", {"name": "floor", "kind": "plane"} | law)
+    return coming_to_rest(rods, relax, 16.0, 15.0, 1.0, contact)
+
+
+def ring(name, held, **placement):
+    """Hangs from a node, 1 m round."""
+    return group(name, 1e7, 0.01, 1.0, 36, tables={"shape": {"closed": True, "rest_curvature": [6.283185307179586, 0.0, 0.0]},
+                                                   "placement": placement} | ({"hold": {"nodes": held}} if held else {}))
 
 
 class Relax(DriverTest):
-    def scene_of(self, text, **numbers):
-        self.scene.write_text(text.format(**numbers) if numbers else text)
+    def assert_same_ends(self, one, other, columns):
+        """To 1e-6."""
+        for column in columns:
+            mine, theirs = (self.series(out)[-1][column] for out in (one, other))
+            self.assertLess(abs(mine - theirs), 1e-6 * max(abs(theirs), 1e-2), column)
+
+    def assert_any_layout_relaxes(self, whole):
+        """To the same bits, also from a checkpoint."""
+        self.assertTrue(self.summary(whole)["relaxation"]["settled"])
+        self.run_skein(whole + "2", ranks=2, threads=2)
+        self.run_skein(whole + "3", "--steps", "100")
+        self.run_skein(whole + "3", ranks=2)
+        self.run_skein(whole + "4", "--lanes", "1")
+        for out in (whole + "2", whole + "3", whole + "4"):
+            self.assertEqual(self.digest(out), self.digest(whole), out)
 
     def test_settles_and_tells(self):
-        self.scene_of(RODS, duration=20000.0)
+        self.scene.write_text(beams_and_chains())
         done = self.run_skein("out")
         self.assertIn("time counts steps", done.stdout)
         self.assertIn("Settled in", done.stdout)
@@ -132,20 +83,21 @@ class Relax(DriverTest):
         self.assertIn("Nothing to do", again.stdout)
 
     def test_bits_are_those_of_any_layout(self):
-        self.scene_of(RODS, duration=20000.0)
+        self.scene.write_text(beams_and_chains())
         self.run_skein("one")
         self.run_skein("ranks", ranks=3)
         self.run_skein("threads", threads=2)
         self.run_skein("narrow", "--lanes", "1")
         self.run_skein("together", "--protocol", "synchronous")
-        for other in ("ranks", "threads", "narrow", "together"):
+        self.run_skein("along", "--mapping", "along")
+        for other in ("ranks", "threads", "narrow", "together", "along"):
             self.assertEqual(self.digest(other), self.digest("one"), other)
             self.assertEqual(self.summary(other)["steps"], self.summary("one")["steps"])
             self.assertEqual(self.summary(other)["relaxation"], self.summary("one")["relaxation"])
             self.assert_same_series(other, "one")
 
     def test_goes_on_after_a_stop(self):
-        self.scene_of(RODS, duration=20000.0)
+        self.scene.write_text(beams_and_chains())
         self.run_skein("whole")
         for steps in (64, 100):  # at a look, and between two
             out = f"parts{steps}"
@@ -156,9 +108,7 @@ class Relax(DriverTest):
             self.assertEqual(self.summary(out)["relaxation"], self.summary("whole")["relaxation"])
 
     def test_too_few_steps_are_told(self):
-        self.scene_of(RODS, duration=50.0)
-        text = RODS.format(duration=50.0).replace("checkpoint = 64.0\nseries = 100.0", "checkpoint = 25.0")
-        self.scene.write_text(text)
+        self.scene.write_text(beams_and_chains(50).replace("checkpoint = 64.0\nseries = 100.0", "checkpoint = 25.0"))
         for ranks in (1, 2):
             done = self.run_skein(f"short{ranks}", ranks=ranks, expect=8)
             self.assertEqual(done.stderr.count("not settled in the 50 steps of time.duration"), 1, done.stderr)
@@ -168,29 +118,46 @@ class Relax(DriverTest):
 
     def test_rods_that_touch_come_to_balance(self):
         """Cantilevers that press each other and a floor end where damped motion ends; with friction in some balance."""
-        relax = {"time": "duration = 20000.0\nrelax = true", "series": 64.0, "damping": ""}
-        motion = {"time": "duration = 16.0", "series": 1.0, "damping": "[[damping]]\nkind = \"uniform\"\nrate = 15.0"}
-        friction = "friction = \"memory\"\nstatic_friction = 0.3"
-        ends = {}
-        for name, numbers in (("relaxed", relax | {"friction": ""}), ("moved", motion | {"friction": ""}),
-                              ("rubbed", relax | {"friction": friction})):
-            self.scene_of(CROSSED, **numbers)
+        friction = {"friction": "memory", "static_friction": 0.3}
+        for name, text in (("relaxed", crossed(True)), ("moved", crossed(False)), ("rubbed", crossed(True, friction))):
+            self.scene.write_text(text)
             self.run_skein(name)
-            ends[name] = self.series(name)[-1]
             if name != "moved":
-                self.assertTrue(self.summary(name)["relaxation"]["settled"])
-                self.run_skein(name + "2", ranks=2, threads=2)
-                self.assertEqual(self.digest(name + "2"), self.digest(name))
-                self.run_skein(name + "3", "--steps", "100")
-                self.run_skein(name + "3", ranks=2)
-                self.assertEqual(self.digest(name + "3"), self.digest(name))
-        for column in ("centre_xm", "centre_ym", "centre_zm", "max_overlap", "wall_overlap", "elastic_bendJ"):
-            one, other = (ends[name][column] for name in ("relaxed", "moved"))
-            self.assertLess(abs(one - other), 1e-6 * max(abs(other), 1e-2), column)
-        self.assertGreater(ends["rubbed"]["wall_contacts"], 0)
+                self.assert_any_layout_relaxes(name)
+        self.assert_same_ends("relaxed", "moved",
+                              ("centre_xm", "centre_ym", "centre_zm", "max_overlap", "wall_overlap", "elastic_bendJ"))
+        self.assertGreater(self.series("rubbed")[-1]["wall_contacts"], 0)
+
+    def test_rings(self):
+        """Hang from a node each, beside a rod of another number of elements; and a chain of two links, which touch."""
+        alone = ring("first", [0], normal=X, tangent=[0.0, -1.0, 0.0]) + ring("later", [-5], normal=X, tangent=[0.0, -1.0, 0.0], origin=[1.0, 0.0, 0.0])
+        beam = group("beam", 1e7, 0.01, 0.5, 10, start="clamped", tables={"placement": {"tangent": X, "normal": Z, "origin": [0.0, 2.0, 0.0]}})
+        touching = table("[contact]", {"stiffness": 2e3, "law": "linear", "damping": 0.5})
+        chain = ring("upper", [0], normal=X, tangent=[0.0, -1.0, 0.0]) + ring("lower", [], normal=Y, tangent=X, origin=[0.0, 0.0, -0.29])
+        for name, rods, contact in (("alone", alone + beam, None), ("chain", chain, touching)):
+            for relax in (True, False):
+                self.scene.write_text(coming_to_rest(rods, relax, 12.0, 10.0, 2.0, contact))
+                self.run_skein(name if relax else name + "_moved")
+                if relax:
+                    self.assert_any_layout_relaxes(name)
+            self.assert_same_ends(name, name + "_moved", ("centre_xm", "centre_ym", "centre_zm", "elastic_bendJ"))
+
+    def test_a_ring_that_winds_up(self):
+        """The supercoiled ring of apps/contact settles without passing through itself."""
+        text = (APPS / "contact/minicircle.toml").read_text()
+        head, tail = text.split("[[damping]]")
+        self.scene.write_text(head.replace("duration = 12.0", "relax = true\nduration = 20000.0") + "[contact]"
+                              + tail.split("[contact]")[1].replace("series = 0.1", "series = 64.0").replace("trajectory = 1.0", ""))
+        self.run_skein("ring")
+        self.assert_any_layout_relaxes("ring")
+        series = self.series("ring")
+        self.assertLess(numpy.abs(series["linkturns"]).max(), 1e-9, "it has passed through itself")
+        self.assertGreater(series["writheturns"][-1], 3)
+        self.assertGreater(series["contacts"][-1], 10)
+        self.assertLess(series["max_overlap"][-1], 0.01)
 
     def test_motion_begins_at_rest(self):
-        self.scene_of(RODS, duration=20000.0)
+        self.scene.write_text(beams_and_chains())
         self.run_skein("rest")
         at = self.directory / "motion"
         sets = [f"--set={change}" for change in ("time.relax=false", "time.dt=auto", "time.duration=5e-4", "start.time=zero",
@@ -204,7 +171,7 @@ class Relax(DriverTest):
         self.assertLess(motion["kinetic_translationJ"].max(), 1e-9 * motion["elastic_bendJ"].max())
 
     def test_what_changes_with_time_is_refused(self):
-        self.scene_of(RODS, duration=100.0)
+        self.scene.write_text(beams_and_chains(100))
         for change, words in (("time.dt=0.1", "'dt' has no use"), ("rods.beams.shape.velocity=[1,0,0]", "begins at rest"),
                               ("load.end_force.ramp=0.5", "'ramp' [s]"), ("rods.beams.material.rotary_inertia_scale=10", "leave it out"),
                               ("output.audit=true", "no audit")):

@@ -358,6 +358,12 @@ class RodFiles(DriverTest):
         said = subprocess.run([SKEIN, "check", str(self.scene)], capture_output=True, text=True, timeout=60)
         self.assertEqual(said.returncode, 2, said.stdout)
         self.assertIn("need rods that are alike", said.stderr)
+        self.write_file(length=numpy.ones(RODS))
+        self.scene.write_text(self.scene.read_text().replace("duration = 0.02", "duration = 100.0\nrelax = true")
+                              .replace('[[damping]]\nkind = "uniform"\nrate = 0.5\n', "").replace("trajectory = 0.01", "trajectory = 10.0"))
+        said = subprocess.run([SKEIN, "check", str(self.scene)], capture_output=True, text=True, timeout=60)
+        self.assertEqual(said.returncode, 2, said.stdout)
+        self.assertIn("time.relax solves along whole rods that are alike; give each size a group of its own", said.stderr)
         self.write('kind = "file"\nfile = "nowhere.h5"')
         said = subprocess.run([SKEIN, "check", str(self.scene)], capture_output=True, text=True, timeout=60).stderr
         self.assertIn("there is no file of rods", said)

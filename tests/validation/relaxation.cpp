@@ -8,6 +8,7 @@
 
 #include <algorithm>
 #include <numbers>
+#include <string_view>
 #include <vector>
 
 namespace skein {
@@ -120,6 +121,41 @@ TEST(Relaxation, EndsWhereBoundaryValueProblemsDo) {
         }
 }
 
+/// A ring that is held at its top node and bears its own weight: changes of its diameters over w R^4/EI are pi^2/4 - 2 down and
+/// -(2 - pi/2) across, by the energy of an inextensible circle.
+TEST(Relaxation, HangingRingsMeetTheThinRing) {
+    constexpr double pi = std::numbers::pi, radius = 1 / (2 * pi), load = 1e-5;
+    double down_before = 0, across_before = 0;
+    for (const long n : {32, 64}) {
+        RodSpec ring = slender_rod(2000, n);
+        ring.start = EndKind::free;
+        ring.shape.closed = true;
+        ring.shape.rest_curvature = {2 * pi, 0, 0};
+        ring.hold.nodes = {0};
+        ring.placement.tangent = {0, -1, 0}, ring.placement.normal = Vec3d{1, 0, 0};
+        const double r = ring.section.radius, weight = load * bending_of(ring) / (radius * radius * radius);
+        const SceneSpec scene = relaxing(ring, {{.load = Gravity{.acceleration = {0, 0, -weight / (pi * r * r)}}}});
+        test::Stage stage(scene, 4);
+        const auto size = [&] {
+            const int quarter = static_cast<int>(n / 4);
+            return std::pair{norm(node(stage, 2 * quarter) - node(stage, 0)),
+                             norm(node(stage, 3 * quarter) - node(stage, quarter))};
+        };
+        const auto [down, across] = size();
+        stage.advance(steps);
+        const double unit = load * radius, down_now = (size().first - down) / unit, across_now = (size().second - across) / unit;
+        const double down_off = down_now / (pi * pi / 4 - 2) - 1, across_off = across_now / -(2 - pi / 2) - 1;
+        std::printf("relaxation: hanging ring, n %ld: diameters %.6f, %.6f, off by %.3e, %.3e\n", n, down_now, across_now, down_off,
+                    across_off);
+        if (n == 64) {
+            EXPECT_NEAR(std::log2(down_before / down_off), 2, 0.1);
+            EXPECT_NEAR(std::log2(across_before / across_off), 2, 0.1);
+            EXPECT_LT(std::abs(down_off) + std::abs(across_off), 2e-2);
+        }
+        down_before = down_off, across_before = across_off;
+    }
+}
+
 /// The twin: rods that motion and damping bring to rest.
 TEST(Relaxation, EndsWhereDampedMotionDoes) {
     struct Case {
@@ -137,6 +173,7 @@ TEST(Relaxation, EndsWhereDampedMotionDoes) {
         {"strip", EndKind::clamped, EndKind::free, {1, 1, 0}, {1, 0.3, -1}, 1, true, Law::incompressible},
         {"pinned arch that hangs", EndKind::pinned, EndKind::pinned, {3, 0, 0}, {0, 0, 0}, 300, false, Law::incompressible},
         {"between two clamps", EndKind::clamped, EndKind::clamped, {0, 0, 0}, {0, 0, 0}, 300, false, Law::incompressible},
+        {"weighted ends", EndKind::clamped, EndKind::free, {0, 0, 0}, {1, 2, 3}, 2, false, Law::incompressible},
     };
     for (const Case& c : cases) {
         RodSpec rod = test::clamped_unit_rod(16, 0.05);
@@ -144,6 +181,7 @@ TEST(Relaxation, EndsWhereDampedMotionDoes) {
         rod.material.law = c.law;
         rod.shape.rest_curvature = c.rest_curvature;
         if (c.strip) rod.section = {.kind = SectionKind::elliptic, .radius = 0.05, .radius_2 = 0.02, .taper = 0.7};
+        if (std::string_view(c.name) == "weighted ends") rod.shape.end_weights = EndWeights::gregory;
         const double bending = bending_of(test::clamped_unit_rod(16, 0.02 * (c.strip ? 1.5 : 2.5)));
         const double mass = rod.material.density * std::numbers::pi * 0.05 * (c.strip ? 0.02 : 0.05);
         std::vector<LoadSpec> loads;

@@ -7,6 +7,8 @@
 
 #include <cmath>
 #include <numbers>
+#include <utility>
+#include <vector>
 
 namespace skein {
 namespace {
@@ -79,25 +81,54 @@ MuscleWave steady(double moment, const Vec3d& axis) {
     return {.amplitude = moment, .period = 1e30, .wavelength = 1e30, .phase = pi / 2, .direction = axis, .frame = LoadFrame::body};
 }
 
-// The moment A about d1 bends every cell between two elements to the curvature A/EI, to round-off; the chord of its regular polygon
-// is longer than that of the arc by (phi/2)/sin(phi/2), phi = A l/EI: second order. The half cell at a wall is not a vertex: it
-// stays straight.
-TEST(MusclesAboutBodyAxes, BendARodToAnArc) {
-    const double curvature = 3;
-    double before = 0;
-    for (const long n : {8, 16, 32}) {
-        const RodGroup group(unit_rod(n), 0, 0, "");
-        const test::State s = at_rest(group, [&](double share) -> Load { return steady(share * curvature * bending, {1, 0, 0}); });
-        const double l = 1.0 / static_cast<double>(n);
-        const auto last = static_cast<std::size_t>(n);
-        for (std::size_t k = 0; k + 1 < last; ++k) EXPECT_LT(norm(turn(s, k) - Vec3d{curvature * l, 0, 0}), 1e-9);
-        const double chord = norm(node(s, last) - node(s, 0)), arc = 2 / curvature * std::sin(curvature / 2);
-        EXPECT_NEAR(chord / arc, curvature * l / 2 / std::sin(curvature * l / 2), 1e-9);
-        if (n > 8) {
-            EXPECT_NEAR(std::log2(before / (chord - arc)), 2, 0.05);
-        }
-        before = chord - arc;
+/// The muscles of either load as the moment A at all vertices and times, about d1 of a rod that begins in the lab's axes.
+std::vector<Load> steady_muscles(double moment) {
+    std::vector<Load> all;
+    for (const LoadFrame frame : {LoadFrame::lab, LoadFrame::body}) {
+        MuscleWave wave = steady(moment, {1, 0, 0});
+        wave.frame = frame;
+        all.emplace_back(wave);
+        all.emplace_back(MuscleTorques{.coefficients = std::vector<double>(6, moment),
+                                       .period = 1e30,
+                                       .phase = pi / 2,
+                                       .direction = {1, 0, 0},
+                                       .frame = frame});
     }
+    return all;
+}
+
+// The moment A about d1 bends every cell, and the half cell at a clamp, to the curvature A/EI, to round-off: the nodes are those of
+// a regular polygon along the arc, whose first side turns by half an angle from the clamp. Its chord is longer than that of the arc
+// by (phi/2)/sin(phi/2), phi = A l/EI: place and turn of the tip are of second order.
+TEST(Muscles, BendAClampedRodToAnArc) {
+    const double curvature = 3;
+    for (std::size_t kind = 0; kind < 4; ++kind)
+        for (const bool at_end : {false, true}) {
+            double before = 0;
+            for (const long n : {8, 16}) {
+                RodSpec spec = unit_rod(n);
+                if (at_end) std::swap(spec.start, spec.end);
+                const RodGroup group(spec, 0, 0, "");
+                const test::State s =
+                    at_rest(group, [&](double share) { return steady_muscles(share * curvature * bending)[kind]; });
+                const double l = 1.0 / static_cast<double>(n);
+                const auto last = static_cast<std::size_t>(n);
+                for (std::size_t k = 0; k + 1 < last; ++k) EXPECT_LT(norm(turn(s, k) - Vec3d{curvature * l, 0, 0}), 1e-9);
+                const Vec3d half = at_end ? relative_rotation(group.end_frame(), lane(s[last - 1].director, 0))
+                                          : relative_rotation(lane(s[0].director, 0), group.frame());
+                EXPECT_LT(norm(half - Vec3d{0.5 * curvature * l, 0, 0}), 1e-9) << kind << at_end;
+                const double chord = norm(node(s, last) - node(s, 0)), arc = 2 / curvature * std::sin(curvature / 2);
+                EXPECT_NEAR(chord / arc, curvature * l / 2 / std::sin(curvature * l / 2), 1e-9);
+                const Vec3d tip = group.frame() * (node(s, last) - node(s, 0)); // about d1 from d3 to -d2
+                const double sign = at_end ? -1 : 1;
+                const Vec3d exact = (1 / curvature) * Vec3d{0, -sign * (1 - std::cos(curvature)), std::sin(curvature)};
+                const double error = norm(tip - exact);
+                if (n > 8) {
+                    EXPECT_NEAR(std::log2(before / error), 2, 0.05) << kind << at_end;
+                }
+                before = error;
+            }
+        }
 }
 
 // A moment A d is a change of the rest curvature by B^-1 A d: of the linear law to round-off, in any state.

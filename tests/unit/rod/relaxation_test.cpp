@@ -7,6 +7,8 @@
 
 #include <cmath>
 #include <cstdio>
+#include <numbers>
+#include <string>
 #include <vector>
 
 namespace skein {
@@ -35,9 +37,13 @@ struct Relaxing {
         const RodTile<1> tile = tile_of(group, state);
         elastic.run(tile, load.data(), step);
         if (relax_notes) NoteForcesPass<1>().run(tile, load.data(), step);
+        push(node, force, of, couple);
+        relax.run(tile, load.data(), step);
+    }
+    void push(std::size_t node, const Vec3d& force, std::size_t of, const Vec3d& couple) {
         load[node].force += broadcast<1>(force);
         load[of].couple += broadcast<1>(couple);
-        relax.run(tile, load.data(), step);
+        if (group.closed()) FoldRingPass<1>().run(tile_of(group, state), load.data(), step);
     }
     Vec3d velocity(std::size_t i) const { return lane(state[i].velocity, 0); }
     Vec3d spin(std::size_t i) const { return lane(state[i].spin, 0); }
@@ -46,26 +52,46 @@ struct Relaxing {
 
 /// At rest, K of (65) is the tangent stiffness but for the rod's own small share and for the square of the turn per cell, so one
 /// correction leaves little of a small load.
-TEST(Relaxation, CorrectionsAreThoseOfTheTangentStiffness) {
-    for (const bool curved : {false, true}) {
+class RelaxationOf : public testing::TestWithParam<std::string> {
+public:
+    static RodSpec rod() {
         RodSpec spec = test::clamped_unit_rod(12, 0.02);
-        if (curved) spec.shape.rest_curvature = {1.5, 0.7, 0.4};
-        Relaxing rod(spec);
-        const double size = 1e-7 * rod.group.element[0].bending.x;
-        const Vec3d force = size * Vec3d{0.3, -0.2, 0.4}, couple = size * Vec3d{0.2, 0.1, -0.3};
-        rod.kick(7, force, 4, couple);
-        RodTile<1> tile = tile_of(rod.group, rod.state);
-        DriftPass<CircularTop, 1>().run(tile, rod.load.data(), step);
-        rod.elastic.run(tile, rod.load.data(), step);
-        rod.load[7].force += broadcast<1>(force);
-        rod.load[4].couple += broadcast<1>(couple);
-        double left = 0;
-        for (std::size_t i = 1; i < rod.load.size(); ++i) left = std::max(left, norm(lane(rod.load[i].force, 0)));
-        for (std::size_t i = 0; i + 1 < rod.load.size(); ++i) left = std::max(left, norm(lane(rod.load[i].couple, 0)));
-        std::printf("relaxation: %s rod, %.2e of the load is left\n", curved ? "curved" : "straight", left / size);
-        EXPECT_LT(left, 0.02 * size) << curved;
+        const std::string& kind = GetParam();
+        if (kind == "curved") spec.shape.rest_curvature = {1.5, 0.7, 0.4};
+        if (kind == "gregory") spec.shape.end_weights = EndWeights::gregory;
+        if (kind == "tapered") spec.section.taper = 0.4;
+        if (kind == "two_clamps") spec.end = EndKind::clamped;
+        if (kind == "ring") {
+            spec.shape.elements = 40, spec.shape.closed = true, spec.start = EndKind::free;
+            spec.shape.rest_curvature = {2 * std::numbers::pi, 0, 0};
+            spec.hold.nodes = {0}, spec.hold.elements = {0};
+        }
+        return spec;
     }
+};
+
+TEST_P(RelaxationOf, CorrectionsAreThoseOfTheTangentStiffness) {
+    Relaxing rod(RelaxationOf::rod());
+    const bool ring = rod.group.closed();
+    const double size = 1e-7 * rod.group.element[0].bending.x;
+    const Vec3d force = size * Vec3d{0.3, -0.2, 0.4}, couple = size * Vec3d{0.2, 0.1, -0.3};
+    rod.kick(7, force, 4, couple);
+    RodTile<1> tile = tile_of(rod.group, rod.state);
+    DriftPass<CircularTop, 1>().run(tile, rod.load.data(), step);
+    if (ring) CloseRingPass<1>().run(tile, rod.load.data(), step);
+    rod.elastic.run(tile, rod.load.data(), step);
+    rod.push(7, force, 4, couple);
+    double left = 0;
+    const auto& held = rod.group.spec();
+    for (std::size_t i = 1; i + 1 < rod.load.size(); ++i) left = std::max(left, norm(lane(rod.load[i].force, 0)));
+    if (!ring && held.end == EndKind::free) left = std::max(left, norm(lane(rod.load.back().force, 0)));
+    for (std::size_t i = ring ? 1 : 0; i + 1 < rod.load.size(); ++i) left = std::max(left, norm(lane(rod.load[i].couple, 0)));
+    std::printf("relaxation: %s rod, %.2e of the load is left\n", GetParam().c_str(), left / size);
+    EXPECT_LT(left, 0.02 * size);
 }
+
+INSTANTIATE_TEST_SUITE_P(Rods, RelaxationOf, testing::Values("straight", "gregory", "curved", "tapered", "two_clamps", "ring"),
+                         [](const auto& kind) { return kind.param; });
 
 TEST(Relaxation, HeldNodesAndElementsStay) {
     RodSpec spec = test::clamped_unit_rod(10, 0.02);
@@ -101,6 +127,40 @@ TEST(Relaxation, AFreeRodIsPushedAsAWhole) {
     for (std::size_t i = 0; i < rod.load.size(); ++i)
         EXPECT_LT(norm(rod.velocity(i) - rod.velocity(0)), 1e-9 * norm(rod.velocity(0))) << "node " << i;
     EXPECT_NEAR(rod.velocity(0).y / rod.velocity(0).x, 2, 1e-9);
+}
+
+/// A ring's first node is like any other, its last no node of its own.
+TEST(Relaxation, RingsHaveNoBeginning) {
+    RodSpec spec = test::clamped_unit_rod(16, 0.02);
+    spec.start = EndKind::free, spec.shape.closed = true;
+    spec.shape.rest_curvature = {2 * std::numbers::pi, 0, 0};
+    const auto answer = [&](int pushed) { // at nodes and elements after the one that is pushed, in its frame
+        Relaxing rod(spec, {1e-6, 1e-9, 1});
+        rod.relax_notes = true;
+        const Mat3d q = frame(rod.state[static_cast<std::size_t>(pushed)]);
+        rod.kick(static_cast<std::size_t>(pushed), transpose_times(q, Vec3d{1e-9, 2e-9, 3e-9}), static_cast<std::size_t>(pushed),
+                 {1e-11, 2e-11, 3e-11});
+        std::vector<Vec3d> rates;
+        for (std::size_t i = 0; i < 16; ++i) {
+            const auto k = (static_cast<std::size_t>(pushed) + i) % 16;
+            rates.push_back(q * rod.velocity(k));
+            rates.push_back(rod.spin(k));
+        }
+        return rates;
+    };
+    const auto first = answer(0);
+    for (const int pushed : {1, 7, 14, 15}) {
+        const auto other = answer(pushed);
+        for (std::size_t i = 0; i < first.size(); ++i)
+            EXPECT_LT(norm(other[i] - first[i]), 1e-9 * norm(first[i % 2])) << pushed << ", " << i;
+    }
+    RodSpec held = spec;
+    held.hold.nodes = {-1}, held.hold.elements = {-1};
+    Relaxing rod(held);
+    rod.kick(0, {1e-9, 2e-9, 3e-9});
+    EXPECT_EQ(norm(rod.velocity(15)), 0);
+    EXPECT_EQ(norm(rod.spin(15)), 0);
+    EXPECT_GT(norm(rod.velocity(0)), 0);
 }
 
 TEST(Relaxation, RatesAgainstForcesAreForgotten) {

@@ -73,7 +73,7 @@ TEST(CheckScene, RelaxesOnlyWhatHasARestOfItsOwn) {
     EXPECT_TRUE(refused([](SceneSpec& s) { s.damping.push_back({.damping = {.rate = 1}}); }));
     EXPECT_TRUE(refused([](SceneSpec& s) { s.rods[0].material.rotary_inertia_scale = 10; }));
     EXPECT_TRUE(refused([](SceneSpec& s) { s.rods[0].material.law = Law::elastica; }));
-    EXPECT_TRUE(refused([](SceneSpec& s) { s.rods[0].shape.closed = true; }));
+    EXPECT_FALSE(refused([](SceneSpec& s) { s.rods[0].shape.closed = true; }));
     EXPECT_TRUE(refused([](SceneSpec& s) { s.rods[0].shape.velocity = {1, 0, 0}; }));
     EXPECT_TRUE(refused([](SceneSpec& s) { s.output.audit = true; }));
     SceneSpec scene = one_rod();

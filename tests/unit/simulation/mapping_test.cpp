@@ -63,7 +63,7 @@ SceneSpec mixed(Law law, Integrator integrator = Integrator::verlet) {
     for (const LoadFrame frame : {LoadFrame::lab, LoadFrame::body}) {
         scene.loads.push_back({.load = EndCouple{.start = {1e-4, 0, 0}, .end = {0, 2e-4, 1e-4}, .frame = frame, .ramp = 0.1}});
         scene.loads.push_back({.load = MuscleWave{.amplitude = 1e-3, .period = 0.5, .wavelength = 1, .frame = frame},
-                               .rods = {"rod 9", "sliding", "rod 6"}});
+                               .rods = {"rod 5", "rod 9", "sliding", "rod 6"}});
     }
     scene.loads.push_back(
         {.load = SinusoidalEndForce{.start = 0.01, .end = -0.02, .hold = 0.05, .period = 0.3}, .rods = {"rod 6"}});

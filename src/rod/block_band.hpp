@@ -1,0 +1,140 @@
+// Linear systems of a node and its element after the other along a rod: symmetric, positive, and each coupled to the next alone.
+//   A = G G^T, block by block along the rod; G y = b on the way, G^T u = y on the way back.      One rod a lane.
+//   ring      the last block is coupled to the first one as well: it keeps a coupling to the block that is at hand, which what is
+//             eliminated hands on, a second off-diagonal of G
+// 6 unknowns a block: displacement of the node, turn of its element.
+#pragma once
+
+#include "skein/core/pack.hpp"
+
+namespace skein {
+
+/// One node and its element. Before it is solved: the block, of which the lower triangle counts; the coupling to the next one,
+/// next[i][j] of row i there and column j here; right sides. After it: the block's factor with inverses on the diagonal, what the
+/// factor makes of the coupling, and the solution.
+template <int W> struct BandBlock {
+    static constexpr int size = 6;
+    using P = Pack<W>;
+    P diagonal[size][size], next[size][size], u[size];
+
+    void clear() {
+        for (int i = 0; i < size; ++i)
+            for (int j = 0; j < size; ++j) diagonal[i][j] = next[i][j] = P(0.0);
+    }
+    /// The same onto three places of the diagonal, from `first` on.
+    void add(int first, const P& stiffness) {
+        for (int i = first; i < first + 3; ++i) diagonal[i][i] += stiffness;
+    }
+    /// Solution 0 for unknown i, which moves no other one; `before`: of the block before this one, null of the first.
+    void hold(int i, BandBlock* before) {
+        for (int j = 0; j < size; ++j) {
+            diagonal[i][j] = diagonal[j][i] = P(0.0);
+            next[j][i] = P(0.0);
+            if (before) before->next[i][j] = P(0.0);
+        }
+        diagonal[i][i] = P(1.0);
+        u[i] = P(0.0);
+    }
+};
+
+template <int W> using Coupling = Pack<W>[BandBlock<W>::size][BandBlock<W>::size];
+
+/// What joins the last block of a ring to each other one.
+template <int W> struct RingCoupling { Coupling<W> last; };
+
+namespace detail {
+
+/// Becomes its factor, and its right side G^-1 b.
+template <int W> void factorise(BandBlock<W>& b) {
+    using P = Pack<W>;
+    auto& g = b.diagonal;
+    for (int j = 0; j < b.size; ++j) {
+        for (int m = 0; m < j; ++m) g[j][j] = fnma(g[j][m], g[j][m], g[j][j]);
+        const P inverse = P(1.0) / sqrt(g[j][j]);
+        g[j][j] = inverse; // 1/G
+        for (int i = j + 1; i < b.size; ++i) {
+            for (int m = 0; m < j; ++m) g[i][j] = fnma(g[i][m], g[j][m], g[i][j]);
+            g[i][j] = inverse * g[i][j];
+        }
+    }
+    for (int i = 0; i < b.size; ++i) {
+        for (int m = 0; m < i; ++m) b.u[i] = fnma(g[i][m], b.u[m], b.u[i]);
+        b.u[i] = g[i][i] * b.u[i];
+    }
+}
+
+/// Takes block b, factorised, out of another one, to which `coupling` joins it; rows of `coupling` are of the other.
+template <int W> void eliminate(const BandBlock<W>& b, Coupling<W>& coupling, BandBlock<W>& after) {
+    const auto& g = b.diagonal;
+    for (int i = 0; i < b.size; ++i) {
+        for (int j = 0; j < b.size; ++j) {
+            for (int m = 0; m < j; ++m) coupling[i][j] = fnma(coupling[i][m], g[j][m], coupling[i][j]);
+            coupling[i][j] = g[j][j] * coupling[i][j];
+        }
+        for (int m = 0; m < b.size; ++m) after.u[i] = fnma(coupling[i][m], b.u[m], after.u[i]);
+        for (int j = 0; j <= i; ++j)
+            for (int m = 0; m < b.size; ++m) after.diagonal[i][j] = fnma(coupling[i][m], coupling[j][m], after.diagonal[i][j]);
+    }
+}
+
+/// Takes the solution of another block out of the right side of b.
+template <int W> void substitute(BandBlock<W>& b, const Coupling<W>& coupling, const BandBlock<W>& other) {
+    for (int i = 0; i < b.size; ++i)
+        for (int m = 0; m < b.size; ++m) b.u[i] = fnma(coupling[m][i], other.u[m], b.u[i]);
+}
+
+/// The solution of b from G^-1 of what is left of its right side.
+template <int W> void solve_back(BandBlock<W>& b) {
+    for (int i = b.size - 1; i >= 0; --i) {
+        for (int m = i + 1; m < b.size; ++m) b.u[i] = fnma(b.diagonal[m][i], b.u[m], b.u[i]);
+        b.u[i] = b.diagonal[i][i] * b.u[i];
+    }
+}
+
+} // namespace detail
+
+/// Blocks 0 to `last`; the coupling of the last is not looked at. Where the matrix is not positive the solution is no number.
+template <int W> void solve_band(int last, BandBlock<W>* block) {
+    for (int k = 0; k <= last; ++k) {
+        detail::factorise(block[k]);
+        if (k < last) detail::eliminate(block[k], block[k].next, block[k + 1]);
+    }
+    for (int k = last; k >= 0; --k) {
+        if (k < last) detail::substitute(block[k], block[k].next, block[k + 1]);
+        detail::solve_back(block[k]);
+    }
+}
+
+/// Of a ring of at least three blocks: the coupling of the last is to the first. `ring`: [last], memory for what the last is
+/// coupled to.
+template <int W> void solve_ring(int last, BandBlock<W>* block, RingCoupling<W>* ring) {
+    for (int i = 0; i < BandBlock<W>::size; ++i)
+        for (int j = 0; j < BandBlock<W>::size; ++j) ring[0].last[j][i] = block[last].next[i][j];
+    for (int k = 0; k < last; ++k) {
+        BandBlock<W>& b = block[k];
+        detail::factorise(b);
+        if (k + 1 == last) { // it is the next one
+            for (int i = 0; i < b.size; ++i)
+                for (int j = 0; j < b.size; ++j) b.next[i][j] += ring[k].last[i][j];
+            detail::eliminate(b, b.next, block[last]);
+            break;
+        }
+        detail::eliminate(b, b.next, block[k + 1]);
+        detail::eliminate(b, ring[k].last, block[last]);
+        for (int i = 0; i < b.size; ++i)
+            for (int j = 0; j < b.size; ++j) {
+                Pack<W> sum = ring[k].last[i][0] * b.next[j][0];
+                for (int m = 1; m < b.size; ++m) sum = fma(ring[k].last[i][m], b.next[j][m], sum);
+                ring[k + 1].last[i][j] = -sum;
+            }
+    }
+    detail::factorise(block[last]);
+    detail::solve_back(block[last]);
+    for (int k = last - 1; k >= 0; --k) {
+        detail::substitute(block[k], block[k].next, block[k + 1]);
+        if (k + 1 < last) detail::substitute(block[k], ring[k].last, block[last]);
+        detail::solve_back(block[k]);
+    }
+}
+
+} // namespace skein

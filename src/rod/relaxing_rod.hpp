@@ -1,0 +1,68 @@
+// Constants of a rod that relaxes, node by node: what is free to move, how far it may go in a step, and a small stiffness of its
+// own, so that free rods have a finite answer.                                                            theory.md (65), (67)
+#pragma once
+
+#include "skein/rod/rod_group.hpp"
+
+#include <algorithm>
+#include <array>
+#include <string>
+#include <vector>
+
+namespace skein {
+
+class RelaxingRod {
+public:
+    static constexpr double farthest_turn = 0.1; ///< rad in a step
+    static constexpr double farthest_share = 2; ///< of the radius, across an element: what it stretches by then is of order (r/l)^2
+    static constexpr double own_share = 0.1;    ///< of EI/L^3 and of EI/L, spread over the rod
+
+    struct Row {
+        std::array<double, 6> free; ///< 0: held; of the node and of its element, along lab axes
+        double own_node, own_turn;  ///< N/m, N m
+        double most_turn;           ///< rad in a step
+    };
+
+    explicit RelaxingRod(const RodGroup& group) {
+        const int n = group.elements();
+        for (const ElementConstants& e : group.element) length_ += e.rest_length;
+        double bending = 0;
+        for (const ElementConstants& e : group.element) bending += 0.5 * (e.bending.x + e.bending.y) * e.rest_length / length_;
+        const double per_length = own_share * bending / (length_ * length_);
+        for (int k = 0; k <= n; ++k) {
+            Row& row = row_.emplace_back();
+            row.free = {1, 1, 1, 1, 1, 1};
+            if (group.holds_node(k)) row.free[0] = row.free[1] = row.free[2] = 0;
+            if (group.slides(k)) {
+                const Vec3d free = group.free_directions(k);
+                row.free[0] = free.x, row.free[1] = free.y, row.free[2] = free.z;
+            }
+            if (k == n || group.holds_element(k)) row.free[3] = row.free[4] = row.free[5] = 0;
+            row.own_node = per_length * group.node_length[static_cast<std::size_t>(k)] / length_;
+            if (k < n) {
+                const ElementConstants& e = group.element[static_cast<std::size_t>(k)];
+                row.own_turn = per_length * e.rest_length;
+                row.most_turn = std::min(farthest_turn, farthest_share * e.radius * e.inv_rest_length);
+            }
+        }
+        const int nodes = group.closed() ? n : n + 1;
+        const Hold& hold = group.spec().hold;
+        const auto hold_axes = [](double* free, const std::string& axes) {
+            for (const char axis : axes) free[axis - 'x'] = 0;
+        };
+        for (const long i : hold.nodes) hold_axes(&row(i < 0 ? nodes + i : i).free[0], hold.directions);
+        for (const long k : hold.elements) hold_axes(&row(k < 0 ? n + k : k).free[3], hold.axes);
+    }
+
+    double length() const { return length_; } ///< m
+    /// Of node k and its element; the last node of an open rod has none.
+    const Row& operator[](int k) const { return row_[static_cast<std::size_t>(k)]; }
+
+private:
+    Row& row(long k) { return row_[static_cast<std::size_t>(k)]; }
+
+    double length_ = 0;
+    std::vector<Row> row_; ///< [n + 1]
+};
+
+} // namespace skein
