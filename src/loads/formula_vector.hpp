@@ -7,6 +7,7 @@
 #include "skein/rod/mapping.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cstring>
 #include <span>
 #include <vector>
@@ -17,7 +18,8 @@ namespace skein {
 struct FormulaVector {
     bool given = false;
     FormulaProgram program;
-    std::vector<double> of_time; ///< values of program.time, by value and slot of the batch
+    std::vector<double> of_time;                       ///< values of program.time, by value and slot of the batch
+    std::array<Vec3d, Clock::largest_batch> uniform{}; ///< by slot of the batch: the first three formulas, of a same_everywhere()
 
     void prepare(std::span<const Step> steps);
     /// Nothing changes from place to place.
@@ -30,6 +32,9 @@ struct FormulaVector {
         return time_value(list.inputs[static_cast<std::size_t>(from - list.first_input())] - time_base, slot);
     }
     double time_value(int i, int slot) const { return of_time[static_cast<std::size_t>(i * Clock::largest_batch + slot)]; }
+
+private:
+    void run_in_time(std::span<const Step> steps);
 };
 
 /// What is the same along a rod: its nodes' arc lengths and start positions, or those of the middles of its elements.
@@ -106,10 +111,12 @@ public:
         }
     }
 
-    /// Places that may be run at once: any number where there is nothing to work out.
+    /// Places to run at once, of so many: all of them where there is nothing to work out.
     int strip_of(int places) const {
         const bool no_state = std::none_of(list_.inputs.begin(), list_.inputs.end(), [](int input) { return input < time_base; });
-        return list_.code.empty() && no_state ? places : strip<W>;
+        if (list_.code.empty() && no_state) return places;
+        const int strips = std::max(1, (places + strip<W> - 1) / strip<W>);
+        return (places + strips - 1) / strips; // of one length, so that where loops end can be foretold
     }
     /// Nodes `first` to `first + count - 1`; count at most strip_of().
     void at_nodes(const RodTile<W>& rod, int first, int count) {
@@ -160,6 +167,13 @@ private:
 };
 
 inline void FormulaVector::prepare(std::span<const Step> steps) {
+    run_in_time(steps);
+    if (given && same_everywhere())
+        for (const Step& step : steps)
+            uniform[static_cast<std::size_t>(step.slot)] = {value(0, step.slot), value(1, step.slot), value(2, step.slot)};
+}
+
+inline void FormulaVector::run_in_time(std::span<const Step> steps) {
     const InstructionList& list = program.time;
     if (list.outputs.empty()) return;
     of_time.resize(list.outputs.size() * Clock::largest_batch);
