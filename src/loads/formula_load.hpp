@@ -167,9 +167,10 @@ void FormulaLoad::add_forces(const RodTile<W>& rod, const TileData<W>& data, Slo
                 for (int i = 0; i < count; ++i) {
                     Vec3<P>& f = load[first + i].force;
                     const P w(weight(first + i));
-                    const Vec3<P> sum = fma(w, Vec3<P>{x[i], y[i], z[i]}, f);
-                    if constexpr (Map::along) f = select(w > P(0.0), sum, f); // where there is no node values may be none
-                    else f = sum;
+                    const Vec3<P> value{x[i], y[i], z[i]};
+                    // Where there is no node values may be none.
+                    if constexpr (Map::along) f = select(w > P(0.0), fma(w, value, f), f);
+                    else f = fma(w, value, f);
                 }
             });
     }
@@ -185,10 +186,9 @@ template <int W, class Map, class F> SKEIN_INLINE void FormulaLoad::add_element_
                 const P w(weight(k));
                 Vec3<P> c = couple_of(k);
                 if (frame == FormulaFrame::lab) c = rod.slot[k].director * c;
-                const Vec3<P> sum = fma(w, c, load[k].couple);
-                if constexpr (Map::along)
-                    load[k].couple = select((w > P(0.0)) & (Map::element(rod, k).absent < P(0.5)), sum, load[k].couple);
-                else load[k].couple = sum;
+                Vec3<P>& sum = load[k].couple;
+                if constexpr (Map::along) sum = select((w > P(0.0)) & (Map::element(rod, k).absent < P(0.5)), fma(w, c, sum), sum);
+                else sum = fma(w, c, sum);
             }
         });
 }

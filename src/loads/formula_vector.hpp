@@ -98,17 +98,11 @@ public:
     using P = Pack<W>;
 
     FormulaRun(const FormulaVector& of, const PlaceValues<W>& places, int slot)
-        : list_(of.program.state), tables_(of.program.tables) {
+        : list_(of.program.state), tables_(of.program.tables), places_(places) {
         for (std::size_t i = 0; i < list_.constants.size(); ++i) spread(list_.registers + static_cast<int>(i), list_.constants[i]);
-        for (std::size_t i = 0; i < list_.inputs.size(); ++i) {
-            const int input = list_.inputs[i], to = list_.first_input() + static_cast<int>(i);
-            if (input >= place_base) {
-                const auto& values = places[static_cast<std::size_t>(input - place_base)];
-                given_[to] = {values.data(), values.size() > 1};
-            } else if (input >= time_base) {
-                spread(to, of.time_value(input - time_base, slot));
-            }
-        }
+        for (std::size_t i = 0; i < list_.inputs.size(); ++i)
+            if (const int input = list_.inputs[i]; input >= time_base && input < place_base)
+                spread(list_.first_input() + static_cast<int>(i), of.time_value(input - time_base, slot));
     }
 
     /// Places to run at once, of so many: all of them where there is nothing to work out.
@@ -147,21 +141,28 @@ public:
     const Strided<W>& operator[](int i) const { return source_[list_.outputs[static_cast<std::size_t>(i)]]; }
 
 private:
+    /// What is the same at all places of the step.
     void spread(int to, double value) {
         same_[to] = P(value);
-        given_[to] = {&same_[to], 0};
+        source_[to] = {&same_[to], 0};
     }
     template <class StateOf> void run(int first, int count, StateOf state_of) {
-        for (int i = list_.registers; i < list_.sources(); ++i) {
-            const int input = i < list_.first_input() ? time_base : list_.inputs[static_cast<std::size_t>(i - list_.first_input())];
-            source_[i] = input < time_base ? state_of(input) : given_[i].from(first);
+        for (std::size_t i = 0; i < list_.inputs.size(); ++i) {
+            Strided<W>& source = source_[static_cast<std::size_t>(list_.first_input()) + i];
+            if (const int input = list_.inputs[i]; input < time_base) {
+                source = state_of(input);
+            } else if (input >= place_base) {
+                const auto& values = places_[static_cast<std::size_t>(input - place_base)];
+                source = Strided<W>{values.data(), values.size() > 1}.from(first);
+            }
         }
         evaluate<W>(list_, tables_, source_, registers_, count);
     }
 
     const InstructionList& list_;
     std::span<const FormulaTable> tables_;
-    Strided<W> given_[InstructionList::most_sources], source_[InstructionList::most_sources];
+    const PlaceValues<W>& places_;
+    Strided<W> source_[InstructionList::most_sources];
     P same_[InstructionList::most_sources], middle_[6][strip<W>];
     StripRegisters<W> registers_;
 };
