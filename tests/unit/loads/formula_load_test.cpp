@@ -135,7 +135,8 @@ TEST(FormulaLoads, KnowPlacesVelocitiesAndTables) {
 
 /// The same everywhere, of time alone, of place alone, and of all, at each step of a batch; on all of a rod and at its ends, where
 /// no other node or element feels anything, not even in the sign of a zero.
-TEST(FormulaLoads, AreOfTheirPlaceAndTheirStep) {
+class FormulaLoadsOf : public testing::TestWithParam<int> {};
+TEST_P(FormulaLoadsOf, ManyPlacesAreOfTheirPlaceAndTheirStep) {
     struct Case {
         std::vector<std::string> texts;
         std::function<Vec3d(double t, double s, const Vec3d& x)> value;
@@ -159,7 +160,7 @@ TEST(FormulaLoads, AreOfTheirPlaceAndTheirStep) {
                           {{"2*x*t + 3*s", "1*s", "7"}, [](double t, double s, const Vec3d& x) {
                                return Vec3d{2 * x.x * t + 3 * s, s, 7};
                            }}};
-    const RodGroup group(test::crooked_rod(), 0, 0, "");
+    const RodGroup group(GetParam() == 0 ? test::crooked_rod() : test::simple_rod(GetParam()), 0, 0, "");
     std::vector<Slot<1>> state = test::shaken_state(group, 0.01, 0.4, 1);
     const RodTile<1> tile = test::tile_of(group, state);
     const double rod_length = group.spec().shape.length;
@@ -202,6 +203,9 @@ TEST(FormulaLoads, AreOfTheirPlaceAndTheirStep) {
                 }
             }
 }
+
+/// A crooked rod, and rods of whole strips and not.
+INSTANTIATE_TEST_SUITE_P(Elements, FormulaLoadsOf, testing::Values(0, strip<1>, 2 * strip<1> + 37));
 
 TEST(FormulaLoads, SayWhereTheyAreNotFinite) {
     RodSpec spec = test::simple_rod(8);
