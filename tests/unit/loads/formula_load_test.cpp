@@ -184,8 +184,9 @@ TEST_P(FormulaLoadsOf, ManyPlacesAreOfTheirPlaceAndTheirStep) {
                         const auto expect = [&](const Vec3<Pack<1>>& got, double weight, const Vec3d& value) {
                             EXPECT_LT(norm(lane(got, 0) - weight * value), 1e-13 * (1 + norm(value)))
                                 << c.texts[0] << " at " << i << ", " << step.time;
-                            if (weight == 0)
+                            if (weight == 0) {
                                 EXPECT_TRUE(std::signbit(got.x[0]) && std::signbit(got.y[0]) && std::signbit(got.z[0]));
+                            }
                         };
                         const Vec3d x = lane(state[k].position, 0);
                         const auto share = [&](double length, double mass, int last) {
