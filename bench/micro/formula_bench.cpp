@@ -1,5 +1,6 @@
-// What loads cost as formulas: each named load beside its twin, and formulas of ten operations, over rods that lie in the second
-// cache, turn about in one run. Medians of 21 turns; ns per element-step of one core, at the widest level of this machine.
+// What loads cost as formulas: each named load beside its twin, with the largest difference of what they add, and formulas of ten
+// operations, over rods that lie in the second cache, turn about in one run. Medians of 21 turns; ns per element-step of one core,
+// at the widest level of this machine.
 //   bench_formulas [--elements N]
 #include "loads/load_passes.hpp"
 #include "measure.hpp"
@@ -8,6 +9,7 @@
 #include <fmt/format.h>
 
 #include <cstdlib>
+#include <cstring>
 
 namespace {
 
@@ -57,6 +59,34 @@ Times time_of(const RodGroup& group, const std::vector<Load>& loads) {
     return times;
 }
 
+/// What a load adds to the first tile in a batch of steps: its forces, then its couples.
+std::vector<Vec3d> added_by(const RodGroup& group, const Load& load) {
+    WorkingSet<W> set(group, 1);
+    const RodTile<W>& tile = set.tiles()[0];
+    const auto pass = make_pass<W>(load, group);
+    pass->bind(tile);
+    Clock clock(1e-5, 1);
+    const auto steps = clock.next(1 + 16);
+    pass->prepare(steps);
+    AlignedVector<SlotLoad<W>> sum(static_cast<std::size_t>(group.slots()));
+    std::memset(static_cast<void*>(sum.data()), 0, sum.size() * sizeof sum[0]);
+    for (const Step& step : steps) pass->run(tile, sum.data(), step);
+    std::vector<Vec3d> added;
+    for (const bool forces : {true, false})
+        for (const SlotLoad<W>& l : sum)
+            for (int i = 0; i < W; ++i) added.push_back(lane(forces ? l.force : l.couple, i));
+    return added;
+}
+
+/// Largest difference over the largest that is added.
+double difference_of(const RodGroup& group, const Load& named, const Load& written) {
+    const auto a = added_by(group, named), b = added_by(group, written);
+    double largest = 0, difference = 0;
+    for (std::size_t i = 0; i < a.size(); ++i)
+        largest = std::max(largest, norm(a[i])), difference = std::max(difference, norm(a[i] - b[i]));
+    return difference / largest;
+}
+
 FormulaLoad force(std::vector<std::string> texts, FormulaPer per = FormulaPer::length, FormulaAt at = FormulaAt::rod) {
     return {.force = std::move(texts), .per = per, .at = at};
 }
@@ -88,11 +118,13 @@ int main(int argc, char** argv) {
         {MagneticField{.constant = {0, 8e-4, 0.01}}, MagneticFormula{{"0", "8e-4", "0.01"}}},
         {MagneticField{.constant = {0, 8e-4, 0}, .rotating = 0.08, .period = 72, .ramp = 10},
          MagneticFormula{{"ramp(t, 10)*0.08*sin(2*pi/72*t)", "8e-4*ramp(t, 10)", "ramp(t, 10)*0.08*cos(2*pi/72*t)"}}}};
-    fmt::print("{}, {} lanes, {} elements\n{:<24}{:>10}{:>10}{:>8}\n", processor(), W, elements, "load", "named ns", "formula",
-               "ratio");
+    fmt::print("{}, {} lanes, {} elements\n{:<24}{:>10}{:>10}{:>8}{:>12}\n", processor(), W, elements, "load", "named ns",
+               "formula", "ratio", "difference");
     for (const auto& [named, written] : twins) {
-        const Times t = time_of(group, {named, read(written)});
-        fmt::print("{:<24}{:>10.3f}{:>10.3f}{:>8.2f}\n", named.kind(), t.ns[0], t.ns[1], t.ratio[1]);
+        const Load formula = read(written);
+        const Times t = time_of(group, {named, formula});
+        fmt::print("{:<24}{:>10.3f}{:>10.3f}{:>8.2f}{:>12.1e}\n", named.kind(), t.ns[0], t.ns[1], t.ratio[1],
+                   difference_of(group, named, formula));
     }
     const std::pair<const char*, Load> longer[] = {
         {"10 operations", force({"(x*y - 3*z)*(2*x + y*z) - (x + 0.5)*(z - y)", "0", "0"})},

@@ -1,5 +1,6 @@
 // Runs a list of instructions over a strip of places, W side by side. One instruction goes over the whole strip before the next, so
-// that choosing an operation is paid once a strip; a strip's registers stay in the first cache.
+// that choosing an operation is paid once a strip; a strip's registers stay in the first cache. An instruction may be two
+// operations, of which the first one's value never leaves the processor.
 #pragma once
 
 #include "formula/program.hpp"
@@ -18,8 +19,8 @@ template <int W> struct Strided {
     SKEIN_INLINE Strided from(int i) const { return {at + i * step, step}; }
 };
 
-/// Packs of a strip: 1 kB a register at all widths.
-template <int W> inline constexpr int strip = 128 / W;
+/// Packs of a strip at most: 2 kB a register at all widths.
+template <int W> inline constexpr int strip = 256 / W;
 template <int W> struct StripRegisters { Pack<W> value[InstructionList::most_registers][strip<W>]; };
 
 /// A table, lane by lane.
@@ -40,8 +41,19 @@ template <int W> void evaluate(const InstructionList& list, std::span<const Form
             for (int i = 0; i < count; ++i) to[i] = looked_up(tables[static_cast<std::size_t>(in.table)], in.op, a[i]);
             continue;
         }
-        with_operation(in.op, [&]<Op op>() {
-            for (int i = 0; i < count; ++i) to[i] = operate<op>(a[i], b[i], c[i]);
+        if (!in.then) {
+            with_operation(in.op, [&]<Op op>() {
+                for (int i = 0; i < count; ++i) to[i] = operate<op>(a[i], b[i], c[i]);
+            });
+            continue;
+        }
+        with_arithmetic(in.op, [&]<Op op>() {
+            with_arithmetic(*in.then, [&]<Op then>() {
+                if (in.reversed)
+                    for (int i = 0; i < count; ++i) to[i] = operate_twice<op, then, true>(a[i], b[i], c[i]);
+                else
+                    for (int i = 0; i < count; ++i) to[i] = operate_twice<op, then, false>(a[i], b[i], c[i]);
+            });
         });
     }
 }

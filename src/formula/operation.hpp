@@ -46,6 +46,8 @@ inline int operands_of(Op op) {
     return op < Op::choice ? 2 : 3;
 }
 
+inline bool is_arithmetic(Op op) { return op >= Op::add && op <= Op::divide; }
+
 namespace detail {
 
 template <int W, class F> SKEIN_INLINE Pack<W> lane_by_lane(const Pack<W>& a, F f) {
@@ -62,7 +64,7 @@ template <int W, class F> SKEIN_INLINE Pack<W> lane_by_lane(const Pack<W>& a, co
 /// Lanes for which the series is not made are the C library's: which they are depends on their own numbers.
 template <int W> SKEIN_INLINE Pack<W> any_exponential(const Pack<W>& x) {
     Pack<W> r = exp(x);
-    if (any(!(abs(x) <= Pack<W>(708.0)))) [[unlikely]]
+    if (any(!((x <= Pack<W>(708.0)) & (x >= Pack<W>(-708.0))))) [[unlikely]]
         for (int i = 0; i < W; ++i)
             if (!(std::fabs(x[i]) <= 708.0)) r.set(i, std::exp(x[i]));
     return r;
@@ -110,6 +112,22 @@ template <Op op, int W> SKEIN_INLINE Pack<W> operate(const Pack<W>& a, const Pac
     if constexpr (op == Op::equal) return truth((a <= b) & (a >= b));
     if constexpr (op == Op::choice) return select((a < P(0.0)) | (a > P(0.0)), b, c);
     return a;
+}
+
+/// `then` of (a op b) and c, or of c and (a op b); each rounded as alone.
+template <Op op, Op then, bool reversed, int W>
+SKEIN_INLINE Pack<W> operate_twice(const Pack<W>& a, const Pack<W>& b, const Pack<W>& c) {
+    const Pack<W> r = operate<op>(a, b, b);
+    if constexpr (reversed) return operate<then>(c, r, r);
+    else return operate<then>(r, c, c);
+}
+
+/// Calls f.template operator()<op>() for a sum, difference, product or quotient that is known at run time.
+template <class F> SKEIN_INLINE void with_arithmetic(Op op, F&& f) {
+    if (op == Op::add) f.template operator()<Op::add>();
+    else if (op == Op::subtract) f.template operator()<Op::subtract>();
+    else if (op == Op::multiply) f.template operator()<Op::multiply>();
+    else f.template operator()<Op::divide>();
 }
 
 /// Calls f.template operator()<op>() for an operation that is known at run time.

@@ -11,24 +11,41 @@ namespace {
 std::optional<InstructionList> list_of(const Graph& graph, std::span<const int> outputs, const std::function<int(int)>& input_of) {
     InstructionList list;
     const auto count = graph.nodes().size();
-    std::vector<int> last_use(count, -1), source(count, -1);
-    std::vector<bool> needed(count, false);
+    std::vector<int> uses(count, 0), last_use(count, -1), source(count, -1);
     const int forever = static_cast<int>(count);
-    for (const int o : outputs) needed[static_cast<std::size_t>(o)] = true, last_use[static_cast<std::size_t>(o)] = forever;
-    for (std::size_t i = count; i-- > 0;) {
-        if (!needed[i] || graph.nodes()[i].op == Op::constant || input_of(static_cast<int>(i)) >= 0) continue;
-        for (const int operand : graph.nodes()[i].of)
-            if (operand >= 0) {
-                needed[static_cast<std::size_t>(operand)] = true;
-                last_use[static_cast<std::size_t>(operand)] =
-                    std::max(last_use[static_cast<std::size_t>(operand)], static_cast<int>(i));
-            }
+    for (const int o : outputs) ++uses[static_cast<std::size_t>(o)], last_use[static_cast<std::size_t>(o)] = forever;
+    // Whether the list works a node out.
+    const auto made = [&](std::size_t i) {
+        return uses[i] > 0 && graph.nodes()[i].op != Op::constant && input_of(static_cast<int>(i)) < 0;
+    };
+    for (std::size_t i = count; i-- > 0;)
+        if (made(i))
+            for (const int operand : graph.nodes()[i].of)
+                if (operand >= 0) ++uses[static_cast<std::size_t>(operand)];
+    // Of two in a row of + - * /, the first of no other use, one instruction is made: `inner` of each node, and the node it is in.
+    std::vector<int> inner(count, -1), within(count, -1);
+    for (std::size_t i = 0; i < count; ++i) {
+        if (!made(i)) continue;
+        const Graph::Node& n = graph.nodes()[i];
+        for (const int o : n.of) {
+            const auto k = static_cast<std::size_t>(o);
+            if (o >= 0 && inner[i] < 0 && is_arithmetic(n.op) && is_arithmetic(graph[o].op) && made(k) && uses[k] == 1 &&
+                inner[k] < 0)
+                inner[i] = o, within[k] = static_cast<int>(i);
+        }
     }
+    for (std::size_t i = 0; i < count; ++i)
+        if (made(i))
+            for (const int operand : graph.nodes()[i].of)
+                if (operand >= 0) {
+                    int& last = last_use[static_cast<std::size_t>(operand)];
+                    last = std::max(last, within[i] >= 0 ? within[i] : static_cast<int>(i));
+                }
     std::vector<bool> taken;
     // Registers now, constants from 1000000 and inputs from 2000000 on, until their numbers are known.
     constexpr int constant_base = 1000000, input_base = 2000000;
     for (std::size_t i = 0; i < count; ++i) {
-        if (!needed[i]) continue;
+        if (uses[i] == 0) continue;
         const Graph::Node& n = graph.nodes()[i];
         if (n.op == Op::constant) {
             source[i] = constant_base + static_cast<int>(list.constants.size());
@@ -40,13 +57,25 @@ std::optional<InstructionList> list_of(const Graph& graph, std::span<const int> 
             list.inputs.push_back(input);
             continue;
         }
-        const auto operand = [&](std::size_t k) { return n.of[k] >= 0 ? source[static_cast<std::size_t>(n.of[k])] : -1; };
-        Instruction in{n.op, n.index, -1, operand(0), operand(1), operand(2)};
+        if (within[i] >= 0) continue;
+        const auto operand = [&](const Graph::Node& of, std::size_t k) {
+            return of.of[k] >= 0 ? source[static_cast<std::size_t>(of.of[k])] : -1;
+        };
         // An operand's register may take the result: places are worked out one by one.
-        for (const int o : n.of)
-            if (o >= 0 && last_use[static_cast<std::size_t>(o)] == static_cast<int>(i) &&
-                source[static_cast<std::size_t>(o)] < constant_base)
-                taken[static_cast<std::size_t>(source[static_cast<std::size_t>(o)])] = false;
+        const auto release = [&](const Graph::Node& of) {
+            for (const int o : of.of)
+                if (o >= 0 && last_use[static_cast<std::size_t>(o)] == static_cast<int>(i) &&
+                    source[static_cast<std::size_t>(o)] >= 0 && source[static_cast<std::size_t>(o)] < constant_base)
+                    taken[static_cast<std::size_t>(source[static_cast<std::size_t>(o)])] = false;
+        };
+        Instruction in{n.op, n.index, -1, operand(n, 0), operand(n, 1), operand(n, 2)};
+        if (inner[i] >= 0) {
+            const Graph::Node& first = graph[inner[i]];
+            const bool second = n.of[1] == inner[i];
+            in = {first.op, 0, -1, operand(first, 0), operand(first, 1), operand(n, second ? 0 : 1), n.op, second};
+            release(first);
+        }
+        release(n);
         const auto free = std::find(taken.begin(), taken.end(), false);
         in.to = static_cast<int>(free - taken.begin());
         if (free == taken.end()) taken.push_back(true);

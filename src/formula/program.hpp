@@ -5,7 +5,7 @@
 
 #include "formula/graph.hpp"
 
-#include <cstdint>
+#include <optional>
 #include <vector>
 
 namespace skein {
@@ -15,6 +15,8 @@ struct Instruction {
     int table; ///< of `tabulated` and its slope
     int to;    ///< register
     int a, b, c;
+    std::optional<Op> then{}; ///< `then` of (a op b) and c, in one
+    bool reversed = false;    ///< `then` of c and (a op b)
 };
 
 /// Instructions read and write sources by number: first registers, then constants, then inputs.

@@ -14,6 +14,7 @@
 #include <memory>
 #include <span>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace skein {
@@ -62,15 +63,38 @@ struct FormulaLoad {
 
     template <int W, class Map = Across<W>>
     void add(const RodTile<W>& rod, const TileData<W>& data, SlotLoad<W>* load, const Step& step) const {
-        if (force_.given) add_forces<W, Map>(rod, data, load, step);
-        if (couple_.given) add_couples<W, Map>(rod, data, load, step);
+        const auto slot = static_cast<std::size_t>(step.slot);
+        if (force_.given) {
+            if (force_.same_everywhere()) add_uniform_force<W, Map>(rod, data, load, force_.uniform[slot]);
+            else add_forces<W, Map>(rod, data, load, step);
+        }
+        if (couple_.given) {
+            if (couple_.same_everywhere()) add_uniform_couple<W, Map>(rod, data, load, couple_.uniform[slot]);
+            else add_couples<W, Map>(rod, data, load, step);
+        }
     }
 
     // What use() makes of them, and add() calls.
     template <int W, class Map>
-    void add_forces(const RodTile<W>& rod, const TileData<W>& data, SlotLoad<W>* load, const Step& step) const;
+    void add_uniform_force(const RodTile<W>& rod, const TileData<W>& data, SlotLoad<W>* load, const Vec3d& force) const;
     template <int W, class Map>
-    void add_couples(const RodTile<W>& rod, const TileData<W>& data, SlotLoad<W>* load, const Step& step) const;
+    void add_uniform_couple(const RodTile<W>& rod, const TileData<W>& data, SlotLoad<W>* load, const Vec3d& couple) const;
+    // From place to place; out of line, so that what is uniform does not pay for their registers.
+    template <int W, class Map>
+    [[gnu::noinline]] void add_forces(const RodTile<W>& rod, const TileData<W>& data, SlotLoad<W>* load, const Step& step) const;
+    template <int W, class Map>
+    [[gnu::noinline]] void add_couples(const RodTile<W>& rod, const TileData<W>& data, SlotLoad<W>* load, const Step& step) const;
+    /// Calls f(weight) with w of node i, or of element k: a number across, a pack along.
+    template <int W, class Map, class F> void with_node_weight(const RodTile<W>& rod, const TileData<W>& data, F&& f) const;
+    template <int W, class Map, class F> void with_element_weight(const RodTile<W>& rod, const TileData<W>& data, F&& f) const;
+    /// Adds couple_of(k) to elements first to last - 1.
+    template <int W, class Map, class F> void add_element_couples(const RodTile<W>& rod, const TileData<W>& data, SlotLoad<W>* load,
+                                                                  int first, int last, F couple_of) const;
+    /// Elements that have a couple: begin and end.
+    template <int W, class Map> std::pair<int, int> elements_of(const RodTile<W>& rod) const {
+        if (at == FormulaAt::rod || Map::along) return {0, rod.n};
+        return at == FormulaAt::start ? std::pair(0, 1) : std::pair(rod.n - 1, rod.n);
+    }
     double weight_over_mass(const RodGroup& group, int node) const;
 
     std::shared_ptr<const FormulaReading> reading_;
@@ -96,78 +120,99 @@ template <int W> FormulaLoad::TileData<W> FormulaLoad::bind(const RodTile<W>& ro
     return data;
 }
 
+template <int W, class Map, class F>
+SKEIN_INLINE void FormulaLoad::with_node_weight(const RodTile<W>& rod, const TileData<W>& data, F&& f) const {
+    if (at != FormulaAt::rod) {
+        if constexpr (Map::along) f([&](int i) { return data.force_weight[static_cast<std::size_t>(i)]; });
+        else f([](int) { return 1.0; });
+    } else if (per == FormulaPer::length) f([&](int i) { return Map::node_length(rod, i); });
+    else if (per == FormulaPer::mass) f([&](int i) { return Map::node_mass(rod, i); });
+    else f([&, share = 1.0 / Map::length(rod)](int i) { return share * Map::node_length(rod, i); });
+}
+
+template <int W, class Map, class F>
+SKEIN_INLINE void FormulaLoad::with_element_weight(const RodTile<W>& rod, const TileData<W>& data, F&& f) const {
+    if (at != FormulaAt::rod) {
+        if constexpr (Map::along) f([&](int k) { return data.couple_weight[static_cast<std::size_t>(k)]; });
+        else f([](int) { return 1.0; });
+    } else if (per == FormulaPer::length) f([&](int k) { return Map::element(rod, k).rest_length; });
+    else if (per == FormulaPer::mass) f([&](int k) { return Map::density(rod) * Map::element(rod, k).volume; });
+    else f([&, share = 1.0 / Map::length(rod)](int k) { return share * Map::element(rod, k).rest_length; });
+}
+
+template <int W, class Map>
+void FormulaLoad::add_uniform_force(const RodTile<W>& rod, const TileData<W>& data, SlotLoad<W>* load, const Vec3d& force) const {
+    constexpr Vec3d none{-0.0, -0.0, -0.0}; // changes no bit of what it is added to
+    if (at == FormulaAt::start) return Map::add_to_ends(rod, load, force, none);
+    if (at == FormulaAt::end) return Map::add_to_ends(rod, load, none, force);
+    const auto f = broadcast<W>(force);
+    with_node_weight<W, Map>(
+        rod, data, [&](auto weight) __attribute__((always_inline)) {
+            for (int i = 0; i <= rod.last; ++i) load[i].force = fma(Pack<W>(weight(i)), f, load[i].force);
+        });
+}
+
 template <int W, class Map>
 void FormulaLoad::add_forces(const RodTile<W>& rod, const TileData<W>& data, SlotLoad<W>* load, const Step& step) const {
     using P = Pack<W>;
     const bool one_end = at != FormulaAt::rod && !Map::along;
     const int begin = one_end && at == FormulaAt::end ? rod.last : 0, end = one_end ? begin + 1 : rod.last + 1;
-    const auto gather = [&](int first, int last, auto value) __attribute__((always_inline)) {
-        const auto by = [&](auto weight) __attribute__((always_inline)) {
-            for (int i = first; i < last; ++i) {
-                Vec3<P>& f = load[i].force;
-                const P w = weight(i);
-                const Vec3<P> sum = fma(w, Vec3<P>(value(i)), f);
-                if constexpr (Map::along) f = select(w > P(0.0), sum, f); // where there is no node values may be none
-                else f = sum;
-            }
-        };
-        if (at != FormulaAt::rod) {
-            if constexpr (Map::along) by([&](int i) { return data.force_weight[static_cast<std::size_t>(i)]; });
-            else by([](int) { return P(1.0); });
-        } else if (per == FormulaPer::length) by([&](int i) { return P(Map::node_length(rod, i)); });
-        else if (per == FormulaPer::mass) by([&](int i) { return P(Map::node_mass(rod, i)); });
-        else by([&, share = P(1.0) / P(Map::length(rod))](int i) { return share * P(Map::node_length(rod, i)); });
-    };
-    if (force_.same_everywhere()) {
-        const auto f = broadcast<W>(Vec3d{force_.value(0, step.slot), force_.value(1, step.slot), force_.value(2, step.slot)});
-        return gather(begin, end, [&](int) { return f; });
-    }
     FormulaRun<W> run(force_, data.force, step.slot);
     const int strip = run.strip_of(end - begin);
     for (int first = begin; first < end; first += strip) {
         const int count = std::min(strip, end - first);
         run.at_nodes(rod, first, count);
         const Strided<W> x = run[0], y = run[1], z = run[2];
-        gather(first, first + count, [&](int i) { return Vec3<P>{x[i - first], y[i - first], z[i - first]}; });
+        with_node_weight<W, Map>(
+            rod, data, [&](auto weight) __attribute__((always_inline)) {
+                for (int i = 0; i < count; ++i) {
+                    Vec3<P>& f = load[first + i].force;
+                    const P w(weight(first + i));
+                    const Vec3<P> value{x[i], y[i], z[i]};
+                    // Where there is no node values may be none.
+                    if constexpr (Map::along) f = select(w > P(0.0), fma(w, value, f), f);
+                    else f = fma(w, value, f);
+                }
+            });
     }
+}
+
+template <int W, class Map, class F> SKEIN_INLINE void FormulaLoad::add_element_couples(const RodTile<W>& rod,
+                                                                                        const TileData<W>& data, SlotLoad<W>* load,
+                                                                                        int first, int last, F couple_of) const {
+    using P = Pack<W>;
+    with_element_weight<W, Map>(
+        rod, data, [&](auto weight) __attribute__((always_inline)) {
+            for (int k = first; k < last; ++k) {
+                const P w(weight(k));
+                Vec3<P> c = couple_of(k);
+                if (frame == FormulaFrame::lab) c = rod.slot[k].director * c;
+                Vec3<P>& sum = load[k].couple;
+                if constexpr (Map::along) sum = select((w > P(0.0)) & (Map::element(rod, k).absent < P(0.5)), fma(w, c, sum), sum);
+                else sum = fma(w, c, sum);
+            }
+        });
 }
 
 template <int W, class Map>
 void FormulaLoad::add_couples(const RodTile<W>& rod, const TileData<W>& data, SlotLoad<W>* load, const Step& step) const {
-    using P = Pack<W>;
-    const bool one_end = at != FormulaAt::rod && !Map::along;
-    const int begin = one_end && at == FormulaAt::end ? rod.n - 1 : 0, end = one_end ? begin + 1 : rod.n;
-    const auto gather = [&](int first, int last, auto value) __attribute__((always_inline)) {
-        const auto by = [&](auto weight) __attribute__((always_inline)) {
-            for (int k = first; k < last; ++k) {
-                const P w = weight(k);
-                Vec3<P> c = value(k);
-                if (frame == FormulaFrame::lab) c = rod.slot[k].director * c;
-                const Vec3<P> sum = fma(w, c, load[k].couple);
-                if constexpr (Map::along)
-                    load[k].couple = select((w > P(0.0)) & (Map::element(rod, k).absent < P(0.5)), sum, load[k].couple);
-                else load[k].couple = sum;
-            }
-        };
-        if (at != FormulaAt::rod) {
-            if constexpr (Map::along) by([&](int k) { return data.couple_weight[static_cast<std::size_t>(k)]; });
-            else by([](int) { return P(1.0); });
-        } else if (per == FormulaPer::length) by([&](int k) { return P(Map::element(rod, k).rest_length); });
-        else if (per == FormulaPer::mass) by([&](int k) { return P(Map::density(rod)) * P(Map::element(rod, k).volume); });
-        else by([&, share = P(1.0) / P(Map::length(rod))](int k) { return share * P(Map::element(rod, k).rest_length); });
-    };
-    if (couple_.same_everywhere()) {
-        const auto c = broadcast<W>(Vec3d{couple_.value(0, step.slot), couple_.value(1, step.slot), couple_.value(2, step.slot)});
-        return gather(begin, end, [&](int) { return c; });
-    }
     FormulaRun<W> run(couple_, data.couple, step.slot);
+    const auto [begin, end] = elements_of<W, Map>(rod);
     const int strip = run.strip_of(end - begin);
     for (int first = begin; first < end; first += strip) {
         const int count = std::min(strip, end - first);
         run.template at_middles<Map>(rod, first, count);
         const Strided<W> x = run[0], y = run[1], z = run[2];
-        gather(first, first + count, [&](int k) { return Vec3<P>{x[k - first], y[k - first], z[k - first]}; });
+        add_element_couples<W, Map>(rod, data, load, first, first + count, [&](int k) {
+            return Vec3<Pack<W>>{x[k - first], y[k - first], z[k - first]};
+        });
     }
+}
+
+template <int W, class Map>
+void FormulaLoad::add_uniform_couple(const RodTile<W>& rod, const TileData<W>& data, SlotLoad<W>* load, const Vec3d& couple) const {
+    const auto [begin, end] = elements_of<W, Map>(rod);
+    add_element_couples<W, Map>(rod, data, load, begin, end, [c = broadcast<W>(couple)](int) { return c; });
 }
 
 } // namespace skein

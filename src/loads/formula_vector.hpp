@@ -7,6 +7,7 @@
 #include "skein/rod/mapping.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cstring>
 #include <span>
 #include <vector>
@@ -17,7 +18,8 @@ namespace skein {
 struct FormulaVector {
     bool given = false;
     FormulaProgram program;
-    std::vector<double> of_time; ///< values of program.time, by value and slot of the batch
+    std::vector<double> of_time;                       ///< values of program.time, by value and slot of the batch
+    std::array<Vec3d, Clock::largest_batch> uniform{}; ///< by slot of the batch: the first three formulas, of a same_everywhere()
 
     void prepare(std::span<const Step> steps);
     /// Nothing changes from place to place.
@@ -30,6 +32,9 @@ struct FormulaVector {
         return time_value(list.inputs[static_cast<std::size_t>(from - list.first_input())] - time_base, slot);
     }
     double time_value(int i, int slot) const { return of_time[static_cast<std::size_t>(i * Clock::largest_batch + slot)]; }
+
+private:
+    void run_in_time(std::span<const Step> steps);
 };
 
 /// What is the same along a rod: its nodes' arc lengths and start positions, or those of the middles of its elements.
@@ -93,23 +98,19 @@ public:
     using P = Pack<W>;
 
     FormulaRun(const FormulaVector& of, const PlaceValues<W>& places, int slot)
-        : list_(of.program.state), tables_(of.program.tables) {
+        : list_(of.program.state), tables_(of.program.tables), places_(places) {
         for (std::size_t i = 0; i < list_.constants.size(); ++i) spread(list_.registers + static_cast<int>(i), list_.constants[i]);
-        for (std::size_t i = 0; i < list_.inputs.size(); ++i) {
-            const int input = list_.inputs[i], to = list_.first_input() + static_cast<int>(i);
-            if (input >= place_base) {
-                const auto& values = places[static_cast<std::size_t>(input - place_base)];
-                given_[to] = {values.data(), values.size() > 1};
-            } else if (input >= time_base) {
-                spread(to, of.time_value(input - time_base, slot));
-            }
-        }
+        for (std::size_t i = 0; i < list_.inputs.size(); ++i)
+            if (const int input = list_.inputs[i]; input >= time_base && input < place_base)
+                spread(list_.first_input() + static_cast<int>(i), of.time_value(input - time_base, slot));
     }
 
-    /// Places that may be run at once: any number where there is nothing to work out.
+    /// Places to run at once, of so many: all of them where there is nothing to work out.
     int strip_of(int places) const {
         const bool no_state = std::none_of(list_.inputs.begin(), list_.inputs.end(), [](int input) { return input < time_base; });
-        return list_.code.empty() && no_state ? places : strip<W>;
+        if (list_.code.empty() && no_state) return places;
+        const int strips = std::max(1, (places + strip<W> - 1) / strip<W>);
+        return (places + strips - 1) / strips; // of one length, so that where loops end can be foretold
     }
     /// Nodes `first` to `first + count - 1`; count at most strip_of().
     void at_nodes(const RodTile<W>& rod, int first, int count) {
@@ -140,26 +141,40 @@ public:
     const Strided<W>& operator[](int i) const { return source_[list_.outputs[static_cast<std::size_t>(i)]]; }
 
 private:
+    /// What is the same at all places of the step.
     void spread(int to, double value) {
         same_[to] = P(value);
-        given_[to] = {&same_[to], 0};
+        source_[to] = {&same_[to], 0};
     }
     template <class StateOf> void run(int first, int count, StateOf state_of) {
-        for (int i = list_.registers; i < list_.sources(); ++i) {
-            const int input = i < list_.first_input() ? time_base : list_.inputs[static_cast<std::size_t>(i - list_.first_input())];
-            source_[i] = input < time_base ? state_of(input) : given_[i].from(first);
+        for (std::size_t i = 0; i < list_.inputs.size(); ++i) {
+            Strided<W>& source = source_[static_cast<std::size_t>(list_.first_input()) + i];
+            if (const int input = list_.inputs[i]; input < time_base) {
+                source = state_of(input);
+            } else if (input >= place_base) {
+                const auto& values = places_[static_cast<std::size_t>(input - place_base)];
+                source = Strided<W>{values.data(), values.size() > 1}.from(first);
+            }
         }
         evaluate<W>(list_, tables_, source_, registers_, count);
     }
 
     const InstructionList& list_;
     std::span<const FormulaTable> tables_;
-    Strided<W> given_[InstructionList::most_sources], source_[InstructionList::most_sources];
+    const PlaceValues<W>& places_;
+    Strided<W> source_[InstructionList::most_sources];
     P same_[InstructionList::most_sources], middle_[6][strip<W>];
     StripRegisters<W> registers_;
 };
 
 inline void FormulaVector::prepare(std::span<const Step> steps) {
+    run_in_time(steps);
+    if (given && same_everywhere())
+        for (const Step& step : steps)
+            uniform[static_cast<std::size_t>(step.slot)] = {value(0, step.slot), value(1, step.slot), value(2, step.slot)};
+}
+
+inline void FormulaVector::run_in_time(std::span<const Step> steps) {
     const InstructionList& list = program.time;
     if (list.outputs.empty()) return;
     of_time.resize(list.outputs.size() * Clock::largest_batch);

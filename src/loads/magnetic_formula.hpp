@@ -56,6 +56,16 @@ struct MagneticFormula {
 
     template <int W, class Map = Across<W>>
     void add(const RodTile<W>& rod, const TileData<W>& data, SlotLoad<W>* load, const Step& step) const {
+        if (!values_.same_everywhere()) return add_by_places<W, Map>(rod, data, load, step);
+        const auto b = broadcast<W>(values_.uniform[static_cast<std::size_t>(step.slot)]);
+        const Vec3<Pack<W>>* m = data.moments.moment.data();
+        for (int k = 0; k < rod.n; ++k, m += data.moments.stride)
+            load[k].couple = fma(Pack<W>(Map::element(rod, k).volume), couple_at<Map>(rod, k, *m, b), load[k].couple);
+    }
+
+    // What use() makes of them, and add() calls.
+    template <int W, class Map> [[gnu::noinline]] void add_by_places(const RodTile<W>& rod, const TileData<W>& data,
+                                                                     SlotLoad<W>* load, const Step& step) const {
         using P = Pack<W>;
         FormulaRun<W> run(values_, data.places, step.slot);
         const auto moment = [&](int k) -> const Vec3<P>& {
@@ -89,7 +99,6 @@ struct MagneticFormula {
         if (!uniform_) load[rod.n].force += before;
     }
 
-    // What use() makes of them, and add() calls.
     template <class Map, int W>
     SKEIN_INLINE static Vec3<Pack<W>> couple_at(const RodTile<W>& rod, int k, const Vec3<Pack<W>>& m, const Vec3<Pack<W>>& b) {
         return where_present<Map>(rod, k, cross(m, rod.slot[k].director * b));

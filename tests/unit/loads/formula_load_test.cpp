@@ -6,6 +6,7 @@
 
 #include <cmath>
 #include <cstring>
+#include <functional>
 
 namespace skein {
 namespace {
@@ -131,6 +132,81 @@ TEST(FormulaLoads, KnowPlacesVelocitiesAndTables) {
         s += length;
     }
 }
+
+/// The same everywhere, of time alone, of place alone, and of all, at each step of a batch; on all of a rod and at its ends, where
+/// no other node or element feels anything, not even in the sign of a zero.
+class FormulaLoadsOf : public testing::TestWithParam<int> {};
+TEST_P(FormulaLoadsOf, ManyPlacesAreOfTheirPlaceAndTheirStep) {
+    struct Case {
+        std::vector<std::string> texts;
+        std::function<Vec3d(double t, double s, const Vec3d& x)> value;
+    };
+    const Case cases[] = {{{"0.3", "-2", "5"},
+                           [](double, double, const Vec3d&) {
+                               return Vec3d{0.3, -2, 5};
+                           }},
+                          {{"3*t", "0", "1*cos(2*t)"},
+                           [](double t, double, const Vec3d&) {
+                               return Vec3d{3 * t, 0, std::cos(2 * t)};
+                           }},
+                          {{"3*s", "0", "1*exp(-(2*s))"},
+                           [](double, double s, const Vec3d&) {
+                               return Vec3d{3 * s, 0, std::exp(-2 * s)};
+                           }},
+                          {{"3*s*t", "4", "2*t"},
+                           [](double t, double s, const Vec3d&) {
+                               return Vec3d{3 * s * t, 4, 2 * t};
+                           }},
+                          {{"2*x*t + 3*s", "1*s", "7"}, [](double t, double s, const Vec3d& x) {
+                               return Vec3d{2 * x.x * t + 3 * s, s, 7};
+                           }}};
+    const RodGroup group(GetParam() == 0 ? test::crooked_rod() : test::simple_rod(GetParam()), 0, 0, "");
+    std::vector<Slot<1>> state = test::shaken_state(group, 0.01, 0.4, 1);
+    const RodTile<1> tile = test::tile_of(group, state);
+    const double rod_length = group.spec().shape.length;
+    const int n = group.elements();
+    const std::vector<Step> steps = {
+        {.index = 1, .time = 0.2, .slot = 0}, {.index = 2, .time = 1.1, .slot = 1}, {.index = 3, .time = 2.9, .slot = 2}};
+    for (const Case& c : cases)
+        for (const FormulaAt at : {FormulaAt::rod, FormulaAt::start, FormulaAt::end})
+            for (const FormulaPer per : {FormulaPer::length, FormulaPer::mass, FormulaPer::rod}) {
+                const auto pass = make_pass<1>(
+                    formula({.force = c.texts, .couple = c.texts, .per = per, .at = at, .frame = FormulaFrame::body}), group);
+                pass->bind(tile);
+                pass->prepare(steps);
+                for (const Step& step : {steps[2], steps[0], steps[1]}) {
+                    Loads loads(state.size());
+                    for (SlotLoad<1>& load : loads) load.force = load.couple = nothing<1>();
+                    pass->run(tile, loads.data(), step);
+                    double s = 0;
+                    for (int i = 0; i <= n; ++i) {
+                        const auto k = static_cast<std::size_t>(i);
+                        const auto expect = [&](const Vec3<Pack<1>>& got, double weight, const Vec3d& value) {
+                            EXPECT_LT(norm(lane(got, 0) - weight * value), 1e-13 * (1 + norm(value)))
+                                << c.texts[0] << " at " << i << ", " << step.time;
+                            if (weight == 0) {
+                                EXPECT_TRUE(std::signbit(got.x[0]) && std::signbit(got.y[0]) && std::signbit(got.z[0]));
+                            }
+                        };
+                        const Vec3d x = lane(state[k].position, 0);
+                        const auto share = [&](double length, double mass, int last) {
+                            if (at != FormulaAt::rod) return i == (at == FormulaAt::start ? 0 : last) ? 1.0 : 0.0;
+                            return per == FormulaPer::length ? length : per == FormulaPer::mass ? mass : length / rod_length;
+                        };
+                        expect(loads[k].force, share(group.node_length[k], group.node_mass[k], n), c.value(step.time, s, x));
+                        if (i == n) break;
+                        const ElementConstants& element = group.element[k];
+                        const double length = element.rest_length, mass = group.spec().material.density * element.volume;
+                        expect(loads[k].couple, share(length, mass, n - 1),
+                               c.value(step.time, s + 0.5 * length, 0.5 * (x + lane(state[k + 1].position, 0))));
+                        s += length;
+                    }
+                }
+            }
+}
+
+/// A crooked rod, and rods of whole strips and not.
+INSTANTIATE_TEST_SUITE_P(Elements, FormulaLoadsOf, testing::Values(0, strip<1>, 2 * strip<1> + 37));
 
 TEST(FormulaLoads, SayWhereTheyAreNotFinite) {
     RodSpec spec = test::simple_rod(8);

@@ -79,6 +79,13 @@ SceneSpec mixed(Law law, Integrator integrator = Integrator::verlet) {
                                                .at = FormulaAt::end,
                                                .frame = FormulaFrame::body},
                            .rods = {"rod 9", "rod 40"}});
+    scene.loads.push_back(
+        {.load = FormulaLoad{.force = {"1e-3", "0", "2e-3*cos(9*t)"}, .at = FormulaAt::start}, .rods = {"cilia", "rod 9"}});
+    scene.loads.push_back(
+        {.load =
+             FormulaLoad{.force = {"0.1*sin(9*t)", "0", "-0.3"}, .couple = {"1e-6*gust(t)", "0", "1e-6"}, .per = FormulaPer::mass},
+         .rods = {"cilia", "rod 40"}});
+    scene.loads.push_back({.load = MagneticFormula{{"1e-3", "2e-3*sin(5*t)", "0"}}, .rods = {"cilia"}});
     scene.loads.push_back({.load = MagneticFormula{{"1e-3*x*z", "2e-3*sin(5*t)", "1e-3*y*y - 1e-3*s"}}, .rods = {"cilia"}});
     scene.loads.push_back({.load = MagneticFormula{{"1e-3*x*z", "2e-3", "1e-3*y"}, {"3*s/L", "1 + 1*rod", "sin(5*s)*2"}},
                            .rods = {"rod 9", "rod 40"}});
