@@ -151,7 +151,8 @@ TEST(Taper, BendsUnderAForceAsTheIntegralSays) {
 
 TEST(Taper, BendsUnderItsWeightAsTheIntegralSays) {
     for (const auto& [taper, bar10, bar20] :
-         {std::array{0.5, 4e-3, 1e-3}, std::array{0.2, 6e-3, 8e-4}, std::array{0.05, 2e-2, 6e-3}}) {
+         {std::array{0.5, 4e-3, 1e-3}, std::array{0.2, 6e-3, 8e-4}, std::array{0.1, 1.5e-2, 4e-3}, std::array{0.05, 2e-2, 6e-3},
+          std::array{0.02, 1e-2, 6e-3}}) {
         const double n10 = error_under_weight(taper, 10), n20 = error_under_weight(taper, 20);
         std::printf("taper to %.2f, weight: n = 10, 20: %+.1e %+.1e\n", taper, n10, n20);
         EXPECT_LE(std::abs(n10), bar10) << taper;
@@ -163,7 +164,8 @@ TEST(Taper, VibratesAsTheBeam) {
     // At n = 20; with nodes that had halves of their elements' masses 2.5e-3, 4.5e-3 and 6.5e-3 for mode 0.
     for (const auto& [taper, bar] :
          {std::pair{0.5, std::array{1.8e-3, 1e-2, 2.3e-2}}, std::pair{0.2, std::array{2e-3, 1.1e-2, 2.6e-2}},
-          std::pair{0.05, std::array{1.5e-3, 9e-3, 3e-2}}}) {
+          std::pair{0.1, std::array{1.5e-3, 1e-2, 2.6e-2}}, std::pair{0.05, std::array{1.5e-3, 9e-3, 3e-2}},
+          std::pair{0.02, std::array{1e-3, 7e-3, 4e-2}}}) {
         const auto exact = Cone{taper}.frequencies();
         const RodGroup group(cone(Given::taper, taper, 20), 0, 0, "");
         for (std::size_t mode = 0; mode < 3; ++mode) {
