@@ -1,6 +1,5 @@
 // Laplacian filter of the rates, in the middle of the kick: what alternates from node to node goes.        theory.md (41)-(41c)
-//   F = M^-1 K:  nodes     (F v)_i = (m_{i-1} (v_i - v_{i-1}) + m_i (v_i - v_{i+1}))/(4 M_i),  M of nodes, m of elements, less
-//                                              where their nodes' shares differ: (26)
+//   F = M^-1 K:  nodes     (F v)_i = (m_{i-1} (v_i - v_{i-1}) + m_i (v_i - v_{i+1}))/(4 M_i),  M of nodes, m = 4/M_k of (26)
 //                elements  (F w)_k = J_k^-1 (C_{k-1} (w_k - w_{k-1}) + C_k (w_k - w_{k+1})),   C_k = (2 J_k^-1 + 2 J_{k+1}^-1)^-1
 //   v <- v - (s + s^2/2) y + (s^2/2) F^p y,   y = F^p v,   s = 1 - exp(-c h);  spins alike, all as lab vectors and tensors
 // Ends are natural: what is beyond them exchanges nothing. In a ring indices run round. K is the sum of squares of differences, and

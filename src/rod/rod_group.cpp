@@ -299,10 +299,10 @@ void RodGroup::work_out_constants() {
     nodal_density = spec_.material.density / inverse_mass;
     rotary_inertia_scale = rotary_inertia_scales(*this);
     for (std::size_t k = 0; k < rotary_inertia_scale.size(); ++k) scale_rotary_inertia(element[k], rotary_inertia_scale[k]);
-    const auto share_out = [&](std::vector<double>& of_node, auto of_element, auto share_before) {
+    const auto share_out = [&](std::vector<double>& of_node, auto of_element, auto first_share) {
         of_node.assign(static_cast<std::size_t>(n) + 1, 0.0);
         for (std::size_t k = 0; k < static_cast<std::size_t>(n); ++k) {
-            const double whole = of_element(element[k]), before = share_before(k) * whole;
+            const double whole = of_element(element[k]), before = first_share(k) * whole;
             of_node[k] += before;
             of_node[k + 1] += whole - before;
         }

@@ -1,5 +1,5 @@
-// Rods whose section changes along them: what stands for the section of a cell, and where an element's mass lies. theory.md
-// (4a)-(4c)
+// Rods whose section changes along them: what stands for the section of a cell, and where an element's mass lies.
+//                                                                                                       theory.md (4a), (4b)
 #pragma once
 
 #include "skein/rod/rod_spec.hpp"
