@@ -16,23 +16,20 @@ struct Parts {
     double before = 0, after = 0, curved = 0;
 };
 
-/// Gauss' rule of six points on each half; the scale is linear there, but at least a third of that of the thicker node: a tip that
-/// falls further is not resolved, and what bends it is no parabola any more.
-Parts integrate(double before, double middle, double after) {
+/// The scale is linear, but at least a third of that of the thicker node: a tip that falls further is not resolved, and what bends
+/// it is no parabola any more. Gauss' rule of six points on each half.
+Parts integrate(double before, double after) {
     constexpr std::array<double, 3> place = {0.2386191860831969, 0.6612093864662645, 0.9324695142031521},
                                     weight = {0.4679139345726910, 0.3607615730481386, 0.1713244923791704};
     const double least = std::max(before, after) / 3;
     Parts sum;
     for (std::size_t i = 0; i < place.size(); ++i)
-        for (const double side : {-place[i], place[i]}) {
-            const double u = 0.5 * (1 + side); // of a half
-            const auto add = [&](double t, double scale) {
-                const double part = 0.25 * weight[i] * compliance(std::max(scale, least));
+        for (const double side : {-place[i], place[i]})
+            for (const double begin : {0.0, 0.5}) {
+                const double t = begin + 0.25 * (1 + side);
+                const double part = 0.25 * weight[i] * compliance(std::max(before + t * (after - before), least));
                 sum.before += (1 - t) * part, sum.after += t * part, sum.curved += 0.5 * t * (1 - t) * part;
-            };
-            add(0.5 * u, before + u * (middle - before));
-            add(0.5 + 0.5 * u, middle + u * (after - middle));
-        }
+            }
     return sum;
 }
 
@@ -57,7 +54,7 @@ std::vector<double> cell_scales(const SectionScales& scales, EndKind start, EndK
     std::vector<Parts> part(n);
     std::vector<double> weight(n + 1, 0.0);
     for (std::size_t k = 0; k < n; ++k) {
-        part[k] = integrate(scales.node[k], scales.element[k], scales.node[k + 1]);
+        part[k] = integrate(scales.node[k], scales.node[k + 1]);
         weight[k] += part[k].before;
         weight[k + 1] += part[k].after;
     }
