@@ -1,5 +1,5 @@
 // Laplacian filter of the rates, in the middle of the kick: what alternates from node to node goes.        theory.md (41)-(41c)
-//   F = M^-1 K:  nodes     (F v)_i = (m_{i-1} (v_i - v_{i-1}) + m_i (v_i - v_{i+1}))/(4 M_i),  m of elements, M of nodes
+//   F = M^-1 K:  nodes     (F v)_i = (m_{i-1} (v_i - v_{i-1}) + m_i (v_i - v_{i+1}))/(4 M_i),  M of nodes, m = 4/M_k of (26)
 //                elements  (F w)_k = J_k^-1 (C_{k-1} (w_k - w_{k-1}) + C_k (w_k - w_{k+1})),   C_k = (2 J_k^-1 + 2 J_{k+1}^-1)^-1
 //   v <- v - (s + s^2/2) y + (s^2/2) F^p y,   y = F^p v,   s = 1 - exp(-c h);  spins alike, all as lab vectors and tensors
 // Ends are natural: what is beyond them exchanges nothing. In a ring indices run round. K is the sum of squares of differences, and
@@ -57,7 +57,7 @@ public:
         const double s = -std::expm1(-rate * h);
         once_ = s + 0.5 * s * s;
         twice_ = 0.5 * s * s;
-        for (const ElementConstants& c : group.element) conductance_.push_back(0.25 * group.spec().material.density * c.volume);
+        for (const ElementConstants& c : group.element) conductance_.push_back(0.25 * group.nodal_density * c.volume);
         const int n = group.elements();
         for (int i = 0; i <= n; ++i) {
             const double mass = group.node_mass[static_cast<std::size_t>(i)];

@@ -6,6 +6,7 @@
 #include "rod/end_weights.hpp"
 #include "rod/hold.hpp"
 #include "rod/packing.hpp"
+#include "rod/taper.hpp"
 #include "rod/time_limits.hpp"
 #include "skein/core/error.hpp"
 
@@ -128,28 +129,46 @@ void scale_rotary_inertia(ElementConstants& c, double j) {
 }
 
 // Cells and half cells have the stiffness of the section at their node, of which the scale is on the line through those at the
-// middles of the elements beside: of a linear taper it is exact. A mean of stiffnesses is not, which go as its fourth power.
+// middles of the elements beside, or of what taper.hpp puts in its place. A mean of stiffnesses is not near, which go as its fourth
+// power.
 
-/// Cell between elements whose sections have these scales.
+/// Cell between elements, whose own section has this scale.
 VoronoiConstants voronoi_constants(const RodSpec& spec, const ElementConstants& before, const ElementConstants& after,
-                                   double scale_before, double scale_after, const Vec3d& rest_curvature) {
+                                   bool same_section, double scale, const Vec3d& rest_curvature) {
     const double l = before.rest_length, l_after = after.rest_length, sum = l + l_after;
     return {.inv_length = 2 / sum,
             .share_before = l / sum,
             .share_after = l_after / sum,
-            .stiffness = scale_before == scale_after ? (1 / sum) * (l * before.bending + l_after * after.bending)
-                                                     : bending_stiffness(spec, (l_after * scale_before + l * scale_after) / sum),
+            .stiffness = same_section ? (1 / sum) * (l * before.bending + l_after * after.bending) : bending_stiffness(spec, scale),
             .rest_curvature = rest_curvature};
 }
 
 /// Scale of the section at an end of the rod: where a profile gives it, on the line through the last element's and the next one's,
 /// but half to twice the last element's, should there be a step.
-double scale_at_end(const RodSpec& spec, std::size_t last, std::size_t next) {
-    const Shares share(spec.shape);
+double scale_at_end(const RodSpec& spec, const Shares& share, std::size_t last, std::size_t next) {
     const auto& profile = spec.section.profile;
     if (profile.empty()) return last == 0 ? 1 : spec.section.taper;
     const double l = share[last].length, slope = (profile[last] - profile[next]) / (l + share[next].length);
     return std::clamp(profile[last] + slope * l, 0.5 * profile[last], 2 * profile[last]);
+}
+
+SectionScales section_scales(const RodSpec& spec, const std::vector<ElementConstants>& element) {
+    const Shares share(spec.shape);
+    const std::size_t n = share.size(), last = n - 1;
+    SectionScales scales{std::vector<double>(n), std::vector<double>(n + 1)};
+    for (std::size_t k = 0; k < n; ++k) scales.element[k] = radius_factor(spec.section, k, share[k]);
+    const auto between = [&](std::size_t before, std::size_t after) {
+        const double l = element[before].rest_length, l_after = element[after].rest_length;
+        const double f = scales.element[before], f_after = scales.element[after];
+        return f == f_after ? f : (l_after * f + l * f_after) / (l + l_after);
+    };
+    for (std::size_t i = 1; i < n; ++i) scales.node[i] = between(i - 1, i);
+    if (spec.shape.closed) scales.node[0] = scales.node[n] = between(last, 0);
+    else {
+        scales.node[0] = scale_at_end(spec, share, 0, std::min<std::size_t>(1, last));
+        scales.node[n] = scale_at_end(spec, share, last, last > 0 ? last - 1 : 0);
+    }
+    return scales;
 }
 
 /// What a scene leaves out: a ring that says nothing of its curvature is a circle; a body is an element as long as it reaches both
@@ -247,40 +266,55 @@ void RodGroup::work_out_constants() {
         return shape.rest_curvature_profile.empty() ? shape.rest_curvature
                                                     : shape.rest_curvature_profile[static_cast<std::size_t>(k)];
     };
-    const auto scale = [&](std::size_t k) { return radius_factor(spec_.section, k, share[k]); };
-    double scale_before = scale(0); // in the order of elements, as shares are asked for
+    const bool tapers = spec_.section.taper != 1 || !spec_.section.profile.empty();
+    const SectionScales scales = tapers ? section_scales(spec_, element) : SectionScales{};
+    const bool varies = tapers && !scales.uniform();
+    const auto scale_at = [&](std::size_t node) { return varies ? scales.node[node] : 1; };
+    const auto same_section = [&](std::size_t before, std::size_t after) {
+        return !varies || scales.element[before] == scales.element[after];
+    };
     for (long k = 0; k < cells; ++k) {
         const auto before = static_cast<std::size_t>(k), after = static_cast<std::size_t>((k + 1) % n);
-        const double scale_after = scale(after);
-        voronoi.push_back(voronoi_constants(spec_, element[before], element[after], scale_before, scale_after, kappa0(k)));
-        scale_before = scale_after;
+        voronoi.push_back(voronoi_constants(spec_, element[before], element[after], same_section(before, after),
+                                            scale_at(before + 1), kappa0(k)));
     }
-    const auto last = static_cast<std::size_t>(n - 1), next = last > 0 ? last - 1 : 0;
-    const auto stiffness_at_end = [&](std::size_t k, std::size_t inner) {
-        const double f = scale_at_end(spec_, k, inner);
-        return f == scale(k) ? element[k].bending : bending_stiffness(spec_, f);
+    if (varies && !closed() && n > 1 && shape.length_profile.empty()) {
+        const std::vector<double> cell = cell_scales(scales, spec_.start, spec_.end);
+        for (std::size_t k = 0; k < voronoi.size(); ++k)
+            if (cell[k + 1] != scales.node[k + 1]) voronoi[k].stiffness = bending_stiffness(spec_, cell[k + 1]);
+    }
+    const auto last = static_cast<std::size_t>(n - 1);
+    const auto stiffness_at_end = [&](std::size_t k, std::size_t node) {
+        return !varies || scales.node[node] == scales.element[k] ? element[k].bending : bending_stiffness(spec_, scales.node[node]);
     };
-    start_wall = {2 * element[0].inv_rest_length, 0, 1, stiffness_at_end(0, std::min<std::size_t>(1, last)), kappa0(0)};
-    end_wall = {2 * element[last].inv_rest_length, 1, 0, stiffness_at_end(last, next), kappa0(n - 2)};
+    start_wall = {2 * element[0].inv_rest_length, 0, 1, stiffness_at_end(0, 0), kappa0(0)};
+    end_wall = {2 * element[last].inv_rest_length, 1, 0, stiffness_at_end(last, last + 1), kappa0(n - 2)};
     weigh_cells();
+    // Part of an element's mass that is its first node's.
+    const auto share_before = [&](std::size_t k) { return varies ? mass_share_before(scales.node[k], scales.node[k + 1]) : 0.5; };
     const bool masses_weighted = takes_end_weights(spec_) && (weighs_masses(spec_.start) || weighs_masses(spec_.end));
-    nodal_density = spec_.material.density / (masses_weighted ? inverse_mass_of_ends() : 1);
+    double inverse_mass = masses_weighted ? inverse_mass_of_ends() : 1; // 1/m + 1/m' over that of halves: the largest
+    for (std::size_t k = 0; varies && k < share.size(); ++k)
+        inverse_mass = std::max(inverse_mass, 0.25 / (share_before(k) * (1 - share_before(k))));
+    nodal_density = spec_.material.density / inverse_mass;
     rotary_inertia_scale = rotary_inertia_scales(*this);
     for (std::size_t k = 0; k < rotary_inertia_scale.size(); ++k) scale_rotary_inertia(element[k], rotary_inertia_scale[k]);
-    const auto halve = [&](std::vector<double>& of_node, auto of_element) {
+    const auto share_out = [&](std::vector<double>& of_node, auto of_element, auto first_share) {
         of_node.assign(static_cast<std::size_t>(n) + 1, 0.0);
         for (std::size_t k = 0; k < static_cast<std::size_t>(n); ++k) {
-            const double half = 0.5 * of_element(element[k]);
-            of_node[k] += half;
-            of_node[k + 1] += half;
+            const double whole = of_element(element[k]), before = first_share(k) * whole;
+            of_node[k] += before;
+            of_node[k + 1] += whole - before;
         }
         if (closed()) {
             of_node.front() += of_node.back();
             of_node.back() = 0;
         }
     };
-    halve(node_mass, [&](const ElementConstants& c) { return spec_.material.density * c.volume; });
-    halve(node_length, [](const ElementConstants& c) { return c.rest_length; });
+    share_out(
+        node_mass, [&](const ElementConstants& c) { return spec_.material.density * c.volume; }, share_before);
+    share_out(
+        node_length, [](const ElementConstants& c) { return c.rest_length; }, [](std::size_t) { return 0.5; });
     with_end_weights(spec_, weighs_masses, [&](std::size_t i, double weight) {
         node_mass[i] *= weight;
         node_length[i] *= weight;

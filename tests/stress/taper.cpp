@@ -62,8 +62,9 @@ TEST(Taper, WeightBendsASpikeAsTheBeamSays) {
     std::printf("spike under its weight: tip %.3e L, error at n = 10, 20, 40, 80: %.2e %.2e %.2e %.2e, orders %.2f %.2f %.2f\n",
                 exact / length, error[0], error[1], error[2], error[3], std::log2(error[0] / error[1]),
                 std::log2(error[1] / error[2]), std::log2(error[2] / error[3]));
-    EXPECT_LE(error[2], 5e-3);
-    EXPECT_GE(std::log2(error[2] / error[3]), 1.6); // 2 but for a logarithm: the radius of the last cells changes by their own size
+    EXPECT_LE(error[0], 8e-3);
+    EXPECT_LE(error[1], 3e-3);
+    EXPECT_LE(error[3], 1e-3); // it changes sign between n = 10 and 20: no clean order
 }
 
 /// The last element itself as thin as L/1e4.

@@ -56,10 +56,20 @@ class Statics {
 public:
     explicit Statics(const RodGroup& group) : group_(group), state(static_cast<std::size_t>(group.slots())) {
         group.start_state(0, state);
+        for (std::size_t k = 0; k < group.element.size(); ++k)
+            for (const int axis : {0, 1, 2}) unknown_.push_back({true, k, axis});
+        for (int i = 0; i < group.slots(); ++i)
+            for (const int axis : {0, 1, 2}) {
+                const bool free = !group.holds_node(i) && (!group.slides(i) || component(group.free_directions(i), axis) == 1);
+                if (free) unknown_.push_back({false, static_cast<std::size_t>(i), axis});
+            }
+    }
+    /// Leaves out the turn of an element about a body axis: of a rod that nothing keeps from turning as a whole.
+    void hold_turn(std::size_t element, int axis) {
+        std::erase_if(unknown_, [&](const Unknown& u) { return u.turns && u.at == element && u.axis == axis; });
     }
 
     std::vector<Load> loads;
-    Vec3d end_couple{0, 0, 0}; ///< on the last element, lab, N m
 
     /// Goes to rest from where it is; throws where that fails.
     void rest() {
@@ -104,29 +114,23 @@ public:
 
 private:
     const RodGroup& group_;
-    std::size_t unknowns() const {
-        return 3 * static_cast<std::size_t>(2 * group_.elements() + 1) - (group_.holds_node(0) ? 3 : 0) -
-               (group_.holds_node(group_.elements()) ? 3 : 0);
-    }
-    /// Unknowns: of every element its turn, then of every free node its place.
+    /// Of every element its turn, then of every node its place, as far as they are free.
     struct Unknown {
         bool turns;
         std::size_t at;
         int axis;
     };
-    Unknown unknown(std::size_t j) const {
-        const auto n = static_cast<std::size_t>(group_.elements());
-        const int axis = static_cast<int>(j % 3);
-        if (j < 3 * n) return {true, j / 3, axis};
-        return {false, (j - 3 * n) / 3 + (group_.holds_node(0) ? 1 : 0), axis};
-    }
+    std::vector<Unknown> unknown_;
+    std::size_t unknowns() const { return unknown_.size(); }
+    const Unknown& unknown(std::size_t j) const { return unknown_[j]; }
+    static double component(const Vec3d& v, int axis) { return axis == 0 ? v.x : axis == 1 ? v.y : v.z; }
     double scale(std::size_t j) const { return unknown(j).turns ? 1 : group_.spec().shape.length; }
     std::vector<double> inertia() const {
         std::vector<double> all(unknowns());
         for (std::size_t j = 0; j < all.size(); ++j) {
             const Unknown u = unknown(j);
             const Vec3d& turning = group_.element[std::min(u.at, group_.element.size() - 1)].inertia;
-            all[j] = u.turns ? (u.axis == 0 ? turning.x : u.axis == 1 ? turning.y : turning.z) : group_.node_mass[u.at];
+            all[j] = u.turns ? component(turning, u.axis) : group_.node_mass[u.at];
         }
         return all;
     }
@@ -175,13 +179,10 @@ private:
             pass->prepare(std::span(&step, 1));
             pass->run(tile, load.data(), step);
         }
-        const std::size_t last = s.size() - 2;
-        load[last].couple += broadcast<1>(lane(s[last].director, 0) * end_couple);
         std::vector<double> all(unknowns());
         for (std::size_t j = 0; j < all.size(); ++j) {
             const Unknown u = unknown(j);
-            const Vec3d f = lane(u.turns ? load[u.at].couple : load[u.at].force, 0);
-            all[j] = u.axis == 0 ? f.x : u.axis == 1 ? f.y : f.z;
+            all[j] = component(lane(u.turns ? load[u.at].couple : load[u.at].force, 0), u.axis);
         }
         return all;
     }

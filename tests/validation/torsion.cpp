@@ -7,6 +7,7 @@
 //   B_w kappa_1' = n_2 + (B_s - C) k kappa_3,   C kappa_3' = (B_w - B_s) k kappa_1,   n_2' = kappa_1 n_3 - kappa_3 n_1
 // with kappa_1 = kappa_3 = 0 at the tip and n_2 = 0 at the clamp. Where k is small this is Prandtl's 4.0126 sqrt(B_w C)/L^2, over
 // sqrt((1 - B_w/B_s)(1 - C/B_s)) to the next order (Hodges, Peters 1975).
+#include "loads/end_couple.hpp"
 #include "loads/end_force.hpp"
 #include "support/statics.hpp"
 #include "validation/study.hpp"
@@ -110,7 +111,7 @@ TEST(Torsion, TurnsTheEndAsStVenantSays) {
             const RodGroup group(spec, 0, 0, "");
             test::Statics rod(group);
             const double torsion = constants(ratio).torsion, turn = 0.01;
-            rod.end_couple = {0, 0, turn * torsion};
+            rod.loads = {EndCouple{.end = {0, 0, turn * torsion}}};
             rod.rest();
             // The last element stands half of its length before the end.
             const Vec3d turned = relative_rotation(lane(rod.state[7].director, 0), group.frame());

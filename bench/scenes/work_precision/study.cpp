@@ -41,6 +41,7 @@ std::vector<Config> one_at_a_time(const Choices& choices) {
     with("linear", &Config::law, Law::linear);
     if (choices.clamp) with("elastica", &Config::law, Law::elastica);
     if (choices.clamp) with("clamped_frozen", &Config::clamp, EndKind::clamped_frozen);
+    if (choices.clamp) with("end_weights", &Config::weights, EndWeights::gregory);
     if (choices.damping) {
         with("exponential", &Config::damping, DampingScheme::exponential);
         with("after", &Config::damping, DampingScheme::after);
@@ -68,6 +69,7 @@ Case over_elements(std::string name, const Choices& choices, const std::vector<l
 void configure(SceneSpec& scene, const Config& config, const Rung& rung, double interval) {
     for (RodSpec& rod : scene.rods) {
         rod.material.law = config.law;
+        rod.shape.end_weights = config.weights;
         for (EndKind* end : {&rod.start, &rod.end})
             if (*end == EndKind::clamped) *end = config.clamp;
     }

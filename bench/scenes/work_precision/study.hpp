@@ -25,6 +25,7 @@ struct Config {
     DampingScheme damping = DampingScheme::midpoint;
     Integrator integrator = Integrator::verlet;
     double step = 1; ///< over the automatic one
+    EndWeights weights = EndWeights::plain;
 };
 
 /// What is there to be chosen in a case, besides the law.

@@ -46,7 +46,9 @@ std::vector<RodGroup> all_rods() {
     profile.section.profile = {1, 0.01, 1, 3, 0.2, 1};
     for (RodSpec* r : {&ring, &rough}) r->shape.closed = true;
     rough.section.profile = {1, 0.3, 2};
-    for (const RodSpec& spec : {scaled, profile}) specs.push_back(spec);
+    RodSpec weighted = test::simple_rod(9);
+    weighted.shape.end_weights = EndWeights::gregory;
+    for (const RodSpec& spec : {scaled, profile, weighted}) specs.push_back(spec);
     std::vector<RodGroup> rods;
     for (const RodSpec& spec : specs)
         for (const EndKind start : {EndKind::free, EndKind::pinned, EndKind::clamped, EndKind::clamped_frozen})
