@@ -49,8 +49,8 @@ void EndMotion::check_formulas(const Vec3d& free, Objections& objections) const 
     const double slides[] = {free.x, free.y, free.z};
     for (std::size_t i = 0; formula_u && i < 3; ++i)
         if (slides[i] > 0 && !formula_u->vanishes(i))
-            objections.add(
-                fmt::format("translation_formula.{}", i),
+            objections.add_within(
+                fmt::format("translation_formula.{}", i), 0, translation_formula[i].size(),
                 fmt::format("'translation_formula' moves the end along {}, in which it is free to slide: write \"0\"", "xyz"[i]));
 }
 
