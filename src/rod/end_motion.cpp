@@ -1,8 +1,13 @@
 #include "skein/rod/end_motion.hpp"
 
+#include "formula/vector_of_time.hpp"
+#include "skein/core/objections.hpp"
+
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+
+#include <fmt/format.h>
 
 namespace skein {
 
@@ -16,9 +21,41 @@ void EndMotion::fields(FieldVisitor& f) {
     f.visit({.name = "rotation_amplitude", .unit = "rad", .text = "sinusoidal rotation vector, lab frame"}, rotation_amplitude);
     f.visit({.name = "period", .unit = "s", .text = "of the sinusoids", .at_least = 0}, period);
     f.visit({.name = "phase", .unit = "rad", .text = "of the sinusoids at t = 0"}, phase);
+    f.visit({.name = "translation_formula", .unit = "m", .text = "three formulas of `t`: displacement of the end, lab frame"},
+            translation_formula);
+    f.visit({.name = "rotation_formula", .unit = "rad", .text = "three formulas of `t`: rotation vector of the wall, lab frame"},
+            rotation_formula);
 }
 
-EndMotion::Point EndMotion::at(double time, const std::vector<Vec3d>& table, const Vec3d& swing) const {
+void EndMotion::use(const FormulaScope& names) {
+    const auto read = [&](const std::vector<std::string>& texts, const char* unit) {
+        return std::shared_ptr<const VectorOfTime>(texts.empty() ? nullptr : new VectorOfTime(names, texts, unit));
+    };
+    formula_u = read(translation_formula, "m");
+    formula_r = read(rotation_formula, "rad");
+}
+
+void EndMotion::check_formulas(const Vec3d& free, Objections& objections) const {
+    const auto tell = [&](const char* key, const VectorOfTime* formula) {
+        if (!formula) return;
+        for (const FormulaFault& fault : formula->faults()) {
+            const std::string message = fmt::format("'{}': {}", key, fault.message);
+            if (fault.part.formula < 0) objections.add(key, message);
+            else objections.add_within(fmt::format("{}.{}", key, fault.part.formula), fault.part.begin, fault.part.length, message);
+        }
+    };
+    tell("translation_formula", formula_u.get());
+    tell("rotation_formula", formula_r.get());
+    const double slides[] = {free.x, free.y, free.z};
+    for (std::size_t i = 0; formula_u && i < 3; ++i)
+        if (slides[i] > 0 && !formula_u->vanishes(i))
+            objections.add_within(
+                fmt::format("translation_formula.{}", i), 0, translation_formula[i].size(),
+                fmt::format("'translation_formula' moves the end along {}, in which it is free to slide: write \"0\"", "xyz"[i]));
+}
+
+EndMotion::Point EndMotion::at(double time, const std::vector<Vec3d>& table, const Vec3d& swing,
+                               const VectorOfTime* formula) const {
     Point p;
     if (!table.empty()) {
         const auto next = static_cast<std::size_t>(std::upper_bound(times.begin(), times.end(), time) - times.begin());
@@ -37,6 +74,11 @@ EndMotion::Point EndMotion::at(double time, const std::vector<Vec3d>& table, con
         const double w = 2 * std::numbers::pi / period, angle = w * time + phase;
         p.value += std::sin(angle) * swing;
         p.rate += w * std::cos(angle) * swing;
+    }
+    if (formula) {
+        const VectorOfTime::Point written = (*formula)(time);
+        p.value += written.value;
+        p.rate += written.rate;
     }
     return p;
 }

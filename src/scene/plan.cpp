@@ -473,9 +473,12 @@ std::vector<RodGroup> make_groups(const SceneSpec& scene) {
     std::int64_t first = 0;
     const std::string directory = std::filesystem::path(scene.file).parent_path().string();
     std::vector<Capsule> occupied;
+    const FormulaScope names = names_for_formulas(scene);
     for (std::size_t g = 0; g < scene.rods.size(); ++g) {
         const auto packed = [](const RodSpec& spec) { return spec.placement.kind == PlacementKind::packing; };
-        const RodSpec& spec = scene.rods[g];
+        RodSpec spec = scene.rods[g];
+        spec.start_motion.use(names);
+        spec.end_motion.use(names);
         const bool in_file = spec.placement.kind == PlacementKind::file;
         auto source =
             in_file ? open_rod_file((std::filesystem::path(directory) / spec.placement.file).string(), spec.source) : nullptr;

@@ -14,6 +14,7 @@
 
 #include <algorithm>
 #include <iterator>
+#include <tuple>
 #include <utility>
 
 #include <fmt/format.h>
@@ -32,6 +33,7 @@ public:
         for (std::size_t i = 0; i < scene_.rods.size(); ++i) {
             TableObjections table(*this, path_of_group(scene_, i));
             check_rods(scene_.rods[i], table);
+            motions(scene_.rods[i], table);
         }
         for (const auto& [path, message] : faults(names_for_formulas(scene_))) add(path, message);
         const std::vector<Load> loads = loads_with_formulas(scene_);
@@ -57,6 +59,17 @@ public:
     bool given(std::string_view path) const override { return given_.contains(std::string(path)); }
 
 private:
+    /// Ends that move by formulas.
+    void motions(const RodSpec& rods, Objections& of_group) const {
+        for (const auto& [key, motion, free] : {std::tuple{"start_motion", &rods.start_motion, &rods.start_free},
+                                                std::tuple{"end_motion", &rods.end_motion, &rods.end_free}}) {
+            EndMotion read = *motion;
+            read.use(names_for_formulas(scene_));
+            TableObjections table(of_group, key);
+            read.check_formulas(lab_directions(*free), table);
+        }
+    }
+
     void groups() {
         if (scene_.rods.empty()) add("", "the scene has no rods: give at least one [[rods]], or [[bodies]]");
         for (std::size_t i = 0; i < scene_.rods.size(); ++i) {

@@ -45,6 +45,9 @@ std::string_view note(const std::string& table) {
                          "`if(condition, then, else)`. Units are "
                          "checked where all parts have one; a plain number fits any. Values must be finite at the start of the "
                          "rods, at 16 times of the run."},
+        {"rods.start_motion", "Tables, sinusoids and formulas add up. Formulas are as in `[[load]]` of kind `formula`, of `t` "
+                              "alone; the velocity of the end "
+                              "is their derivative. Values and rates must be finite at 65 times of the run."},
         {"load.magnetic_formula",
          "Formulas as in `[[load]]` of kind `formula`; places are the middles of elements. Rods need `[rods.magnetisation]`."},
         {"contact", "Without this table rods do not feel each other, and nothing is searched, kept or sent."},

@@ -1,14 +1,22 @@
-// Prescribed motion of a held end: a table in time, a sinusoid, or both.                      theory.md (46)
-//   u(t) = U(t) + A sin(2 pi t/T + phase)   displacement of the end node, lab, m
-//   r(t) = R(t) + B sin(2 pi t/T + phase)   rotation vector of the wall about the node, lab, rad; the wall's frame is Q_w R(r)
-// U and R go from entry to entry of their tables linearly, or smoothly (3 s^2 - 2 s^3), and stay at the last entry after it.
+// Prescribed motion of a held end: a table in time, a sinusoid, formulas, or a sum of them.     theory.md (46)
+//   u(t) = U(t) + A sin(2 pi t/T + phase) + F(t)   displacement of the end node, lab, m
+//   r(t) = R(t) + B sin(2 pi t/T + phase) + G(t)   rotation vector of the wall about the node, lab, rad; the wall's frame is Q_w
+//   R(r)
+// U and R go from entry to entry of their tables linearly, or smoothly (3 s^2 - 2 s^3), and stay at the last entry after it;
+// F and G are formulas of t, and their rates the derivatives of these.
 #pragma once
 
 #include "skein/core/fields.hpp"
 
+#include <memory>
+#include <string>
 #include <vector>
 
 namespace skein {
+
+class Objections;
+class VectorOfTime;
+struct FormulaScope;
 
 struct EndMotion {
     std::vector<double> times;      ///< s, rising
@@ -20,21 +28,30 @@ struct EndMotion {
     double period = 0;                 ///< T, s
     double phase = 0;                  ///< rad
 
-    void fields(FieldVisitor& f);
+    std::vector<std::string> translation_formula;             ///< F, three of t, m; empty: none
+    std::vector<std::string> rotation_formula;                ///< G, three of t, rad; empty: none
+    std::shared_ptr<const VectorOfTime> formula_u, formula_r; ///< as read by `use`
 
-    bool moves() const { return !translation.empty() || oscillates(amplitude); }
-    bool turns() const { return !rotation.empty() || oscillates(rotation_amplitude); }
+    void fields(FieldVisitor& f);
+    /// Reads the formulas, which may hold these names; without it they are 0.
+    void use(const FormulaScope& names);
+    /// What is wrong with the formulas, where this is the table that the objections are about. `free`: lab directions, 1 where the
+    /// end slides.
+    void check_formulas(const Vec3d& free, Objections& objections) const;
+
+    bool moves() const { return !translation.empty() || !translation_formula.empty() || oscillates(amplitude); }
+    bool turns() const { return !rotation.empty() || !rotation_formula.empty() || oscillates(rotation_amplitude); }
 
     /// At one time: value and rate.
     struct Point {
         Vec3d value{0, 0, 0}, rate{0, 0, 0};
     };
-    Point displacement(double time) const { return at(time, translation, amplitude); }
-    Point turn(double time) const { return at(time, rotation, rotation_amplitude); }
+    Point displacement(double time) const { return at(time, translation, amplitude, formula_u.get()); }
+    Point turn(double time) const { return at(time, rotation, rotation_amplitude, formula_r.get()); }
 
 private:
     bool oscillates(const Vec3d& a) const { return period != 0 && (a.x != 0 || a.y != 0 || a.z != 0); }
-    Point at(double time, const std::vector<Vec3d>& table, const Vec3d& swing) const;
+    Point at(double time, const std::vector<Vec3d>& table, const Vec3d& swing, const VectorOfTime* formula) const;
 };
 
 } // namespace skein

@@ -6,6 +6,8 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <string>
+#include <vector>
 
 namespace skein {
 namespace {
@@ -122,6 +124,68 @@ TEST(MovingEnds, AreSecondOrder) {
     const auto state = after(scene, 0.2, 3000);
     EXPECT_LT(norm(lane(state[0].position, 0) - Vec3d{0.05, 0.02, 0.1}), 1e-6);
     EXPECT_LT(norm(lane(state[12].position, 0) - Vec3d{-0.1, 0, 0.95}), 1e-6);
+}
+
+/// A motion, named and as formulas.
+struct WrittenMotion {
+    EndMotion named, written;
+};
+std::vector<WrittenMotion> written_motions() {
+    const double pi = 3.14159265358979323846;
+    const std::string smooth = "ramp(t, b)^2*(3 - 2*ramp(t, b))";
+    return {
+        {{.amplitude = {0.02, 0, -0.03}, .rotation_amplitude = {0, 0.4, 0.2}, .period = 0.3, .phase = pi / 3},
+         {.translation_formula = {"2*d*sin(2*pi*t/T + pi/3)", "0", "-3*d*sin(2*pi*t/T + pi/3)"},
+          .rotation_formula = {"0", "0.4*sin(2*pi*t/T + pi/3)", "0.2*sin(2*pi*t/T + pi/3)"}}},
+        {{.times = {0, 0.1}, .translation = {{0, 0, 0}, {0.01, 0.02, 0}}, .rotation = {{0, 0, 0}, {0.5, 0, -0.3}}, .smooth = true},
+         {.translation_formula = {"d*" + smooth, "2*d*" + smooth, "0"},
+          .rotation_formula = {"0.5*" + smooth, "0", "-0.3*" + smooth}}},
+        {{.times = {0, 0.1, 0.2}, .translation = {{0, 0, 0}, {0, 0.01, 0}, {0, 0.03, 0}}},
+         {.translation_formula = {"0", "lift(t)", "0"}}}};
+}
+
+TEST(MovingEnds, AreTheSameAsFormulas) {
+    for (const WrittenMotion& motion : written_motions()) {
+        SceneSpec scene = bent_rod(Integrator::verlet, 1);
+        RodSpec& rod = scene.rods[0];
+        rod.shape = {.length = 1, .elements = 12};
+        rod.start = EndKind::clamped;
+        scene.constants = {{"d", 0.01, "m"}, {"T", 0.3, "s"}, {"b", 0.1, "s"}};
+        scene.tables = {{.name = "lift", .at = {0, 0.1, 0.2}, .value = {0, 0.01, 0.03}, .at_unit = "s", .unit = "m"}};
+        rod.start_motion = motion.named;
+        const auto named = after(scene, 0.15, 3000);
+        rod.start_motion = motion.written;
+        const auto written = after(scene, 0.15, 3000);
+        EXPECT_LT(distance(named, written), 1e-13);
+        rod.start_motion = {};
+        EXPECT_GT(distance(named, after(scene, 0.15, 3000)), 1e-3);
+    }
+}
+
+/// An end drawn away along the rod: until the wave meets the other end, u(s, t) = f(t - s/c) with c^2 = E/rho, of small strain.
+TEST(MovingEnds, SendAWaveAlongTheRod) {
+    SceneSpec scene;
+    RodSpec rod = test::simple_rod(40);
+    const double length = rod.shape.length, c = std::sqrt(rod.material.youngs_modulus / rod.material.density);
+    rod.start = EndKind::pinned;
+    scene.constants = {{"d", 1e-6 * length, "m"}, {"T", length / c, "s"}};
+    rod.start_motion.translation_formula = {"0", "0", "-d*(t/T)^4"};
+    const auto error = [&](int elements) {
+        rod.shape.elements = elements;
+        scene.rods = {rod};
+        const double time = 0.9 * length / c;
+        const auto state = after(scene, time, 40 * elements);
+        double most = 0;
+        for (int i = 0; i <= elements; ++i) {
+            const double s = length * i / elements, phase = std::max(0.0, 0.9 - s / length);
+            const double moved = lane(state[static_cast<std::size_t>(i)].position, 0).z - s;
+            most = std::max(most, std::abs(moved + 1e-6 * length * std::pow(phase, 4)));
+        }
+        return most / (1e-6 * length);
+    };
+    const double coarse = error(20), fine = error(40);
+    EXPECT_NEAR(coarse / fine, 4, 0.4);
+    EXPECT_LT(fine, 2e-3);
 }
 
 TEST(Hold, KeepsItsNodesAndElements) {

@@ -1,0 +1,64 @@
+#include "formula/vector_of_time.hpp"
+
+#include <cmath>
+
+#include <fmt/format.h>
+
+namespace skein {
+
+VectorOfTime::VectorOfTime(const FormulaScope& scope, const std::vector<std::string>& texts, std::string_view unit)
+    : graph_(scope.tables) {
+    if (!skein::faults(scope).empty()) return;
+    if (texts.size() != 3) {
+        faults_.push_back({{}, fmt::format("a vector is 3 formulas, not {}", texts.size())});
+        return;
+    }
+    std::vector<int> value;
+    for (std::size_t i = 0; i < texts.size(); ++i) {
+        const int number = static_cast<int>(i);
+        const auto read = read_formula(graph_, scope, texts[i], number, unit, faults_);
+        if (!read) continue;
+        value.push_back(read->node);
+        if ((graph_[read->node].changes & ~with_time) != 0)
+            faults_.push_back(
+                {{0, texts[i].size(), number}, "it may change with t alone: it is the same for all rods of the group"});
+    }
+    if (!faults_.empty()) return;
+    value_ = value;
+    for (const int node : value_) rate_.push_back(graph_.derivative(node, Variable::t));
+    try_times(scope.duration);
+    for (std::size_t i = 0; i < faults_.size(); ++i)
+        faults_[i].part.length = texts[static_cast<std::size_t>(faults_[i].part.formula)].size();
+}
+
+void VectorOfTime::try_times(double duration) {
+    constexpr int times = 64;
+    for (int n = 0; n <= times; ++n) {
+        const double t = duration * n / times;
+        const Point p = (*this)(t);
+        const std::array<double, 3> value = {p.value.x, p.value.y, p.value.z}, rate = {p.rate.x, p.rate.y, p.rate.z};
+        for (std::size_t i = 0; i < 3; ++i) {
+            if (std::isfinite(value[i]) && std::isfinite(rate[i])) continue;
+            faults_.push_back({{0, 0, static_cast<int>(i)},
+                               fmt::format("{} is not finite at t = {:.6g} s", std::isfinite(value[i]) ? "its rate" : "it", t)});
+            return;
+        }
+        if (!(duration > 0)) return;
+    }
+}
+
+VectorOfTime::Point VectorOfTime::operator()(double time) const {
+    if (value_.empty()) return {};
+    std::array<double, variables> at{};
+    at[static_cast<std::size_t>(Variable::t)] = time;
+    const std::vector<double> all = graph_.values(at);
+    const auto vector = [&](const std::vector<int>& nodes) {
+        const auto of = [&](std::size_t i) { return all[static_cast<std::size_t>(nodes[i])]; };
+        return Vec3d{of(0), of(1), of(2)};
+    };
+    return {vector(value_), vector(rate_)};
+}
+
+bool VectorOfTime::vanishes(std::size_t i) const { return value_.empty() || graph_.number(value_[i]) == 0; }
+
+} // namespace skein

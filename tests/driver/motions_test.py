@@ -1,0 +1,81 @@
+"""Ends that move by formulas of time: the same bits for all layouts, and of a run that was stopped in mid-motion."""
+
+import math
+import unittest
+
+import numpy
+
+from driver import DriverTest
+
+SCENE = """
+title = "Shaken by formulas"
+[time]
+duration = 0.4
+[constants]
+d = { value = 0.02, unit = "m" }
+T = { value = 0.13, unit = "s" }
+[[table]]
+name = "lift"
+at = [0.0, 0.1, 0.4]
+value = [0.0, 0.01, 0.03]
+unit = "m"
+[[rods]]
+name = "shaken"
+start = "clamped"
+end = "pinned"
+[rods.material]
+density = 1000.0
+youngs_modulus = 1e6
+shear_modulus = 4e5
+[rods.section]
+radius = 0.02
+[rods.shape]
+length = 1.0
+elements = 10
+[rods.placement]
+kind = "line"
+counts = [9]
+spacing = [0.3]
+[rods.start_motion]
+translation_formula = ["d*sin(2*pi*t/T)*ramp(t, T)", "0", "lift(t)"]
+rotation_formula = ["0.1*sin(2*pi*t/T)", "0", "exp(-t/T) - 1"]
+[rods.end_motion]
+translation_formula = ["0", "d*(t/T)^2*exp(-t/T)", "-lift(t)"]
+[output]
+trajectory = 0.1
+tips = 0.02
+series = 0.05
+checkpoint = 0.1
+"""
+
+
+class Motions(DriverTest):
+    def setUp(self):
+        super().setUp()
+        self.scene.write_text(SCENE)
+
+    def test_layouts(self):
+        self.run_skein("one")
+        self.assert_layouts_give("one", lambda out: self.assertEqual(self.results(out), self.results("one"), out))
+
+    def test_restart_in_mid_motion(self):
+        self.run_skein("whole", threads=2)
+        self.run_skein("parts", "--until", "0.17", ranks=2)
+        self.assertIn("Resuming from", self.run_skein("parts").stdout)
+        self.assertEqual(self.digest("parts"), self.digest("whole"))
+        self.assert_same_series("parts", "whole")
+        self.assert_same_frames("parts", "whole", "shaken")
+
+    def test_ends_are_where_the_formulas_say(self):
+        self.run_skein("out")
+        tips = self.frames("out", "trajectory")
+        t, x = tips["time"], tips["groups/shaken/position"]
+        moved = x[:, 0, :, 0] - x[0, 0, :, 0] if x.shape[2] == 3 else x[:, 0, 0, :] - x[0, 0, 0, :]
+        says = numpy.stack([0.02 * numpy.sin(2 * math.pi * t / 0.13) * numpy.clip(t / 0.13, 0, 1), 0 * t,
+                            numpy.interp(t, [0, 0.1, 0.4], [0, 0.01, 0.03])], axis=-1)
+        self.assertLess(abs(moved - says).max(), 1e-14)
+        self.assertGreater(abs(says).max(), 0.01)
+
+
+if __name__ == "__main__":
+    unittest.main()
