@@ -73,6 +73,11 @@ void Shape::fields(FieldVisitor& f) {
              .unit = "1/m",
              .text = "kappa0 of every inner vertex (elements - 1; a ring: elements); replaces `rest_curvature`"},
             rest_curvature_profile);
+    f.visit({.name = "rest_curvature_formula",
+             .unit = "",
+             .text = "three formulas of `s` [m], arc length at rest, and `L`: kappa0 about d1, d2, d3 [1/m] at every vertex; "
+                     "instead of the other two"},
+            rest_curvature_formula);
     f.visit({.name = "rest_strain", .unit = "-", .text = "sigma0: shear along d1, d2 and stretch along d3"}, rest_strain);
     f.visit(
         {.name = "closed", .unit = "", .text = "a ring: the last element joins the first; without a curvature a circle about d1"},

@@ -12,6 +12,7 @@
 #include "rod/body_shape.hpp"
 #include "rod/law.hpp"
 #include "rod/packing.hpp"
+#include "rod/rest_curvature.hpp"
 #include "rod/rods.hpp"
 #include "scene/doubts.hpp"
 #include "scene/group_names.hpp"
@@ -479,6 +480,7 @@ std::vector<RodGroup> make_groups(const SceneSpec& scene) {
         RodSpec spec = scene.rods[g];
         spec.start_motion.use(names);
         spec.end_motion.use(names);
+        read_rest_curvature(spec.shape, names);
         const bool in_file = spec.placement.kind == PlacementKind::file;
         auto source =
             in_file ? open_rod_file((std::filesystem::path(directory) / spec.placement.file).string(), spec.source) : nullptr;

@@ -43,16 +43,18 @@ void section(const RodSpec& rods, Objections& of_group) {
 void curvatures(const RodSpec& rods, TableObjections& objections) {
     const Shape& s = rods.shape;
     if (rods.placement.kind == PlacementKind::file) return;
-    const auto look = [&](std::string_view key, const CellTurn& most, bool listed) {
+    const auto look = [&](const std::string& name, const CellTurn& most, bool listed) {
         if (most.angle < CellTurn::largest) return;
-        const std::string name = std::string(key) + (listed ? "_profile" : "");
         objections.add(listed ? fmt::format("{}.{}", name, most.cell) : name,
                        fmt::format("'{}' {}; two that follow each other can be told apart up to pi: at most {:.4g} 1/m there, or "
                                    "shorter elements",
                                    name, text_of(most), most.curvature(CellTurn::largest)));
     };
-    look("rest_curvature", rest_turn(s), !s.rest_curvature_profile.empty());
-    look("start_curvature", start_turn(s), !s.start_curvature_profile.empty());
+    if (!s.rest_curvature_formula.empty()) look("rest_curvature_formula", rest_turn(s), false);
+    else if (!s.rest_curvature_profile.empty()) look("rest_curvature_profile", rest_turn(s), true);
+    else look("rest_curvature", rest_turn(s), false);
+    if (!s.start_curvature_profile.empty()) look("start_curvature_profile", start_turn(s), true);
+    else look("start_curvature", start_turn(s), false);
 }
 
 void shape(const RodSpec& rods, Objections& of_group) {
@@ -81,7 +83,7 @@ void shape(const RodSpec& rods, Objections& of_group) {
         objections.add("end_weights",
                        "'end_weights' = \"gregory\" has no use here: it is for open rods, straight at rest and uniform, of 6 equal "
                        "elements or more, of a law with an energy and with no end that is clamped_frozen");
-    if (s.rest_curvature_profile.empty()) return;
+    if (s.rest_curvature_profile.empty() || !s.rest_curvature_formula.empty()) return;
     objections.unused({"rest_curvature"}, "beside 'rest_curvature_profile'");
     objections.length("rest_curvature_profile", s.rest_curvature_profile.size(), s.closed ? s.elements : s.elements - 1,
                       s.closed ? "one for each vertex of the ring" : "one for each inner vertex (elements - 1)");

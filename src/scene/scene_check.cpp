@@ -1,6 +1,7 @@
 #include "scene/scene_check.hpp"
 
 #include "core/nearest.hpp"
+#include "rod/rest_curvature.hpp"
 #include "scene/contact_check.hpp"
 #include "scene/group_names.hpp"
 #include "scene/relax_check.hpp"
@@ -32,7 +33,7 @@ public:
         time_and_output();
         for (std::size_t i = 0; i < scene_.rods.size(); ++i) {
             TableObjections table(*this, path_of_group(scene_, i));
-            check_rods(scene_.rods[i], table);
+            check_rods(with_rest_curvature(scene_.rods[i], table), table);
             motions(scene_.rods[i], table);
         }
         for (const auto& [path, message] : faults(names_for_formulas(scene_))) add(path, message);
@@ -59,6 +60,23 @@ public:
     bool given(std::string_view path) const override { return given_.contains(std::string(path)); }
 
 private:
+    /// The rods with the profile that their formulas say.
+    RodSpec with_rest_curvature(const RodSpec& given, Objections& of_group) const {
+        RodSpec rods = given;
+        if (rods.shape.rest_curvature_formula.empty()) return rods;
+        TableObjections table(of_group, "shape");
+        const std::string key = "rest_curvature_formula";
+        table.unused({"rest_curvature", "rest_curvature_profile"}, "beside 'rest_curvature_formula'");
+        if (rods.placement.kind == PlacementKind::file)
+            table.add(key, fmt::format("'{}' is not for rods of a file, which may have lengths of their own", key));
+        for (const FormulaFault& fault : read_rest_curvature(rods.shape, names_for_formulas(scene_))) {
+            const std::string message = fmt::format("'{}': {}", key, fault.message);
+            if (fault.part.formula < 0) table.add(key, message);
+            else table.add_within(fmt::format("{}.{}", key, fault.part.formula), fault.part.begin, fault.part.length, message);
+        }
+        return rods;
+    }
+
     /// Ends that move by formulas.
     void motions(const RodSpec& rods, Objections& of_group) const {
         for (const auto& [key, motion, free] : {std::tuple{"start_motion", &rods.start_motion, &rods.start_free},

@@ -58,13 +58,14 @@ inline constexpr std::string_view end_weight_names[] = {"plain", "gregory"};
 struct Shape {
     double length = 0; ///< m
     long elements = 0;
-    std::vector<double> length_profile;         ///< empty, or the elements' lengths in any unit, scaled to `length`
-    bool closed = false;                        ///< the end joins the start; the rest curvature defaults to a circle's
-    Vec3d rest_curvature{0, 0, 0};              ///< kappa0, 1/m
-    std::vector<Vec3d> rest_curvature_profile;  ///< empty, or one per Voronoi cell (elements - 1)
-    Vec3d rest_strain{0, 0, 0};                 ///< sigma0, -
-    std::optional<Vec3d> start_curvature;       ///< curvature at t = 0; the rest curvature where absent
-    std::vector<Vec3d> start_curvature_profile; ///< empty, or one per Voronoi cell
+    std::vector<double> length_profile;              ///< empty, or the elements' lengths in any unit, scaled to `length`
+    bool closed = false;                             ///< the end joins the start; the rest curvature defaults to a circle's
+    Vec3d rest_curvature{0, 0, 0};                   ///< kappa0, 1/m
+    std::vector<Vec3d> rest_curvature_profile;       ///< empty, or one per Voronoi cell (elements - 1)
+    std::vector<std::string> rest_curvature_formula; ///< three of s, which the profile is worked out from; empty: none
+    Vec3d rest_strain{0, 0, 0};                      ///< sigma0, -
+    std::optional<Vec3d> start_curvature;            ///< curvature at t = 0; the rest curvature where absent
+    std::vector<Vec3d> start_curvature_profile;      ///< empty, or one per Voronoi cell
     EndWeights end_weights = EndWeights::plain;
     Vec3d velocity{0, 0, 0};         ///< at t = 0, lab, m/s
     Vec3d angular_velocity{0, 0, 0}; ///< of the whole rod at t = 0, lab, rad/s
