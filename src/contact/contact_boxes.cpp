@@ -95,18 +95,21 @@ Contacts::BoxContact Contacts::evaluate_box(const Exposure& bodies, double h, st
         for (const double s : {near.first, near.last}) {
             const At end = at(s);
             ContactMemory<Q> none{};
-            const auto f = contact_force<1>({kinds_.normal, ContactFriction::none}, law, end.state, h, none, none.x, 0.5 * share);
+            const auto f =
+                contact_force<1>({kinds_.normal, ContactFriction::none}, law, end.state, h, none, none.spring, 0.5 * share);
             elsewhere += f.normal[0], elastic_energy += f.elastic_energy[0], viscous_work += 2 * f.viscous_work[0],
                 stiffest = std::max(stiffest, f.stiffness[0]);
             exert(f, s, end.arm);
         }
     }
     Remembered<1> before{};
-    if (now) before = {{.x = broadcast<1>(now->x), .stiffness = now->stiffness}, broadcast<1>(now->x)};
+    if (now) before = Remembered<1>::of_spring(now->spring);
     else if (remembers_) before = memory_before<1>(bodies, &pair, first ? 0.5 : near.s, first ? near.s : 0.5);
     out.force = contact_force<1>(kinds_, law, nearest.state, h, before.own, before.from, 1 - share, elsewhere);
     exert(out.force, near.s, nearest.arm);
-    out.memory = {lane(before.own.x, 0), before.own.stiffness[0], lane(before.own.viscous_part, 0), before.own.viscous_normal[0]};
+    out.memory = {{lane(before.own.spring.x, 0), before.own.spring.stiffness[0]},
+                  lane(before.own.viscous_part, 0),
+                  before.own.viscous_normal[0]};
     out.force.elastic_energy += elastic_energy;
     out.force.viscous_work += viscous_work;
     out.force.stiffness = max(out.force.stiffness, Q(stiffest));
@@ -131,7 +134,7 @@ void Contacts::push_boxes(const Exposure& bodies, double h, const ContactBlock& 
         const bool own_a = bodies.owns_slot(a), own_b = bodies.owns_slot(b);
         const BoxContact c = evaluate_box(bodies, h, *i);
         if (!c.touches) {
-            if (own_a && (previous_status_[*i] & touching)) figures.friction_work += last_memory_[*i].energy();
+            if (own_a && (previous_status_[*i] & touching)) figures.friction_work += last_memory_[*i].spring.energy();
             continue;
         }
         memory_[*i] = c.memory;

@@ -122,7 +122,7 @@ void Contacts::pack(const Exposure& bodies, std::uint32_t begin, std::uint32_t e
                 touch = bits_of(squared < reach * reach) & valid;
             for (unsigned ended = low_bits(previous + k) & ~touch & valid; ended != 0; ended &= ended - 1) {
                 const std::uint32_t at = i + static_cast<std::uint32_t>(std::countr_zero(ended));
-                if (bodies.owns_slot(list_.pair[at].a)) figures.friction_work += last_memory_[at].energy();
+                if (bodies.owns_slot(list_.pair[at].a)) figures.friction_work += last_memory_[at].spring.energy();
             }
             if (touch == 0) return;
             compress_store(packed.s + n, touch, closest.s);
@@ -200,13 +200,13 @@ template <int N> SKEIN_INLINE Contacts::Remembered<N> Contacts::memory_before(co
     const auto nothing = static_cast<std::uint32_t>(list_.count());
     std::uint32_t from[N];
     for (int l = 0; l < N; ++l) from[l] = previous_status_[pair[l]] & touching ? pair[l] : nothing;
-    const auto spring = load_transposed<N>([&](int l) { return &last_memory_[from[l]].x.x; });
+    const auto spring = load_transposed<N>([&](int l) { return &last_memory_[from[l]].spring.x.x; });
     const auto viscous_part = load_transposed<N>([&](int l) { return &last_memory_[from[l]].viscous_part.x; });
-    const ContactMemory<Q> own{spring.vector, spring.behind, viscous_part.vector, viscous_part.behind};
+    const ContactMemory<Q> own{{spring.vector, spring.behind}, viscous_part.vector, viscous_part.behind};
     const unsigned a_low = bits_of(s <= Q(0.0)), a_high = bits_of(s >= Q(1.0)), b_low = bits_of(t <= Q(0.0)),
                    b_high = bits_of(t >= Q(1.0));
     unsigned at_joint = kinds_.friction == ContactFriction::memory ? a_low | a_high | b_low | b_high : 0;
-    if (at_joint == 0) return {own, own.x};
+    if (at_joint == 0) return {own, own.spring};
     unsigned turned = 0;
     for (; at_joint != 0; at_joint &= at_joint - 1) {
         const int l = std::countr_zero(at_joint);
@@ -217,12 +217,12 @@ template <int N> SKEIN_INLINE Contacts::Remembered<N> Contacts::memory_before(co
         from[l] = followed.pair;
         turned |= static_cast<unsigned>(followed.turned) << l;
     }
-    Vec3<Q> followed = load_transposed<N>([&](int l) { return &last_memory_[from[l]].x.x; }).vector;
+    auto followed = load_transposed<N>([&](int l) { return &last_memory_[from[l]].spring.x.x; });
     for (; turned != 0; turned &= turned - 1) {
         const int l = std::countr_zero(turned);
-        set_lane(followed, l, -lane(followed, l));
+        set_lane(followed.vector, l, -lane(followed.vector, l));
     }
-    return {own, followed};
+    return {own, {followed.vector, followed.behind}};
 }
 
 template <int N> SKEIN_INLINE ContactNumbers<Pack<N>> Contacts::numbers(const Exposure& bodies, const std::uint32_t* pair) const {
@@ -277,7 +277,7 @@ Contacts::PairContact Contacts::evaluate_pair(const Exposure& bodies, double h, 
             const double t = std::clamp(dot(a0->position + s * d1 - b0->position, d2) / dot(d2, d2), 0.0, 1.0);
             ContactMemory<Q> none{};
             const auto f =
-                contact_force<1>({kinds_.normal, ContactFriction::none}, law, state_at(s, t), h, none, none.x, 0.5 * share);
+                contact_force<1>({kinds_.normal, ContactFriction::none}, law, state_at(s, t), h, none, none.spring, 0.5 * share);
             elsewhere += f.normal[0], elastic_energy += f.elastic_energy[0], viscous_work += 2 * f.viscous_work[0],
                 max_stiffness = std::max(max_stiffness, f.stiffness[0]);
             const Vec3d on_1 = lane(f.on_1, 0), moment = lane(f.moment, 0);
@@ -286,7 +286,7 @@ Contacts::PairContact Contacts::evaluate_pair(const Exposure& bodies, double h, 
         }
     }
     Remembered<1> before{};
-    if (now) before = {{.x = broadcast<1>(now->x), .stiffness = now->stiffness}, broadcast<1>(now->x)};
+    if (now) before = Remembered<1>::of_spring(now->spring);
     else if (remembers_) before = memory_before<1>(bodies, &pair, closest.s, closest.t);
     const ContactState<Q> state = state_at(out.s, out.t);
     out.distance = state.distance[0];
@@ -374,8 +374,8 @@ void Contacts::push_packed(const Exposure& bodies, double h, const Packed& packe
             force.friction_work.set(l, single.force.friction_work[0]);
             force.viscous_work.set(l, single.force.viscous_work[0]);
             force.stiffness.set(l, single.force.stiffness[0]);
-            set_lane(memory.x, l, lane(single.memory.x, 0));
-            memory.stiffness.set(l, single.memory.stiffness[0]);
+            set_lane(memory.spring.x, l, lane(single.memory.spring.x, 0));
+            memory.spring.stiffness.set(l, single.memory.spring.stiffness[0]);
             set_lane(memory.viscous_part, l, lane(single.memory.viscous_part, 0));
             memory.viscous_normal.set(l, single.memory.viscous_normal[0]);
             more[sides++] = {l, single.more_on_first, single.more_on_second};
@@ -391,11 +391,12 @@ void Contacts::push_packed(const Exposure& bodies, double h, const Packed& packe
         share(on_second, -force.on_1, t, force.arm_2 * force.moment);
         for (int m = 0; m < sides; ++m) on_first[more[m].lane] += more[m].on_first, on_second[more[m].lane] += more[m].on_second;
         if (remembers_ && count == W) {
-            store_transposed<W>(memory.x, memory.stiffness, [&](int l) { return &kept[index[l]].x.x; });
+            store_transposed<W>(memory.spring.x, memory.spring.stiffness, [&](int l) { return &kept[index[l]].spring.x.x; });
             store_transposed<W>(memory.viscous_part, memory.viscous_normal, [&](int l) { return &kept[index[l]].viscous_part.x; });
         } else if (remembers_) {
             for (int l = 0; l < count; ++l)
-                kept[index[l]] = {lane(memory.x, l), memory.stiffness[l], lane(memory.viscous_part, l), memory.viscous_normal[l]};
+                kept[index[l]] = {
+                    {lane(memory.spring.x, l), memory.spring.stiffness[l]}, lane(memory.viscous_part, l), memory.viscous_normal[l]};
         }
         const unsigned within = bits_of((s > none) & (s < one) & (t > none) & (t < one));
         for (int l = 0; l < count; ++l) status[index[l]] = static_cast<std::uint8_t>(touching | (within >> l & 1) * inside);

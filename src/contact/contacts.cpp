@@ -131,7 +131,7 @@ void Contacts::place_kept(const Exposure& bodies) {
                     continue;
                 }
             }
-            if (a && bodies.owns_slot(*a)) lost[block] += kept.memory.energy();
+            if (a && bodies.owns_slot(*a)) lost[block] += kept.memory.spring.energy();
         }
     });
     for (const double energy : lost) figures_.friction_work += energy;

@@ -43,10 +43,15 @@ private:
         std::int64_t active = 0;
         double max_overlap = 0, max_stiffness = 0, elastic_energy = 0, friction_work = 0, viscous_work = 0;
     };
-    /// Memory of contacts from the step before, and the spring x that they go on from.
+    /// Memory of contacts from the step before, and the springs that they go on from.
     template <int W> struct Remembered {
         ContactMemory<Pack<W>> own;
-        Vec3<Pack<W>> from;
+        FrictionSpring<Pack<W>> from;
+
+        static Remembered of_spring(const FrictionSpring<double>& spring) {
+            const FrictionSpring<Pack<W>> it{broadcast<W>(spring.x), spring.stiffness};
+            return {{.spring = it}, it};
+        }
     };
     static constexpr int places_at_once = 8;
     using Places = Vec3<Pack<places_at_once>>;

@@ -3,16 +3,18 @@
 //   u = v1 + w1 x a1 - (v2 + w2 x a2),   u_n = u.n,   u_t = u - u_n n
 //   linear        N = max(0, k g + c u_n)
 //   Hertz         N = max(0, sqrt(g) (k g + c u_n))
-//   memory        x <- (x + h u_t) in the tangent plane,  T* = -k_t x - c_t u_t,  k_t = kappa k (linear), kappa k sqrt(g) (Hertz)
+//   memory        k_t = kappa k (linear), kappa k sqrt(g) (Hertz);  x <- min(1, k_t before/k_t) x, in the tangent plane
+//                 x turned about n by h (w1 + w2).n/2, then x <- x + h u_t,  T* = -k_t x - c_t u_t
 //                 T = T* while |T*| <= mu_s N;  else T = mu_k N T*/|T*| and x = -T/k_t: a contact that slides has no dashpot
 //   regularised   T = -mu_k N u_t/max(|u_t|, v_s)
 //   published     T = -(1 - f) mu_k N u_t/|u_t|,  f = 1 up to v_s, 0 from 1.5 v_s on, linear between
 //   on 1: force -N n + T, couple a1 x T;  on 2: force N n - T, couple -a2 x T
-// A contact pushes, whatever its dashpot says. Energy: springs store k g^2/2 (Hertz 2 k g^2.5/5) and k_t x^2/2. Places and rates
-// stand half a step apart, so over a step of rates u the mean of a force and of that a step before works, exactly. The viscous
-// work is that of N and T beyond their springs; the friction work is the rest of what T takes: that of slip, and of springs that
-// change otherwise than by motion. Source: Cundall, Strack 1979 (Geotechnique 29, 47). Cost: 190 flop, of which six divisions and
-// roots.
+// A contact pushes, whatever its dashpot says. Where k_t rises with the overlap the pull of the spring stays and its length falls,
+// so that no energy comes from nowhere; where k_t falls the length stays. Energy: springs store k g^2/2 (Hertz 2 k g^2.5/5) and k_t
+// x^2/2. Places and rates stand half a step apart, so over a step of rates u the mean of a force and of that a step before works,
+// exactly. The viscous work is that of N and T beyond their springs; the friction work is the rest of what T takes: that of slip,
+// and of springs that change otherwise than by motion. Source: Cundall, Strack 1979 (Geotechnique 29, 47). Cost: 190 flop, of which
+// six divisions and roots.
 #pragma once
 
 #include "contact/contact_law.hpp"
@@ -25,15 +27,19 @@ template <class P> struct ContactState {
     Vec3<P> velocity_1, spin_1, velocity_2, spin_2; ///< of the axes beside the contact; lab
 };
 
+/// The spring of friction.
+template <class P> struct FrictionSpring {
+    Vec3<P> x;   ///< m
+    P stiffness; ///< k_t with which it pulled, N/m
+
+    SKEIN_INLINE P energy() const { return P(0.5) * stiffness * dot(x, x); } ///< J
+};
+
 /// Memory of a contact from one step to the next.
 template <class P> struct ContactMemory {
-    Vec3<P> x;            ///< the spring of friction, m
-    P stiffness;          ///< k_t with which it pulled, N/m
-    Vec3<P> viscous_part; ///< T less the pull of that spring, N
+    FrictionSpring<P> spring;
+    Vec3<P> viscous_part; ///< T less the pull of the spring, N
     P viscous_normal;     ///< N less its spring, N
-
-    /// In the spring, J.
-    SKEIN_INLINE P energy() const { return P(0.5) * stiffness * dot(x, x); }
 };
 
 template <class P> struct ContactForce {
@@ -51,13 +57,18 @@ struct ContactKinds {
     ContactFriction friction;
 };
 
+/// A vector across the unit vector n, turned about it by an angle (Cayley's form, which keeps its length).
+template <class P> SKEIN_INLINE Vec3<P> turned(const Vec3<P>& x, const Vec3<P>& n, P angle) {
+    const P tangent = P(0.5) * angle, share = (tangent + tangent) / fma(tangent, tangent, P(1.0)); // of half the angle
+    return x + share * (cross(n, x) - tangent * x);
+}
+
 /// `weight`: of the normal force, where a contact has several points; `elsewhere`: normal force of the others, which friction
-/// counts too. `memory`: as the contact left it, 0 of a new one; then as it leaves it now, 0 where nothing touches. `from`: the x
-/// that it goes on from, which may be another's.
-template <int W> SKEIN_INLINE ContactForce<Pack<W>> contact_force(ContactKinds kinds, const ContactNumbers<Pack<W>>& law,
-                                                                  const ContactState<Pack<W>>& in, double h,
-                                                                  ContactMemory<Pack<W>>& memory, const Vec3<Pack<W>>& from,
-                                                                  Pack<W> weight = 1.0, Pack<W> elsewhere = 0.0) {
+/// counts too. `memory`: as the contact left it, 0 of a new one; then as it leaves it now, 0 where nothing touches. `from`: the
+/// spring that it goes on from, which may be another's.
+template <int W> SKEIN_INLINE ContactForce<Pack<W>>
+contact_force(ContactKinds kinds, const ContactNumbers<Pack<W>>& law, const ContactState<Pack<W>>& in, double h,
+              ContactMemory<Pack<W>>& memory, const FrictionSpring<Pack<W>>& from, Pack<W> weight = 1.0, Pack<W> elsewhere = 0.0) {
     using P = Pack<W>;
     const P zero(0.0), half(0.5), one(1.0), tiny(1e-150), step(h);
     const P overlap = in.radius_1 + in.radius_2 - in.distance, depth = max(overlap, zero);
@@ -75,7 +86,7 @@ template <int W> SKEIN_INLINE ContactForce<Pack<W>> contact_force(ContactKinds k
     out.stiffness = select(touches, hertz ? P(1.5) * root * law.stiffness : law.stiffness, zero);
     out.elastic_energy = P(hertz ? 0.4 : 0.5) * elastic * depth;
     const Vec3<P> none{zero, zero, zero}, half_way = (half * step) * tangential;
-    ContactMemory<P> now{none, zero, none, select(touches, out.normal - elastic, zero)};
+    ContactMemory<P> now{{none, zero}, none, select(touches, out.normal - elastic, zero)};
     out.viscous_work = half * step * approach * (memory.viscous_normal + now.viscous_normal);
     out.friction_work = zero;
     const P pressed = out.normal + elsewhere;
@@ -83,7 +94,9 @@ template <int W> SKEIN_INLINE ContactForce<Pack<W>> contact_force(ContactKinds k
     Vec3<P> friction = none;
     if (kinds.friction == ContactFriction::memory) {
         const P stiffness = law.tangential_stiffness * root;
-        const Vec3<P> moved = fma(step, tangential, from), in_plane = moved - dot(moved, n) * n;
+        const Vec3<P> kept = hertz ? min(one, from.stiffness / max(stiffness, tiny)) * from.x : from.x;
+        const Vec3<P> in_plane =
+            fma(step, tangential, turned(kept - dot(kept, n) * n, n, half * step * dot(in.spin_1 + in.spin_2, n)));
         const Vec3<P> trial = -(stiffness * in_plane) - law.tangential_damping * tangential;
         const P squared = dot(trial, trial), limit = law.static_friction * pressed;
         const auto sticks = squared <= limit * limit;
@@ -97,12 +110,11 @@ template <int W> SKEIN_INLINE ContactForce<Pack<W>> contact_force(ContactKinds k
             viscous_part = select(sticks, viscous_part, none);
         }
         friction = select(touches, friction, none);
-        now.x = select(touches, after, none);
-        now.stiffness = select(touches, stiffness, zero);
+        now.spring = {select(touches, after, none), select(touches, stiffness, zero)};
         now.viscous_part = select(touches, viscous_part, none);
-        const P viscous_work = -dot(memory.viscous_part + now.viscous_part, half_way), energy = now.energy();
-        const Vec3<P> before = memory.viscous_part - memory.stiffness * memory.x;
-        out.friction_work = memory.energy() - energy - viscous_work - dot(before + friction, half_way);
+        const P viscous_work = -dot(memory.viscous_part + now.viscous_part, half_way), energy = now.spring.energy();
+        const Vec3<P> before = memory.viscous_part - memory.spring.stiffness * memory.spring.x;
+        out.friction_work = memory.spring.energy() - energy - viscous_work - dot(before + friction, half_way);
         out.viscous_work += viscous_work;
         out.elastic_energy += energy;
     } else if (kinds.friction != ContactFriction::none) {
@@ -116,7 +128,8 @@ template <int W> SKEIN_INLINE ContactForce<Pack<W>> contact_force(ContactKinds k
         out.friction_work = -dot(memory.viscous_part + friction, half_way);
     }
     out.viscous_work = select(touches, out.viscous_work, zero);
-    out.friction_work = select(touches, out.friction_work, memory.energy()); // a contact that ends loses the energy of its spring
+    out.friction_work =
+        select(touches, out.friction_work, memory.spring.energy()); // a contact that ends loses the energy of its spring
     memory = now;
     out.moment = cross(n, friction);
     out.on_1 = friction - out.normal * n;

@@ -62,7 +62,7 @@ public:
 
     std::span<Pack<W>> memory(const RodTile<W>& rod) override {
         TileContacts& contacts = contacts_->of_tile(rod.number);
-        return {&contacts.kept.data()->of_last.x.x, sizeof(Kept) / sizeof(P) * contacts.kept.size()};
+        return {&contacts.kept.data()->of_last.spring.x.x, sizeof(Kept) / sizeof(P) * contacts.kept.size()};
     }
     void recall(const RodTile<W>& rod) override { // what is put back has to be looked at
         TileContacts& contacts = contacts_->of_tile(rod.number);
@@ -113,8 +113,9 @@ private:
     static void let_go(Kept& kept, Mask<W> where) {
         const P none(0.0);
         ContactMemory<P>& m = kept.of_last;
-        kept.friction_work += select(where, m.energy(), none);
-        m = {select(where, Vec3<P>{}, m.x), select(where, none, m.stiffness), select(where, Vec3<P>{}, m.viscous_part),
+        kept.friction_work += select(where, m.spring.energy(), none);
+        m = {{select(where, Vec3<P>{}, m.spring.x), select(where, none, m.spring.stiffness)},
+             select(where, Vec3<P>{}, m.viscous_part),
              select(where, none, m.viscous_normal)};
     }
     void forget(TileContacts& contacts, int i) const {
@@ -207,7 +208,7 @@ private:
             state.normal = s.towards;
             state.distance = s.distance;
             state.velocity_2 = broadcast<W>(wall[w].velocity);
-            const Vec3<P> from = kept.of_last.x;
+            const FrictionSpring<P> from = kept.of_last.spring;
             const ContactForce<P> out = contact_force<W>(wall[w].kinds, wall[w].law.template as<P>(), state, h, kept.of_last, from);
             kept.friction_work += out.friction_work;
             kept.viscous_work += out.viscous_work;

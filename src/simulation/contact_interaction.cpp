@@ -190,7 +190,7 @@ KeptNumbers ContactInteraction::kept() const {
     std::vector<std::int64_t> first_body;
     for (const KeptContact& c : contacts_->kept(*exposure_)) {
         const ContactMemory<double>& m = c.memory;
-        mine.push_back({double(c.a), double(c.b), double(c.status), m.x.x, m.x.y, m.x.z, m.stiffness, m.viscous_part.x,
+        mine.push_back({double(c.a), double(c.b), double(c.status), m.spring.x.x, m.spring.x.y, m.spring.x.z, m.spring.stiffness, m.viscous_part.x,
                         m.viscous_part.y, m.viscous_part.z, m.viscous_normal});
         first_body.push_back(exposure_->scene().gid_at(c.a));
     }
@@ -227,7 +227,7 @@ void ContactInteraction::recall(const KeptNumbers& kept) {
         contacts.push_back({static_cast<std::int64_t>(n[0]),
                             static_cast<std::int64_t>(n[1]),
                             static_cast<std::uint32_t>(n[2]),
-                            {{n[3], n[4], n[5]}, n[6], {n[7], n[8], n[9]}, n[10]}});
+                            {{{n[3], n[4], n[5]}, n[6]}, {n[7], n[8], n[9]}, n[10]}});
     if (comm_.root()) contacts_->restore(contacts, kept.numbers[0], kept.numbers[1]); // sums of all ranks
     else contacts_->restore(contacts);
 }

@@ -24,7 +24,7 @@ Bounce bounce(const ContactLaw& law, double m, double speed) {
         return contact_force<1>({law.normal, ContactFriction::none}, numbers,
                                 {broadcast<1>(Vec3d{1, 0, 0}), 2 - overlap, 1.0, 1.0, broadcast<1>(Vec3d{v, 0, 0}),
                                  broadcast<1>(none), broadcast<1>(none), broadcast<1>(none)},
-                                0, memory, memory.x)
+                                0, memory, memory.spring)
             .normal[0];
     };
     double g = 0, v = speed, t = 0;
@@ -71,7 +71,7 @@ TEST(ContactLaw, RubsOnlyWhereItSlides) {
             return contact_force<1>({normal, law.friction}, numbers,
                                     {broadcast<1>(Vec3d{1, 0, 0}), 2 - overlap, 1.0, 1.0, broadcast<1>(Vec3d{0, v, 0}),
                                      broadcast<1>(none), broadcast<1>(none), broadcast<1>(none)},
-                                    h, memory, memory.x);
+                                    h, memory, memory.spring);
         };
         double v = 0.01, friction_work = 0;
         const double energy = 0.5 * mass * v * v;
@@ -81,9 +81,9 @@ TEST(ContactLaw, RubsOnlyWhereItSlides) {
             v += h * f.on_1.y[0] / mass;
         }
         EXPECT_LT(std::abs(friction_work), 1e-6 * energy);
-        EXPECT_NEAR(0.5 * mass * v * v + memory.energy()[0], energy, 0.2 * energy) << "it swings on";
+        EXPECT_NEAR(0.5 * mass * v * v + memory.spring.energy()[0], energy, 0.2 * energy) << "it swings on";
 
-        const double before = memory.energy()[0];
+        const double before = memory.spring.energy()[0];
         double slid = 0, drag = 0;
         friction_work = 0;
         for (int i = 0; i < 20000; ++i) {
@@ -92,7 +92,7 @@ TEST(ContactLaw, RubsOnlyWhereItSlides) {
             slid += h;
             drag = -f.on_1.y[0];
         }
-        EXPECT_NEAR(friction_work + memory.energy()[0] - before, drag * slid, 1e-2 * drag * slid); // the beginning sticks
+        EXPECT_NEAR(friction_work + memory.spring.energy()[0] - before, drag * slid, 1e-2 * drag * slid); // the beginning sticks
     }
 }
 
@@ -117,8 +117,8 @@ TEST(ContactLaw, DashpotsDampWhatIsThere) {
                                                 {broadcast<1>(Vec3d{1, 0, 0}), 2 - overlap, 1.0, 1.0,
                                                  broadcast<1>(along ? Vec3d{0, v, 0} : Vec3d{v, 0, 0}), broadcast<1>(none),
                                                  broadcast<1>(none), broadcast<1>(none)},
-                                                h, memory, memory.x);
-                viscous_work += f.viscous_work[0], friction_work += f.friction_work[0], elastic_energy = memory.energy()[0];
+                                                h, memory, memory.spring);
+                viscous_work += f.viscous_work[0], friction_work += f.friction_work[0], elastic_energy = memory.spring.energy()[0];
                 v += h * (along ? f.on_1.y[0] : f.on_1.x[0] + law.stiffness * overlap) / mass; // the spring holds what presses
             }
             if (along && friction == 0) {
@@ -167,10 +167,10 @@ template <int W> Drawn<W> draw(unsigned seed, int first) {
         set_lane(d.state.normal, l, (1 / norm(n)) * n);
         d.state.radius_1.set(l, 0.5 + uniform(random)), d.state.radius_2.set(l, 0.5 + uniform(random)),
             d.state.distance.set(l, 2 * uniform(random));
-        for (Vec3<Pack<W>>* v :
-             {&d.state.velocity_1, &d.state.spin_1, &d.state.velocity_2, &d.state.spin_2, &d.memory.x, &d.memory.viscous_part})
+        for (Vec3<Pack<W>>* v : {&d.state.velocity_1, &d.state.spin_1, &d.state.velocity_2, &d.state.spin_2, &d.memory.spring.x,
+                                 &d.memory.viscous_part})
             set_lane(*v, l, vector());
-        d.memory.stiffness.set(l, uniform(random)), d.memory.viscous_normal.set(l, uniform(random));
+        d.memory.spring.stiffness.set(l, uniform(random)), d.memory.viscous_normal.set(l, uniform(random));
         for (Pack<W>* p : {&d.law.stiffness, &d.law.damping, &d.law.static_friction, &d.law.kinetic_friction,
                            &d.law.tangential_stiffness, &d.law.tangential_damping, &d.law.slip_speed})
             p->set(l, uniform(random));
@@ -184,13 +184,14 @@ TEST(ContactForce, IsTheSameInOneLaneAndInEight) {
              {ContactFriction::none, ContactFriction::memory, ContactFriction::regularised, ContactFriction::published})
             for (unsigned seed = 0; seed < 100; ++seed) {
                 auto eight = draw<8>(seed, 0);
-                const auto all = contact_force<8>({normal, friction}, eight.law, eight.state, 0.1, eight.memory, eight.memory.x);
+                const auto all =
+                    contact_force<8>({normal, friction}, eight.law, eight.state, 0.1, eight.memory, eight.memory.spring);
                 for (int l = 0; l < 8; ++l) {
                     auto one = draw<1>(seed, l);
-                    const auto f = contact_force<1>({normal, friction}, one.law, one.state, 0.1, one.memory, one.memory.x);
+                    const auto f = contact_force<1>({normal, friction}, one.law, one.state, 0.1, one.memory, one.memory.spring);
                     ASSERT_EQ(norm(lane(all.on_1, l) - lane(f.on_1, 0)), 0);
                     ASSERT_EQ(norm(lane(all.moment, l) - lane(f.moment, 0)), 0);
-                    ASSERT_EQ(norm(lane(eight.memory.x, l) - lane(one.memory.x, 0)), 0);
+                    ASSERT_EQ(norm(lane(eight.memory.spring.x, l) - lane(one.memory.spring.x, 0)), 0);
                     ASSERT_EQ(all.elastic_energy[l], f.elastic_energy[0]);
                     ASSERT_EQ(all.friction_work[l], f.friction_work[0]);
                     ASSERT_EQ(all.viscous_work[l], f.viscous_work[0]);
@@ -211,7 +212,8 @@ TEST(ContactForce, OfPublishedFriction) {
                                           broadcast<1>(none),
                                           broadcast<1>(none),
                                           broadcast<1>(none)};
-        return -contact_force<1>({ContactNormal::linear, ContactFriction::published}, law, state, 1e-3, memory, memory.x).on_1.x[0];
+        return -contact_force<1>({ContactNormal::linear, ContactFriction::published}, law, state, 1e-3, memory, memory.spring)
+                    .on_1.x[0];
     };
     EXPECT_EQ(drag(0), 0);
     EXPECT_EQ(drag(0.9e-3), 0);
@@ -238,7 +240,7 @@ TEST(ContactForce, AccountsForItsEnergy) {
             const ContactState<Pack<1>> state{
                 broadcast<1>(Vec3d{0, 0, 1}), 2 * radius - overlap, radius, radius, broadcast<1>(v), broadcast<1>(none),
                 broadcast<1>(none),           broadcast<1>(none)};
-            const auto f = contact_force<1>({normal, ContactFriction::memory}, law, state, h, memory, memory.x);
+            const auto f = contact_force<1>({normal, ContactFriction::memory}, law, state, h, memory, memory.spring);
             const Vec3d force = lane(f.on_1, 0);
             done -= h * dot(0.5 * (force + force_before), v);
             force_before = force;
@@ -247,6 +249,88 @@ TEST(ContactForce, AccountsForItsEnergy) {
         }
         EXPECT_GT(friction_work, 0.1 * done);
         EXPECT_NEAR(done, elastic_energy + lost, 2e-3 * done) << static_cast<int>(normal);
+    }
+}
+
+/// Two spheres in contact that stick, with nothing but the spring of friction.
+struct Sticking {
+    ContactNumbers<Pack<1>> law{1e4, 0.0, 1e6, 1e6, 8e3, 0.0, 0.0};
+    ContactNormal normal = ContactNormal::hertz;
+    double h = 1e-3;
+    ContactMemory<Pack<1>> memory{};
+    Vec3d axis{0, 0, 1}; ///< from 1 to 2
+
+    ContactForce<Pack<1>> step(double overlap, const Vec3d& slip, const Vec3d& spin_1 = {0, 0, 0},
+                               const Vec3d& spin_2 = {0, 0, 0}) {
+        const double radius = 0.1;
+        const ContactState<Pack<1>> state{
+            broadcast<1>(axis),    2 * radius - overlap, radius, radius, broadcast<1>(slip), broadcast<1>(spin_1),
+            broadcast<1>(Vec3d{}), broadcast<1>(spin_2)};
+        return contact_force<1>({normal, ContactFriction::memory}, law, state, h, memory, memory.spring);
+    }
+    Vec3d spring() const { return lane(memory.spring.x, 0); }
+    double energy() const { return memory.spring.energy()[0]; }
+};
+
+TEST(ContactForce, OfASpringOfFrictionGainsNoEnergyAsTheContactStiffens) {
+    Sticking contact;
+    contact.step(0.01, {2.0, 1.0, 0.0});
+    const double before = contact.energy();
+    const Vec3d pull = lane(contact.step(0.01, {}).on_1, 0);
+    const auto pressed = contact.step(0.04, {});
+    EXPECT_NEAR(pressed.on_1.x[0], pull.x, 1e-12 * std::abs(pull.x)) << "it pulls as before";
+    EXPECT_NEAR(pressed.on_1.y[0], pull.y, 1e-12 * std::abs(pull.y));
+    EXPECT_NEAR(contact.energy(), before / 2, 1e-12 * before) << "at twice the stiffness half of the length";
+    EXPECT_NEAR(pressed.friction_work[0], before / 2, 1e-12 * before);
+    const auto released = contact.step(0.01, {});
+    EXPECT_NEAR(released.on_1.x[0], pull.x / 2, 1e-12 * std::abs(pull.x)) << "as it softens its length stays";
+    EXPECT_NEAR(contact.energy(), before / 4, 1e-12 * before);
+}
+
+/// Whatever the way through overlap and slip, one that ends where it began takes energy: Hertz by ways pressed and released, a
+/// linear contact none while it sticks.
+TEST(ContactForce, OfASpringOfFrictionTakesEnergyOnEveryClosedWay) {
+    for (const ContactNormal normal : {ContactNormal::linear, ContactNormal::hertz})
+        for (int trial = 0; trial < 50; ++trial) {
+            std::mt19937 random(static_cast<unsigned>(trial));
+            std::uniform_real_distribution<double> uniform(-1, 1);
+            const double depth = 0.5 * uniform(random), phase = M_PI * uniform(random), across = uniform(random);
+            Sticking contact{.normal = normal};
+            contact.law.static_friction = contact.law.kinetic_friction = 1e9;
+            const int steps = 2000;
+            double done = 0, scale = 0;
+            Vec3d force_before{};
+            for (int n = 0; n < 3 * steps; ++n) {
+                const double angle = 2 * M_PI * n / steps, rate = 2 * M_PI / (steps * contact.h);
+                const Vec3d slip{0.01 * rate * std::cos(angle), 0.01 * across * rate * std::sin(angle), 0};
+                const auto f = contact.step(0.02 * (1 + depth * std::sin(angle + phase)), slip);
+                const Vec3d force{f.on_1.x[0], f.on_1.y[0], 0};
+                const double work = -0.5 * contact.h * dot(force + force_before, slip);
+                force_before = force;
+                if (n < steps) continue; // from the second turn on it is periodic in a linear contact
+                done += work, scale += std::abs(work);
+            }
+            if (normal == ContactNormal::linear) EXPECT_NEAR(done, 0, 2e-3 * scale) << trial;
+            else EXPECT_GT(done, -2e-3 * scale) << trial;
+        }
+}
+
+/// Two bodies that turn as one about their normal take the spring with them; of two that roll on each other none is turned.
+TEST(ContactForce, OfASpringOfFrictionTurnsWithItsBodies) {
+    for (const ContactNormal normal : {ContactNormal::linear, ContactNormal::hertz}) {
+        Sticking contact{.normal = normal};
+        contact.step(0.01, {2.0, 0.0, 0.0});
+        const double length = norm(contact.spring()), energy = contact.energy();
+        const double turn = 1.25; // in all, about the normal
+        const int steps = 500;
+        for (int n = 0; n < steps; ++n)
+            contact.step(0.01, {}, {0, 0, turn / (steps * contact.h)}, {0, 0, turn / (steps * contact.h)});
+        EXPECT_NEAR(contact.spring().x, length * std::cos(turn), 1e-6 * length);
+        EXPECT_NEAR(contact.spring().y, length * std::sin(turn), 1e-6 * length);
+        EXPECT_NEAR(contact.energy(), energy, 1e-12 * energy);
+        for (int n = 0; n < steps; ++n)
+            contact.step(0.01, {}, {0, 0, turn / (steps * contact.h)}, {0, 0, -turn / (steps * contact.h)});
+        EXPECT_NEAR(contact.spring().x, length * std::cos(turn), 1e-6 * length) << "one against the other";
     }
 }
 
