@@ -25,11 +25,11 @@ def rotation_vector(m):
     return angle / (2 * math.sin(angle)) * numpy.array([m[2, 1] - m[1, 2], m[0, 2] - m[2, 0], m[1, 0] - m[0, 1]])
 
 
-def start(n, turns=0, oval=0.5):
+def start(n, turns=0, oval=0.5, length=LENGTH):
     """Curvature of every vertex of an oval of n elements whose frame turns about the tangent so often, 1/m."""
     bends, twist = (2 * math.pi / n * (1 + oval * math.cos(4 * math.pi * (k + 1) / n)) for k in range(n)), 2 * math.pi * turns / n
     frames = (about("z", -k * twist) @ about("x", bend) @ about("z", (k + 1) * twist) for k, bend in enumerate(bends))
-    return "rods.ring.shape.start_curvature_profile=" + str([[float(c) for c in n / LENGTH * rotation_vector(m)] for m in frames])
+    return "rods.ring.shape.start_curvature_profile=" + str([[float(c) for c in n / length * rotation_vector(m)] for m in frames])
 
 
 def leaning_in_ply(moment):
@@ -56,10 +56,10 @@ def leaning_in_ply(moment):
 
 
 class Minicircle(SingleRuns):
-    def relaxed(self, out, excess, *settings, elements=60, duration=12, **shape):
+    def relaxed(self, out, excess, *settings, elements=60, duration=12, length=LENGTH, **shape):
         """Time series of a run that ends at rest."""
-        self.run_alone(out, f"rods.ring.shape.rest_curvature=[0.0, 0.0, {-2 * math.pi * excess / LENGTH}]", f"rods.ring.shape.elements={elements}",
-                       start(elements, **shape), f"time.duration={duration}", f"output.trajectory={duration}", *settings, scene=APPS / "contact/minicircle.toml")
+        self.run_alone(out, f"rods.ring.shape.rest_curvature=[0.0, 0.0, {-2 * math.pi * excess / length}]", f"rods.ring.shape.elements={elements}",
+                       f"rods.ring.shape.length={length}", start(elements, length=length, **shape), f"time.duration={duration}", f"output.trajectory={duration}", *settings, scene=APPS / "contact/minicircle.toml")
         return self.series(out)
 
     def nodes(self, out):
@@ -95,9 +95,9 @@ class Minicircle(SingleRuns):
         self.assertGreater(above["contacts"][-1], 0)
         self.assertLess(numpy.abs(above["link"]).max(), 1e-9)
 
-    def moment(self, series):
+    def moment(self, series, length=LENGTH):
         """Of twist, N m: twist is even along the rod."""
-        return math.sqrt(2 * series["elastic_twist"][-1] * C / LENGTH)
+        return math.sqrt(2 * series["elastic_twist"][-1] * C / length)
 
     def energy(self, series):
         return sum(series[name][-1] for name in series if name.startswith("elastic_")) + series["contact_energy"][-1]
@@ -125,6 +125,18 @@ class Minicircle(SingleRuns):
         expected = leaning_in_ply(self.moment(series))
         self.assertAlmostEqual(numpy.percentile(leaning, 25) / expected, 1, delta=1e-2)
         self.assertAlmostEqual(B / RADIUS * math.sin(expected)**2 * math.tan(2 * expected) / self.moment(series), 1, delta=0.1)  # without shear
+
+    def test_writhe_per_length_is_that_of_the_ply(self):
+        """Loops of rings under one moment are the same; what a longer one has more is ply, whose strands lean by beta and have a writhe of
+        sin(2 beta)/(4 pi r) per length (Fuller 1971). With the twist M/(2 pi C) per length the excess link follows, at which the moments have to agree."""
+        reference = self.relaxed("reference", 4.0, elements=100)
+        moment = self.moment(reference)
+        writhe = math.sin(2 * leaning_in_ply(moment)) / (4 * math.pi * RADIUS)
+        for shorter in (0.1, 0.2):
+            length, excess = LENGTH - shorter, 4 - shorter * (writhe + moment / (2 * math.pi * C))
+            series = self.relaxed(f"shorter_by_{shorter}", excess, elements=round(100 * length), length=length)
+            self.assertAlmostEqual(self.moment(series, length) / moment, 1, delta=5e-3)
+            self.assertAlmostEqual((reference["writhe"][-1] - series["writhe"][-1]) / (shorter * writhe), 1, delta=1e-2)
 
     def test_picture(self):
         self.relaxed("drawn", 2.0, duration=1)
