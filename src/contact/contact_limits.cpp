@@ -83,6 +83,12 @@ double contact_limit(const ContactMobility& of, const ContactLaw& law, double st
     return dt;
 }
 
+double least_slip_speed(const ContactMobility& of, const ContactLaw& law, double force, int bodies, double dt) {
+    if (law.friction != ContactFriction::regularised && law.friction != ContactFriction::published) return 0;
+    const double steepness = law.friction == ContactFriction::published ? 2 : 1;
+    return 0.5 * dt * steepness * law.kinetic() * force * bodies * of.tangential;
+}
+
 TimeLimit contact_time_limit(const RodGroup& group, const ContactLaw& law, double share) {
     const ContactMobility of = contact_mobility(group);
     const double overlap = share * of.diameter;

@@ -1,5 +1,6 @@
 #include "scene/doubts.hpp"
 
+#include "contact/contact_limits.hpp"
 #include "core/field_looker.hpp"
 #include "rod/cell_turn.hpp"
 #include "scene/scene_tables.hpp"
@@ -63,6 +64,14 @@ private:
     std::vector<std::string> inner_; ///< tables within it
 };
 
+/// Slip that friction without memory turns round within a step.
+void tell_trembling(const std::string& where, const ContactLaw& law, double force, double least, std::vector<std::string>& found) {
+    if (law.slip_speed >= least) return;
+    found.push_back(fmt::format("{}: {} friction is too steep for the step under the {:.3g} N that are expected: slip trembles; "
+                                "slip_speed = {:.2g} would do, or a shorter step",
+                                where, contact_friction_names[static_cast<std::size_t>(law.friction)], force, least));
+}
+
 } // namespace
 
 std::vector<std::string> doubts(const SceneSpec& scene, std::span<const RodGroup> groups, double dt) {
@@ -103,6 +112,21 @@ std::vector<std::string> doubts(const SceneSpec& scene, std::span<const RodGroup
     for (Wall& wall : copy.walls) {
         looker.look_into("wall." + wall.name);
         wall.fields(looker);
+    }
+    return found;
+}
+
+std::vector<std::string> slip_doubts(const ContactOutlook& outlook, const ContactLaws* laws, std::span<const Wall> walls,
+                                     std::span<const RodGroup> groups, double dt) {
+    std::vector<std::string> found;
+    for (std::size_t g = 0; g < groups.size(); ++g) {
+        const ContactMobility mobility = contact_mobility(groups[g]);
+        const auto look = [&](const std::string& where, const ContactLaw& law, int bodies) {
+            tell_trembling(where, law, outlook.force, least_slip_speed(mobility, law, outlook.force, bodies, dt), found);
+        };
+        if (laws) look(fmt::format("contact of '{}'", groups[g].name()), laws->between(g, g), 2);
+        for (const Wall& wall : walls)
+            if (wall.acts_on(groups[g].name())) look(fmt::format("wall '{}' and '{}'", wall.name, groups[g].name()), wall.law, 1);
     }
     return found;
 }

@@ -565,7 +565,9 @@ Plan make_plan(const SceneSpec& as_given, std::span<const RodGroup> groups, cons
     plan.cadence = cadence_of(scene.output, plan.dt);
     plan.keeping = {scene.output.keep, scene.output.milestones};
     tell_uneven_outputs(plan, scene);
-    for (std::string& doubt : doubts(scene, groups, plan.dt)) plan.notes.push_back(std::move(doubt));
+    const auto note = [&](std::vector<std::string> all) { std::move(all.begin(), all.end(), std::back_inserter(plan.notes)); };
+    note(doubts(scene, groups, plan.dt));
+    note(slip_doubts(plan.outlook, plan.contact_laws ? &*plan.contact_laws : nullptr, plan.walls, groups, plan.dt));
     plan.audit = scene.output.audit;
     plan.observables = scene.output.observables;
     const auto frames = [&](std::int64_t every) { return every > 0 ? static_cast<double>(plan.steps / every + 1) : 0.0; };

@@ -1,5 +1,5 @@
 // Laws say what scenes ask of them; energy goes where it is said to go; one lane does as eight do.
-#include "contact/response.hpp"
+#include "contact/contact_limits.hpp"
 
 #include "skein/core/error.hpp"
 
@@ -250,6 +250,39 @@ TEST(ContactForce, AccountsForItsEnergy) {
         EXPECT_GT(friction_work, 0.1 * done);
         EXPECT_NEAR(done, elastic_energy + lost, 2e-3 * done) << static_cast<int>(normal);
     }
+}
+
+/// Slip of two spheres dies away where the slip speed is as high as their step asks for, and trembles where it is not.
+TEST(ContactForce, OfRegularisedFrictionIsSteadyFromTheLeastSlipSpeedOn) {
+    const double mass = 0.01, h = 1e-4, overlap = 0.01;
+    ContactLaw law{.normal = ContactNormal::linear,
+                   .stiffness = 1e3,
+                   .friction = ContactFriction::regularised,
+                   .static_friction = 0.5,
+                   .kinetic_friction = 0.4};
+    const ContactMobility sphere{.normal = 1 / mass, .tangential = 1 / mass};
+    const double least = least_slip_speed(sphere, law, law.stiffness * overlap, 2, h);
+    const auto slip_after = [&](double slip_speed, int steps) {
+        law.slip_speed = slip_speed;
+        const auto numbers = law.numbers().as<Pack<1>>();
+        double slip = 1e-3 * slip_speed;
+        const Vec3d none{0, 0, 0};
+        for (int n = 0; n < steps; ++n) {
+            ContactMemory<Pack<1>> memory{};
+            const ContactState<Pack<1>> state{
+                broadcast<1>(Vec3d{0, 0, 1}), 0.2 - overlap,     0.1, 0.1, broadcast<1>(Vec3d{slip, 0, 0}), broadcast<1>(none),
+                broadcast<1>(none),           broadcast<1>(none)};
+            slip += 2 * h / mass * contact_force<1>({law.normal, law.friction}, numbers, state, h, memory, memory.spring).on_1.x[0];
+        }
+        return slip;
+    };
+    EXPECT_GT(least, 0);
+    EXPECT_LT(std::abs(slip_after(1.02 * least, 1000)), 1e-12 * least);
+    EXPECT_GT(std::abs(slip_after(0.98 * least, 1000)), 0.1 * least);
+    law.friction = ContactFriction::published;
+    EXPECT_EQ(least_slip_speed(sphere, law, law.stiffness * overlap, 2, h), 2 * least) << "twice as steep";
+    law.friction = ContactFriction::memory;
+    EXPECT_EQ(least_slip_speed(sphere, law, law.stiffness * overlap, 2, h), 0);
 }
 
 /// Two spheres in contact that stick, with nothing but the spring of friction.

@@ -67,5 +67,24 @@ TEST(Doubts, OfNumbersFarFromTheirNeighbours) {
     expect("time.duration=1e13", "time.duration = 1e+13 s is 1e+16 steps");
 }
 
+/// Regularised friction with a slip speed that its step does not follow, of rods and of a wall; with memory there is none.
+TEST(Doubts, OfSlipThatTrembles) {
+    const auto notes = [](const std::vector<std::string>& overrides) {
+        const SceneSpec scene = read_scene(SHIPPED_SCENES "/contact/incline.toml", overrides);
+        std::string all;
+        for (const std::string& note : make_plan(scene, make_groups(scene), Machine{}).notes) all += note + "\n";
+        return all;
+    };
+    const auto expect = [&](const std::string& friction, const std::string& slip_speed, bool told) {
+        const std::string found = notes({"wall.floor.friction=" + friction, "wall.floor.slip_speed=" + slip_speed});
+        EXPECT_EQ(found.find("wall 'floor' and 'rod': " + friction + " friction is too steep") != std::string::npos, told)
+            << friction << ", " << slip_speed << ": " << found;
+    };
+    expect("regularised", "1e-9", true);
+    expect("published", "1e-9", true);
+    expect("regularised", "0.1", false);
+    expect("memory", "1e-9", false);
+}
+
 } // namespace
 } // namespace skein
