@@ -245,7 +245,8 @@ template <int N> SKEIN_INLINE ContactNumbers<Pack<N>> Contacts::numbers(const Ex
 }
 
 /// Evaluates a pair in contact by itself. Near-parallel elements push at the two ends of their overlap, and at the nearest points
-/// with what is left of the normal force and all friction. `now`: the memory that the contact has, where it is not to move on.
+/// with what is left of the normal force and all friction; turning them against each other changes the shares, and with these the
+/// energy, which is a couple. `now`: the memory that the contact has, where it is not to move on.              theory.md (56b)
 Contacts::PairContact Contacts::evaluate_pair(const Exposure& bodies, double h, std::uint32_t pair,
                                               const ContactMemory<double>* now) const {
     using Q = Pack<1>;
@@ -269,12 +270,19 @@ Contacts::PairContact Contacts::evaluate_pair(const Exposure& bodies, double h, 
     };
     const ContactNumbers<Q> law = numbers<1>(bodies, &pair);
     PairContact out{.s = closest.s[0], .t = closest.t[0]};
-    double share = 0; // of the normal force that the two ends take
+    double near = 0, share = 0; // 1 where parallel, 0 from the range's edge on; of the normal force, what the two ends take
     double elsewhere = 0, elastic_energy = 0, viscous_work = 0, max_stiffness = 0;
+    const double squared_1 = dot(d1, d1), squared_2 = dot(d2, d2), along = dot(d1, d2);
     if (closest.sine_squared[0] < blend * blend && closest.last[0] > closest.first[0]) {
-        share = 1 - closest.sine_squared[0] / (blend * blend);
-        for (const double s : {closest.first[0], closest.last[0]}) {
-            const double t = std::clamp(dot(a0->position + s * d1 - b0->position, d2) / dot(d2, d2), 0.0, 1.0);
+        near = 1 - closest.sine_squared[0] / (blend * blend);
+        share = near * near; // without a kink at the edge, where the couple would jump
+        const auto apart = [&](double s, double t) { return norm(b0->position + t * d2 - (a0->position + s * d1)); };
+        for (const double end : {0.0, 1.0}) { // the end of one and its foot on the other, whichever are nearer
+            const double beside = along > 0 ? end : 1 - end,
+                         foot_2 = std::clamp(dot(a0->position + end * d1 - b0->position, d2) / squared_2, 0.0, 1.0),
+                         foot_1 = std::clamp(dot(b0->position + beside * d2 - a0->position, d1) / squared_1, 0.0, 1.0);
+            const bool of_1 = apart(end, foot_2) <= apart(foot_1, beside);
+            const double s = of_1 ? end : foot_1, t = of_1 ? foot_2 : beside;
             ContactMemory<Q> none{};
             const auto f =
                 contact_force<1>({kinds_.normal, ContactFriction::none}, law, state_at(s, t), h, none, none.spring, 0.5 * share);
@@ -292,6 +300,15 @@ Contacts::PairContact Contacts::evaluate_pair(const Exposure& bodies, double h, 
     out.distance = state.distance[0];
     out.force = contact_force<1>(kinds_, law, state, h, before.own, before.from, 1 - share, elsewhere);
     out.memory = before.own;
+    if (share > 0) { // dE/dshare, times how the share changes as elements turn
+        const double at_nearest = normal_energy(kinds_.normal, law.stiffness, state.radius_1 + state.radius_2 - state.distance)[0],
+                     per_share = elastic_energy / share - at_nearest,
+                     per_cosine = 4 * near * along / (blend * blend * squared_1 * squared_2);
+        const Vec3d turn_1 = (per_share * per_cosine) * (d2 - (along / squared_1) * d1),
+                    turn_2 = (per_share * per_cosine) * (d1 - (along / squared_2) * d2);
+        out.more_on_first += {.first = turn_1, .second = -turn_1};
+        out.more_on_second += {.first = turn_2, .second = -turn_2};
+    }
     out.force.elastic_energy += elastic_energy;
     out.force.viscous_work += viscous_work;
     out.force.stiffness = max(out.force.stiffness, Q(max_stiffness));

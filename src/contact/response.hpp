@@ -63,6 +63,12 @@ template <class P> SKEIN_INLINE Vec3<P> turned(const Vec3<P>& x, const Vec3<P>& 
     return x + share * (cross(n, x) - tangent * x);
 }
 
+/// Of the normal spring at an overlap, J; none where nothing touches.
+template <class P> SKEIN_INLINE P normal_energy(ContactNormal normal, P stiffness, P overlap) {
+    const P depth = max(overlap, P(0.0)), spring = stiffness * depth * depth;
+    return normal == ContactNormal::hertz ? P(0.4) * (sqrt(depth) * spring) : P(0.5) * spring;
+}
+
 /// `weight`: of the normal force, where a contact has several points; `elsewhere`: normal force of the others, which friction
 /// counts too. `memory`: as the contact left it, 0 of a new one; then as it leaves it now, 0 where nothing touches. `from`: the
 /// spring that it goes on from, which may be another's.

@@ -70,6 +70,45 @@ TEST(Contacts, NeverPull) {
     }
 }
 
+/// Without friction and dashpots what rods feel is minus the gradient of the energy that is in contacts: crossing elements,
+/// near-parallel ones at any angle of the range in which their ends take a share, beside each other and end over end.
+TEST(Contacts, AreMinusTheGradientOfTheirEnergy) {
+    const Threads one(1);
+    std::mt19937 random(5);
+    std::uniform_real_distribution<double> uniform(-1, 1);
+    const double radius = 0.05, step = 1e-6;
+    int near_parallel = 0;
+    for (const ContactNormal normal : {ContactNormal::linear, ContactNormal::hertz})
+        for (int trial = 0; trial < 200; ++trial) {
+            const double angle = trial % 4 == 0 ? 1.5 * uniform(random) : 0.06 * uniform(random);
+            const Vec3d at{uniform(random), 0.02 * uniform(random), 0.09},
+                along{(trial % 3 ? 0.7 : -0.7) * std::cos(angle), 0.7 * std::sin(angle), 0.01 * uniform(random)};
+            const std::vector<Vec3d> nodes{{-0.5, 0, 0}, {0.5, 0, 0}, at - along, at + along};
+            SlotLoads out;
+            const auto energy = [&](const std::vector<Vec3d>& x) {
+                test::BodiesByHand rods;
+                rods.add(std::span(x).first(2), radius);
+                rods.add(std::span(x).last(2), radius);
+                Contacts contacts(rods.scene(ContactLaw{.normal = normal, .stiffness = 1e5}), one);
+                contacts.evaluate(rods.exposure(), 0, 1e-4, out);
+                return contacts.figures().elastic_energy;
+            };
+            if (energy(nodes) == 0) continue;
+            near_parallel += std::abs(std::sin(angle)) < 0.05;
+            std::vector<Vec3d> force;
+            double size = 0;
+            for (std::size_t i = 0; i < 4; ++i) force.push_back(out.load[i].force), size = std::max(size, norm(force[i]));
+            for (std::size_t i = 0; i < 4; ++i)
+                for (double Vec3d::*axis : {&Vec3d::x, &Vec3d::y, &Vec3d::z}) {
+                    std::vector<Vec3d> there = nodes, back = nodes;
+                    there[i].*axis += step, back[i].*axis -= step;
+                    EXPECT_NEAR(force[i].*axis, -(energy(there) - energy(back)) / (2 * step), 1e-5 * size)
+                        << trial << ", node " << i;
+                }
+        }
+    EXPECT_GT(near_parallel, 100);
+}
+
 TEST(Contacts, OfALawKnownInClosedForm) {
     const Threads one(1);
     const auto rods = rods_between({{{-1, 0, 0}, {1, 0, 0}}, {{0.5, -1, 0.09}, {0.5, 1, 0.09}}}, 1, 0.05);
