@@ -2,13 +2,14 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numeric>
 
 namespace skein {
 
 namespace {
 
-constexpr double round_off = 1e-12; ///< differences over values that mean nothing
+constexpr double least_round_off = 1e-12; ///< differences over values that mean nothing
 constexpr double least_alike = 0.9; ///< cosine between differences of smooth convergence
 constexpr double least_second = 1.5, most_second = 2.6, least_order = 0.5, most_order = 4;
 /// Margins beyond the Richardson error: of the scheme's own order, and of another one, which more elements may change.
@@ -45,9 +46,10 @@ Values richardson(const Values& coarse, const Values& fine, double order) {
     return combine(1 + weight, fine, -weight, coarse);
 }
 
-void judge(Convergence& c, const Values& first, const Values& second, double magnitude, std::size_t components) {
+/// `nothing`: differences up to this are round-off.
+void judge(Convergence& c, const Values& first, const Values& second, double nothing, std::size_t components) {
     c.order = NAN;
-    if (norms(first, components).most <= round_off * magnitude && norms(second, components).most <= round_off * magnitude) return;
+    if (norms(first, components).most <= nothing && norms(second, components).most <= nothing) return;
     c.smoothness = Smoothness::rough;
     const double a = dot(first, first), b = dot(second, second), both = dot(first, second);
     if (both <= 0) return;
@@ -115,7 +117,9 @@ Convergence converge(const LevelValues& levels) {
     for (const auto& level : levels.space) magnitude = std::max(magnitude, norms(level, components).most);
 
     Convergence c;
-    judge(c, first, second, magnitude, components);
+    const double round_off =
+        std::max(least_round_off, static_cast<double>(levels.steps) * std::numeric_limits<double>::epsilon());
+    judge(c, first, second, round_off * magnitude, components);
     c.spread = norms(second, components).most;
     const Norms time = norms(time_error, components);
     const auto close = [&](Convergence::ErrorBar& bar, double space, double margin, double time_part, double together) {

@@ -5,6 +5,7 @@
 
 #include <array>
 #include <cstddef>
+#include <cstdint>
 #include <optional>
 #include <span>
 #include <vector>
@@ -19,6 +20,7 @@ struct LevelValues {
     std::span<const double> half_step;            ///< the same run with half its step
     int time_order = 2;                           ///< q
     std::size_t components = 1;
+    std::int64_t steps = 0; ///< of the longest run: each may add its round-off
 };
 
 /// What three numbers of elements show.

@@ -55,6 +55,7 @@ ObservableError error_of(const Study& study, const std::array<RunSamples, 4>& sa
     o.range = range_of(samples[2].quantities[number].values, width);
     LevelValues levels{.given = study.given, .half_step = values[3], .time_order = study.time_order, .components = width};
     for (std::size_t k = 0; k < 3; ++k) levels.space[k] = values[k], levels.dt[k] = study.runs[k].dt;
+    for (const auto& run : study.runs) levels.steps = std::max(levels.steps, run.steps);
     o.convergence = converge(levels);
     const std::span<const double> start = std::span(q.values).first(width), end = values[study.given].last(width);
     const auto told = [&](std::span<const double> v) { return width == 1 ? v[0] : distance(v, start, width); };
