@@ -125,7 +125,7 @@ TEST(Convergence, RoundOffIsNoOrder) {
     EXPECT_EQ(c.smoothness, Smoothness::exact);
     EXPECT_TRUE(std::isnan(c.order));
     EXPECT_LE(c.error_bar.total, 1e-13);
-    const auto of_many_steps = [](double n, double, int i) { return exact(i) + 1e-11 * std::cos(n * n); };
+    const auto of_many_steps = [](double n, double, int i) { return exact(i) + 1e-11 * std::cos(n * n + 10 * i); };
     Runs runs(of_many_steps, 10);
     EXPECT_EQ(converge(runs.levels).smoothness, Smoothness::rough);
     runs.levels.steps = 1000000;
