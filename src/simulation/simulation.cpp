@@ -219,7 +219,8 @@ void Simulation::advance(std::int64_t until) {
 
 bool Simulation::step_uncoupled(std::span<const Step> steps, bool check) {
     const auto timing = timers_.time(Phase::rods);
-    return rods_->visit(steps, check); // per tile: drift, forces, loads, kick
+    const bool valid = rods_->visit(steps, check); // per tile: drift, forces, loads, kick
+    return valid && (!check || invalid(interactions_).empty());
 }
 
 bool Simulation::step_coupled(std::span<const Step> steps, bool check) {

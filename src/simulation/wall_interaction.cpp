@@ -10,8 +10,8 @@
 namespace skein {
 
 WallInteraction::WallInteraction(const InteractionParts& parts)
-    : comm_(parts.comm), rods_(&parts.rods), walls_(parts.around.walls), wall_contacts_(parts.around.wall_contacts),
-      work_(walls_->count(), 0) {
+    : comm_(parts.comm), groups_(parts.groups), rods_(&parts.rods), walls_(parts.around.walls),
+      wall_contacts_(parts.around.wall_contacts), work_(walls_->count(), 0) {
     for (std::size_t w = 0; w < walls_->count(); ++w) {
         const Wall& wall = walls_->wall[w];
         overlaps_.push_back({.of = wall.name,
@@ -69,6 +69,20 @@ Interaction::Ending WallInteraction::ending() const {
         ending = Ending::now;
     }
     return ending;
+}
+
+std::string WallInteraction::invalid() const {
+    constexpr double through = 10; // diameters
+    for (std::size_t w = 0; w < walls_->count(); ++w) {
+        if (walls_->wall[w].law.soft_until > 0) continue; // may begin behind it
+        for (std::size_t g = 0; g < wall_contacts_.size(); ++g) {
+            const double overlap = wall_contacts_[g] ? wall_contacts_[g]->max_overlap(static_cast<int>(w)) : 0;
+            if (overlap > through)
+                return fmt::format("one of '{}' has gone through the wall '{}': it is {:.3g} of its diameter behind it",
+                                   groups_[g].name(), walls_->wall[w].name, overlap);
+        }
+    }
+    return {};
 }
 
 Touch WallInteraction::strongest_touch(std::int64_t gid) const {

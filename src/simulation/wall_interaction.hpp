@@ -15,6 +15,7 @@ public:
     void drive(const Step& step, Timers& timers) override;
     void look(const Step& step) override;
     Ending ending() const override;
+    std::string invalid() const override;
     Touch strongest_touch(std::int64_t gid) const override;
     std::span<OverlapWatch> overlaps() override { return overlaps_; }
     std::vector<Figure> figures() const override;
@@ -32,6 +33,7 @@ private:
     const Wall& wall(const DrivenWall& driven) const { return walls_->wall[static_cast<std::size_t>(driven.wall)]; }
 
     const Communicator comm_;
+    const std::span<const RodGroup> groups_;
     const Rods* rods_;
     std::shared_ptr<Walls> walls_;
     std::vector<std::shared_ptr<const WallContacts>> wall_contacts_; ///< by group; null where no wall acts
