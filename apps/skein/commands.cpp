@@ -130,6 +130,11 @@ Prepared prepare(const Communicator& comm, const SceneArguments& arguments) {
     return prepared;
 }
 
+/// Of rods of files, all of which this process holds.
+void refuse_faults(const SceneSpec& scene, const Plan& plan, std::span<const RodGroup> groups) {
+    if (const std::string fault = fault_of_read_rods(scene, plan, groups); !fault.empty()) throw InputError(fault);
+}
+
 } // namespace
 
 int run_command(RunArguments arguments, int& argc, char**& argv) {
@@ -172,6 +177,7 @@ int plan_command(PlanArguments arguments, int& argc, char**& argv) {
         const std::vector<RodGroup> groups = make_whole_groups(scene);
         const Plan plan = make_plan(
             scene, groups, {ranks, threads, std::max(threads, cores / ranks), lanes_for(arguments.lanes), {}, arguments.mapping});
+        refuse_faults(scene, plan, groups);
         if (arguments.ranks == 0 && arguments.machine.empty()) {
             std::printf("%s", (arguments.json ? to_json(plan) : to_text(plan)).c_str());
             return;
@@ -194,6 +200,7 @@ int check_command(SceneArguments arguments) {
         const SceneSpec scene = read_scene(arguments.file, arguments.overrides);
         const std::vector<RodGroup> groups = make_whole_groups(scene);
         const Plan plan = make_plan(scene, groups, {});
+        refuse_faults(scene, plan, groups);
         std::printf("%s: good; %lld rods, %lld elements, %lld steps of %.6g s\n", arguments.file.c_str(),
                     static_cast<long long>(plan.rods), static_cast<long long>(plan.elements), static_cast<long long>(plan.steps),
                     plan.dt);

@@ -69,13 +69,17 @@ std::vector<double> some_times(double duration) {
     return times;
 }
 
-/// Calls `look` until it returns false. Of rods of a file no rank knows all, and their states are not looked at.
+/// Calls `look` until it returns false, for some rods that this rank knows.
 template <class Look> void over_samples(const RodGroup& group, double duration, bool middles, Look look) {
-    if (group.places().from_file() || !group.strained()) return;
-    for (const std::int64_t rod : some_of(group.count(), 32)) {
+    if (!group.strained()) return;
+    const std::vector<std::int64_t> held = group.places().from_file() ? group.places().held() : std::vector<std::int64_t>{};
+    const std::int64_t known = group.places().from_file() ? static_cast<std::int64_t>(held.size()) : group.count();
+    for (const std::int64_t which : some_of(known, 32)) {
+        const std::int64_t rod = held.empty() ? which : held[static_cast<std::size_t>(which)];
         std::vector<Slot<1>> state(static_cast<std::size_t>(group.slots()));
         group.start_state(rod, state);
-        const FormulaPlaces along(group, rod, middles, true);
+        const FormulaPlaces along =
+            with_rod(group, rod, [&](const RodGroup& own) { return FormulaPlaces(own, rod, middles, true); });
         for (const std::int64_t place : some_of(static_cast<std::int64_t>(along.s.size()), 33)) {
             const auto k = static_cast<std::size_t>(place);
             Sample sample{{}, rod, static_cast<int>(place)};
@@ -188,6 +192,7 @@ std::string FormulaReading::fault(const char* key, const RodGroup& group, const 
 
 DragRate FormulaReading::largest(const RodGroup& group, bool middles, const Worth& worth) const {
     DragRate largest;
+    if (group.places().from_file()) return largest; // ranks that know other rods would choose other steps
     over_samples(group, scope_.duration, middles, [&](const Sample& sample) {
         if (const double here = worth(graph.values(sample.at), sample.place); here > largest.value)
             largest = {here, std::min(sample.place, group.elements() - 1)};

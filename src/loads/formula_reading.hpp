@@ -32,10 +32,10 @@ public:
     void tell(Objections& objections) const;
 
     /// The first value that is not finite over a group's start state, at the start of the run, its end and some times between;
-    /// empty where all are. Of some rods and places of a group, and none of a file, which no rank knows all of.
+    /// empty where all are. Of some rods and places of a group; of a file among the rods that this rank holds.
     std::string fault(const char* key, const RodGroup& group, const std::vector<int>& values, bool middles) const;
 
-    /// Largest value over the same places and times of `worth(values of all of the graph, place)`.
+    /// Largest value over the same places and times, but of rods of a file, of `worth(values of all of the graph, place)`.
     using Worth = std::function<double(const std::vector<double>&, int)>;
     DragRate largest(const RodGroup& group, bool middles, const Worth& worth) const;
 

@@ -8,6 +8,7 @@
 #include "loads/gravity.hpp"
 #include "loads/magnetic_field.hpp"
 #include "loads/magnetic_formula.hpp"
+#include "loads/muscle_formula.hpp"
 #include "loads/muscle_torques.hpp"
 #include "loads/muscle_wave.hpp"
 #include "loads/plane_friction.hpp"
@@ -21,6 +22,6 @@ namespace skein {
 template <class... L> struct LoadTypes {};
 
 using LoadList = LoadTypes<Gravity, UniformForce, UniformCouple, EndForce, MagneticField, MuscleWave, SinusoidalEndForce,
-                           SlenderBodyDrag, MuscleTorques, PlaneFriction, EndCouple, FormulaLoad, MagneticFormula>;
+                           SlenderBodyDrag, MuscleTorques, PlaneFriction, EndCouple, FormulaLoad, MagneticFormula, MuscleFormula>;
 
 } // namespace skein

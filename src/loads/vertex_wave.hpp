@@ -1,16 +1,14 @@
 // A wave of couple that stands equal and opposite on the two elements of every vertex: what muscles have in common.
 //   c_k += Q_k (m_k - m_{k+1}) d                  [N m] body, vertex j between elements j-1 and j; d a lab direction, or
-//   a moment about body axes, d in the material: the gradient of -m_j d.phi_j, phi_j = log(Q_j Q_{j-1}^T)     theory.md (36a)
-//   c_{j-1} -= m_j (1 + Phi/2 + g Phi^2) d,   c_j += m_j (1 - Phi/2 + g Phi^2) d             [N m] body
-// which is what a change of the rest curvature by B^-1 m_j d does; the two are one lab vector, so that no net couple is left.
+//   a moment m_j d about body axes, d in the material                                          loads/vertex_couples.hpp
 // Of an open rod the ends are vertices where they are clamped: the element has m_0 d, or -m_n d, and the clamp what is opposite. In
 // a ring vertex 0 joins the last element to the first.
 //   m_j(t) = r(t) A_j sin(2 pi t/T - a_j) = A_j cos(a_j) r sin(wt) - A_j sin(a_j) r cos(wt): one sine and cosine a step in all
 // Cost: 33 flop per element; about body axes 102.
 #pragma once
 
-#include "core/rotation.hpp"
 #include "loads/load_frame.hpp"
+#include "loads/vertex_couples.hpp"
 #include "skein/loads/ramp.hpp"
 #include "skein/rod/mapping.hpp"
 
@@ -75,9 +73,6 @@ public:
     template <class N> struct Parts { N in_phase, quadrature; };
 
 private:
-    /// What a vertex does to the elements before and after it, N m, body of each.
-    template <class P> struct Couples { Vec3<P> before{}, after{}; };
-
     static Parts<double> parts_of(double amplitude, double phase) {
         return {amplitude * std::cos(phase), amplitude * std::sin(phase)};
     }
@@ -95,16 +90,16 @@ private:
         const auto vertex = [&](int k, const Quaternion<P>& next) __attribute__((always_inline)) {
             const P m = now(Map::row(parts_, in_lanes, k));
             const Quaternion<P>& here = rod.slot[k].director;
-            Couples<P> c;
+            VertexCouples<P> c;
             if constexpr (Map::along) { // where a rod ends there is no turn to work out
                 const Mask<W> inner = Map::cell(rod, k).inner;
-                c = about(select(inner, next, here), here, m * d);
+                c = about_body_axes(select(inner, next, here), here, m * d);
                 c = {select(inner, c.before, -(m * d)), select(inner, c.after, Vec3<P>{})};
-            } else c = about(next, here, m * d);
+            } else c = about_body_axes(next, here, m * d);
             return c;
         };
         // Where a ring closes, or a lane's rod goes on in the next, one vertex serves both sides.
-        Couples<P> seam;
+        VertexCouples<P> seam;
         Vec3<P> before = now(start_) * d;
         if constexpr (Map::along) {
             seam = vertex(n - 1, from_lane_after(rod.slot[0].director));
@@ -114,19 +109,11 @@ private:
             before = seam.after;
         } else seam.before = -(now(parts_.back()) * d);
         for (int k = 0; k < n - 1; ++k) {
-            const Couples<P> c = vertex(k, rod.slot[k + 1].director);
+            const VertexCouples<P> c = vertex(k, rod.slot[k + 1].director);
             load[k].couple += before + c.before;
             before = c.after;
         }
         load[n - 1].couple += before + seam.before;
-    }
-
-    /// Of the moment p = m d about the material axes of a vertex between two frames.
-    template <class P>
-    SKEIN_INLINE static Couples<P> about(const Quaternion<P>& next, const Quaternion<P>& here, const Vec3<P>& p) {
-        const RelativeRotation<P> turn = relative_rotation_and_jacobian(next, here);
-        const Vec3<P> a = cross(turn.log, p), half = P(0.5) * a, straight = fma(turn.jacobian, cross(turn.log, a), p);
-        return {-(straight + half), straight - half};
     }
 
     LoadFrame frame_ = LoadFrame::lab;

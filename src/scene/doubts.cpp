@@ -27,6 +27,26 @@ void tell_large_turns(const RodGroup& group, std::vector<std::string>& found) {
             group.name(), curvature, text_of(most), static_cast<long>(std::ceil(static_cast<double>(s.elements) * most.angle))));
 }
 
+/// Ends whose motion is not 0 when it begins.
+void tell_jumps(const RodGroup& group, std::vector<std::string>& found) {
+    constexpr double share = 1e-3; // of an element, and rad
+    const RodSpec& spec = group.spec();
+    const auto look = [&](const EndMotion& motion, const char* end, const ElementConstants& element) {
+        const double moved = norm(motion.displacement(0).value), turned = norm(motion.turn(0).value);
+        if (moved > share * element.rest_length)
+            found.push_back(
+                fmt::format("rods.{}.{}_motion: the displacement is {:.3g} m at t = 0, {:.2g} of an element's length: the end "
+                            "jumps there in the first step",
+                            spec.name, end, moved, moved / element.rest_length));
+        if (turned > share)
+            found.push_back(
+                fmt::format("rods.{}.{}_motion: the rotation is {:.3g} rad at t = 0: the end jumps there in the first step",
+                            spec.name, end, turned));
+    };
+    look(spec.start_motion, "start", group.element.front());
+    look(spec.end_motion, "end", group.element.back());
+}
+
 /// Compares numbers with the scales of the scene, by their unit; but places, which may lie anywhere.
 class ScaleLooker final : public FieldLooker {
 public:
@@ -85,6 +105,7 @@ std::vector<std::string> doubts(const SceneSpec& scene, std::span<const RodGroup
                      crossings = scene.time.duration * sound / group.spec().shape.length;
         speed = std::max(speed, sound);
         if (!group.sized()) tell_large_turns(group, found);
+        tell_jumps(group, found);
         const double ratio = m.shear_modulus > 0 ? m.youngs_modulus / m.shear_modulus : 3;
         if (ratio > 1e4 || ratio < 1e-3)
             found.push_back(

@@ -164,6 +164,16 @@ RelaxationContacts relaxation_contacts(const RodGroup& group, const SceneSpec& s
     return contacts;
 }
 
+/// What is wrong with the values of a group's loads at the start of the rods that this rank knows; empty: nothing.
+std::string fault_at_start(const SceneSpec& scene, const GroupPlan& plan, const RodGroup& group) {
+    for (std::size_t i = 0; i < plan.loads.size(); ++i) {
+        const LoadSpec& load = scene.loads[plan.load_numbers[i]];
+        if (const std::string fault = plan.loads[i].fault_at_start(group); !fault.empty())
+            return fmt::format("{}: {}", load.source.empty() ? scene.file : load.source, fault);
+    }
+    return {};
+}
+
 GroupPlan plan_group(const SceneSpec& scene, const std::vector<Load>& loads, const RodGroup& group) {
     GroupPlan p{.name = group.name(), .rods = group.count(), .elements = group.elements()};
     if (const BodyShape* body = group.body())
@@ -173,10 +183,10 @@ GroupPlan plan_group(const SceneSpec& scene, const std::vector<Load>& loads, con
         const LoadSpec& l = scene.loads[i];
         if (!names_group(l.rods, group.name()) || !loads[i].acts_on(group.spec())) continue;
         p.loads.push_back(loads[i]);
-        if (const std::string fault = loads[i].fault_at_start(group); !fault.empty())
-            throw InputError(fmt::format("{}: {}", l.source.empty() ? scene.file : l.source, fault));
         p.load_numbers.push_back(i);
     }
+    if (!group.places().from_file()) // else each rank knows some of the rods: fault_of_read_rods
+        if (const std::string fault = fault_at_start(scene, p, group); !fault.empty()) throw InputError(fault);
     for (const DampingSpec& d : scene.damping)
         if (names_group(d.rods, group.name())) p.damping.push_back(d.damping);
     p.damping_scheme = damping_scheme_of(group, scene.time);
@@ -517,6 +527,17 @@ Tiling tiling_of(const Plan& plan, std::span<const std::int64_t> counts, int lan
     for (std::size_t g = 0; g < plan.groups.size(); ++g)
         groups.push_back({counts[g], plan.groups[g].elements, plan.groups[g].family, plan.groups[g].sized});
     return choose_tiling(groups, lanes, plan.machine.threads, plan.machine.mapping);
+}
+
+bool has_rods_of_files(std::span<const RodGroup> groups) {
+    return std::any_of(groups.begin(), groups.end(), [](const RodGroup& group) { return group.places().from_file(); });
+}
+
+std::string fault_of_read_rods(const SceneSpec& scene, const Plan& plan, std::span<const RodGroup> groups) {
+    std::string fault;
+    for (std::size_t g = 0; g < groups.size() && fault.empty(); ++g)
+        if (groups[g].places().from_file()) fault = fault_at_start(scene, plan.groups[g], groups[g]);
+    return fault;
 }
 
 Plan make_plan(const SceneSpec& as_given, std::span<const RodGroup> groups, const Machine& machine) {

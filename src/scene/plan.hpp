@@ -110,6 +110,11 @@ struct Plan {
 /// Throws InputError where the step is beyond the limit (naming group, element and mode) unless the scene forces it.
 Plan make_plan(const SceneSpec& scene, std::span<const RodGroup> groups, const Machine& machine);
 
+bool has_rods_of_files(std::span<const RodGroup> groups);
+/// What is wrong with the values of loads at the start of those rods of files that this rank holds, which plans do not look at;
+/// empty: nothing.
+std::string fault_of_read_rods(const SceneSpec& scene, const Plan& plan, std::span<const RodGroup> groups);
+
 StepWatch step_watch(const Plan& plan);
 
 /// Which of a rank's rods, counted by group, lie across and which along.

@@ -3,6 +3,7 @@
 #include "core/field_looker.hpp"
 #include "loads/formula_load.hpp"
 #include "loads/magnetic_formula.hpp"
+#include "loads/muscle_formula.hpp"
 #include "scene/scene_tables.hpp"
 #include "scene/table_objections.hpp"
 
@@ -43,7 +44,8 @@ void rods(const RodSpec& rods, Objections& group) {
 bool by_formula(const Load& load, Variable v) {
     const auto* formula = load.get_if<FormulaLoad>();
     const auto* field = load.get_if<MagneticFormula>();
-    return (formula && formula->depends_on(v)) || (field && field->depends_on(v));
+    const auto* muscles = load.get_if<MuscleFormula>();
+    return (formula && formula->depends_on(v)) || (field && field->depends_on(v)) || (muscles && muscles->depends_on(v));
 }
 
 void contact_law(const ContactLaw& law, Objections& table) {

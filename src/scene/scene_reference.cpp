@@ -50,6 +50,9 @@ std::string_view note(const std::string& table) {
                               "is their derivative. Values and rates must be finite at 65 times of the run."},
         {"load.magnetic_formula",
          "Formulas as in `[[load]]` of kind `formula`; places are the middles of elements. Rods need `[rods.magnetisation]`."},
+        {"load.muscle_formula",
+         "Formulas as in `[[load]]` of kind `formula`. A vertex is where two elements meet, where a ring closes, and "
+         "a clamped end; what acts on the elements beside it is equal and opposite."},
         {"contact", "Without this table rods do not feel each other, and nothing is searched, kept or sent."},
         {"contact_pair", "Another law between two groups than `[contact]` says."},
         {"start", "Without this table rods begin in their start shapes, at time 0. See docs/files.md, *Branches*."},

@@ -190,8 +190,8 @@ KeptNumbers ContactInteraction::kept() const {
     std::vector<std::int64_t> first_body;
     for (const KeptContact& c : contacts_->kept(*exposure_)) {
         const ContactMemory<double>& m = c.memory;
-        mine.push_back({double(c.a), double(c.b), double(c.status), m.spring.x.x, m.spring.x.y, m.spring.x.z, m.spring.stiffness, m.viscous_part.x,
-                        m.viscous_part.y, m.viscous_part.z, m.viscous_normal});
+        mine.push_back({double(c.a), double(c.b), double(c.status), m.spring.x.x, m.spring.x.y, m.spring.x.z, m.spring.stiffness,
+                        m.viscous_part.x, m.viscous_part.y, m.viscous_part.z, m.viscous_normal});
         first_body.push_back(exposure_->scene().gid_at(c.a));
     }
     std::vector<Row> rows = rows_of<Row>(directory().to_blocks(std::as_bytes(std::span(mine)), sizeof(Row), first_body));

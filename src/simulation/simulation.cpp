@@ -62,6 +62,9 @@ Simulation::Simulation(const Communicator& comm, const Threads& threads, const S
     const auto setup = timers_.time(Phase::setup);
     const bool writes = !options_.out.empty();
     require_memory(comm_, plan_);
+    if (has_rods_of_files(groups_))
+        if (const std::string fault = comm_.first_text(fault_of_read_rods(scene, plan_, groups_)); !fault.empty())
+            throw InputError(fault);
     if (plan_.relax) settling_.emplace(plan_.relax_tolerance);
     on_root(comm_, [&] {
         if (writes) directory_ = std::make_unique<ResultsDirectory>(options_.out, options_.overwrite);

@@ -67,6 +67,14 @@ inline double actuation(const RodGroup& group, const State& s, const Vec3d& axis
     return sum;
 }
 
+/// A wave that fades along the rod, about a.
+inline MuscleFormula muscles_by_formula(const Vec3d& a, LoadFrame frame) {
+    MuscleFormula load{.frame = frame};
+    for (const double part : {a.x, a.y, a.z}) load.moment.push_back(fmt::format("({:.17g})*0.3*exp(-1*s)*sin(pi*t - 8*s)", part));
+    load.use({.duration = 1});
+    return load;
+}
+
 /// a.(x - p) as a formula.
 inline std::string along(const Vec3d& a, const Vec3d& p) {
     return fmt::format("(({:.17g})*(x-({:.17g}))+({:.17g})*(y-({:.17g}))+({:.17g})*(z-({:.17g})))", a.x, p.x, a.y, p.y, a.z, p.z);
@@ -189,6 +197,21 @@ inline std::vector<LoadExample> load_examples() {
                                }
                                return cubic_bspline(torques.coefficients, arc / length) *
                                       std::sin(pi * time - 5 * arc / length + 0.4);
+                           });
+                       }});
+    }
+
+    for (const LoadFrame frame : {LoadFrame::lab, LoadFrame::body}) {
+        const bool body = frame == LoadFrame::body;
+        all.push_back({muscles_by_formula(Vec3d{0.6, 0, 0.8}, frame),
+                       [=](Load& l, const Turn& t) {
+                           if (!body) l = muscles_by_formula(t.direction(Vec3d{0.6, 0, 0.8}), frame);
+                       },
+                       true, !body ? Potential{} : [=](const RodGroup& group, const State& s, double time) {
+                           double arc = 0;
+                           return -actuation(group, s, Vec3d{0.6, 0, 0.8}, [&](int j) {
+                               arc += group.element[static_cast<std::size_t>(j - 1)].rest_length;
+                               return 0.3 * std::exp(-arc) * std::sin(pi * time - 8 * arc);
                            });
                        }});
     }

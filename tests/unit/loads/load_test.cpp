@@ -76,7 +76,8 @@ TEST(AnyLoad, OfTheListObjectsToRodsThatItIsNotFor) {
     for (int i = 0; i < static_cast<int>(load_kinds().size()); ++i) {
         const Load load = make_load(i);
         const bool of_bends = load.get_if<MuscleWave>() || load.get_if<MuscleTorques>() || load.get_if<SlenderBodyDrag>() ||
-                              load.get_if<PlaneFriction>() || load.get_if<FormulaLoad>() || load.get_if<MagneticFormula>();
+                              load.get_if<PlaneFriction>() || load.get_if<FormulaLoad>() || load.get_if<MagneticFormula>() ||
+                              load.get_if<MuscleFormula>();
         const bool of_ends = load.get_if<EndForce>() || load.get_if<EndCouple>() || load.get_if<SinusoidalEndForce>() ||
                              load.get_if<PlaneFriction>();
         EXPECT_EQ(objects(load, body, "rigid bodies"), of_bends || of_ends) << load.kind();

@@ -67,6 +67,19 @@ TEST(Doubts, OfNumbersFarFromTheirNeighbours) {
     expect("time.duration=1e13", "time.duration = 1e+13 s is 1e+16 steps");
 }
 
+TEST(Doubts, OfEndsThatJumpAsTheirMotionBegins) {
+    const auto told = [](const std::vector<std::string>& overrides, const std::string& said) {
+        const std::string all = doubts_of(overrides);
+        EXPECT_EQ(all.find(said) != std::string::npos, true) << all;
+    };
+    const std::string moved = "rods.cilia.start_motion.translation_formula=[\"0.02*cos(2*t)\", \"0\", \"0\"]",
+                      begins = "rods.cilia.start_motion.translation_formula=[\"0.02*sin(2*t)\", \"0\", \"0\"]",
+                      turned = "rods.cilia.start_motion.rotation_formula=[\"0.3 + 2*t\", \"0\", \"0\"]";
+    told({moved}, "rods.cilia.start_motion: the displacement is 0.02 m at t = 0");
+    told({turned}, "rods.cilia.start_motion: the rotation is 0.3 rad at t = 0");
+    EXPECT_EQ(doubts_of({begins}), "");
+}
+
 /// Regularised friction with a slip speed that its step does not follow, of rods and of a wall; with memory there is none.
 TEST(Doubts, OfSlipThatTrembles) {
     const auto notes = [](const std::vector<std::string>& overrides) {

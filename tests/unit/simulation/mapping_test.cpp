@@ -4,6 +4,7 @@
 #include "loads/formula_load.hpp"
 #include "loads/gravity.hpp"
 #include "loads/magnetic_formula.hpp"
+#include "loads/muscle_formula.hpp"
 #include "loads/muscle_torques.hpp"
 #include "loads/muscle_wave.hpp"
 #include "loads/plane_friction.hpp"
@@ -89,6 +90,11 @@ SceneSpec mixed(Law law, Integrator integrator = Integrator::verlet) {
     scene.loads.push_back({.load = MagneticFormula{{"1e-3*x*z", "2e-3*sin(5*t)", "1e-3*y*y - 1e-3*s"}}, .rods = {"cilia"}});
     scene.loads.push_back({.load = MagneticFormula{{"1e-3*x*z", "2e-3", "1e-3*y"}, {"3*s/L", "1 + 1*rod", "sin(5*s)*2"}},
                            .rods = {"rod 9", "rod 40"}});
+    for (const LoadFrame frame : {LoadFrame::lab, LoadFrame::body}) {
+        scene.loads.push_back({.load = MuscleFormula{{"1e-4*sin(9*t - 6*s)", "0", "1e-4*s*cos(rod)"}, frame},
+                               .rods = {"cilia", "rod 5", "rod 9", "rod 40", "sliding"}});
+        scene.loads.push_back({.load = MuscleFormula{{"0", "1e-4*cos(9*t)", "1e-5"}, frame}, .rods = {"rod 6", "rod 17"}});
+    }
     scene.damping = {{.damping = {.kind = DampingKind::legacy, .rate = 0.5}, .rods = {"cilia", "rod 5", "rod 6"}},
                      {.damping = {.kind = DampingKind::uniform, .rate = 2}, .rods = {"rod 40"}}};
     return scene;

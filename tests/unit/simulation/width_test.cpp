@@ -2,6 +2,7 @@
 #include "loads/end_couple.hpp"
 #include "loads/end_force.hpp"
 #include "loads/gravity.hpp"
+#include "loads/muscle_formula.hpp"
 #include "loads/muscle_torques.hpp"
 #include "loads/muscle_wave.hpp"
 #include "loads/sinusoidal_end_force.hpp"
@@ -42,6 +43,9 @@ SceneSpec everything() {
         scene.loads.push_back(
             {.load = MuscleWave{.amplitude = 1e-3, .period = 0.5, .wavelength = 1, .frame = frame}, .rods = {"crooked", "flat"}});
     }
+    for (const LoadFrame frame : {LoadFrame::lab, LoadFrame::body})
+        scene.loads.push_back(
+            {.load = MuscleFormula{{"0", "1e-3*sin(9*t - 6*s)", "2e-4*s*cos(rod)"}, frame}, .rods = {"crooked", "flat"}});
     scene.loads.push_back({.load = SinusoidalEndForce{.start = 0.01, .end = -0.02, .hold = 0.05, .period = 0.3}, .rods = {"flat"}});
     scene.loads.push_back({.load = SlenderBodyDrag{.viscosity = 0.02}, .rods = {"crooked", "flat"}});
     scene.loads.push_back(

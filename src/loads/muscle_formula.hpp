@@ -1,0 +1,140 @@
+// Muscles as formulas of a scene: a moment in the rod that changes with time and place along it.           theory.md (36), (36a)
+//   m_j = m(s_j, t)  [N m]  at every vertex j, as couples on the elements beside it             loads/vertex_couples.hpp
+// A ring's last vertex, s = L, is where it closes; of an open rod s = 0 and s = L are vertices where the end is clamped: the
+// element has m_0, or -m_n, and the clamp what is opposite. Cost: 30 flop per element beside the formulas, about body axes 100.
+#pragma once
+
+#include "loads/formula_reading.hpp"
+#include "loads/formula_vector.hpp"
+#include "loads/load_frame.hpp"
+#include "loads/vertex_couples.hpp"
+#include "skein/core/error.hpp"
+#include "skein/core/fields.hpp"
+#include "skein/loads/load.hpp"
+
+#include <algorithm>
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+namespace skein {
+
+struct MuscleFormula {
+    static constexpr std::string_view kind = "muscle_formula", label = "muscles by formula";
+    static constexpr bool for_rigid_bodies = false;
+    std::vector<std::string> moment;
+    LoadFrame frame = LoadFrame::body;
+
+    void fields(FieldVisitor& f) {
+        f.visit({.name = "moment",
+                 .unit = "N m",
+                 .text = "three formulas of s, t, L, rod, X, Y, Z: the moment that muscles make at the vertex at s",
+                 .required = true},
+                moment);
+        f.choice({.name = "frame",
+                  .unit = "",
+                  .text = "of `moment`: body axes (d1, d2, d3) turn with the rod, as a change of its rest curvature does"},
+                 frame, load_frame_names);
+    }
+    /// Reads the formulas: called where the names are known, and before all that follows.
+    void use(const FormulaScope& scope);
+    /// Whether a formula depends on it.
+    bool depends_on(Variable v) const { return moment_.program.uses(v); }
+    void check(RodSpecs groups, Objections& objections) const;
+    double predicted_ns() const { return 2 + moment_.program.predicted_ns(); }
+    std::string fault_at_start(const RodGroup& group) const;
+
+    void prepare(std::span<const Step> steps) {
+        if (!reading_ || !reading_->told().empty())
+            throw InputError("a load of kind muscle_formula whose formulas have not been read");
+        moment_.prepare(steps);
+    }
+
+    template <int W> struct TileData {
+        PlaceValues<W> places;
+        AlignedVector<Pack<W>> acts; ///< [node]: 1 where it is a vertex
+    };
+    template <int W> TileData<W> bind(const RodTile<W>& rod) const {
+        TileData<W> data{place_values<W>(moment_, rod, false), {}};
+        for (int i = 0; i <= rod.n; ++i) {
+            Pack<W> acts(1.0);
+            for (int l = 0; l < W; ++l) {
+                const RodGroup& group = rod.group_of(l);
+                const int slot = rod.strands ? rod.strands->slot(l, i) : i;
+                const bool held = slot == 0                  ? group.spec().start == EndKind::clamped
+                                  : slot == group.elements() ? group.spec().end == EndKind::clamped
+                                                             : slot > 0;
+                acts.set(l, held || group.closed());
+            }
+            data.acts.push_back(acts);
+        }
+        return data;
+    }
+
+    template <int W, class Map = Across<W>>
+    void add(const RodTile<W>& rod, const TileData<W>& data, SlotLoad<W>* load, const Step& step) const {
+        using P = Pack<W>;
+        const int n = rod.n;
+        const bool closed = !Map::along && rod.group->closed();
+        FormulaRun<W> run(moment_, data.places, step.slot);
+        const auto moment = [&](int node, int i) {
+            const Mask<W> acts = data.acts[static_cast<std::size_t>(node)] > P(0.5);
+            return select(acts, Vec3<P>{run[0][i], run[1][i], run[2][i]}, Vec3<P>{P(0.0), P(0.0), P(0.0)});
+        };
+        const auto moment_alone = [&](int node) {
+            run.at_nodes(rod, node, 1);
+            return moment(node, 0);
+        };
+        Vec3<P> first = moment_alone(0);
+        const Vec3<P> last = behind<Map>(rod, first, moment_alone(n));
+        if (closed) first = last;
+        const auto each_inner_row = [&](auto&& add_at) {
+            const int longest = run.strip_of(n - 1);
+            for (int begin = 1; begin < n; begin += longest) {
+                const int count = std::min(longest, n - begin);
+                run.at_nodes(rod, begin, count);
+                for (int i = 0; i < count; ++i) add_at(begin + i, moment(begin + i, i));
+            }
+        };
+        Vec3<P> before = first;
+        if (frame == LoadFrame::lab) {
+            const auto add_to = [&](int k, const Vec3<P>& after) {
+                load[k].couple += rod.slot[k].director * (before - after);
+                before = after;
+            };
+            each_inner_row([&](int node, const Vec3<P>& m) { add_to(node - 1, m); });
+            return add_to(n - 1, last);
+        }
+        // Where a ring closes, or a lane's rod goes on in the next, one vertex serves both sides.
+        VertexCouples<P> seam;
+        if constexpr (Map::along) {
+            seam = about<Map>(rod, n - 1, from_lane_after(rod.slot[0].director), last);
+            before = select(rod.strands->first, first, from_lane_before(seam.after));
+        } else {
+            seam = about<Map>(rod, n - 1, rod.slot[closed ? 0 : n - 1].director, last);
+            if (closed) before = seam.after;
+        }
+        each_inner_row([&](int node, const Vec3<P>& m) {
+            const VertexCouples<P> c = about<Map>(rod, node - 1, rod.slot[node].director, m);
+            load[node - 1].couple += before + c.before;
+            before = c.after;
+        });
+        load[n - 1].couple += before + seam.before;
+    }
+
+    // What use() makes of them, and add() calls.
+    /// Of the vertex after element k; where a rod ends there is no turn.
+    template <class Map, int W> SKEIN_INLINE static VertexCouples<Pack<W>>
+    about(const RodTile<W>& rod, int k, const Quaternion<Pack<W>>& next, const Vec3<Pack<W>>& m) {
+        const Quaternion<Pack<W>>& here = rod.slot[k].director;
+        if constexpr (Map::along) return about_body_axes(select(Map::cell(rod, k).inner, next, here), here, m);
+        else return about_body_axes(next, here, m);
+    }
+
+    std::shared_ptr<const FormulaReading> reading_;
+    std::vector<int> nodes_;
+    FormulaVector moment_;
+};
+
+} // namespace skein
