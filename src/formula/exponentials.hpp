@@ -34,11 +34,12 @@ template <int W> struct Twofold { Pack<W> high, low; };
 
 /// exp(r) where |r| <= ln(2)/2.
 template <int W> SKEIN_INLINE Pack<W> exponential_of_rest(const Pack<W>& r) {
-    return Pack<W>(1.0) + fma(r * r, polynomial(r, exponential_series), r);
+    const Pack<W> squared = r * r;
+    return Pack<W>(1.0) + fma(squared, odd_and_even(r, squared, exponential_series), r);
 }
 
 /// exp(x + low), where it may be infinite, 0, or of few bits: 2^k in two factors.
-template <int W> [[gnu::noinline]] void exponential_rarely(const Pack<W>& x, const Pack<W>& low, Pack<W>& result) {
+template <int W> [[gnu::noinline]] Pack<W> exponential_rarely(const Pack<W>& x, const Pack<W>& low, Pack<W> result) {
     using P = Pack<W>;
     const P near = max(min(x, P(710.0)), P(-746.0)); // not a number stays so
     const P k = to_nearest(near * P(halvings)), half = to_nearest(P(0.5) * k), others = k - half;
@@ -46,17 +47,22 @@ template <int W> [[gnu::noinline]] void exponential_rarely(const Pack<W>& x, con
     const P all = (exponential_of_rest(r) * doubled(P(1.0), half + P(magic))) * doubled(P(1.0), others + P(magic));
     const Mask<W> far = !(size_of(x) <= P(largest_exponent));
     const P clear = select(x > P(710.0), P(infinity), select(x < P(-746.0), P(0.0), all));
-    result = select(far, clear, result);
+    return select(far, clear, result);
 }
 
-/// exp(x + low).
-template <int W> SKEIN_INLINE Pack<W> exponential_of(const Pack<W>& x, const Pack<W>& low) {
+/// exp(x), or exp(x + low...), for |x| up to largest_exponent.
+template <int W, class... Low> SKEIN_INLINE Pack<W> exponential_of_ordinary(const Pack<W>& x, const Low&... low) {
     using P = Pack<W>;
-    const P counted = fma(x, P(halvings), P(magic)), k = counted - P(magic);
-    const P r = fnma(k, P(ln2), x) + fnma(k, P(ln2_low), low);
-    P result = doubled(exponential_of_rest(r), counted);
-    if (any(!(size_of(x) <= P(largest_exponent)))) [[unlikely]]
-        exponential_rarely(x, low, result);
+    const P counted = fma(x, P(-halvings), P(magic)), k = counted - P(magic), first = fma(k, P(ln2), x);
+    if constexpr (sizeof...(Low) == 0) return halved(exponential_of_rest(fma(k, P(ln2_low), first)), counted);
+    else return halved(exponential_of_rest(first + fma(k, P(ln2_low), low...)), counted);
+}
+template <int W, class... Low> SKEIN_INLINE Pack<W> exponential_of(const Pack<W>& x, const Low&... low) {
+    const Pack<W> result = exponential_of_ordinary(x, low...);
+    if (any(!(size_of(x) <= Pack<W>(largest_exponent)))) [[unlikely]] {
+        if constexpr (sizeof...(Low) == 0) return exponential_rarely(x, Pack<W>(0.0), result);
+        else return exponential_rarely(x, low..., result);
+    }
     return result;
 }
 
@@ -69,13 +75,13 @@ template <int W> SKEIN_INLINE Pack<W> logarithm_of(const Split<W>& x) {
     const P small = fma(s, fma(z, polynomial(z, logarithm_series), half), k * P(ln2_rest));
     return fma(k, P(ln2_short), f - (half - small));
 }
-template <int W> [[gnu::noinline]] void logarithm_rarely(const Pack<W>& x, Pack<W>& result) {
+template <int W> [[gnu::noinline]] Pack<W> logarithm_rarely(const Pack<W>& x, Pack<W> result) {
     using P = Pack<W>;
     Split<W> scaled = split(x * P(0x1p54));
     scaled.k -= P(54.0);
     const P tiny = select(x > P(0.0), logarithm_of(scaled), select(x < P(0.0), P(std::numeric_limits<double>::quiet_NaN()), x));
     const P low = select((x <= P(0.0)) & (x >= P(0.0)), P(-infinity), tiny);
-    result = select(x < P(smallest_normal), low, select(x < P(infinity), result, x));
+    return select(x < P(smallest_normal), low, select(x < P(infinity), result, x));
 }
 
 /// ln(m) + k ln(2) to 65 bits.
@@ -128,7 +134,8 @@ template <int W> SKEIN_INLINE Pack<W> hyperbolic_tangent_of_size(const Pack<W>& 
     const P x = min(size + size, P(88.0)); // above 2^-60 of 1
     const P counted = fma(x, P(halvings), P(magic)), k = counted - P(magic), first = fnma(k, P(ln2), x);
     const P r = fnma(k, P(ln2_low), first), r_low = fnma(k, P(ln2_low), first - r);
-    const P more = (r * r) * polynomial(r, exponential_series), e = r + more, e_low = ((r - e) + more) + fma(r_low, e, r_low);
+    const P squared = r * r, more = squared * odd_and_even(r, squared, exponential_series), e = r + more,
+            e_low = ((r - e) + more) + fma(r_low, e, r_low);
     const P inverse_power = doubled(P(1.0), P(magic) - k);
     const P less = P(1.0) - inverse_power, above = P(1.0) + inverse_power;
     const P less_low = (P(1.0) - less) - inverse_power, above_low = inverse_power - (above - P(1.0));
@@ -142,13 +149,13 @@ template <int W> SKEIN_INLINE Pack<W> hyperbolic_tangent_of_size(const Pack<W>& 
 
 // In units of the last place: the exponential is within 1.1, the logarithm 0.9, the hyperbolic tangent and powers 1.15.
 
-template <int W> SKEIN_INLINE Pack<W> exponential(const Pack<W>& x) { return detail::exponential_of(x, Pack<W>(0.0)); }
+template <int W> SKEIN_INLINE Pack<W> exponential(const Pack<W>& x) { return detail::exponential_of(x); }
 
 template <int W> SKEIN_INLINE Pack<W> logarithm(const Pack<W>& x) {
     using P = Pack<W>;
     P r = detail::logarithm_of(split(x));
     if (any(!((x >= P(detail::smallest_normal)) & (x < P(detail::infinity))))) [[unlikely]]
-        detail::logarithm_rarely(x, r);
+        r = detail::logarithm_rarely(x, r);
     return r;
 }
 

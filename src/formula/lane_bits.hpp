@@ -22,6 +22,16 @@ template <int W, class F> SKEIN_INLINE Pack<W> of_bits(const Pack<W>& a, const P
     }
 }
 
+/// c[First] + c[First + 2] x^2 + c[First + 4] x^4 + ..., by Horner's rule.
+template <int First, int W, int N> SKEIN_INLINE Pack<W> every_second(const Pack<W>& squared, const double (&c)[N]) {
+    if constexpr (First + 2 >= N) return Pack<W>(c[First]);
+    else return fma(every_second<First + 2>(squared, c), squared, Pack<W>(c[First]));
+}
+/// A polynomial as of polynomial(), of fewer products and more waiting: where x^2 is known and packs follow one another.
+template <int W, int N> SKEIN_INLINE Pack<W> odd_and_even(const Pack<W>& x, const Pack<W>& squared, const double (&c)[N]) {
+    return fma(every_second<1>(squared, c), x, every_second<0>(squared, c));
+}
+
 inline constexpr std::uint64_t sign_bit = std::uint64_t{1} << 63;
 
 /// |x|, of -0 too.
@@ -47,12 +57,18 @@ template <int more, int W> SKEIN_INLINE Pack<W> odd_or_even(const Pack<W>& count
 /// x, or -x where k + more is 2 or 3 more than a multiple of 4.
 template <int more, int W> SKEIN_INLINE Pack<W> alternating(const Pack<W>& x, const Pack<W>& counted) {
     return of_bits(
-        x, counted, [](const auto& a, const auto& k) __attribute__((always_inline)) { return a ^ ((k + more) >> 1 << 63); });
+        x, counted, [](const auto& a, const auto& k) __attribute__((always_inline)) { return a ^ ((k + more) << 62 & sign_bit); });
 }
 /// x 2^k, of k + magic; x and what comes out are normal.
 template <int W> SKEIN_INLINE Pack<W> doubled(const Pack<W>& x, const Pack<W>& counted) {
     return of_bits(
         x, counted, [](const auto& a, const auto& k) __attribute__((always_inline)) { return a + (k << 52); });
+}
+
+/// The same for x 2^-k.
+template <int W> SKEIN_INLINE Pack<W> halved(const Pack<W>& x, const Pack<W>& counted) {
+    return of_bits(
+        x, counted, [](const auto& a, const auto& k) __attribute__((always_inline)) { return a - (k << 52); });
 }
 
 } // namespace skein::detail

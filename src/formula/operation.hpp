@@ -86,6 +86,17 @@ template <Op op, int W> SKEIN_INLINE Pack<W> operate(const Pack<W>& a, const Pac
     return a;
 }
 
+/// Up to which |a| an operation has a shorter way, operate_ordinary(), to the same bits; 0: it has none.
+template <Op op> inline constexpr double largest_ordinary = 0;
+template <> inline constexpr double largest_ordinary<Op::sine> = detail::largest_angle;
+template <> inline constexpr double largest_ordinary<Op::cosine> = detail::largest_angle;
+template <> inline constexpr double largest_ordinary<Op::exponential> = detail::largest_exponent;
+template <Op op, int W> SKEIN_INLINE Pack<W> operate_ordinary(const Pack<W>& a) {
+    if constexpr (op == Op::sine) return detail::sine_of_ordinary<0>(a);
+    else if constexpr (op == Op::cosine) return detail::sine_of_ordinary<1>(a);
+    else return detail::exponential_of_ordinary(a);
+}
+
 /// `then` of (a op b) and c, or of c and (a op b); each rounded as alone.
 template <Op op, Op then, bool reversed, int W>
 SKEIN_INLINE Pack<W> operate_twice(const Pack<W>& a, const Pack<W>& b, const Pack<W>& c) {

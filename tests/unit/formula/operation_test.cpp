@@ -72,6 +72,31 @@ TEST(Operations, GiveALaneWhatItWouldGetAlone) {
     lanes_are_alone<8>(number);
 }
 
+// Strips take a shorter way where all numbers allow it.
+TEST(Operations, HaveTheSameBitsInStrips) {
+    constexpr int W = 4, places = 20;
+    for_each_operation([&](Op op) {
+        Numbers number;
+        for (int trial = 0; trial < 40; ++trial) {
+            Pack<W> a[places], b[places];
+            for (int i = 0; i < places; ++i)
+                for (int l = 0; l < W; ++l) a[i].set(l, number.sized(-20, 9)), b[i].set(l, number());
+            if (trial % 2 == 1) a[trial / 2].set(trial % W, odd_numbers[static_cast<std::size_t>(trial) % std::size(odd_numbers)]);
+            const InstructionList list{.code = {{op, 0, 0, 1, 2, 1}}, .registers = 1, .inputs = {0, 1}, .outputs = {0}};
+            Strided<W> source[3] = {{}, {a, 1}, {b, 1}};
+            StripRegisters<W> registers;
+            evaluate<W>(list, {}, source, registers, places);
+            for (int i = 0; i < places; ++i)
+                for (int l = 0; l < W; ++l) {
+                    const double alone = result_of(op, a[i][l], b[i][l], a[i][l]), found = source[0][i][l];
+                    if (std::isnan(alone) && std::isnan(found)) continue;
+                    EXPECT_EQ(std::bit_cast<std::uint64_t>(found), std::bit_cast<std::uint64_t>(alone))
+                        << "operation " << static_cast<int>(op) << " of " << a[i][l] << " and " << b[i][l];
+                }
+        }
+    });
+}
+
 // This file is compiled for every level, with fused multiply-adds of the processor and without.
 TEST(Operations, HaveTheSameBitsAtEveryLevel) {
     std::uint64_t hash = 0;
@@ -82,7 +107,7 @@ TEST(Operations, HaveTheSameBitsAtEveryLevel) {
             hash = std::rotl(hash ^ (std::isnan(r) ? 1 : std::bit_cast<std::uint64_t>(r)), 29) * 0x9e3779b97f4a7c15;
         }
     });
-    EXPECT_EQ(hash, 16862543238564930106u);
+    EXPECT_EQ(hash, 14461901274107785806u);
 }
 
 /// C's, with 64 bits.
