@@ -192,7 +192,9 @@ inline void FormulaVector::run_in_time(std::span<const Step> steps) {
     Strided<W> source[InstructionList::most_sources];
     Pack<W> same[InstructionList::most_sources];
     const int count = static_cast<int>(steps.size()), packs = (count + W - 1) / W;
-    for (int i = 0; i < packs * W; ++i) time[i / W].set(i % W, steps[static_cast<std::size_t>(std::min(i, count - 1))].time);
+    double number[Clock::largest_batch];
+    for (int i = 0; i < packs * W; ++i) number[i] = steps[static_cast<std::size_t>(std::min(i, count - 1))].time;
+    std::memcpy(time, number, static_cast<std::size_t>(packs) * sizeof time[0]);
     for (std::size_t i = 0; i < list.constants.size(); ++i) {
         same[i] = Pack<W>(list.constants[i]);
         source[static_cast<std::size_t>(list.registers) + i] = {&same[i], 0};
@@ -201,9 +203,12 @@ inline void FormulaVector::run_in_time(std::span<const Step> steps) {
     evaluate<W>(list, program.tables, source, registers, packs);
     for (std::size_t o = 0; o < list.outputs.size(); ++o) {
         const Strided<W>& value = source[list.outputs[o]];
-        for (int i = 0; i < count; ++i)
-            of_time[o * Clock::largest_batch + static_cast<std::size_t>(steps[static_cast<std::size_t>(i)].slot)] =
-                value[i / W][i % W];
+        for (int i = 0; i < packs; ++i) {
+            const Pack<W> some = value[i];
+            std::memcpy(number + i * W, &some, sizeof some);
+        }
+        double* to = of_time.data() + o * Clock::largest_batch;
+        for (int i = 0; i < count; ++i) to[steps[static_cast<std::size_t>(i)].slot] = number[i];
     }
 }
 
