@@ -37,7 +37,8 @@ public:
     double share() { return static_cast<double>(random_() >> 11) * 0x1p-53; }
     /// Of sizes 2^low to 2^high, of either sign.
     double sized(int low, int high) {
-        const double size = std::ldexp(1 + share(), low + static_cast<int>(random_() % static_cast<unsigned>(high - low)));
+        const double mantissa = 1 + share(); // by itself: arguments are worked out in any order
+        const double size = std::ldexp(mantissa, low + static_cast<int>(random_() % static_cast<unsigned>(high - low)));
         return random_() % 2 == 0 ? size : -size;
     }
     double operator()() {
@@ -107,7 +108,7 @@ TEST(Operations, HaveTheSameBitsAtEveryLevel) {
             hash = std::rotl(hash ^ (std::isnan(r) ? 1 : std::bit_cast<std::uint64_t>(r)), 29) * 0x9e3779b97f4a7c15;
         }
     });
-    EXPECT_EQ(hash, 14461901274107785806u);
+    EXPECT_EQ(hash, 14919727002973832622u);
 }
 
 /// C's, with 64 bits.
