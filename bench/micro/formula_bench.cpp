@@ -130,6 +130,9 @@ int main(int argc, char** argv) {
         {"10 operations", force({"(x*y - 3*z)*(2*x + y*z) - (x + 0.5)*(z - y)", "0", "0"})},
         {"10 with a division", force({"(x*y - 3*z)/(2 + y*z*y) - (x + 0.5)*(z - y)", "0", "0"})},
         {"10 with sin and exp", force({"sin(2*x + 3*y*z - t)*exp(-(2*x)^2)*(z - 0.5)", "0", "0"})},
+        {"10 with tanh", force({"(x*y - 3*z)*(2*x + y*z) - tanh(x + 0.5)*(z - y)", "0", "0"})},
+        {"10 with atan2", force({"(x*y - 3*z)*(2*x + y*z) - atan2(x + 0.5, z - y)", "0", "0"})},
+        {"10 with a power", force({"(x*y - 3*z)*(2*x + y*z) - (x*x + 0.5)^1.7*(z - y)", "0", "0"})},
         {"30 in three components",
          force({"(x*y - 3*z)*(2*x + y*z) - (x + 0.5)*(z - y)", "(y*z - 3*x)*(2*y + z*x) - (y + 0.5)*(x - z)",
                 "(z*x - 3*y)*(2*z + x*y) - (z + 0.5)*(y - x)"})}};

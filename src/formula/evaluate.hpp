@@ -6,7 +6,9 @@
 #include "formula/program.hpp"
 #include "skein/core/pack.hpp"
 
+#include <bit>
 #include <cstddef>
+#include <cstdint>
 
 namespace skein {
 
@@ -30,6 +32,17 @@ template <int W> Pack<W> looked_up(const FormulaTable& table, Op op, const Pack<
     return r;
 }
 
+/// Whether |a| <= most at all places; told by the bits, whose order is that of numbers.
+template <int W> SKEIN_INLINE bool all_within(double most, const Strided<W>& a, int count) {
+    Pack<W> beyond(1.0); // negative where one was
+    for (int i = 0; i < count; ++i)
+        beyond = detail::of_bits(
+            beyond, a[i], [most](const auto& b, const auto& x) __attribute__((always_inline)) {
+                return b | (std::bit_cast<std::uint64_t>(most) - (x & ~detail::sign_bit));
+            });
+    return !any(detail::times_sign(Pack<W>(1.0), beyond) < Pack<W>(0.0));
+}
+
 /// `source`: [list.sources()], of which inputs and constants are given for this strip; `count` at most strip<W>.
 template <int W> void evaluate(const InstructionList& list, std::span<const FormulaTable> tables, Strided<W>* source,
                                StripRegisters<W>& registers, int count) {
@@ -43,6 +56,11 @@ template <int W> void evaluate(const InstructionList& list, std::span<const Form
         }
         if (!in.then) {
             with_operation(in.op, [&]<Op op>() {
+                if constexpr (largest_ordinary < op >> 0)
+                    if (all_within(largest_ordinary<op>, a, count)) {
+                        for (int i = 0; i < count; ++i) to[i] = operate_ordinary<op>(a[i]);
+                        return;
+                    }
                 for (int i = 0; i < count; ++i) to[i] = operate<op>(a[i], b[i], c[i]);
             });
             continue;

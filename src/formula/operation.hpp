@@ -1,12 +1,12 @@
 // What formulas are made of: operations on packs, each in one place for all widths, for numbers worked out at set-up too.
 #pragma once
 
-#include "core/circular.hpp"
-#include "core/exponential.hpp"
-#include "core/logarithm.hpp"
+#include "formula/arc_tangent.hpp"
+#include "formula/circular.hpp"
+#include "formula/exponentials.hpp"
+#include "formula/lane_bits.hpp"
 #include "skein/core/pack.hpp"
 
-#include <cmath>
 #include <cstdint>
 
 namespace skein {
@@ -50,38 +50,10 @@ inline bool is_arithmetic(Op op) { return op >= Op::add && op <= Op::divide; }
 
 namespace detail {
 
-template <int W, class F> SKEIN_INLINE Pack<W> lane_by_lane(const Pack<W>& a, F f) {
-    Pack<W> r;
-    for (int i = 0; i < W; ++i) r.set(i, f(a[i]));
-    return r;
-}
-template <int W, class F> SKEIN_INLINE Pack<W> lane_by_lane(const Pack<W>& a, const Pack<W>& b, F f) {
-    Pack<W> r;
-    for (int i = 0; i < W; ++i) r.set(i, f(a[i], b[i]));
-    return r;
-}
-
-/// Lanes for which the series is not made are the C library's: which they are depends on their own numbers.
-template <int W> SKEIN_INLINE Pack<W> any_exponential(const Pack<W>& x) {
-    Pack<W> r = exp(x);
-    if (any(!((x <= Pack<W>(708.0)) & (x >= Pack<W>(-708.0))))) [[unlikely]]
-        for (int i = 0; i < W; ++i)
-            if (!(std::fabs(x[i]) <= 708.0)) r.set(i, std::exp(x[i]));
-    return r;
-}
-template <int W> SKEIN_INLINE Pack<W> any_logarithm(const Pack<W>& x) {
-    constexpr double least = 2.2250738585072014e-308, most = 1.7976931348623157e308;
-    const auto made_for = [](double a) { return a >= least && a <= most; };
-    const Mask<W> good = (x >= Pack<W>(least)) & (x <= Pack<W>(most));
-    Pack<W> r = log(select(good, x, Pack<W>(1.0)));
-    if (any(!good)) [[unlikely]]
-        for (int i = 0; i < W; ++i)
-            if (!made_for(x[i])) r.set(i, std::log(x[i]));
-    return r;
-}
 template <int W> SKEIN_INLINE Pack<W> whole_below(const Pack<W>& x) {
-    const Pack<W> nearest = to_nearest(x), below = select(nearest > x, nearest - Pack<W>(1.0), nearest);
-    return select(abs(x) < Pack<W>(2251799813685248.0), below, x); // from 2^51 on numbers are whole, or nearly
+    constexpr double all_whole = 4503599627370496.0; // 2^52: from it on
+    const Pack<W> size = size_of(x), nearest = times_sign((size + Pack<W>(all_whole)) - Pack<W>(all_whole), x);
+    return select(size < Pack<W>(all_whole), select(nearest > x, nearest - Pack<W>(1.0), nearest), x);
 }
 
 } // namespace detail
@@ -91,20 +63,20 @@ template <Op op, int W> SKEIN_INLINE Pack<W> operate(const Pack<W>& a, const Pac
     using P = Pack<W>;
     const auto truth = [](const Mask<W>& m) { return select(m, P(1.0), P(0.0)); };
     if constexpr (op == Op::negative) return -a;
-    if constexpr (op == Op::absolute) return abs(a);
+    if constexpr (op == Op::absolute) return detail::size_of(a);
     if constexpr (op == Op::root) return sqrt(a);
     if constexpr (op == Op::floor) return detail::whole_below(a);
     if constexpr (op == Op::sine) return sin(a);
     if constexpr (op == Op::cosine) return cos(a);
-    if constexpr (op == Op::exponential) return detail::any_exponential(a);
-    if constexpr (op == Op::logarithm) return detail::any_logarithm(a);
-    if constexpr (op == Op::hyperbolic_tangent) return detail::lane_by_lane(a, [](double x) { return std::tanh(x); });
+    if constexpr (op == Op::exponential) return exponential(a);
+    if constexpr (op == Op::logarithm) return logarithm(a);
+    if constexpr (op == Op::hyperbolic_tangent) return hyperbolic_tangent(a);
     if constexpr (op == Op::add) return a + b;
     if constexpr (op == Op::subtract) return a - b;
     if constexpr (op == Op::multiply) return a * b;
     if constexpr (op == Op::divide) return a / b;
-    if constexpr (op == Op::power) return detail::lane_by_lane(a, b, [](double x, double y) { return std::pow(x, y); });
-    if constexpr (op == Op::arc_tangent) return detail::lane_by_lane(a, b, [](double x, double y) { return std::atan2(x, y); });
+    if constexpr (op == Op::power) return power(a, b);
+    if constexpr (op == Op::arc_tangent) return arc_tangent(a, b);
     if constexpr (op == Op::least) return min(a, b);
     if constexpr (op == Op::most) return max(a, b);
     if constexpr (op == Op::less) return truth(a < b);
@@ -112,6 +84,17 @@ template <Op op, int W> SKEIN_INLINE Pack<W> operate(const Pack<W>& a, const Pac
     if constexpr (op == Op::equal) return truth((a <= b) & (a >= b));
     if constexpr (op == Op::choice) return select((a < P(0.0)) | (a > P(0.0)), b, c);
     return a;
+}
+
+/// Up to which |a| an operation has a shorter way, operate_ordinary(), to the same bits; 0: it has none.
+template <Op op> inline constexpr double largest_ordinary = 0;
+template <> inline constexpr double largest_ordinary<Op::sine> = detail::largest_angle;
+template <> inline constexpr double largest_ordinary<Op::cosine> = detail::largest_angle;
+template <> inline constexpr double largest_ordinary<Op::exponential> = detail::largest_exponent;
+template <Op op, int W> SKEIN_INLINE Pack<W> operate_ordinary(const Pack<W>& a) {
+    if constexpr (op == Op::sine) return detail::sine_of_ordinary<0>(a);
+    else if constexpr (op == Op::cosine) return detail::sine_of_ordinary<1>(a);
+    else return detail::exponential_of_ordinary(a);
 }
 
 /// `then` of (a op b) and c, or of c and (a op b); each rounded as alone.

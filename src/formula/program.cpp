@@ -23,14 +23,15 @@ std::optional<InstructionList> list_of(const Graph& graph, std::span<const int> 
             for (const int operand : graph.nodes()[i].of)
                 if (operand >= 0) ++uses[static_cast<std::size_t>(operand)];
     // Of two in a row of + - * /, the first of no other use, one instruction is made: `inner` of each node, and the node it is in.
+    // The negative of x counts as -0 - x, which has its bits.
     std::vector<int> inner(count, -1), within(count, -1);
     for (std::size_t i = 0; i < count; ++i) {
         if (!made(i)) continue;
         const Graph::Node& n = graph.nodes()[i];
         for (const int o : n.of) {
             const auto k = static_cast<std::size_t>(o);
-            if (o >= 0 && inner[i] < 0 && is_arithmetic(n.op) && is_arithmetic(graph[o].op) && made(k) && uses[k] == 1 &&
-                inner[k] < 0)
+            if (o >= 0 && inner[i] < 0 && (is_arithmetic(n.op) || n.op == Op::negative) && is_arithmetic(graph[o].op) && made(k) &&
+                uses[k] == 1 && inner[k] < 0)
                 inner[i] = o, within[k] = static_cast<int>(i);
         }
     }
@@ -71,8 +72,13 @@ std::optional<InstructionList> list_of(const Graph& graph, std::span<const int> 
         Instruction in{n.op, n.index, -1, operand(n, 0), operand(n, 1), operand(n, 2)};
         if (inner[i] >= 0) {
             const Graph::Node& first = graph[inner[i]];
-            const bool second = n.of[1] == inner[i];
-            in = {first.op, 0, -1, operand(first, 0), operand(first, 1), operand(n, second ? 0 : 1), n.op, second};
+            in = {first.op, 0, -1, operand(first, 0), operand(first, 1), -1, n.op, n.of[1] == inner[i]};
+            if (n.op == Op::negative) {
+                in.c = constant_base + static_cast<int>(list.constants.size()), in.then = Op::subtract, in.reversed = true;
+                list.constants.push_back(-0.0);
+            } else {
+                in.c = operand(n, in.reversed ? 0 : 1);
+            }
             release(first);
         }
         release(n);
@@ -115,11 +121,13 @@ double FormulaProgram::predicted_ns() const {
         case Op::sine:
         case Op::cosine:
         case Op::exponential:
+            return 0.8;
         case Op::logarithm:
-            return 2.5;
         case Op::hyperbolic_tangent:
-        case Op::power:
         case Op::arc_tangent:
+            return 1.6;
+        case Op::power:
+            return 4.0;
         case Op::tabulated:
         case Op::tabulated_slope:
             return 12.0;

@@ -24,16 +24,22 @@ struct FormulaVector {
     void prepare(std::span<const Step> steps);
     /// Nothing changes from place to place.
     bool same_everywhere() const { return (program.changes & ~with_time) == 0; }
-    /// Formula i at a step, the same everywhere.
-    double value(std::size_t i, int slot) const {
-        const InstructionList& list = program.state;
-        const int from = list.outputs[i];
-        if (from < list.first_input()) return list.constants[static_cast<std::size_t>(from - list.registers)];
-        return time_value(list.inputs[static_cast<std::size_t>(from - list.first_input())] - time_base, slot);
-    }
     double time_value(int i, int slot) const { return of_time[static_cast<std::size_t>(i * Clock::largest_batch + slot)]; }
 
 private:
+    struct BySlot {
+        const double* first;
+        std::ptrdiff_t step; ///< 0 of a constant
+        double operator[](int slot) const { return first[slot * step]; }
+    };
+    /// Formula i, the same everywhere, at the steps of the batch.
+    BySlot by_slot(std::size_t i) const {
+        const InstructionList& list = program.state;
+        const int from = list.outputs[i];
+        if (from < list.first_input()) return {&list.constants[static_cast<std::size_t>(from - list.registers)], 0};
+        const int value = list.inputs[static_cast<std::size_t>(from - list.first_input())] - time_base;
+        return {&of_time[static_cast<std::size_t>(value * Clock::largest_batch)], 1};
+    }
     void run_in_time(std::span<const Step> steps);
 };
 
@@ -169,30 +175,41 @@ private:
 
 inline void FormulaVector::prepare(std::span<const Step> steps) {
     run_in_time(steps);
-    if (given && same_everywhere())
-        for (const Step& step : steps)
-            uniform[static_cast<std::size_t>(step.slot)] = {value(0, step.slot), value(1, step.slot), value(2, step.slot)};
+    if (!given || !same_everywhere()) return;
+    const BySlot x = by_slot(0), y = by_slot(1), z = by_slot(2);
+    for (const Step& step : steps) uniform[static_cast<std::size_t>(step.slot)] = {x[step.slot], y[step.slot], z[step.slot]};
 }
 
+/// The steps of the batch side by side, as many as a register holds.
 inline void FormulaVector::run_in_time(std::span<const Step> steps) {
     const InstructionList& list = program.time;
     if (list.outputs.empty()) return;
     of_time.resize(list.outputs.size() * Clock::largest_batch);
-    StripRegisters<1> registers;
-    Pack<1> time[Clock::largest_batch];
-    Strided<1> source[InstructionList::most_sources];
-    Pack<1> same[InstructionList::most_sources];
-    for (std::size_t i = 0; i < steps.size(); ++i) time[i] = Pack<1>(steps[i].time);
+    constexpr int W = native_lanes;
+    static_assert(Clock::largest_batch % W == 0 && Clock::largest_batch / W <= strip<W>);
+    StripRegisters<W> registers;
+    Pack<W> time[Clock::largest_batch / W];
+    Strided<W> source[InstructionList::most_sources];
+    Pack<W> same[InstructionList::most_sources];
+    const int count = static_cast<int>(steps.size()), packs = (count + W - 1) / W;
+    double number[Clock::largest_batch];
+    for (int i = 0; i < packs * W; ++i) number[i] = steps[static_cast<std::size_t>(std::min(i, count - 1))].time;
+    std::memcpy(time, number, static_cast<std::size_t>(packs) * sizeof time[0]);
     for (std::size_t i = 0; i < list.constants.size(); ++i) {
-        same[i] = Pack<1>(list.constants[i]);
+        same[i] = Pack<W>(list.constants[i]);
         source[static_cast<std::size_t>(list.registers) + i] = {&same[i], 0};
     }
     for (std::size_t i = 0; i < list.inputs.size(); ++i) source[static_cast<std::size_t>(list.first_input()) + i] = {time, 1};
-    evaluate<1>(list, program.tables, source, registers, static_cast<int>(steps.size()));
-    for (std::size_t o = 0; o < list.outputs.size(); ++o)
-        for (std::size_t i = 0; i < steps.size(); ++i)
-            of_time[o * Clock::largest_batch + static_cast<std::size_t>(steps[i].slot)] =
-                source[list.outputs[o]][static_cast<int>(i)][0];
+    evaluate<W>(list, program.tables, source, registers, packs);
+    for (std::size_t o = 0; o < list.outputs.size(); ++o) {
+        const Strided<W>& value = source[list.outputs[o]];
+        for (int i = 0; i < packs; ++i) {
+            const Pack<W> some = value[i];
+            std::memcpy(number + i * W, &some, sizeof some);
+        }
+        double* to = of_time.data() + o * Clock::largest_batch;
+        for (int i = 0; i < count; ++i) to[steps[static_cast<std::size_t>(i)].slot] = number[i];
+    }
 }
 
 } // namespace skein

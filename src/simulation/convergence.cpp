@@ -10,7 +10,7 @@ namespace skein {
 namespace {
 
 constexpr double least_round_off = 1e-12; ///< differences over values that mean nothing
-constexpr double least_alike = 0.9; ///< cosine between differences of smooth convergence
+constexpr double least_alike = 0.9;       ///< cosine between differences of smooth convergence
 constexpr double least_second = 1.5, most_second = 2.6, least_order = 0.5, most_order = 4;
 /// Margins beyond the Richardson error: of the scheme's own order, and of another one, which more elements may change.
 constexpr double margin_second = 0.25, margin_other = 1, margin_time = 0.5;
@@ -117,8 +117,7 @@ Convergence converge(const LevelValues& levels) {
     for (const auto& level : levels.space) magnitude = std::max(magnitude, norms(level, components).most);
 
     Convergence c;
-    const double round_off =
-        std::max(least_round_off, static_cast<double>(levels.steps) * std::numeric_limits<double>::epsilon());
+    const double round_off = std::max(least_round_off, static_cast<double>(levels.steps) * std::numeric_limits<double>::epsilon());
     judge(c, first, second, round_off * magnitude, components);
     c.spread = norms(second, components).most;
     const Norms time = norms(time_error, components);
