@@ -1,8 +1,8 @@
 #!/usr/bin/python3
-"""Picture of reeds in gusts, of a rod near a magnet, or of both: plot.py OUT_DIR... [--to FILE]
+"""Picture of reeds in gusts, of a rod near a magnet, of a flagellum that swims: plot.py OUT_DIR... [--to FILE]
 
 Of gusts.toml the reeds at one time, and how far their tips lean, by place and time, with the way of a gust (dashed); of magnet.toml the rod
-as the magnet comes near, in lines of its field. Writes formulas.png into the first directory, or FILE. Needs numpy, h5py and matplotlib.
+as the magnet comes near, in lines of its field; of flagellum.toml its shapes in a period, and the way of its head. Writes formulas.png into the first directory, or FILE. Needs numpy, h5py and matplotlib.
 """
 
 import argparse
@@ -24,7 +24,7 @@ import frames  # noqa: E402  (from apps/figures)
 import style  # noqa: E402
 import tubes  # noqa: E402
 
-REED, ROD, FIELD = np.array([0.42, 0.56, 0.30]), "#c2554a", "#cfd4db"
+REED, ROD, FIELD, SWIMMER = np.array([0.42, 0.56, 0.30]), "#c2554a", "#cfd4db", "#3f6fa8"
 
 
 def constants_of(out):
@@ -66,31 +66,54 @@ def draw_rod(axes, out, constants):
     axes.set(xlabel="x, mm", ylabel="z, mm", aspect="equal", xlim=(-10, 55), ylim=(0, 65))
 
 
+def draw_swimmer(axes, out, period):
+    found = frames.frames(out)
+    nodes = np.array([1e3 * frames.read_rods(path, number)[0][0] for _, path, number in found])
+    times = np.array([t for t, _, _ in found])
+    axes.plot(*nodes[:, 0, :2].T, color=FIELD, linewidth=1)
+    for share in np.linspace(0, 1, 9)[1:]:
+        k = int(np.argmin(np.abs(times - (times[-1] - (1 - share) * period))))
+        axes.plot(*nodes[k, :, :2].T, color=SWIMMER, linewidth=2, alpha=0.1 + 0.85 * share**2)
+    axes.plot(*nodes[-1, 0, :2], "o", color=SWIMMER, markersize=5)
+    axes.set(xlabel="x, mm", ylabel="y, mm", aspect="equal")
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("out", type=Path, nargs="+", help="results of gusts.toml, of magnet.toml, or of both")
+    parser.add_argument("out", type=Path, nargs="+", help="results of gusts.toml, magnet.toml and flagellum.toml, or of some of them")
     parser.add_argument("--to", type=Path, help="file to write")
     arguments = parser.parse_args()
-    gusts = magnet = None
+    gusts = magnet = swimmer = None
     for out in arguments.out:
         constants = constants_of(out)
         if "travel" in constants:
             gusts = out, constants
+        elif "wavelength" in constants:
+            swimmer = out, constants
         else:
-            results.need_names(out, "constant", constants, ("reach", "height", "rise"), "give results of gusts.toml or magnet.toml")
+            results.need_names(out, "constant", constants, ("reach", "height", "rise"), "give results of gusts.toml, magnet.toml or flagellum.toml")
             magnet = out, constants
 
     plt.rcParams.update({"font.size": 9, "font.family": "DejaVu Sans"})
-    places = [["reeds", "reeds"], ["leaning", "rod"]] if gusts and magnet else [["reeds", "leaning"]] if gusts else [["rod"]]
-    figure, axes = plt.subplot_mosaic(places, figsize=(8.0, 3.1 * len(places)), layout="constrained")
+    rows = [["reeds"], ["leaning", "rod"]] if gusts and magnet else [["reeds", "leaning"]] if gusts else [["rod"]] if magnet else []
+    if swimmer:
+        rows.append(["swimmer"])
+    heights = [1.8 if row == ["swimmer"] else 3.1 for row in rows]
+    figure = plt.figure(figsize=(8.0, sum(heights)), layout="constrained")
+    axes = {}
+    for row, part in zip(rows, figure.subfigures(len(rows), 1, height_ratios=heights, squeeze=False)[:, 0]):
+        axes |= part.subplot_mosaic([row])
     if gusts:
         draw_reeds(axes["reeds"], gusts[0], 3.0)
         style.heading(axes["reeds"], "Reeds in gusts of wind")
         draw_leaning(axes["leaning"], gusts[0], gusts[1]["travel"])
-        style.heading(axes["leaning"], "Gusts on their way: lean of the tips, mm")
+        style.heading(axes["leaning"], "Lean of the tips, mm")
     if magnet:
         draw_rod(axes["rod"], *magnet)
         style.heading(axes["rod"], "A rod as a magnet comes near")
+    if swimmer:
+        draw_swimmer(axes["swimmer"], swimmer[0], swimmer[1]["period"])
+        style.heading(axes["swimmer"], "A flagellum swims against the wave of its muscles")
     for name in axes.keys() - {"reeds"}:
         style.bare(axes[name], "left", "bottom")
     figure.savefig(arguments.to or arguments.out[0] / "formulas.png", dpi=150)
