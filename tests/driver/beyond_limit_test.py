@@ -2,6 +2,7 @@
 where that is overruled the run is stopped and says what broke, where and why, or warns; no state that is no number is kept."""
 
 import json
+import re
 import subprocess
 import unittest
 
@@ -71,8 +72,10 @@ class BeyondTheLimit(DriverTest):
         return sum(series[name] for name in series.dtype.names if name.startswith(("kinetic_", "elastic_")) or name in ("contact_energyJ", "wall_energyJ"))
 
     def assert_numbers(self, out):
-        """Every number of every state that was kept is one."""
-        for file in (self.directory / out).glob("*_*.h5"):
+        """Every number of every state that was kept is one, that of the failure too; a checkpoint is among them."""
+        files = list((self.directory / out).glob("*.h5"))
+        self.assertTrue([file for file in files if file.name.startswith("checkpoint_")], f"{out}: no checkpoint")
+        for file in files:
             with h5py.File(file) as h5:
                 def look(name, item):
                     if isinstance(item, h5py.Dataset) and item.dtype.kind == "f":
@@ -97,13 +100,19 @@ class BeyondTheLimit(DriverTest):
                 self.assertFalse((self.directory / f"{name}_refused").exists())
 
                 for times in (1.5, 4.0):
-                    out = f"{name}_forced_{times}"
-                    done = subprocess.run(self.command(out, "--set", f"time.dt={times * limit}", "--set", "time.force_dt=true"),
+                    out, dt = f"{name}_forced_{times}", times * limit
+                    checkpoint = max(2 * dt, 2e-3)  # before the first failure, which is at the third step
+                    done = subprocess.run(self.command(out, "--set", f"time.dt={dt}", "--set", "time.force_dt=true",
+                                                       "--set", f"output.checkpoint={checkpoint}"),
                                           capture_output=True, text=True, timeout=200)
                     self.assertIn(done.returncode, (0, 4), done.stderr)
                     if done.returncode == 4:
                         for part in ("'sticks'", "step", "likely cause", "limit"):
                             self.assertIn(part, done.stderr)
+                        self.assertRegex(done.stderr, r"the last good checkpoint is of step \d+")
+                        step = int(re.search(r"the last good checkpoint is of step (\d+)", done.stderr)[1])
+                        self.assertTrue((self.directory / out / f"checkpoint_{step:012}.h5").exists(), out)
+                        self.assertTrue((self.directory / out / "failure.h5").exists(), out)
                     else:
                         self.assertIn(f"{times:.3g} of the limit", done.stdout)
                         self.assertLess(self.energy(out)[-1], 100 * energy[0])
