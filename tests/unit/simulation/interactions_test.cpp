@@ -15,6 +15,9 @@ using test::Turn;
 
 constexpr std::int64_t meeting_steps = 8000;
 
+static_assert(std::size(contact_normal_names) == 2, "a new law of the normal force needs numbers in law_of, and is elastic or not");
+static_assert(std::size(contact_friction_names) == 4, "a new law of friction needs numbers in law_of");
+
 ContactLaw law_of(ContactNormal normal, ContactFriction friction) {
     const bool hertz = normal == ContactNormal::hertz;
     ContactLaw law{.normal = normal, .stiffness = hertz ? 1e6 : 1e5, .damping = hertz ? 300.0 : 30.0, .friction = friction};
