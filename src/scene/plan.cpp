@@ -588,6 +588,11 @@ Plan make_plan(const SceneSpec& as_given, std::span<const RodGroup> groups, cons
     tell_uneven_outputs(plan, scene);
     const auto note = [&](std::vector<std::string> all) { std::move(all.begin(), all.end(), std::back_inserter(plan.notes)); };
     note(doubts(scene, groups, plan.dt));
+    if (plan.force_dt && !plan.relax && plan.dt > plan.limit)
+        plan.notes.push_back(
+            fmt::format("time.force_dt lets a step pass that is {:.3g} of its limit: what sets the limit may gain energy without "
+                        "end, and a run is stopped only where rods break or go through walls",
+                        plan.dt / plan.limit));
     note(slip_doubts(plan.outlook, plan.contact_laws ? &*plan.contact_laws : nullptr, plan.walls, groups, plan.dt));
     plan.audit = scene.output.audit;
     plan.observables = scene.output.observables;

@@ -454,7 +454,11 @@ void Simulation::sample() {
     look();
     warn_of_strain();
     look_for_rest();
-    on_root(comm_, [&] { series_->append(clock_.done(), clock_.time(), last_sample_); });
+    const bool numbers = std::isfinite(observed_energy(last_sample_)); // of a copy half a step on, which may fail first
+    warn(told_row_, !numbers, "an energy is not a number: the time series has no row of this step");
+    on_root(comm_, [&] {
+        if (numbers) series_->append(clock_.done(), clock_.time(), last_sample_);
+    });
 }
 
 void Simulation::warn(bool& told, bool bad, const std::string& text) {

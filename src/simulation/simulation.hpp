@@ -228,7 +228,7 @@ private:
     std::uint64_t checkpoint_digest_ = 0; ///< at last_checkpoint_
     bool at_rest_ = false;
     std::optional<Settling> settling_; ///< of rods that relax
-    bool told_turn_ = false, told_strain_ = false, told_tension_ = false, told_limit_ = false;
+    bool told_row_ = false, told_turn_ = false, told_strain_ = false, told_tension_ = false, told_limit_ = false;
     std::unique_ptr<Progress> progress_;
     std::vector<std::size_t> progress_columns_; ///< of the series
     bool show_now_ = false;
