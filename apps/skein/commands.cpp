@@ -204,6 +204,7 @@ int check_command(SceneArguments arguments) {
         std::printf("%s: good; %lld rods, %lld elements, %lld steps of %.6g s\n", arguments.file.c_str(),
                     static_cast<long long>(plan.rods), static_cast<long long>(plan.elements), static_cast<long long>(plan.steps),
                     plan.dt);
+        for (const std::string& note : plan.notes) std::printf("  note: %s\n", note.c_str());
     });
 }
 

@@ -41,6 +41,8 @@ struct FormulaLoad {
     void check(RodSpecs groups, Objections& objections) const;
     /// Whether a formula depends on it.
     bool depends_on(Variable v) const { return force_.program.uses(v) || couple_.program.uses(v); }
+    /// Whether its couple changes with places or velocities, which the limit of the step does not count. theory.md (40c)
+    bool couple_answers() const { return couple_.given && (couple_.program.changes & with_state) != 0; }
     double predicted_ns() const { return 1 + force_.program.predicted_ns() + couple_.program.predicted_ns(); }
     /// What is wrong with the values at the start of rods and at some times of the run; empty: nothing.
     std::string fault_at_start(const RodGroup& group) const;

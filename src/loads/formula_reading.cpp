@@ -69,13 +69,14 @@ std::vector<double> some_times(double duration) {
     return times;
 }
 
-/// Calls `look` until it returns false, for some rods that this rank knows.
+/// Calls `look` until it returns false, for some rods of a group; of those, as far as a file has them, the ones that this rank
+/// holds.
 template <class Look> void over_samples(const RodGroup& group, double duration, bool middles, Look look) {
     if (!group.strained()) return;
-    const std::vector<std::int64_t> held = group.places().from_file() ? group.places().held() : std::vector<std::int64_t>{};
-    const std::int64_t known = group.places().from_file() ? static_cast<std::int64_t>(held.size()) : group.count();
-    for (const std::int64_t which : some_of(known, 32)) {
-        const std::int64_t rod = held.empty() ? which : held[static_cast<std::size_t>(which)];
+    const bool from_file = group.places().from_file();
+    const std::vector<std::int64_t> held = from_file ? group.places().held() : std::vector<std::int64_t>{};
+    for (const std::int64_t rod : some_of(group.count(), 32)) {
+        if (from_file && !std::binary_search(held.begin(), held.end(), rod)) continue;
         std::vector<Slot<1>> state(static_cast<std::size_t>(group.slots()));
         group.start_state(rod, state);
         const FormulaPlaces along =

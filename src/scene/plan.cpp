@@ -5,6 +5,7 @@
 #include "io/rod_file.hpp"
 #include "io/trajectory.hpp"
 #include "io/vtk_series.hpp"
+#include "loads/formula_load.hpp"
 #include "loads/gravity.hpp"
 #include "neighbourhood/exposure.hpp"
 #include "rod/audit.hpp"
@@ -588,6 +589,12 @@ Plan make_plan(const SceneSpec& as_given, std::span<const RodGroup> groups, cons
     tell_uneven_outputs(plan, scene);
     const auto note = [&](std::vector<std::string> all) { std::move(all.begin(), all.end(), std::back_inserter(plan.notes)); };
     note(doubts(scene, groups, plan.dt));
+    for (std::size_t i = 0; i < loads.size(); ++i)
+        if (const auto* formula = loads[i].get_if<FormulaLoad>(); formula && formula->couple_answers())
+            plan.notes.push_back(
+                fmt::format("load.{}: its couple changes with places or velocities, which the limit of the step does not "
+                            "count: a run that breaks under it may need a shorter one",
+                            i));
     if (plan.force_dt && !plan.relax && plan.dt > plan.limit)
         plan.notes.push_back(
             fmt::format("time.force_dt lets a step pass that is {:.3g} of its limit: what sets the limit may gain energy without "

@@ -85,7 +85,29 @@ private:
             read.use(names_for_formulas(scene_));
             TableObjections table(of_group, key);
             read.check_formulas(lab_directions(*free), table);
+            jumps(read, rods.shape, table);
         }
+    }
+    /// Ends that are far from where they are held when their motion begins; smaller jumps are notes of the plan.
+    static void jumps(const EndMotion& motion, const Shape& shape, Objections& table) {
+        constexpr double most = 0.1; // of an element, and rad
+        const double length = shape.length / static_cast<double>(std::max(1L, shape.elements)),
+                     moved = norm(motion.displacement(0).value), turned = norm(motion.turn(0).value);
+        const char *const displacement = !motion.translation_formula.empty() ? "translation_formula"
+                                         : !motion.translation.empty()       ? "translation"
+                                                                             : "phase",
+                          *const turn = !motion.rotation_formula.empty() ? "rotation_formula"
+                                        : !motion.rotation.empty()       ? "rotation"
+                                                                         : "phase";
+        const char* const remedy = "take off its value at 0, or let it rise from there";
+        if (moved > most * length)
+            table.add(
+                displacement,
+                fmt::format("the end would jump by {:.3g} m, {:.2g} of an element's length, as its motion begins at t = 0: {}",
+                            moved, moved / length, remedy));
+        if (turned > most)
+            table.add(turn,
+                      fmt::format("the end would turn by {:.3g} rad at once as its motion begins at t = 0: {}", turned, remedy));
     }
 
     void groups() {

@@ -271,14 +271,14 @@ class RodFiles(DriverTest):
 
     def test_formulas_are_tried_at_the_start_of_the_rods(self):
         """Whichever rank reads the rod that a formula fails at, all refuse before anything is written; so does check."""
-        load = '\n[[load]]\nkind = "formula"\nforce = ["1/(rod - 5)", "0", "0"]\n'
-        for lengths in (None, numpy.linspace(0.3, 0.9, RODS)):
-            self.write_file(length=lengths, options={"more": load})
-            for ranks in (1, 3):
+        load = '\n[[load]]\nkind = "formula"\nforce = ["1/(rod - {})", "0", "0"]\n'
+        for rod, lengths in ((5, None), (RODS - 1, numpy.linspace(0.3, 0.9, RODS))):
+            self.write_file(length=lengths, options={"more": load.format(rod)})
+            for ranks in (1, 2, 3):
                 self.assertIn("divides by 0", self.run_skein("none", ranks=ranks, expect=2).stderr)
                 self.assertFalse((self.directory / "none").exists())
-            self.assertIn("of rod 5 of 'traced'", self.skein("check", self.scene, expect=2).stderr)
-        self.write_file(options={"more": load.replace("rod - 5", "rod + 5")})
+            self.assertIn(f"of rod {rod} of 'traced'", self.skein("check", self.scene, expect=2).stderr)
+        self.write_file(options={"more": load.format(-5)})
         self.run_skein("sound", "--until", "0.001", ranks=2)
 
     def skein(self, *words, ranks=1, expect=0):

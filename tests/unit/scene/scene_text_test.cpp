@@ -72,11 +72,11 @@ TEST(Doubts, OfEndsThatJumpAsTheirMotionBegins) {
         const std::string all = doubts_of(overrides);
         EXPECT_EQ(all.find(said) != std::string::npos, true) << all;
     };
-    const std::string moved = "rods.cilia.start_motion.translation_formula=[\"0.02*cos(2*t)\", \"0\", \"0\"]",
-                      begins = "rods.cilia.start_motion.translation_formula=[\"0.02*sin(2*t)\", \"0\", \"0\"]",
-                      turned = "rods.cilia.start_motion.rotation_formula=[\"0.3 + 2*t\", \"0\", \"0\"]";
-    told({moved}, "rods.cilia.start_motion: the displacement is 0.02 m at t = 0");
-    told({turned}, "rods.cilia.start_motion: the rotation is 0.3 rad at t = 0");
+    const std::string moved = "rods.cilia.start_motion.translation_formula=[\"0.002*cos(2*t)\", \"0\", \"0\"]",
+                      begins = "rods.cilia.start_motion.translation_formula=[\"0.002*sin(2*t)\", \"0\", \"0\"]",
+                      turned = "rods.cilia.start_motion.rotation_formula=[\"0.03 + 2*t\", \"0\", \"0\"]";
+    told({moved}, "rods.cilia.start_motion: the displacement is 0.002 m at t = 0");
+    told({turned}, "rods.cilia.start_motion: the rotation is 0.03 rad at t = 0");
     EXPECT_EQ(doubts_of({begins}), "");
 }
 
