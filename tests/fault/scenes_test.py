@@ -131,7 +131,8 @@ class Scenes(FaultTest):
                 outcome = "ran" if not wrong_key else "ran with a wrong key"
             elif code == 2:
                 outcome = "refused at a line" if places else "refused by its numbers" if f"error: {path}: " in errors and "'" in errors else "refused without a place"
-                if wrong_key and wrong_key not in places and "missing key" not in errors:  # that table's other keys are then not looked at
+                named = wrong_key and f"did you mean '{KEY.match(lines[wrong_key - 1])[2]}'" in errors  # a constant of formulas is missed where it is used
+                if wrong_key and wrong_key not in places and not named and "missing key" not in errors:  # that table's other keys are then not looked at
                     outcome = "refused at another place"
             elif code == 4 and "rod " in errors:
                 outcome = "stopped, naming the rod"
