@@ -53,7 +53,7 @@ public:
     struct TileContacts {
         AlignedVector<Entry> entry;        ///< one per wall that acts on the group
         AlignedVector<Kept> kept;          ///< [point][wall]
-        std::vector<std::uint8_t> touched; ///< [point]: springs may be other than zero
+        std::vector<std::uint8_t> touched; ///< [point][wall]: its spring may be other than zero
         std::vector<std::uint8_t> near;    ///< [wall]: the tile's box is within reach at this step
         bool any_touched = false;
         bool busy = false; ///< entries of the last step may be other than zero
@@ -74,7 +74,7 @@ public:
         TileContacts& contacts = tiles_.emplace_back();
         contacts.entry.resize(acting_.size());
         contacts.kept.resize(points_ * acting_.size());
-        contacts.touched.assign(points_, 0);
+        contacts.touched.assign(points_ * acting_.size(), 0);
         contacts.near.assign(acting_.size(), 0);
         contacts.lanes = rod.lanes;
     }

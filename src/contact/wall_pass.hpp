@@ -89,7 +89,7 @@ public:
                 contacts.busy = true;
                 contacts.any_touched = true;
                 touch(rod, load, step.kick, wall, i, at, contacts, behind);
-            } else if (contacts.touched[static_cast<std::size_t>(i)]) {
+            } else {
                 forget(contacts, i);
             }
         }
@@ -119,9 +119,13 @@ private:
              select(where, none, m.viscous_normal)};
     }
     void forget(TileContacts& contacts, int i) const {
-        for (std::size_t w = 0; w < acting(); ++w)
-            let_go(contacts.kept[static_cast<std::size_t>(i) * acting() + w], P(1.0) > P(0.0));
-        contacts.touched[static_cast<std::size_t>(i)] = 0;
+        for (std::size_t w = 0; w < acting(); ++w) forget(contacts, i, w);
+    }
+    void forget(TileContacts& contacts, int i, std::size_t w) const {
+        const std::size_t at = static_cast<std::size_t>(i) * acting() + w;
+        if (!contacts.touched[at]) return;
+        let_go(contacts.kept[at], P(1.0) > P(0.0));
+        contacts.touched[at] = 0;
     }
 
     SKEIN_INLINE static void widen(Box& box, const Vec3<P>& x) {
@@ -197,13 +201,15 @@ private:
         Vec3<P> force{}, couple{};
         Mask<W> touched = zero > zero;
         for (std::size_t w = 0; w < acting(); ++w) {
-            Kept& kept = contacts.kept[static_cast<std::size_t>(i) * acting() + w];
+            const std::size_t kept_at = static_cast<std::size_t>(i) * acting() + w;
             const Surface s = contacts.near[w] ? surface(wall[w], at) : Surface{};
             const Mask<W> touches = contacts.near[w] ? state.radius_1 > s.distance : zero > zero;
             if (!any(touches)) {
-                if (contacts.touched[static_cast<std::size_t>(i)]) let_go(kept, !touches);
+                forget(contacts, i, w);
                 continue;
             }
+            Kept& kept = contacts.kept[kept_at];
+            contacts.touched[kept_at] = 1;
             touched = touched | touches;
             state.normal = s.towards;
             state.distance = s.distance;
@@ -216,7 +222,6 @@ private:
             couple += out.arm_1 * out.moment;
             enter(contacts.entry[w], state, out, touches);
         }
-        contacts.touched[static_cast<std::size_t>(i)] = 1;
         // Where nothing touches not even a zero is added: it would turn -0 into 0, and other lanes decide whether this is reached.
         points_.push(rod, load, i, force, couple, touched, has_friction_);
     }
