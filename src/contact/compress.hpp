@@ -1,10 +1,11 @@
-// Left-packing: the selected lanes of a pack, one after another.
+// Lanes of packs by bits: the selected ones one after another (left-packing), a number in them.
 #pragma once
 
 #include "skein/core/pack.hpp"
 
 #include <bit>
 #include <cstdint>
+#include <cstring>
 
 namespace skein {
 
@@ -20,6 +21,26 @@ template <int W> SKEIN_INLINE void compress_store(double* to, unsigned bits, con
         *to = from[lane];
         to += bits >> lane & 1;
     }
+}
+
+/// A number in the lanes whose bits are set, 0 in the others.
+template <int W> SKEIN_INLINE Pack<W> where_set(unsigned bits, double value) {
+#if defined(__AVX512F__)
+    if constexpr (W == 8) {
+        const auto lanes = _mm512_maskz_mov_pd(static_cast<__mmask8>(bits), _mm512_set1_pd(value));
+        return std::bit_cast<typename Pack<W>::Doubles>(lanes);
+    }
+#endif
+    Pack<W> lanes(0.0);
+    for (int lane = 0; lane < W; ++lane) lanes.set(lane, bits >> lane & 1 ? value : 0);
+    return lanes;
+}
+
+/// Bit i: whether a bit of byte i is set, of eight bytes.
+inline unsigned bits_of_bytes(const std::uint8_t* bytes, int bit = 0) {
+    std::uint64_t eight;
+    std::memcpy(&eight, bytes, 8);
+    return static_cast<unsigned>((eight >> bit & 0x0101010101010101u) * 0x0102040810204080u >> 56);
 }
 
 } // namespace skein

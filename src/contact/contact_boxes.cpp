@@ -11,8 +11,6 @@ namespace skein {
 
 namespace {
 
-constexpr double blend = 0.05; // as of capsules
-
 void add(ExertedLoad* at, const ElementLoad& load) {
     at[0].force += load.first;
     at[1].force += load.second;
@@ -56,7 +54,14 @@ Contacts::BoxContact Contacts::evaluate_box(const Exposure& bodies, double h, st
     const Vec3d centre = bodies.node[box_slot].position;
     const Mat3d axes{of_box[1].velocity, of_box[1].spin, cross(of_box[1].velocity, of_box[1].spin)}; // neighbourhood/surface.hpp
     const Vec3d p = node[0].position, d = node[1].position - p;
-    const SegmentToBox near = nearest_to_box(axes * (p - centre), axes * d, box.half);
+    const unsigned joints = bodies.joints[element];
+    const auto nearest_between = [&](double low, double high) {
+        SegmentToBox found = nearest_to_box(axes * (p + low * d - centre), axes * ((high - low) * d), box.half);
+        for (double* share : {&found.s, &found.first, &found.last}) *share = low + *share * (high - low);
+        return found;
+    };
+    const double reach = bodies.scene().joint_reach();
+    SegmentToBox near = nearest_between(joints & at_start ? -reach : 0, joints & at_end ? 1 + reach : 1);
 
     struct At {
         ContactState<Q> state;
@@ -75,12 +80,26 @@ Contacts::BoxContact Contacts::evaluate_box(const Exposure& bodies, double h, st
         out.on_element += {.first = (1 - s) * force, .second = s * force, .couple = f.arm_1[0] * moment};
         out.on_box += {.first = -force, .second = {0, 0, 0}, .couple = f.arm_2[0] * moment - cross(arm, force)};
     };
+    double weight = 1;
+    if (const int side = joint_side(near.s, joints, reach); side != 0) { // the other is the nearest point of the box
+        const double s = std::clamp(near.s, 0.0, 1.0);
+        const BoxPoint point = nearest_on_box(axes * (p + s * d - centre), box.half);
+        const Vec3d &joint = node[side > 0].position, on_box = centre + transpose_times(axes, point.on_box);
+        const auto share =
+            joint_share<1>(reach, side > 0 ? 1 - s : s, broadcast<1>(joint), broadcast<1>(node[side <= 0].position - joint),
+                           broadcast<1>(neighbour_node(bodies, element, side)->position - joint), broadcast<1>(on_box), {}, {});
+        const double steep = std::min(near.sine_squared / (shallow * shallow), 1.0),
+                     shift = share.bend[0] * (node->radius + box.radius) / std::max(near.sine_squared, 1e-30),
+                     straight = 1 - std::min(shift * shift * shift * shift, 1.0), apart = steep * (2 - steep) * straight * straight;
+        weight = 1 + apart * (share.weight[0] - 1);
+        const double beyond = apart * share.beyond[0];
+        near.s = std::clamp(near.s, side < 0 ? -beyond : 0.0, side > 0 ? 1 + beyond : 1.0);
+    }
     const At nearest = at(near.s);
     out.s = near.s;
     out.overlap = node->radius + box.radius - nearest.state.distance[0];
     out.diameter = 2 * std::min(node->radius, box.radius);
     out.touches = out.overlap > 0;
-    out.within_element = near.s > 0 && near.s < 1;
     if (!out.touches) return out;
     const ContactState<Q>& state = nearest.state;
     out.normal = lane(state.normal, 0);
@@ -89,14 +108,19 @@ Contacts::BoxContact Contacts::evaluate_box(const Exposure& bodies, double h, st
     out.slip = lane(state.velocity_1, 0) + cross(motion->spin, arm_1) - lane(state.velocity_2, 0) - cross(of_box->spin, arm_2);
 
     const ContactNumbers<Q> law = numbers<1>(bodies, &pair);
-    double share = 0, elsewhere = 0, elastic_energy = 0, viscous_work = 0, stiffest = 0;
+    double share = 0, beside = 1, elsewhere = 0, elastic_energy = 0, viscous_work = 0, stiffest = 0;
     if (near.sine_squared < blend * blend && near.last > near.first) {
         share = 1 - near.sine_squared / (blend * blend);
-        for (const double s : {near.first, near.last}) {
+        const SegmentToBox line = nearest_between(-1, 2); // what lies beside the face, beyond the element too
+        const double first = std::clamp(line.first, 0.0, 1.0), last = std::clamp(line.last, 0.0, 1.0);
+        if ((line.first < 0 && (joints & at_start)) || (line.last > 1 && (joints & at_end)))
+            beside = std::max(0.0, last - first) / std::min(1.0, line.last - line.first);
+        for (const double s : {first, last}) {
             const At end = at(s);
             ContactMemory<Q> none{};
+            const Q of_end = 0.5 * share * beside;
             const auto f =
-                contact_force<1>({kinds_.normal, ContactFriction::none}, law, end.state, h, none, none.spring, 0.5 * share);
+                contact_force<1>({kinds_.normal, ContactFriction::none}, law, end.state, h, none, none.spring, {of_end, of_end});
             elsewhere += f.normal[0], elastic_energy += f.elastic_energy[0], viscous_work += 2 * f.viscous_work[0],
                 stiffest = std::max(stiffest, f.stiffness[0]);
             exert(f, s, end.arm);
@@ -105,11 +129,13 @@ Contacts::BoxContact Contacts::evaluate_box(const Exposure& bodies, double h, st
     Remembered<1> before{};
     if (now) before = Remembered<1>::of_spring(now->spring);
     else if (remembers_) before = memory_before<1>(bodies, &pair, first ? 0.5 : near.s, first ? near.s : 0.5);
-    out.force = contact_force<1>(kinds_, law, nearest.state, h, before.own, before.from, 1 - share, elsewhere);
+    const double crossing = (1 - share) * weight;
+    out.weight = crossing + share * beside;
+    out.touches = out.weight > 0;
+    out.force = contact_force<1>(kinds_, law, nearest.state, h, before.own, before.from, {crossing, out.weight}, elsewhere);
     exert(out.force, near.s, nearest.arm);
-    out.memory = {{lane(before.own.spring.x, 0), before.own.spring.stiffness[0]},
-                  lane(before.own.viscous_part, 0),
-                  before.own.viscous_normal[0]};
+    out.memory = {
+        {lane(before.own.spring.x, 0), before.own.spring.stiffness[0]}, lane(before.own.viscous_part, 0), before.own.weight[0]};
     out.force.elastic_energy += elastic_energy;
     out.force.viscous_work += viscous_work;
     out.force.stiffness = max(out.force.stiffness, Q(stiffest));
@@ -121,7 +147,7 @@ Contact Contacts::contact_with_box(const Exposure& bodies, std::uint32_t pair) c
     const bool first = box_at(bodies, list_.pair[pair].a) != nullptr;
     const ElementLoad& on_first = first ? c.on_box : c.on_element;
     const double sign = first ? -1 : 1;
-    return {list_.pair[pair], first ? 0 : c.s, first ? c.s : 0, on_first.first + on_first.second, c.overlap, c.diameter,
+    return {list_.pair[pair], first ? 0 : c.s, first ? c.s : 0, on_first.first + on_first.second, c.overlap, c.diameter, c.weight,
             c.place,          sign * c.normal, sign * c.slip};
 }
 
@@ -134,11 +160,11 @@ void Contacts::push_boxes(const Exposure& bodies, double h, const ContactBlock& 
         const bool own_a = bodies.owns_slot(a), own_b = bodies.owns_slot(b);
         const BoxContact c = evaluate_box(bodies, h, *i);
         if (!c.touches) {
-            if (own_a && (previous_status_[*i] & touching)) figures.friction_work += last_memory_[*i].spring.energy();
+            if (previous_status_[*i] & touching) end_contact(bodies, *i, figures);
             continue;
         }
         memory_[*i] = c.memory;
-        status_[*i] = static_cast<std::uint8_t>(touching | (c.within_element ? inside : 0));
+        status_[*i] = touching;
         const bool box_first = box_at(bodies, a) != nullptr;
         const ElementLoad &on_a = box_first ? c.on_box : c.on_element, &on_b = box_first ? c.on_element : c.on_box;
         const std::int32_t first = bodies.window_of[a], second = bodies.window_of[b];
@@ -146,6 +172,7 @@ void Contacts::push_boxes(const Exposure& bodies, double h, const ContactBlock& 
             add(&loads[a], on_a);
             touched_[static_cast<std::size_t>(first)] = 1;
             ++figures.active;
+            figures.weight += in_steps<1>(c.weight)[0];
             figures.max_overlap = std::max(figures.max_overlap, c.overlap / c.diameter);
             figures.max_stiffness = std::max(figures.max_stiffness, c.force.stiffness[0]);
             figures.elastic_energy += c.force.elastic_energy[0];

@@ -67,11 +67,13 @@ void ContactLaw::fields(FieldVisitor& f) {
     f.visit(
         {.name = "restitution",
          .unit = "-",
-         .text = "instead of stiffness and damping, with collision_time: speed after a collision over that before; 0: as those say",
+         .text =
+             "instead of stiffness and damping, with collision_time: speed after a central collision of two whole rods over that "
+             "before; 0: as those say",
          .at_least = 0,
          .at_most = 1},
         restitution);
-    f.visit({.name = "collision_time", .unit = "s", .text = "how long two colliding elements push each other", .at_least = 0},
+    f.visit({.name = "collision_time", .unit = "s", .text = "how long two colliding rods push each other", .at_least = 0},
             collision_time);
     f.visit({.name = "collision_speed",
              .unit = "m/s",

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
 namespace skein {
 
@@ -54,12 +55,12 @@ ContactMobility contact_mobility(const RodGroup& group) {
     return most;
 }
 
-double element_mass(const RodGroup& group) { return group.spec().material.density * group.element[0].volume; }
+double body_mass(const RodGroup& group) { return std::accumulate(group.node_mass.begin(), group.node_mass.end(), 0.0); }
 double mass_at_wall(const RodGroup& group) {
-    if (group.strained()) return element_mass(group);
+    if (group.strained()) return 0.25 * body_mass(group); // 1/M + (L/2)^2/(M L^2/12), where one end meets it across
     return group.body()->mass / static_cast<double>(std::min<std::size_t>(group.body()->point.size(), 4));
 }
-double reduced_mass(const RodGroup& a, const RodGroup& b) { return 1 / (1 / element_mass(a) + 1 / element_mass(b)); }
+double reduced_mass(const RodGroup& a, const RodGroup& b) { return 1 / (1 / body_mass(a) + 1 / body_mass(b)); }
 
 double tangent_stiffness(const ContactLaw& law, double overlap) {
     return law.normal == ContactNormal::linear ? law.stiffness : 1.5 * law.stiffness * std::sqrt(overlap);

@@ -25,9 +25,9 @@ struct ContactMobility {
 };
 ContactMobility contact_mobility(const RodGroup& group);
 
-/// Masses that a restitution is meant for, kg: of an element; of what meets a wall, which a body does with all of its points, or
-/// with four of them; and of two elements that collide.
-double element_mass(const RodGroup& group);
+/// Masses that a restitution is meant for, kg: of a whole rod or body; of what meets a wall, which a rod does with an end, and a
+/// body with all of its points, or with four of them; and of two that collide with their middles or end by end.
+double body_mass(const RodGroup& group);
 double mass_at_wall(const RodGroup& group);
 double reduced_mass(const RodGroup& a, const RodGroup& b);
 

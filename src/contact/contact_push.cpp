@@ -2,6 +2,8 @@
 #include "contact/capsule_tiles.hpp"
 #include "contact/compress.hpp"
 #include "contact/contacts.hpp"
+#include "contact/joints.hpp"
+#include "contact/overlap.hpp"
 #include "core/closest_points.hpp"
 
 #include <algorithm>
@@ -14,7 +16,6 @@ namespace {
 
 constexpr int W = CapsuleTile::width;
 using P = Pack<W>;
-constexpr double blend = 0.05; // sine of the angle below which elements meet at both ends of their overlap as well
 
 /// Direction from one axis to the other where they intersect: across both, or across one of them where they are parallel.
 template <int N> Vec3<Pack<N>> across(const Vec3<Pack<N>>& d1, const Vec3<Pack<N>>& d2) {
@@ -47,33 +48,34 @@ double largest(P p) {
     return most;
 }
 
-/// Bit i: whether bit 0 of byte i is set.
-unsigned low_bits(const std::uint8_t* bytes) {
-    std::uint64_t eight;
-    std::memcpy(&eight, bytes, 8);
-    return static_cast<unsigned>((eight & 0x0101010101010101u) * 0x0102040810204080u >> 56);
-}
-
 } // namespace
 
 /// Pairs in contact, left-packed, in order of pairs.
 struct Contacts::Packed {
     static constexpr std::uint32_t most = 128, at_a_time = 64;
-    alignas(64) double s[most + W], t[most + W], x[most + W], y[most + W], z[most + W], squared[most + W], radius_1[most + W],
-        radius_2[most + W];
+    alignas(64) double s[most + W], t[most + W], x[most + W], y[most + W], z[most + W], squared[most + W],
+        sine_squared[most + W], radius_1[most + W], radius_2[most + W], weight[most + W];
     std::uint32_t index[most + W]; ///< of pairs
     Pair pair[most + W];
     std::uint32_t count = 0;
     std::uint32_t side_by_side[most]; ///< which of them are near-parallel
     std::uint32_t sides = 0;
+
+    std::array<double*, 10> numbers() { return {s, t, x, y, z, squared, sine_squared, radius_1, radius_2, weight}; }
+    void move(std::uint32_t from, std::uint32_t to) {
+        for (double* of : numbers()) of[to] = of[from];
+        index[to] = index[from];
+        pair[to] = pair[from];
+    }
 };
 
 struct Contacts::Sums {
-    P max_overlap{0.0}, max_stiffness{0.0}, elastic_energy{0.0}, friction_work{0.0}, viscous_work{0.0};
+    P max_overlap{0.0}, max_stiffness{0.0}, weight{0.0}, elastic_energy{0.0}, friction_work{0.0}, viscous_work{0.0};
 
     /// Adds the lanes whose bits are set.
-    SKEIN_INLINE void add(const ContactForce<P>& f, P depth, unsigned bits) {
+    SKEIN_INLINE void add(const ContactForce<P>& f, P depth, P share, unsigned bits) {
         if (bits == 0xff) {
+            weight += in_steps(share);
             max_overlap = max(max_overlap, depth), max_stiffness = max(max_stiffness, f.stiffness);
             elastic_energy += f.elastic_energy, friction_work += f.friction_work, viscous_work += f.viscous_work;
             return;
@@ -82,6 +84,7 @@ struct Contacts::Sums {
         for (int l = 0; l < W; ++l) counts.set(l, bits >> l & 1);
         const auto counted = counts > P(0.0);
         const auto of = [&](P value) { return select(counted, value, P(0.0)); };
+        weight += of(in_steps(share));
         max_overlap = max(max_overlap, of(depth)), max_stiffness = max(max_stiffness, of(f.stiffness));
         elastic_energy += of(f.elastic_energy), friction_work += of(f.friction_work), viscous_work += of(f.viscous_work);
     }
@@ -92,7 +95,7 @@ struct Contacts::PairContact {
     using Q = Pack<1>;
     ContactForce<Q> force; ///< at the nearest points; sums and the stiffness are those of all points
     ContactMemory<Q> memory;
-    double s, t, distance;
+    double s, t, distance, weight;             ///< the last: of all points
     ElementLoad more_on_first, more_on_second; ///< at the ends of the overlap
 };
 
@@ -102,8 +105,9 @@ void Contacts::pack(const Exposure& bodies, std::uint32_t begin, std::uint32_t e
     const Pair* const pair = &list_.pair[begin];
     const ExposedNode* const node = bodies.node.data();
     const ExposedMotion* const motion = bodies.motion.data();
-    const std::uint8_t* const previous = &previous_status_[begin];
+    const std::uint8_t *const previous = &previous_status_[begin], *const joints = &list_.joints[begin];
     const bool remembers = remembers_;
+    const double reach_of_joints = bodies.scene().joint_reach();
     const std::uint8_t* const has_box = has_box_.empty() ? nullptr : &has_box_[begin];
     std::uint32_t n = packed.count, sides = packed.sides;
     for_capsule_tiles(
@@ -115,15 +119,14 @@ void Contacts::pack(const Exposure& bodies, std::uint32_t begin, std::uint32_t e
         },
         [&](std::size_t k, const CapsuleTile& tile) {
             const std::uint32_t i = begin + static_cast<std::uint32_t>(k);
-            const auto closest = closest_points(tile.p, tile.d1, tile.q, tile.d2);
+            const auto closest = closest_points(tile.p, tile.d1, tile.q, tile.d2, range_of_first(joints + k, reach_of_joints),
+                                                range_of_second(joints + k, reach_of_joints));
             const P reach = tile.radius_1 + tile.radius_2, squared = dot(closest.apart, closest.apart);
             const unsigned listed = end - i >= W ? 0xffu : (1u << (end - i)) - 1,
-                           valid = has_box ? listed & ~low_bits(has_box + k) : listed, // pairs with a box are for push_boxes
+                           valid = has_box ? listed & ~bits_of_bytes(has_box + k) : listed, // pairs with a box are for push_boxes
                 touch = bits_of(squared < reach * reach) & valid;
-            for (unsigned ended = low_bits(previous + k) & ~touch & valid; ended != 0; ended &= ended - 1) {
-                const std::uint32_t at = i + static_cast<std::uint32_t>(std::countr_zero(ended));
-                if (bodies.owns_slot(list_.pair[at].a)) figures.friction_work += last_memory_[at].spring.energy();
-            }
+            for (unsigned ended = bits_of_bytes(previous + k) & ~touch & valid; ended != 0; ended &= ended - 1)
+                end_contact(bodies, i + static_cast<std::uint32_t>(std::countr_zero(ended)), figures);
             if (touch == 0) return;
             compress_store(packed.s + n, touch, closest.s);
             compress_store(packed.t + n, touch, closest.t);
@@ -131,10 +134,12 @@ void Contacts::pack(const Exposure& bodies, std::uint32_t begin, std::uint32_t e
             compress_store(packed.y + n, touch, closest.apart.y);
             compress_store(packed.z + n, touch, closest.apart.z);
             compress_store(packed.squared + n, touch, squared);
+            compress_store(packed.sine_squared + n, touch, closest.sine_squared);
             compress_store(packed.radius_1 + n, touch, tile.radius_1);
             compress_store(packed.radius_2 + n, touch, tile.radius_2);
-            for (unsigned side = bits_of((closest.sine_squared < P(blend * blend)) & (closest.last > closest.first)) & touch;
-                 side != 0; side &= side - 1) {
+            const auto both_long = min(dot(tile.d1, tile.d1), dot(tile.d2, tile.d2)) > P(0.0);
+            for (unsigned side = bits_of((closest.sine_squared < P(blend * blend)) & both_long) & touch; side != 0;
+                 side &= side - 1) {
                 const unsigned below = touch & ((side & -side) - 1);
                 packed.side_by_side[sides++] = n + static_cast<std::uint32_t>(std::popcount(below));
             }
@@ -155,12 +160,142 @@ void Contacts::pack(const Exposure& bodies, std::uint32_t begin, std::uint32_t e
     packed.sides = sides;
 }
 
-/// At a joint: the spring of the neighbour beyond, if that touched within its elements; else the pair's own.
+/// A contact that touched in the step before does so no longer: the energy of its spring is lost.
+void Contacts::end_contact(const Exposure& bodies, std::uint32_t pair, BlockFigures& figures) const {
+    if (bodies.owns_slot(list_.pair[pair].a)) figures.friction_work += last_memory_[pair].energy();
+}
+
+/// Where pairs are in contact whose elements have neighbours near there, and their share. `sides`: see joint_side; of both
+/// elements.
+template <int N> Contacts::Crossing<N> Contacts::crossing_at_joints(const Exposure& bodies, Pack<N> s, Pack<N> t, const Pair* pair,
+                                                                    const std::int8_t (*sides)[2]) const {
+    using Q = Pack<N>;
+    const ExposedNode* const node = bodies.node.data();
+    const double reach = bodies.scene().joint_reach();
+    const auto load = [&](auto&& at) { return load_transposed<N>([&](int l) { return &at(l)->position.x; }).vector; };
+    struct Element {
+        Vec3<Q> start, edge, joint, beyond;
+        ShareRange<Q> wide, range;
+        Q radius;
+    } element[2];
+    for (const int body : {0, 1}) {
+        Element& e = element[body];
+        const auto slot = [&](int l) { return body ? pair[l].b : pair[l].a; };
+        const auto at_start = load_transposed<N>([&](int l) { return &node[slot(l)].position.x; });
+        e.start = at_start.vector, e.radius = at_start.behind;
+        const Vec3<Q> end = load([&](int l) { return node + slot(l) + 1; });
+        e.edge = end - e.start;
+        const Vec3<Q> other = load([&](int l) {
+            const int side = sides[l][body];
+            return side == 0 ? node + slot(l) + 1 : neighbour_node(bodies, slot(l), side);
+        });
+        unsigned starts = 0, ends = 0;
+        for (int l = 0; l < N; ++l)
+            starts |= static_cast<unsigned>(sides[l][body] < 0) << l, ends |= static_cast<unsigned>(sides[l][body] > 0) << l;
+        e.wide = {where_set<N>(starts, -2 * reach), Q(1.0) + where_set<N>(ends, 2 * reach)};
+        e.joint = select(e.wide.high > Q(1.0), end, e.start);
+        e.beyond = other - e.joint;
+    }
+    const Vec3<Q>&d1 = element[0].edge, &d2 = element[1].edge;
+    const Q none(0.0), one(1.0), along = dot(d1, d2), sine_squared = one - along * along / max(dot(d1, d1) * dot(d2, d2), Q(1e-60)),
+                                 steep = min(sine_squared * Q(1 / (shallow * shallow)), one);
+    Q weight(1.0);
+    for (const int body : {0, 1}) {
+        Element &e = element[body], &o = element[1 - body];
+        const Q at = clamp01(body ? t : s);
+        const auto at_end = e.wide.high > Q(1.0), at_joint = at_end | (e.wide.low < none);
+        const JointShare<Q> share = joint_share(reach, select(at_end, one - at, at), e.joint, select(at_end, -e.edge, e.edge),
+                                                e.beyond, o.start, o.edge, o.wide);
+        const Q shift = share.bend * (e.radius + o.radius) / max(sine_squared, Q(1e-30)), squared = min(shift * shift, one),
+                straight = one - squared * squared;
+        // 0 where elements are parallel, or neighbours are bent by so much that each has its own contact.
+        const Q shared = select(at_joint, steep * (Q(2.0) - steep) * (straight * straight), none), beyond = shared * share.beyond;
+        weight *= fma(shared, share.weight - one, one);
+        e.range = {select(at_end, none, -beyond), select(at_end, one + beyond, one)};
+    }
+    return {
+        closest_points(element[0].start, element[0].edge, element[1].start, element[1].edge, element[0].range, element[1].range),
+        weight};
+}
+
+/// The same of a pair by itself, wherever it is.
+Contacts::Crossing<1> Contacts::crossing(const Exposure& bodies, std::uint32_t pair) const {
+    const double reach = bodies.scene().joint_reach();
+    const auto [a, b] = list_.pair[pair];
+    const unsigned joints = list_.joints[pair];
+    const auto anywhere =
+        closest_points(broadcast<1>(bodies.node[a].position), broadcast<1>(edge(bodies, a)), broadcast<1>(bodies.node[b].position),
+                       broadcast<1>(edge(bodies, b)), range_with_joints<1>(joints & 1, joints >> 1 & 1, reach),
+                       range_with_joints<1>(joints >> 2 & 1, joints >> 3 & 1, reach));
+    const std::int8_t sides[2] = {joint_side(anywhere.s[0], joints, reach), joint_side(anywhere.t[0], joints >> 2, reach)};
+    if ((sides[0] | sides[1]) == 0) return {anywhere, 1.0};
+    return crossing_at_joints<1>(bodies, anywhere.s, anywhere.t, &list_.pair[pair], &sides);
+}
+
+/// Contacts near joints are put where they are, with the share that their elements have. Pairs without a share are taken out.
+void Contacts::weigh(const Exposure& bodies, Packed& packed, BlockFigures& figures) {
+    const double reach = bodies.scene().joint_reach();
+    std::fill_n(packed.weight, packed.count, 1.0);
+    std::uint32_t near[Packed::most + W], count = 0; // a joint
+    std::int8_t sides[Packed::most + W][2];
+    Pair pair[Packed::most + W];
+    for (std::uint32_t n = 0; n < packed.count; ++n) {
+        const unsigned joints = list_.joints[packed.index[n]];
+        sides[count][0] = joint_side(packed.s[n], joints, reach), sides[count][1] = joint_side(packed.t[n], joints >> 2, reach);
+        near[count] = n;
+        pair[count] = packed.pair[n];
+        count += (sides[count][0] | sides[count][1]) != 0;
+    }
+    if (count == 0) return;
+    std::fill_n(pair + count, W, pair[0]);
+    for (std::uint32_t l = 0; l < W; ++l) std::copy_n(sides[0], 2, sides[count + l]);
+    for (std::uint32_t i = 0; i < count; i += W) {
+        P s, t;
+        for (int l = 0; l < W; ++l) {
+            const std::uint32_t n = near[std::min(i + static_cast<std::uint32_t>(l), count - 1)];
+            s.set(l, packed.s[n]), t.set(l, packed.t[n]);
+        }
+        const Crossing<W> here = crossing_at_joints<W>(bodies, s, t, pair + i, sides + i);
+        const P squared = dot(here.at.apart, here.at.apart);
+        for (std::uint32_t l = 0; l < W && i + l < count; ++l) {
+            const int at = static_cast<int>(l);
+            const std::uint32_t n = near[i + l];
+            const double both = packed.radius_1[n] + packed.radius_2[n];
+            packed.s[n] = here.at.s[at], packed.t[n] = here.at.t[at];
+            packed.x[n] = here.at.apart.x[at], packed.y[n] = here.at.apart.y[at], packed.z[n] = here.at.apart.z[at];
+            packed.squared[n] = squared[at];
+            packed.weight[n] = squared[at] < both * both ? here.weight[at] : 0;
+        }
+    }
+    std::uint32_t kept = 0, side = 0, sides_kept = 0;
+    for (std::uint32_t n = 0; n < packed.count; ++n) {
+        const bool near_parallel = side < packed.sides && packed.side_by_side[side] == n;
+        side += near_parallel;
+        if (packed.weight[n] == 0 && !near_parallel) {
+            if (previous_status_[packed.index[n]] & touching) end_contact(bodies, packed.index[n], figures);
+            continue;
+        }
+        if (near_parallel) packed.side_by_side[sides_kept++] = kept;
+        packed.move(n, kept++);
+    }
+    packed.count = kept;
+    packed.sides = sides_kept;
+}
+
+/// Where the neighbour of an element at a joint ends: its end that is not the joint. `side`: -1 before, 1 behind.
+const ExposedNode* Contacts::neighbour_node(const Exposure& bodies, std::uint32_t slot, int side) {
+    const std::uint32_t next = slot + static_cast<std::uint32_t>(side);
+    const bool joined = next < bodies.slots() && bodies.window_of[next] == bodies.window_of[slot] && bodies.has_element(next);
+    return &bodies.node[(joined ? next : bodies.beside(slot, side)) + (side > 0)];
+}
+
+/// Of a pair that did not touch: the spring of the pair at the neighbour that it shares its contact with, if that touched; else the
+/// pair's own.
 SKEIN_INLINE Contacts::Followed Contacts::spring_at_joint(const Exposure& bodies, std::uint32_t pair, int da, int db,
                                                           std::uint32_t own) const {
     const auto take = [&](PairList::Neighbour n, std::uint32_t else_) {
         const std::uint32_t at = n.is_candidate ? n.pair : pair;
-        return n.is_candidate & ((previous_status_[at] & inside) != 0) ? at : else_;
+        return n.is_candidate & ((previous_status_[at] & touching) != 0) ? at : else_;
     };
     std::uint32_t from = take(list_.beyond(pair, db == 0 ? 0 : da, db), own);
     from = take(list_.beside(pair, db), from);
@@ -186,7 +321,7 @@ Contacts::Followed Contacts::spring_at_seam(const Exposure& bodies, std::uint32_
         const std::uint32_t on_a = step_a != 0 && next_a ? *next_a : a + static_cast<std::uint32_t>(step_a),
                             on_b = step_b != 0 && next_b ? *next_b : b + static_cast<std::uint32_t>(step_b);
         const std::uint32_t at = list_.find({std::min(on_a, on_b), std::max(on_a, on_b)});
-        if (at < list_.count() && (previous_status_[at] & inside) != 0) from = {at, on_a > on_b};
+        if (at < list_.count() && (previous_status_[at] & touching) != 0) from = {at, on_a > on_b};
     };
     if (da != 0 && db != 0) take(da, db);
     if (db != 0) take(0, db);
@@ -203,20 +338,21 @@ template <int N> SKEIN_INLINE Contacts::Remembered<N> Contacts::memory_before(co
     const auto spring = load_transposed<N>([&](int l) { return &last_memory_[from[l]].spring.x.x; });
     const auto viscous_part = load_transposed<N>([&](int l) { return &last_memory_[from[l]].viscous_part.x; });
     const ContactMemory<Q> own{{spring.vector, spring.behind}, viscous_part.vector, viscous_part.behind};
-    const unsigned a_low = bits_of(s <= Q(0.0)), a_high = bits_of(s >= Q(1.0)), b_low = bits_of(t <= Q(0.0)),
-                   b_high = bits_of(t >= Q(1.0));
-    unsigned at_joint = kinds_.friction == ContactFriction::memory ? a_low | a_high | b_low | b_high : 0;
-    if (at_joint == 0) return {own, own.spring};
+    if (kinds_.friction != ContactFriction::memory) return {own, own.spring};
     unsigned turned = 0;
-    for (; at_joint != 0; at_joint &= at_joint - 1) {
-        const int l = std::countr_zero(at_joint);
-        const auto step = [l](unsigned low, unsigned high) {
-            return static_cast<int>(high >> l & 1) - static_cast<int>(low >> l & 1);
-        };
-        const Followed followed = spring_at_joint(bodies, pair[l], step(a_low, a_high), step(b_low, b_high), from[l]);
+    bool follows = false;
+    for (int l = 0; l < N; ++l) {
+        if (from[l] != nothing) continue;
+        const unsigned joints = list_.joints[pair[l]];
+        const int da = joint_side(s[l], joints, bodies.scene().joint_reach()),
+                  db = joint_side(t[l], joints >> 2, bodies.scene().joint_reach());
+        if ((da | db) == 0) continue;
+        const Followed followed = spring_at_joint(bodies, pair[l], da, db, nothing);
         from[l] = followed.pair;
         turned |= static_cast<unsigned>(followed.turned) << l;
+        follows |= followed.pair != nothing;
     }
+    if (!follows) return {own, own.spring};
     auto followed = load_transposed<N>([&](int l) { return &last_memory_[from[l]].spring.x.x; });
     for (; turned != 0; turned &= turned - 1) {
         const int l = std::countr_zero(turned);
@@ -246,17 +382,22 @@ template <int N> SKEIN_INLINE ContactNumbers<Pack<N>> Contacts::numbers(const Ex
 
 /// Evaluates a pair in contact by itself. Near-parallel elements push at the two ends of their overlap, and at the nearest points
 /// with what is left of the normal force and all friction; turning them against each other changes the shares, and with these the
-/// energy, which is a couple. `now`: the memory that the contact has, where it is not to move on.              theory.md (56b)
+/// energy, which is a couple; so does sliding, where an overlap that ends at a joint counts by its length. `now`: the memory that
+/// the contact has, where it is not to move on.                                                              theory.md (56b), (56e)
 Contacts::PairContact Contacts::evaluate_pair(const Exposure& bodies, double h, std::uint32_t pair,
                                               const ContactMemory<double>* now) const {
     using Q = Pack<1>;
     const auto [a, b] = list_.pair[pair];
+    const unsigned joints = list_.joints[pair];
     const ExposedNode *a0 = &bodies.node[a], *b0 = &bodies.node[b];
     const ExposedMotion *on_a = &bodies.motion[a], *on_b = &bodies.motion[b];
     const Vec3d d1 = edge(bodies, a), d2 = edge(bodies, b);
-    const auto closest = closest_points(broadcast<1>(a0->position), broadcast<1>(d1), broadcast<1>(b0->position), broadcast<1>(d2));
+    const auto [closest, of_crossing] = crossing(bodies, pair);
+    const double weight = of_crossing[0];
+    const auto at_1 = [&](double s) { return a0->position + s * d1; };
+    const auto at_2 = [&](double t) { return b0->position + t * d2; };
     const auto state_at = [&](double s, double t) {
-        const Vec3d apart = b0->position + t * d2 - (a0->position + s * d1);
+        const Vec3d apart = at_2(t) - at_1(s);
         const double distance = norm(apart);
         const Vec3<Q> n = distance > 1e-150 ? broadcast<1>((1 / distance) * apart) : across<1>(broadcast<1>(d1), broadcast<1>(d2));
         return ContactState<Q>{n,
@@ -269,46 +410,71 @@ Contacts::PairContact Contacts::evaluate_pair(const Exposure& bodies, double h, 
                                broadcast<1>(on_b->spin)};
     };
     const ContactNumbers<Q> law = numbers<1>(bodies, &pair);
+    const double both = a0->radius + b0->radius;
+    const auto energy_at = [&](double distance) { return normal_energy(kinds_.normal, law.stiffness, Q(both - distance))[0]; };
     PairContact out{.s = closest.s[0], .t = closest.t[0]};
-    double near = 0, share = 0; // 1 where parallel, 0 from the range's edge on; of the normal force, what the two ends take
-    double elsewhere = 0, elastic_energy = 0, viscous_work = 0, max_stiffness = 0;
     const double squared_1 = dot(d1, d1), squared_2 = dot(d2, d2), along = dot(d1, d2);
-    if (closest.sine_squared[0] < blend * blend && closest.last[0] > closest.first[0]) {
-        near = 1 - closest.sine_squared[0] / (blend * blend);
-        share = near * near; // without a kink at the edge, where the couple would jump
-        const auto apart = [&](double s, double t) { return norm(b0->position + t * d2 - (a0->position + s * d1)); };
-        for (const double end : {0.0, 1.0}) { // the end of one and its foot on the other, whichever are nearer
-            const double beside = along > 0 ? end : 1 - end,
-                         foot_2 = std::clamp(dot(a0->position + end * d1 - b0->position, d2) / squared_2, 0.0, 1.0),
-                         foot_1 = std::clamp(dot(b0->position + beside * d2 - a0->position, d1) / squared_1, 0.0, 1.0);
-            const bool of_1 = apart(end, foot_2) <= apart(foot_1, beside);
-            const double s = of_1 ? end : foot_1, t = of_1 ? foot_2 : beside;
-            ContactMemory<Q> none{};
-            const auto f =
-                contact_force<1>({kinds_.normal, ContactFriction::none}, law, state_at(s, t), h, none, none.spring, 0.5 * share);
-            elsewhere += f.normal[0], elastic_energy += f.elastic_energy[0], viscous_work += 2 * f.viscous_work[0],
-                max_stiffness = std::max(max_stiffness, f.stiffness[0]);
-            const Vec3d on_1 = lane(f.on_1, 0), moment = lane(f.moment, 0);
-            out.more_on_first += {.first = (1 - s) * on_1, .second = s * on_1, .couple = f.arm_1[0] * moment};
-            out.more_on_second += {.first = -((1 - t) * on_1), .second = -(t * on_1), .couple = f.arm_2[0] * moment};
-        }
-    }
-    Remembered<1> before{};
-    if (now) before = Remembered<1>::of_spring(now->spring);
-    else if (remembers_) before = memory_before<1>(bodies, &pair, closest.s, closest.t);
+    double share = 0,
+           beside = 1; // of the two ends in the normal force, 1 where parallel; of the overlap in a contact of whole rods
+    double elsewhere = 0, elastic_energy = 0, viscous_work = 0, max_stiffness = 0;
     const ContactState<Q> state = state_at(out.s, out.t);
     out.distance = state.distance[0];
-    out.force = contact_force<1>(kinds_, law, state, h, before.own, before.from, 1 - share, elsewhere);
-    out.memory = before.own;
-    if (share > 0) { // dE/dshare, times how the share changes as elements turn
-        const double at_nearest = normal_energy(kinds_.normal, law.stiffness, state.radius_1 + state.radius_2 - state.distance)[0],
-                     per_share = elastic_energy / share - at_nearest,
+    if (closest.sine_squared[0] < blend * blend && std::min(squared_1, squared_2) > 0) {
+        const double near = 1 - closest.sine_squared[0] / (blend * blend);
+        share = near * near; // without a kink at the edge, where the couple would jump
+        struct End {
+            double s, t, distance;
+        } end[2];
+        for (const int k : {0, 1}) { // the end of one and its foot on the other, whichever are nearer
+            const int other = along > 0 ? k : 1 - k;
+            const double foot_2 = std::clamp(dot(at_1(k) - b0->position, d2) / squared_2, 0.0, 1.0),
+                         foot_1 = std::clamp(dot(at_2(other) - a0->position, d1) / squared_1, 0.0, 1.0),
+                         of_1 = norm(at_2(foot_2) - at_1(k)), of_2 = norm(at_2(other) - at_1(foot_1));
+            if (of_1 <= of_2) end[k] = {static_cast<double>(k), foot_2, of_1};
+            else end[k] = {foot_1, static_cast<double>(other), of_2};
+        }
+        const double energy_of_ends = 0.5 * (energy_at(end[0].distance) + energy_at(end[1].distance));
+        const Overlap on_1 = overlap_on(a0->position, d1, b0->position, d2, joints & 3, joints >> 2),
+                      on_2 = overlap_on(b0->position, d2, a0->position, d1, joints >> 2, joints & 3);
+        beside = 0.5 * (on_1.share + on_2.share);
+        const auto slide = [&](const Overlap& on, const Vec3d& start, const Vec3d& d, const Vec3d& other,
+                               const Vec3d& edge_of_other, ElementLoad& on_foot, ElementLoad& on_end) {
+            for (const int i : {0, 1}) {
+                if (on.change[i] == 0) continue;
+                const double foot = on.foot[i], per_length = 0.5 * share * energy_of_ends * on.change[i] / dot(d, d);
+                const Vec3d pull = per_length * d, turn = per_length * (other + on.end[i] * edge_of_other - (start + foot * d));
+                on_foot += {.first = (1 - foot) * pull + turn, .second = foot * pull - turn, .couple = {0, 0, 0}};
+                (on.end[i] == 0 ? on_end.first : on_end.second) -= pull;
+            }
+        };
+        slide(on_1, a0->position, d1, b0->position, d2, out.more_on_first, out.more_on_second);
+        slide(on_2, b0->position, d2, a0->position, d1, out.more_on_second, out.more_on_first);
+        for (const End& e : end) {
+            ContactMemory<Q> none{};
+            const Q of_end = 0.5 * share * beside;
+            const auto f = contact_force<1>({kinds_.normal, ContactFriction::none}, law, state_at(e.s, e.t), h, none, none.spring,
+                                            {of_end, of_end});
+            elsewhere += f.normal[0], elastic_energy += f.elastic_energy[0], viscous_work += 2 * f.viscous_work[0],
+                max_stiffness = std::max(max_stiffness, f.stiffness[0]);
+            const Vec3d force = lane(f.on_1, 0), moment = lane(f.moment, 0);
+            out.more_on_first += {.first = (1 - e.s) * force, .second = e.s * force, .couple = f.arm_1[0] * moment};
+            out.more_on_second += {.first = -((1 - e.t) * force), .second = -(e.t * force), .couple = f.arm_2[0] * moment};
+        }
+        // How the energy changes with the share, times how the share changes as elements turn.
+        const double per_share = beside * energy_of_ends - weight * energy_at(out.distance),
                      per_cosine = 4 * near * along / (blend * blend * squared_1 * squared_2);
         const Vec3d turn_1 = (per_share * per_cosine) * (d2 - (along / squared_1) * d1),
                     turn_2 = (per_share * per_cosine) * (d1 - (along / squared_2) * d2);
         out.more_on_first += {.first = turn_1, .second = -turn_1};
         out.more_on_second += {.first = turn_2, .second = -turn_2};
     }
+    Remembered<1> before{};
+    if (now) before = Remembered<1>::of_spring(now->spring);
+    else if (remembers_) before = memory_before<1>(bodies, &pair, closest.s, closest.t);
+    const double crossing = (1 - share) * weight;
+    out.weight = crossing + share * beside;
+    out.force = contact_force<1>(kinds_, law, state, h, before.own, before.from, {crossing, out.weight}, elsewhere);
+    out.memory = before.own;
     out.force.elastic_energy += elastic_energy;
     out.force.viscous_work += viscous_work;
     out.force.stiffness = max(out.force.stiffness, Q(max_stiffness));
@@ -375,7 +541,9 @@ void Contacts::push_packed(const Exposure& bodies, double h, const Packed& packe
                                     load_transposed<W>([&](int l) { return &motion[pair[l].a].spin.x; }).vector,
                                     between(velocity_b(0), velocity_b(1), t),
                                     load_transposed<W>([&](int l) { return &motion[pair[l].b].spin.x; }).vector};
-        ContactForce<P> force = contact_force<W>(kinds_, numbers<W>(bodies, index), state, h, memory, remembered.from);
+        P weight = lanes(packed.weight + i);
+        ContactForce<P> force =
+            contact_force<W>(kinds_, numbers<W>(bodies, index), state, h, memory, remembered.from, {weight, weight});
 
         struct {
             int lane;
@@ -385,6 +553,7 @@ void Contacts::push_packed(const Exposure& bodies, double h, const Packed& packe
         for (; next_side < packed.sides && packed.side_by_side[next_side] < i + W; ++next_side) {
             const int l = static_cast<int>(packed.side_by_side[next_side] - i);
             const PairContact single = evaluate_pair(bodies, h, index[l]);
+            weight.set(l, single.weight);
             set_lane(force.on_1, l, lane(single.force.on_1, 0));
             set_lane(force.moment, l, lane(single.force.moment, 0));
             force.elastic_energy.set(l, single.force.elastic_energy[0]);
@@ -394,7 +563,7 @@ void Contacts::push_packed(const Exposure& bodies, double h, const Packed& packe
             set_lane(memory.spring.x, l, lane(single.memory.spring.x, 0));
             memory.spring.stiffness.set(l, single.memory.spring.stiffness[0]);
             set_lane(memory.viscous_part, l, lane(single.memory.viscous_part, 0));
-            memory.viscous_normal.set(l, single.memory.viscous_normal[0]);
+            memory.weight.set(l, single.memory.weight[0]);
             more[sides++] = {l, single.more_on_first, single.more_on_second};
         }
 
@@ -409,14 +578,14 @@ void Contacts::push_packed(const Exposure& bodies, double h, const Packed& packe
         for (int m = 0; m < sides; ++m) on_first[more[m].lane] += more[m].on_first, on_second[more[m].lane] += more[m].on_second;
         if (remembers_ && count == W) {
             store_transposed<W>(memory.spring.x, memory.spring.stiffness, [&](int l) { return &kept[index[l]].spring.x.x; });
-            store_transposed<W>(memory.viscous_part, memory.viscous_normal, [&](int l) { return &kept[index[l]].viscous_part.x; });
+            store_transposed<W>(memory.viscous_part, memory.weight, [&](int l) { return &kept[index[l]].viscous_part.x; });
         } else if (remembers_) {
             for (int l = 0; l < count; ++l)
                 kept[index[l]] = {
-                    {lane(memory.spring.x, l), memory.spring.stiffness[l]}, lane(memory.viscous_part, l), memory.viscous_normal[l]};
+                    {lane(memory.spring.x, l), memory.spring.stiffness[l]}, lane(memory.viscous_part, l), memory.weight[l]};
         }
-        const unsigned within = bits_of((s > none) & (s < one) & (t > none) & (t < one));
-        for (int l = 0; l < count; ++l) status[index[l]] = static_cast<std::uint8_t>(touching | (within >> l & 1) * inside);
+        const unsigned shared = bits_of(weight > none); // near-parallel pairs may have no share
+        for (int l = 0; l < count; ++l) status[index[l]] = static_cast<std::uint8_t>((shared >> l & 1) * touching);
 
         unsigned mine = (1u << count) - 1; // by first bodies
         for (int l = 0; l < count; ++l) {
@@ -436,8 +605,8 @@ void Contacts::push_packed(const Exposure& bodies, double h, const Packed& packe
                 deferring.defer(second, both.b, on_second[l]);
             }
         }
-        sums.add(force, P(0.5) * (radius_1 + radius_2 - distance) * (some * inverse), mine);
-        figures.active += std::popcount(mine);
+        sums.add(force, P(0.5) * (radius_1 + radius_2 - distance) * (some * inverse), weight, mine);
+        figures.active += std::popcount(mine & shared);
     }
 }
 
@@ -458,17 +627,15 @@ void Contacts::push(const Exposure& bodies, double h, std::size_t number, std::v
         pack(bodies, i, behind, packed, figures);
         i = behind;
         if (i < end && packed.count + Packed::at_a_time <= Packed::most) continue;
-        for (std::uint32_t n = packed.count, first = n / W * W; n % W != 0; ++n) { // the last tile is filled up with its first
-            for (double* of : {packed.s, packed.t, packed.x, packed.y, packed.z, packed.squared, packed.radius_1, packed.radius_2})
-                of[n] = of[first];
-            packed.index[n] = packed.index[first];
-            packed.pair[n] = packed.pair[first];
-        }
+        weigh(bodies, packed, figures);
+        for (std::uint32_t n = packed.count; n % W != 0; ++n)
+            packed.move(n / W * W, n); // the last tile is filled up with its first
         push_packed(bodies, h, packed, block, next, figures, sums, loads);
         packed.count = packed.sides = 0;
     }
     figures.max_overlap = largest(sums.max_overlap);
     figures.max_stiffness = largest(sums.max_stiffness);
+    figures.weight = sum(sums.weight);
     figures.elastic_energy = sum(sums.elastic_energy);
     figures.friction_work += sum(sums.friction_work);
     figures.viscous_work = sum(sums.viscous_work);
@@ -504,7 +671,7 @@ std::vector<Contact> Contacts::active(const Exposure& bodies) const {
             const ExposedMotion &first = bodies.motion[slot], &second = bodies.motion[slot + 1];
             return first.velocity + share * (second.velocity - first.velocity) + cross(first.spin, arm);
         };
-        all.push_back({pair, c.s, c.t, force, overlap, 2 * std::min(a0.radius, b0.radius), at_a + arm_a, normal,
+        all.push_back({pair, c.s, c.t, force, overlap, 2 * std::min(a0.radius, b0.radius), c.weight, at_a + arm_a, normal,
                        velocity(pair.a, c.s, arm_a) - velocity(pair.b, c.t, arm_b)});
     }
     return all;

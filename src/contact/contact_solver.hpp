@@ -25,6 +25,7 @@ struct PartBox {
 /// beginning.
 struct ContactFigures {
     std::int64_t candidates = 0, active = 0; ///< pairs; those that touch
+    double weight = 0;                       ///< sum over these of the pair's share in a contact of bodies: number of contacts
     double max_overlap = 0;                  ///< largest overlap over the smaller diameter
     std::int64_t rebuilds = 0;               ///< of the list of candidates, since the beginning
     double skin = 0;                         ///< m
@@ -42,6 +43,7 @@ struct Contact {
     Vec3d force;         ///< on the first, lab, N
     double overlap;      ///< m
     double diameter;     ///< the smaller one of both, m
+    double weight;       ///< share of the pair in a contact of bodies, which neighbouring elements may have as well
     Vec3d place, normal; ///< midway in the overlap; from the first to the second; lab
     Vec3d slip;          ///< velocity of the first there against the second, m/s
 };
@@ -49,7 +51,7 @@ struct Contact {
 /// Memory of a contact from step to step, wherever it is kept.
 struct KeptContact {
     std::int64_t a, b;            ///< slots of the scene
-    std::uint32_t status;         ///< bits of Contacts: touching, inside
+    std::uint32_t status;         ///< bits of Contacts
     ContactMemory<double> memory; ///< lab
 };
 

@@ -36,7 +36,8 @@ Contacts::Places Contacts::places(const Exposure& bodies, std::size_t tile) {
 
 /// Whether some of these slots, or neighbours by number, have moved further than the list allows.
 bool Contacts::far(const Exposure& bodies, std::size_t first_slot, std::size_t last_slot) const {
-    const double most = 0.25 * figures_.skin * figures_.skin; // each of two may go half the way
+    const double half_way = 0.5 * figures_.skin / (1 + 2 * bodies.scene().joint_reach()),
+                 most = half_way * half_way; // of each of two, beyond joints too
     Pack<places_at_once> furthest(0.0);
     for (std::size_t tile = first_slot / places_at_once; tile * places_at_once < last_slot; ++tile) {
         const Places moved = places(bodies, tile) - place_[tile];
@@ -107,7 +108,7 @@ std::int64_t Contacts::search(const Exposure& near, std::span<std::uint8_t> want
         for (std::size_t a = 0; a < near.slots(); ++a)
             for (std::uint32_t i = found_.first[a]; i < found_.first[a + 1]; ++i)
                 for (const std::uint32_t slot : {static_cast<std::uint32_t>(a), found_.partner[i]})
-                    if (!near.owns_slot(slot)) wanted[slot] = 1;
+                    if (!near.owns_slot(slot)) near.with_neighbours(slot, [&](std::uint32_t one) { wanted[one] = 1; });
     return found_.inactive;
 }
 
@@ -131,7 +132,7 @@ void Contacts::place_kept(const Exposure& bodies) {
                     continue;
                 }
             }
-            if (a && bodies.owns_slot(*a)) lost[block] += kept.memory.spring.energy();
+            if (a && bodies.owns_slot(*a)) lost[block] += kept.memory.energy();
         }
     });
     for (const double energy : lost) figures_.friction_work += energy;
@@ -152,7 +153,7 @@ void Contacts::settle(const Exposure& bodies, std::span<const std::uint32_t> slo
         for (const std::uint32_t b : found_.partner) left.partner.push_back(slot[b]);
         found_ = std::move(left);
     }
-    list_ = PairList(std::exchange(found_, {}), threads_, kinds_.friction == ContactFriction::memory);
+    list_ = PairList(std::exchange(found_, {}), bodies, threads_, kinds_.friction == ContactFriction::memory);
     find_boxes(bodies);
     place_kept(bodies);
     last_memory_.assign(list_.count() + 1, ContactMemory<double>{});
@@ -239,9 +240,11 @@ void Contacts::finish(const Exposure& bodies, double h, std::span<ExertedLoad> l
     ++age_;
     ContactFigures& f = figures_;
     f.active = 0;
+    f.weight = 0;
     f.max_overlap = f.max_stiffness = f.elastic_energy = 0;
     for (const BlockFigures& found : block_figures_) {
         f.active += found.active;
+        f.weight += found.weight;
         f.max_overlap = std::max(f.max_overlap, found.max_overlap),
         f.max_stiffness = std::max(f.max_stiffness, found.max_stiffness);
         f.elastic_energy += found.elastic_energy, f.friction_work += found.friction_work, f.viscous_work += found.viscous_work;

@@ -4,12 +4,13 @@
 //          pairs, but those of second elements in other blocks, which are deferred (drawing: deferred_loads.hpp)
 //   add:   loads that other blocks have deferred; a thread that goes on along the bodies does it as it pushes, while all is at hand
 // No atomic, no order among threads: the bits of a body's loads depend on the bodies alone. A contact's friction spring is kept by
-// pair. A contact that passes over a joint touches both elements of a rod for a while, one of them at its end: the pair of that
-// element follows the spring of the other pair, so that it has it when it takes over. Cost: see docs/performance.md.
+// pair. A contact that passes over a joint is shared by both elements (joints.hpp); the pair that comes into it goes on from the
+// spring of the other. Cost: see docs/performance.md.
 #pragma once
 
 #include "contact/contact_solver.hpp"
 #include "contact/deferred_loads.hpp"
+#include "contact/joints.hpp"
 #include "contact/pair_list.hpp"
 #include "contact/response.hpp"
 
@@ -41,7 +42,7 @@ private:
     /// Figures of the contacts of a block.
     struct alignas(64) BlockFigures {
         std::int64_t active = 0;
-        double max_overlap = 0, max_stiffness = 0, elastic_energy = 0, friction_work = 0, viscous_work = 0;
+        double weight = 0, max_overlap = 0, max_stiffness = 0, elastic_energy = 0, friction_work = 0, viscous_work = 0;
     };
     /// Memory of contacts from the step before, and the springs that they go on from.
     template <int W> struct Remembered {
@@ -60,11 +61,11 @@ private:
     struct Sums;
     /// An element in contact with a box, with all of its points: sums, and both of memory and place of the nearest one.
     struct BoxContact {
-        bool touches = false, within_element = false;
+        bool touches = false;
         ContactForce<Pack<1>> force{};
         ContactMemory<double> memory{};
         ElementLoad on_element{}, on_box{};
-        double s = 0, overlap = 0, diameter = 1;
+        double s = 0, overlap = 0, diameter = 1, weight = 1;
         Vec3d place{}, normal{}, slip{}; ///< as of Contact, the element being the first
     };
 
@@ -77,6 +78,17 @@ private:
 
     void push(const Exposure& bodies, double h, std::size_t block, std::vector<std::size_t>& next, std::span<ExertedLoad> loads);
     void add_deferred(const Exposure& bodies, std::size_t block, std::span<ExertedLoad> loads);
+    /// Nearest points, and the share that a pair has in a contact with its neighbours'.
+    template <int W> struct Crossing {
+        ClosestPoints<Pack<W>> at;
+        Pack<W> weight;
+    };
+    template <int W> Crossing<W> crossing_at_joints(const Exposure& bodies, Pack<W> s, Pack<W> t, const Pair* pair,
+                                                    const std::int8_t (*sides)[2]) const;
+    Crossing<1> crossing(const Exposure& bodies, std::uint32_t pair) const;
+    static const ExposedNode* neighbour_node(const Exposure& bodies, std::uint32_t slot, int side);
+    void end_contact(const Exposure& bodies, std::uint32_t pair, BlockFigures& figures) const;
+    void weigh(const Exposure& bodies, Packed& packed, BlockFigures& figures);
     void pack(const Exposure& bodies, std::uint32_t begin, std::uint32_t end, Packed& packed, BlockFigures& figures);
     void push_packed(const Exposure& bodies, double h, const Packed& packed, const ContactBlock& block,
                      std::vector<std::size_t>& next, BlockFigures& figures, Sums& sums, std::span<ExertedLoad> loads);
@@ -112,7 +124,7 @@ private:
     DeferredLoads deferred_;
     AlignedVector<Places> place_; ///< of nodes when the list was made, so many at once
     /// Status of a pair, as bits.
-    enum : std::uint8_t { touching = 1, inside = 4 };           ///< inside: at no end of either element
+    enum : std::uint8_t { touching = 1 };
     std::vector<std::uint8_t> status_, previous_status_;        ///< by pair; now and before; padded
     AlignedVector<ContactMemory<double>> memory_, last_memory_; ///< by pair, a cache line each; behind them one of zeros
     std::vector<std::uint32_t> box_pairs_;                      ///< pairs with a box, rising

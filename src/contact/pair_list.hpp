@@ -13,9 +13,10 @@ struct PairList {
 
     std::vector<std::uint32_t> first; ///< of the pairs whose first element is a slot's, and behind the last
     AlignedVector<Pair> pair;         ///< rising; padded
+    std::vector<std::uint8_t> joints; ///< by pair, see joints_of_pair; padded
 
     PairList() = default;
-    PairList(Candidates&& candidates, const Threads& threads, bool with_neighbours);
+    PairList(Candidates&& candidates, const Exposure& bodies, const Threads& threads, bool with_neighbours);
 
     std::size_t count() const { return first.empty() ? 0 : first.back(); }
     /// Number of a pair, a < b, or count() if it is no candidate.

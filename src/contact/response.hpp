@@ -13,8 +13,9 @@
 // so that no energy comes from nowhere; where k_t falls the length stays. Energy: springs store k g^2/2 (Hertz 2 k g^2.5/5) and k_t
 // x^2/2. Places and rates stand half a step apart, so over a step of rates u the mean of a force and of that a step before works,
 // exactly. The viscous work is that of N and T beyond their springs; the friction work is the rest of what T takes: that of slip,
-// and of springs that change otherwise than by motion. Source: Cundall, Strack 1979 (Geotechnique 29, 47). Cost: 190 flop, of which
-// six divisions and roots.
+// and of springs that change otherwise than by motion. A contact in which several elements share, or several points of one, has a
+// weight at each: its force and energy there, and its spring of friction, are that share of what is written above. Source: Cundall,
+// Strack 1979 (Geotechnique 29, 47). Cost: 190 flop, of which six divisions and roots.
 #pragma once
 
 #include "contact/contact_law.hpp"
@@ -38,8 +39,16 @@ template <class P> struct FrictionSpring {
 /// Memory of a contact from one step to the next.
 template <class P> struct ContactMemory {
     FrictionSpring<P> spring;
-    Vec3<P> viscous_part; ///< T less the pull of the spring, N
-    P viscous_normal;     ///< N less its spring, N
+    Vec3<P> viscous_part; ///< of the force on 1, beyond both springs, N
+    P weight;             ///< of the spring of friction
+
+    SKEIN_INLINE P energy() const { return weight * spring.energy(); } ///< of that spring, J
+};
+
+/// Shares of a contact.
+template <class P> struct ContactWeight {
+    P normal = 1.0; ///< at this point
+    P all = 1.0;    ///< of the contact with all its points, where it is this one that has friction
 };
 
 template <class P> struct ContactForce {
@@ -69,12 +78,13 @@ template <class P> SKEIN_INLINE P normal_energy(ContactNormal normal, P stiffnes
     return normal == ContactNormal::hertz ? P(0.4) * (sqrt(depth) * spring) : P(0.5) * spring;
 }
 
-/// `weight`: of the normal force, where a contact has several points; `elsewhere`: normal force of the others, which friction
-/// counts too. `memory`: as the contact left it, 0 of a new one; then as it leaves it now, 0 where nothing touches. `from`: the
-/// spring that it goes on from, which may be another's.
-template <int W> SKEIN_INLINE ContactForce<Pack<W>>
-contact_force(ContactKinds kinds, const ContactNumbers<Pack<W>>& law, const ContactState<Pack<W>>& in, double h,
-              ContactMemory<Pack<W>>& memory, const FrictionSpring<Pack<W>>& from, Pack<W> weight = 1.0, Pack<W> elsewhere = 0.0) {
+/// `elsewhere`: normal force at the other points of this contact, which friction counts too. `memory`: as the contact left it, 0 of
+/// a new one; then as it leaves it now, 0 where nothing touches. `from`: the spring that it goes on from, which may be another's.
+template <int W>
+SKEIN_INLINE ContactForce<Pack<W>> contact_force(ContactKinds kinds, const ContactNumbers<Pack<W>>& law,
+                                                 const ContactState<Pack<W>>& in, double h, ContactMemory<Pack<W>>& memory,
+                                                 const FrictionSpring<Pack<W>>& from, const ContactWeight<Pack<W>>& weight = {},
+                                                 Pack<W> elsewhere = 0.0) {
     using P = Pack<W>;
     const P zero(0.0), half(0.5), one(1.0), tiny(1e-150), step(h);
     const P overlap = in.radius_1 + in.radius_2 - in.distance, depth = max(overlap, zero);
@@ -87,40 +97,43 @@ contact_force(ContactKinds kinds, const ContactNumbers<Pack<W>>& law, const Cont
     const Vec3<P> slip = in.velocity_1 - in.velocity_2 + cross(out.arm_1 * in.spin_1 + out.arm_2 * in.spin_2, n);
     const P approach = dot(slip, n);
     const Vec3<P> tangential = slip - approach * n;
-    const P root = hertz ? sqrt(depth) : one, weighted = weight * root, elastic = weighted * law.stiffness * depth;
+    const P root = hertz ? sqrt(depth) : one, weighted = weight.normal * root, elastic = weighted * law.stiffness * depth;
     out.normal = select(touches, max(zero, fma(weighted * law.damping, approach, elastic)), zero);
     out.stiffness = select(touches, hertz ? P(1.5) * root * law.stiffness : law.stiffness, zero);
     out.elastic_energy = P(hertz ? 0.4 : 0.5) * elastic * depth;
     const Vec3<P> none{zero, zero, zero}, half_way = (half * step) * tangential;
-    ContactMemory<P> now{{none, zero}, none, select(touches, out.normal - elastic, zero)};
-    out.viscous_work = half * step * approach * (memory.viscous_normal + now.viscous_normal);
+    const P viscous_normal = select(touches, out.normal - elastic, zero), normal_before = -dot(memory.viscous_part, n);
+    out.viscous_work = half * step * approach * (normal_before + viscous_normal);
     out.friction_work = zero;
     const P pressed = out.normal + elsewhere;
 
+    ContactMemory<P> now{{none, zero}, none, zero};
     Vec3<P> friction = none;
     if (kinds.friction == ContactFriction::memory) {
         const P stiffness = law.tangential_stiffness * root;
         const Vec3<P> kept = hertz ? min(one, from.stiffness / max(stiffness, tiny)) * from.x : from.x;
         const Vec3<P> in_plane =
             fma(step, tangential, turned(kept - dot(kept, n) * n, n, half * step * dot(in.spin_1 + in.spin_2, n)));
-        const Vec3<P> trial = -(stiffness * in_plane) - law.tangential_damping * tangential;
+        const P spring = weight.all * stiffness, dashpot = weight.all * law.tangential_damping;
+        const Vec3<P> trial = -(spring * in_plane) - dashpot * tangential;
         const P squared = dot(trial, trial), limit = law.static_friction * pressed;
         const auto sticks = squared <= limit * limit;
-        Vec3<P> after = in_plane, viscous_part = -(law.tangential_damping * tangential);
+        Vec3<P> after = in_plane, viscous_part = -(dashpot * tangential);
         friction = trial;
         if (any(!sticks)) {
-            const P inverse = one / (max(sqrt(squared), tiny) * max(stiffness, tiny));
+            const P inverse = one / (max(sqrt(squared), tiny) * max(spring, tiny));
             const Vec3<P> slides = (law.kinetic_friction * pressed * inverse) * trial; // over k_t
-            friction = select(sticks, trial, stiffness * slides);
+            friction = select(sticks, trial, spring * slides);
             after = select(sticks, in_plane, -slides);
             viscous_part = select(sticks, viscous_part, none);
         }
         friction = select(touches, friction, none);
-        now.spring = {select(touches, after, none), select(touches, stiffness, zero)};
-        now.viscous_part = select(touches, viscous_part, none);
-        const P viscous_work = -dot(memory.viscous_part + now.viscous_part, half_way), energy = now.spring.energy();
-        const Vec3<P> before = memory.viscous_part - memory.spring.stiffness * memory.spring.x;
-        out.friction_work = memory.spring.energy() - energy - viscous_work - dot(before + friction, half_way);
+        now = {{select(touches, after, none), select(touches, stiffness, zero)},
+               select(touches, viscous_part, none),
+               select(touches, weight.all, zero)};
+        const P viscous_work = -dot(memory.viscous_part + now.viscous_part, half_way), energy = now.energy();
+        const Vec3<P> before = memory.viscous_part - (memory.weight * memory.spring.stiffness) * memory.spring.x;
+        out.friction_work = memory.energy() - energy - viscous_work - dot(before + friction, half_way);
         out.viscous_work += viscous_work;
         out.elastic_energy += energy;
     } else if (kinds.friction != ContactFriction::none) {
@@ -133,9 +146,9 @@ contact_force(ContactKinds kinds, const ContactNumbers<Pack<W>>& law, const Cont
         now.viscous_part = friction;
         out.friction_work = -dot(memory.viscous_part + friction, half_way);
     }
+    now.viscous_part = now.viscous_part - viscous_normal * n;
     out.viscous_work = select(touches, out.viscous_work, zero);
-    out.friction_work =
-        select(touches, out.friction_work, memory.spring.energy()); // a contact that ends loses the energy of its spring
+    out.friction_work = select(touches, out.friction_work, memory.energy()); // a contact that ends loses the energy of its spring
     memory = now;
     out.moment = cross(n, friction);
     out.on_1 = friction - out.normal * n;

@@ -8,13 +8,13 @@ Servo::Servo(const Wall& wall) : spec_(wall.servo), from_(wall.from) {
     start_height_ = -dot(wall.point, forth_);
 }
 
-void Servo::step(double force_on_watched, double h) {
+void Servo::step(double force_on_watched, bool touched, double h) {
     if (direction_ == 0 && turns() == 0 && time_ >= from_) {
         direction_ = 1;
         speed_ = spec_.approach > 0 ? spec_.approach : spec_.speed;
     }
     stress_ += (force_on_watched / spec_.area - stress_) * (spec_.average > 0 ? h / (h + spec_.average) : 1.0);
-    if (stress_ > spec_.turn_forth_below || height() <= spec_.approach_to) speed_ = direction_ != 0 ? spec_.speed : speed_;
+    if (direction_ != 0 && (touched || height() <= spec_.approach_to)) speed_ = spec_.speed;
     const bool turns_back = direction_ > 0 && stress_ > spec_.turn_back_above;
     const bool turns_forth = direction_ < 0 && stress_ < spec_.turn_forth_below && height() > spec_.not_before;
     if (turns_back || turns_forth) {

@@ -79,7 +79,7 @@ void ServoSpec::fields(FieldVisitor& f) {
         average);
     f.visit({.name = "approach",
              .unit = "m/s",
-             .text = "speed at first, until the stress is above turn_forth_below or the wall at approach_to; 0: as speed",
+             .text = "speed at first, until something touches the wall or it is at approach_to; 0: as speed",
              .at_least = 0},
             approach);
     f.visit({.name = "approach_to", .unit = "m", .text = "where its point, measured against its way forth, ends the approach"},

@@ -25,7 +25,7 @@ struct ServoSpec {
     double not_before = -1e9;    ///< m
     long cycles = 0;             ///< 0: without end
     double average = 0;          ///< s; 0: the stress of each step decides
-    double approach = 0;         ///< m/s, until the wall is first felt or has come to:
+    double approach = 0;         ///< m/s, until something touches the wall or it has come to:
     double approach_to = 0;      ///< m
     bool ends_run = false;       ///< with its last cycle
 

@@ -113,10 +113,10 @@ private:
     static void let_go(Kept& kept, Mask<W> where) {
         const P none(0.0);
         ContactMemory<P>& m = kept.of_last;
-        kept.friction_work += select(where, m.spring.energy(), none);
+        kept.friction_work += select(where, m.energy(), none);
         m = {{select(where, Vec3<P>{}, m.spring.x), select(where, none, m.spring.stiffness)},
              select(where, Vec3<P>{}, m.viscous_part),
-             select(where, none, m.viscous_normal)};
+             select(where, none, m.weight)};
     }
     void forget(TileContacts& contacts, int i) const {
         for (std::size_t w = 0; w < acting(); ++w) forget(contacts, i, w);

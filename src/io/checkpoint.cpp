@@ -22,7 +22,7 @@ namespace {
 
 const std::string format_name = "skein-checkpoint";
 /// 2: directors are quaternions; with an audit, its sums.
-constexpr std::int64_t format_version = 3, oldest_version = 2; // before 3 rows of kept numbers stood behind the numbers
+constexpr std::int64_t format_version = 4, oldest_version = 2; // before 4 springs of friction were kept without their weight
 
 // A slab is a run of a group's rods that is moved between owners and file at a time: enough for full bandwidth, little
 // beside the state itself.
@@ -456,6 +456,7 @@ CheckpointInfo read_info(const H5File& file, const std::string& path) {
 
     CheckpointInfo info;
     info.file = path;
+    info.version = version;
     file.get("/", "step", info.step);
     file.get("/", "dt", info.dt);
     file.get("/", "digest", info.digest);
@@ -501,6 +502,11 @@ CheckpointInfo load_checkpoint(const Communicator& comm, const std::string& path
     H5File file(comm, path, H5File::Mode::read);
     CheckpointInfo info = read_info(file, path);
     accept(info);
+    if (info.version < format_version && !kept.empty())
+        throw InputError(
+            fmt::format("{}: version {} of the format, whose contacts and walls had other springs; end that run with the "
+                        "program that began it, or begin anew",
+                        path, info.version));
     if (read_state(comm, file, path, groups, info.audited_from.has_value(), rods, &rods) != info.digest)
         throw IoError(path + ": the digest of the whole state differs");
     for (const std::string& name : kept) read_kept(comm, file, path, info.kept.emplace_back(KeptNumbers{.name = name}));

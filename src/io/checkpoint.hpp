@@ -40,6 +40,7 @@ struct CheckpointInfo {
     double shift = 0;                                                 ///< time of step 0, s (time/clock.hpp)
     std::string settings = {}; ///< what else its scene said, JSON; empty in files of earlier programs
     std::string ancestry = {}; ///< of a branch: whose state it began with and what has changed since, JSON; else empty
+    std::int64_t version = 0;  ///< of the format
 };
 
 /// Writes <directory>/checkpoint_<step, 12 digits>.h5, then removes those older ones that `keeping` lets go. Throws IoError on all

@@ -32,6 +32,14 @@ void Exposure::lay_out(bool rates) {
     for (std::size_t i = 0; i < window.size(); ++i) {
         window[i].first_slot = static_cast<std::uint32_t>(window_of.size());
         window_of.insert(window_of.end(), window[i].slots, static_cast<std::int32_t>(i));
+        const Window& w = window[i];
+        const Chain chain = scene_.chain_of(w.gid);
+        const std::int64_t first = w.first_in_scene - scene_.first_slot(w.gid), last_element = scene_.slots_of(w.gid) - 2;
+        for (std::int64_t k = first; k < first + w.slots; ++k) {
+            const bool before = chain == Chain::ring || (chain == Chain::open && k > 0),
+                       behind = chain == Chain::ring || (chain == Chain::open && k < last_element);
+            joints.push_back(static_cast<std::uint8_t>((before ? at_start : 0) | (behind ? at_end : 0)));
+        }
     }
     node.assign(window_of.size(), {{}, -1});
     if (rates) motion.assign(window_of.size(), {});
@@ -44,6 +52,12 @@ void Exposure::find_own() {
                                          [](const Window& w, std::int64_t slot) { return w.first_in_scene < slot; });
         own_window_.push_back(static_cast<std::uint32_t>(at - window.begin()));
     }
+}
+
+std::uint32_t Exposure::beside(std::size_t slot, int step) const {
+    const std::int64_t k = element(slot), last = scene_.slots_of(at(slot).gid) - 2;
+    const bool seam = step < 0 ? k == 0 : k == last; // of a ring
+    return seam ? find(in_scene(slot) - step * last).value() : static_cast<std::uint32_t>(static_cast<std::int64_t>(slot) + step);
 }
 
 std::optional<std::uint32_t> Exposure::find(std::int64_t in_scene) const {
@@ -91,6 +105,7 @@ void Exposure::become(Exposure&& other) {
     node.swap(other.node);
     motion.swap(other.motion);
     window_of.swap(other.window_of);
+    joints.swap(other.joints);
     window.swap(other.window);
     own.swap(other.own);
     find_own();

@@ -46,12 +46,16 @@ struct Window {
     bool own;
 };
 
+/// Ends at which an element is joined to another of its body.
+enum Joint : std::uint8_t { at_start = 1, at_end = 2 };
+
 /// Written by one pass and by messages, read by all interactions.
 class Exposure {
 public:
     AlignedVector<ExposedNode> node;     ///< by slot
     AlignedVector<ExposedMotion> motion; ///< by slot
     std::vector<std::int32_t> window_of; ///< of each slot
+    std::vector<std::uint8_t> joints;    ///< of each slot's element, as bits of Joint
     std::vector<Window> window;          ///< in rising order of slots
     std::vector<std::uint8_t> own;       ///< by window; none where all are
 
@@ -73,6 +77,14 @@ public:
     }
     /// Element of its body that a slot has.
     std::int64_t element(std::size_t slot) const { return in_scene(slot) - scene_.first_slot(at(slot).gid); }
+    /// The slot of the element before (step -1) or behind (1) that of a slot, at a joint; whoever has a pair has its neighbours.
+    std::uint32_t beside(std::size_t slot, int step) const;
+    /// f(slot) for an element and those that are joined to it.
+    template <class F> void with_neighbours(std::uint32_t slot, F&& f) const {
+        f(slot);
+        if (joints[slot] & at_start) f(beside(slot, -1));
+        if (joints[slot] & at_end) f(beside(slot, 1));
+    }
     /// The slot here of one of the scene's, if it is here.
     std::optional<std::uint32_t> find(std::int64_t in_scene) const;
     /// The window of local()[place_in_group of the group's] as rods have them.
@@ -90,7 +102,8 @@ public:
     void become(Exposure&& other);
 
     static constexpr std::size_t sent_numbers_per_slot = 9; ///< of ghosts: place, velocity, spin
-    static constexpr double bytes_per_slot = sizeof(ExposedNode) + sizeof(ExposedMotion) + sizeof(std::int32_t);
+    static constexpr double bytes_per_slot =
+        sizeof(ExposedNode) + sizeof(ExposedMotion) + sizeof(std::int32_t) + sizeof(std::uint8_t);
 
 private:
     void lay_out(bool rates);

@@ -31,7 +31,9 @@ struct Box {
 Box box_of(const Exposure& bodies, std::size_t slot) {
     Box box;
     const ExposedNode& n = bodies.node[slot];
-    box.add(n.position, n.radius), box.add(bodies.node[slot + 1].position, n.radius);
+    const Vec3d &start = n.position, &end = bodies.node[slot + 1].position, beyond = bodies.scene().joint_reach() * (end - start);
+    box.add(bodies.joints[slot] & at_start ? start - beyond : start, n.radius);
+    box.add(bodies.joints[slot] & at_end ? end + beyond : end, n.radius);
     return box;
 }
 
@@ -132,23 +134,29 @@ struct Visitors {
     std::vector<ExposedNode> nodes;
 };
 
-/// Own elements that come within `margin` of any of these boxes.
+/// Own elements that come within `margin` of any of these boxes, and their neighbours along the body, which contacts at joints ask
+/// for.
 Visitors visitors_to(std::span<const Box> boxes, const Exposure& bodies, std::span<const OwnBody> own, double margin) {
     Visitors visitors;
     if (boxes.empty()) return visitors;
     std::vector<Box> near;
+    std::vector<std::uint8_t> asked;
     for (const OwnBody& body : own) {
         near.clear();
         for (const Box& box : boxes)
             if (body.box.meets(box, margin)) near.push_back(box);
         if (near.empty()) continue;
         const Window& w = *body.window;
+        asked.assign(w.slots, 0);
+        for (std::uint32_t k = 0; k + 1 < w.slots; ++k) {
+            const std::uint32_t slot = w.first_slot + k;
+            if (!bodies.has_element(slot)) continue;
+            const Box element = box_of(bodies, slot);
+            if (std::any_of(near.begin(), near.end(), [&](const Box& box) { return element.meets(box, margin); }))
+                bodies.with_neighbours(slot, [&](std::uint32_t one) { asked[one - w.first_slot] = 1; });
+        }
         for_runs(
-            bodies, w,
-            [&](std::uint32_t slot) {
-                const Box element = box_of(bodies, slot);
-                return std::any_of(near.begin(), near.end(), [&](const Box& box) { return element.meets(box, margin); });
-            },
+            bodies, w, [&](std::uint32_t slot) { return asked[slot - w.first_slot] != 0; },
             [&](std::uint32_t first, std::uint32_t count) {
                 visitors.runs.push_back({w.first_in_scene + (first - w.first_slot), count});
                 visitors.nodes.insert(visitors.nodes.end(), bodies.node.begin() + first, bodies.node.begin() + first + count);

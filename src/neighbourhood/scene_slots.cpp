@@ -13,19 +13,26 @@ template <class T> const T& last_before(const std::vector<T>& all, std::int64_t 
 
 std::vector<SceneSlots::Alike> alike(std::span<const RodGroup> groups) {
     std::vector<SceneSlots::Alike> all;
-    for (const RodGroup& group : groups) all.push_back({group.count(), group.exposed_slots()});
+    for (const RodGroup& group : groups) {
+        const Chain chain = !group.strained() ? Chain::none : group.closed() ? Chain::ring : Chain::open;
+        all.push_back({group.count(), group.exposed_slots(), chain});
+    }
     return all;
 }
 
 } // namespace
 
-SceneSlots::SceneSlots(std::span<const RodGroup> groups) : SceneSlots(alike(groups)) {}
+SceneSlots::SceneSlots(std::span<const RodGroup> groups) : SceneSlots(alike(groups)) {
+    for (const RodGroup& group : groups)
+        for (const ElementConstants& c : group.element)
+            if (group.strained()) joint_reach_ = std::max(joint_reach_, std::min(0.4 * c.radius / c.rest_length, 0.25));
+}
 
 SceneSlots::SceneSlots(std::span<const Alike> groups) {
     std::int64_t block = 0, room = 0; // in the last block
-    for (const auto& [bodies, slots] : groups) {
+    for (const auto& [bodies, slots, chain] : groups) {
         const std::int64_t first = bodies_;
-        groups_.push_back({first, slots_, slots});
+        groups_.push_back({first, slots_, slots, chain});
         bodies_ += bodies;
         slots_ += bodies * slots;
         const std::int64_t joining = std::min(room / slots, bodies), // the block that the group before has begun
@@ -51,6 +58,8 @@ std::int64_t SceneSlots::first_slot(std::int64_t gid) const {
 }
 
 std::int64_t SceneSlots::slots_of(std::int64_t gid) const { return at(gid).slots; }
+
+Chain SceneSlots::chain_of(std::int64_t gid) const { return at(gid).chain; }
 
 std::int64_t SceneSlots::gid_at(std::int64_t slot) const {
     const Group& g = last_before(groups_, slot, &Group::first_slot);

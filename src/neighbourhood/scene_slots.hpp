@@ -9,11 +9,15 @@
 
 namespace skein {
 
+/// How elements of a body with consecutive numbers are joined: as a rod's, as those of a ring, whose last joins the first, or not.
+enum class Chain : std::uint8_t { open, ring, none };
+
 class SceneSlots {
 public:
     /// Bodies with equally many slots each.
     struct Alike {
         std::int64_t bodies, slots;
+        Chain chain = Chain::open;
     };
     explicit SceneSlots(std::span<const Alike> groups);
     explicit SceneSlots(std::span<const RodGroup> groups);
@@ -23,16 +27,20 @@ public:
     int group_of(std::int64_t gid) const;
     std::int64_t first_slot(std::int64_t gid) const; ///< of a body
     std::int64_t slots_of(std::int64_t gid) const;
+    Chain chain_of(std::int64_t gid) const;
     std::int64_t gid_at(std::int64_t slot) const;
     /// Number of the body's block. Blocks are consecutive bodies with no more than `block_slots` slots, or one body: loads of a
     /// block are summed by one task, so sums depend on the scene alone. Rising with gid.
     std::int64_t block_of(std::int64_t gid) const;
+    /// Elements reach beyond their joints by this share of their length, where they meet others.              theory.md (56c)
+    double joint_reach() const { return joint_reach_; }
 
     static constexpr std::int64_t block_slots = 256; ///< what contacts read and write of so many fits the first cache
 
 private:
     struct Group {
         std::int64_t first_gid, first_slot, slots; ///< the last of one body
+        Chain chain;
     };
     /// Blocks of so many bodies each; bodies of later groups may fill up the last.
     struct Run {
@@ -42,6 +50,7 @@ private:
     std::vector<Group> groups_;
     std::vector<Run> runs_;
     std::int64_t bodies_ = 0, slots_ = 0;
+    double joint_reach_ = 0.05;
 };
 
 } // namespace skein

@@ -136,9 +136,9 @@ Touch ContactInteraction::strongest_touch(std::int64_t gid) const {
 std::vector<Figure> ContactInteraction::figures() const {
     using Of = Figure::Of;
     const ContactFigures f = contacts_->figures();
-    const auto contacts = static_cast<double>(f.active);
-    return {{"contacts[-]", Of::sum, {contacts}},
-            {"coordination[-]", Of::sum, {contacts}, 2, static_cast<double>(all_rods_)},
+    return {{"contacts[-]", Of::sum, {f.weight}},
+            {"touching_pairs[-]", Of::sum, {static_cast<double>(f.active)}},
+            {"coordination[-]", Of::sum, {f.weight}, 2, static_cast<double>(all_rods_)},
             {"max_overlap[-]", Of::largest, {f.max_overlap}},
             {"contact_energy[J]", Of::sum, {f.elastic_energy}},
             {"contact_friction_work[J]", Of::sum, {f.friction_work}},
@@ -150,7 +150,7 @@ std::vector<Figure> ContactInteraction::figures() const {
 
 std::string ContactInteraction::table() const {
     const Exposure& c = *exposure_;
-    using Line = std::array<double, 16>;
+    using Line = std::array<double, 17>;
     std::vector<Line> mine;
     std::vector<std::int64_t> first_body;
     for (const Contact& contact : contacts_->active(c)) {
@@ -159,7 +159,7 @@ std::string ContactInteraction::table() const {
         const double push = -dot(f, normal);
         mine.push_back({double(c.at(a).gid), double(element(a)), contact.s, double(c.at(b).gid), double(element(b)), contact.t,
                         place.x, place.y, place.z, f.x, f.y, f.z, push, norm(f + push * normal), contact.overlap,
-                        norm(slip - dot(slip, normal) * normal)});
+                        norm(slip - dot(slip, normal) * normal), contact.weight});
         first_body.push_back(c.at(a).gid);
     }
     std::vector<Line> lines = rows_of<Line>(directory().to_blocks(std::as_bytes(std::span(mine)), sizeof(Line), first_body));
@@ -169,7 +169,7 @@ std::string ContactInteraction::table() const {
     if (comm_.root())
         text =
             "rod_1,element_1,share_1,rod_2,element_2,share_2,x[m],y[m],z[m],force_x[N],force_y[N],force_z[N],normal[N],friction[N],"
-            "overlap[m],slip[m/s]\n";
+            "overlap[m],slip[m/s],weight\n";
     for (const Line& line : lines) text += fmt::format("{}\n", fmt::join(line, ","));
     return text;
 }
@@ -191,7 +191,7 @@ KeptNumbers ContactInteraction::kept() const {
     for (const KeptContact& c : contacts_->kept(*exposure_)) {
         const ContactMemory<double>& m = c.memory;
         mine.push_back({double(c.a), double(c.b), double(c.status), m.spring.x.x, m.spring.x.y, m.spring.x.z, m.spring.stiffness,
-                        m.viscous_part.x, m.viscous_part.y, m.viscous_part.z, m.viscous_normal});
+                        m.viscous_part.x, m.viscous_part.y, m.viscous_part.z, m.weight});
         first_body.push_back(exposure_->scene().gid_at(c.a));
     }
     std::vector<Row> rows = rows_of<Row>(directory().to_blocks(std::as_bytes(std::span(mine)), sizeof(Row), first_body));
@@ -209,16 +209,12 @@ void ContactInteraction::recall(const KeptNumbers& kept) {
     forces_lost_ = true;
     std::vector<Row> mine;
     std::vector<std::int64_t> body;
-    const auto take = [&](std::span<const double> numbers) {
-        for (std::size_t i = 0; i + contact_size <= numbers.size(); i += contact_size) {
-            Row row;
-            std::copy_n(numbers.begin() + static_cast<std::ptrdiff_t>(i), contact_size, row.begin());
-            for (const std::size_t end : {0, 1}) // to the owners of both
-                mine.push_back(row), body.push_back(exposure_->scene().gid_at(static_cast<std::int64_t>(row[end])));
-        }
-    };
-    take(kept.rows);
-    if (comm_.root()) take(std::span(kept.numbers).subspan(2)); // of an earlier format
+    for (std::size_t i = 0; i + contact_size <= kept.rows.size(); i += contact_size) {
+        Row row;
+        std::copy_n(kept.rows.begin() + static_cast<std::ptrdiff_t>(i), contact_size, row.begin());
+        for (const std::size_t end : {0, 1}) // to the owners of both
+            mine.push_back(row), body.push_back(exposure_->scene().gid_at(static_cast<std::int64_t>(row[end])));
+    }
     std::vector<Row> rows = rows_of<Row>(directory().to_owners(std::as_bytes(std::span(mine)), sizeof(Row), body));
     std::sort(rows.begin(), rows.end());
     rows.erase(std::unique(rows.begin(), rows.end()), rows.end());

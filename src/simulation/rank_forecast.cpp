@@ -110,7 +110,8 @@ void count_ghosts(const Exposure& bodies, const Candidates& pairs, std::span<con
             ++share[of_a].pairs;
             if (of_a == of_b) continue;
             ++share[of_b].pairs;
-            needs[of_a].push_back(b), needs[of_b].push_back(a);
+            bodies.with_neighbours(b, [&](std::uint32_t slot) { needs[of_a].push_back(slot); });
+            bodies.with_neighbours(a, [&](std::uint32_t slot) { needs[of_b].push_back(slot); });
         }
     std::vector<std::set<int>> neighbours(share.size()), receivers(share.size());
     for (std::size_t r = 0; r < share.size(); ++r) {

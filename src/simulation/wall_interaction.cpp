@@ -48,7 +48,7 @@ void WallInteraction::drive(const Step& step, Timers& timers) {
         DrivenWall& d = driven_[i];
         const auto w = static_cast<std::size_t>(d.wall);
         work_[w] -= step.kick * sums[2 * i + 1];
-        d.servo.step(sums[2 * i], step.kick);
+        d.servo.step(sums[2 * i], sums[2 * i + 1] != 0, step.kick);
         walls_->state[w] = d.servo.wall_state();
     }
 }

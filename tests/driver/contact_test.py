@@ -145,20 +145,12 @@ class Contact(DriverTest):
         self.assertIn(f"{newest.name}: /kept/contact_memory_rows is damaged", result.stderr)
         self.assertEqual(self.digest("damaged"), self.digest("whole"))
 
-    def test_memory_of_the_format_before_is_read(self):
-        """Version 2 had the rows behind the two energies, in one dataset with one hash."""
-        self.run_skein("whole", "--until", "0.2")
+    def test_springs_of_the_format_before_are_refused(self):
+        """They were kept without their weight."""
         self.run_skein("old", "--until", "0.15")
         with h5py.File(self.checkpoints("old")[-1], "r+") as file:
-            kept, rows = file["kept/contact_memory"], file["kept/contact_memory_rows"]
-            numbers = numpy.concatenate([kept[:], rows[:].ravel()])
-            del file["kept/contact_memory"], file["kept/contact_memory_rows"]
-            file["kept/contact_memory"] = numbers
-            file["kept/contact_memory"].attrs["count"] = numpy.int64(len(numbers))
-            file["kept/contact_memory"].attrs["digest"] = numpy.uint64(digest_of(0, numbers))
-            file.attrs["version"] = numpy.int64(2)
-        self.run_skein("old", "--until", "0.2", ranks=3)
-        self.assertEqual(self.digest("old"), self.digest("whole"))
+            file.attrs["version"] = numpy.int64(3)
+        self.assertIn("version 3 of the format, whose contacts and walls had other springs", self.run_skein("old", "--until", "0.2", expect=2).stderr)
 
     def test_series_of_a_run_that_began_with_an_earlier_program_goes_on(self):
         """Its columns had other names, which its header and the marks of its checkpoints have; a kill may come between the two."""

@@ -25,7 +25,7 @@ class Ghosts(DriverTest):
             forecast = self.forecast(ranks, *arguments)["ranks"]
             self.assertEqual(len(forecast), ranks)
             out = f"{ranks}"
-            self.run_skein(out, "--steps", "3", *QUIET, *arguments, ranks=ranks)
+            self.run_skein(out, "--steps", "1", *QUIET, *arguments, ranks=ranks)
             counted = self.summary(out)["ghosts"]
             self.assertEqual(self.summary(out)["observables"]["rebuilds[-]"], 1)
             self.assertEqual(sum(counted["messages"]) > 0, True, "ranks that share nothing prove nothing")

@@ -152,7 +152,9 @@ TEST_P(Neighbourhoods, GiveTheLoadsOfOneRank) {
             for (std::size_t a = 0; a < whole.slots(); ++a)
                 for (std::uint32_t i = pairs.first[a]; i < pairs.first[a + 1]; ++i) {
                     const std::size_t b = pairs.partner[i];
-                    if (mine(a) != mine(b)) needed.insert(static_cast<std::int64_t>(mine(a) ? b : a));
+                    if (mine(a) != mine(b)) // and its neighbours, whose joints it shares
+                        whole.with_neighbours(mine(a) ? static_cast<std::uint32_t>(b) : static_cast<std::uint32_t>(a),
+                                              [&](std::uint32_t slot) { needed.insert(slot); });
                 }
             for (std::size_t slot = 0; slot < share.bodies->slots(); ++slot)
                 if (!share.bodies->owns_slot(slot) && share.bodies->has_element(slot)) here.insert(share.bodies->in_scene(slot));

@@ -44,11 +44,3 @@ def restitution_of_share(share):
     if share < 1:
         return math.exp(-2 * share * math.acos(share) / math.sqrt(1 - share**2))
     return math.exp(-2 * share * math.acosh(share) / math.sqrt(share**2 - 1))
-
-
-def share_of_restitution(restitution):
-    low, high = 0.0, 10.0
-    for _ in range(60):
-        middle = 0.5 * (low + high)
-        low, high = (middle, high) if restitution_of_share(middle) > restitution else (low, middle)
-    return low

@@ -72,8 +72,10 @@ TEST(BroadPhase, NeedsNoBounds) {
     BroadPhase search(one);
     Candidates near, far;
     search.build(c, bodies.gaps, 0.02, near);
-    for (ExposedNode& n : c.node)
-        if (n.position.x > 0.5) n.position.x += 4096; // cells wrap round on the way
+    for (const Window& w : c.window)
+        if (c.node[w.first_slot].position.x > 0.5)
+            for (std::uint32_t s = w.first_slot; s < w.first_slot + w.slots; ++s)
+                c.node[s].position.x += 4096; // cells wrap round on the way
     search.build(c, bodies.gaps, 0.02, far);
     Candidates all;
     BroadPhase::build_exhaustively(c, bodies.gaps, 0.02, all);

@@ -170,7 +170,7 @@ template <int W> Drawn<W> draw(unsigned seed, int first) {
         for (Vec3<Pack<W>>* v : {&d.state.velocity_1, &d.state.spin_1, &d.state.velocity_2, &d.state.spin_2, &d.memory.spring.x,
                                  &d.memory.viscous_part})
             set_lane(*v, l, vector());
-        d.memory.spring.stiffness.set(l, uniform(random)), d.memory.viscous_normal.set(l, uniform(random));
+        d.memory.spring.stiffness.set(l, uniform(random)), d.memory.weight.set(l, uniform(random));
         for (Pack<W>* p : {&d.law.stiffness, &d.law.damping, &d.law.static_friction, &d.law.kinetic_friction,
                            &d.law.tangential_stiffness, &d.law.tangential_damping, &d.law.slip_speed})
             p->set(l, uniform(random));

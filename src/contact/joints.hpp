@@ -1,0 +1,77 @@
+// Contacts near joints, where neighbouring elements of a body share them.                                  theory.md (56c), (56d)
+//   An element reaches beyond its joints by a share of its length, so that both neighbours see a contact at their joint:
+//   w = u^2 (3 - 2 u),  u = (1 - x/D)/2 clamped to [0, 1],  D = that share of the shorter neighbour's length
+//   x: where the other element is nearest to the mean tangent of both neighbours, through the joint; from there outwards
+// It is the same number for both neighbours, but for its sign, so shares sum to 1. A contact beyond the joint is at s = 1 + x/|e|:
+// a straight neighbour sees it in the same place. At a corner that the other touches from outside both see the joint. Where
+// elements are bent against each other by a fair part of the angle at which they cross the other, x and s disagree; x is therefore
+// held within D of (s - 1)|e|, s clamped to [0, 1]. Where they disagree by more, and where elements cross at a shallow angle, sine
+// below 0.25, a contact would go from one to the next within a step or two; there w goes over to 1, and each pushes by itself.
+#pragma once
+
+#include "contact/broad_phase.hpp"
+#include "contact/compress.hpp"
+#include "core/closest_points.hpp"
+
+namespace skein {
+
+constexpr double shallow = 0.25; ///< sine of the angle below which elements begin to push by themselves near their joints
+constexpr double blend = 0.05;   ///< sine of the angle below which elements meet at both ends of their overlap as well
+
+/// Where on an element a contact is: -1 and 1 near a joint at its start and its end, 0 elsewhere, where no neighbour has a share.
+inline std::int8_t joint_side(double s, unsigned joints, double reach) {
+    const double near = 2 * reach;
+    return static_cast<std::int8_t>(static_cast<int>((joints & at_end) && s > 1 - near) -
+                                    static_cast<int>((joints & at_start) && s < near));
+}
+
+/// Joints of both elements of a pair: of the first as bits of Joint, of the second two bits higher.
+inline std::uint8_t joints_of_pair(const Exposure& bodies, Pair pair) {
+    return static_cast<std::uint8_t>(bodies.joints[pair.a] | bodies.joints[pair.b] << 2);
+}
+template <int W> ShareRange<Pack<W>> range_with_joints(unsigned starts, unsigned ends, double reach) {
+    return {where_set<W>(starts, -reach), Pack<W>(1.0) + where_set<W>(ends, reach)};
+}
+/// Of eight pairs.
+SKEIN_INLINE ShareRange<Pack<8>> range_of_first(const std::uint8_t* joints, double reach) {
+    return range_with_joints<8>(bits_of_bytes(joints, 0), bits_of_bytes(joints, 1), reach);
+}
+SKEIN_INLINE ShareRange<Pack<8>> range_of_second(const std::uint8_t* joints, double reach) {
+    return range_with_joints<8>(bits_of_bytes(joints, 2), bits_of_bytes(joints, 3), reach);
+}
+
+/// A weight in steps of 2^-20, so that sums of them are the same in any order.
+template <int W> SKEIN_INLINE Pack<W> in_steps(Pack<W> weight) {
+    constexpr double large = 1.5 * 4294967296.0; // whose last place is such a step
+    return (weight + Pack<W>(large)) - Pack<W>(large);
+}
+
+template <class P> struct JointShare {
+    P weight;
+    P beyond; ///< the contact is so far beyond the joint, over the element's length; at least 0
+    P bend;   ///< sine of half the angle between both elements, over D, 1/m
+};
+
+/// `to_joint`: way from the contact, clamped to the element, to the joint, over the element's length; `edge`, `beyond`: of the
+/// element and of its neighbour there, both leading away from the joint; the other element: from `start` along `other` within
+/// `range`. Cost: 90 flop, of which seven divisions and roots.
+template <int W> SKEIN_INLINE JointShare<Pack<W>> joint_share(double reach, Pack<W> to_joint, const Vec3<Pack<W>>& joint,
+                                                              const Vec3<Pack<W>>& edge, const Vec3<Pack<W>>& beyond,
+                                                              const Vec3<Pack<W>>& start, const Vec3<Pack<W>>& other,
+                                                              const ShareRange<Pack<W>>& range) {
+    using P = Pack<W>;
+    const P zero(0.0), half(0.5), one(1.0), tiny(1e-60);
+    const P length = max(norm(edge), tiny), next = max(norm(beyond), tiny), zone = P(reach) * min(length, next);
+    const Vec3<P> tangent = (one / next) * beyond - (one / length) * edge;
+    const Vec3<P> outwards = (zone / max(norm(tangent), tiny)) * tangent;
+    // The least of |joint + x outwards - (start + t other)|^2; where both are parallel, which a trifle decides, x is nearest to 0.
+    const Vec3<P> apart = joint - start;
+    const P a = P(1 + 2.5e-5) * dot(outwards, outwards), b = dot(outwards, other), c = dot(outwards, apart), f = dot(other, apart);
+    const P t = range.clamp(fma(a, f, -(b * c)) / max(fma(a, dot(other, other), -(b * b)), tiny));
+    const P within = -to_joint * (length / zone), x = within + max(min(fma(b, t, -c) / max(a, tiny) - within, one), -one);
+    const P u = min(max(half - half * x, zero), one);
+    return {u * u * (P(3.0) - (u + u)), min(max(x, zero), one) * zone / length,
+            norm((one / next) * beyond + (one / length) * edge) * half / zone};
+}
+
+} // namespace skein
