@@ -43,4 +43,10 @@ inline unsigned bits_of_bytes(const std::uint8_t* bytes, int bit = 0) {
     return static_cast<unsigned>((eight >> bit & 0x0101010101010101u) * 0x0102040810204080u >> 56);
 }
 
+/// The other way round: 1 in the bytes whose bits are set.
+inline std::uint64_t bytes_of_bits(unsigned bits) {
+    const std::uint64_t spread = (bits & 0x7fu) * 0x0002040810204081u & 0x0101010101010101u;
+    return spread | static_cast<std::uint64_t>(bits >> 7 & 1u) << 56;
+}
+
 } // namespace skein

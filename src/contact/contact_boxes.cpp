@@ -3,21 +3,11 @@
 // near-parallel to a face or an edge pushes at both ends of what lies beside it, and at the nearest point with the rest and all
 // friction.
 #include "contact/box_distance.hpp"
-#include "contact/contacts.hpp"
+#include "contact/work_area.hpp"
 
 #include <algorithm>
 
 namespace skein {
-
-namespace {
-
-void add(ExertedLoad* at, const ElementLoad& load) {
-    at[0].force += load.first;
-    at[1].force += load.second;
-    at[0].couple += load.couple;
-}
-
-} // namespace
 
 /// The box that an exposed element is; null: it is none.
 const PartBox* Contacts::box_at(const Exposure& bodies, std::uint32_t slot) const {
@@ -60,8 +50,8 @@ Contacts::BoxContact Contacts::evaluate_box(const Exposure& bodies, double h, st
         for (double* share : {&found.s, &found.first, &found.last}) *share = low + *share * (high - low);
         return found;
     };
-    const double reach = bodies.scene().joint_reach();
-    SegmentToBox near = nearest_between(joints & at_start ? -reach : 0, joints & at_end ? 1 + reach : 1);
+    const double reach = bodies.scene().joint_reach(), seen = seen_beyond(reach);
+    SegmentToBox near = nearest_between(joints & at_start ? -seen : 0, joints & at_end ? 1 + seen : 1);
 
     struct At {
         ContactState<Q> state;
@@ -77,20 +67,18 @@ Contacts::BoxContact Contacts::evaluate_box(const Exposure& bodies, double h, st
     };
     const auto exert = [&](const ContactForce<Q>& f, double s, const Vec3d& arm) {
         const Vec3d force = lane(f.on_1, 0), moment = lane(f.moment, 0);
-        out.on_element += {.first = (1 - s) * force, .second = s * force, .couple = f.arm_1[0] * moment};
-        out.on_box += {.first = -force, .second = {0, 0, 0}, .couple = f.arm_2[0] * moment - cross(arm, force)};
+        out.on_element.first += (1 - s) * force, out.on_element.second += s * force, out.on_element.couple += f.arm_1[0] * moment;
+        out.on_box.first -= force, out.on_box.couple += f.arm_2[0] * moment - cross(arm, force);
     };
     double weight = 1;
     if (const int side = joint_side(near.s, joints, reach); side != 0) { // the other is the nearest point of the box
-        const double s = std::clamp(near.s, 0.0, 1.0);
+        const double s = near.s;
         const BoxPoint point = nearest_on_box(axes * (p + s * d - centre), box.half);
         const Vec3d &joint = node[side > 0].position, on_box = centre + transpose_times(axes, point.on_box);
         const auto share =
             joint_share<1>(reach, side > 0 ? 1 - s : s, broadcast<1>(joint), broadcast<1>(node[side <= 0].position - joint),
-                           broadcast<1>(neighbour_node(bodies, element, side)->position - joint), broadcast<1>(on_box), {}, {});
-        const double steep = std::min(near.sine_squared / (shallow * shallow), 1.0),
-                     shift = share.bend[0] * (node->radius + box.radius) / std::max(near.sine_squared, 1e-30),
-                     straight = 1 - std::min(shift * shift * shift * shift, 1.0), apart = steep * (2 - steep) * straight * straight;
+                           broadcast<1>(neighbour_node(bodies, element, side > 0)->position - joint), broadcast<1>(on_box), {}, {});
+        const double apart = sharing<1>(near.sine_squared, share.bend[0] * (node->radius + box.radius))[0];
         weight = 1 + apart * (share.weight[0] - 1);
         const double beyond = apart * share.beyond[0];
         near.s = std::clamp(near.s, side < 0 ? -beyond : 0.0, side > 0 ? 1 + beyond : 1.0);
@@ -107,7 +95,7 @@ Contacts::BoxContact Contacts::evaluate_box(const Exposure& bodies, double h, st
     out.place = p + near.s * d + arm_1;
     out.slip = lane(state.velocity_1, 0) + cross(motion->spin, arm_1) - lane(state.velocity_2, 0) - cross(of_box->spin, arm_2);
 
-    const ContactNumbers<Q> law = numbers<1>(bodies, &pair);
+    const ContactNumbers<Q> law = numbers<1>(bodies, &list_.pair[pair]);
     double share = 0, beside = 1, elsewhere = 0, elastic_energy = 0, viscous_work = 0, stiffest = 0;
     if (near.sine_squared < blend * blend && near.last > near.first) {
         share = 1 - near.sine_squared / (blend * blend);
@@ -119,23 +107,26 @@ Contacts::BoxContact Contacts::evaluate_box(const Exposure& bodies, double h, st
             const At end = at(s);
             ContactMemory<Q> none{};
             const Q of_end = 0.5 * share * beside;
-            const auto f =
-                contact_force<1>({kinds_.normal, ContactFriction::none}, law, end.state, h, none, none.spring, {of_end, of_end});
+            const auto f = contact_force<1>({kinds_.normal, ContactFriction::none}, law, end.state, h, none, {of_end, of_end});
             elsewhere += f.normal[0], elastic_energy += f.elastic_energy[0], viscous_work += 2 * f.viscous_work[0],
                 stiffest = std::max(stiffest, f.stiffness[0]);
             exert(f, s, end.arm);
         }
     }
-    Remembered<1> before{};
-    if (now) before = Remembered<1>::of_spring(now->spring);
-    else if (remembers_) before = memory_before<1>(bodies, &pair, first ? 0.5 : near.s, first ? near.s : 0.5);
+    ContactMemory<Q> memory{};
+    if (now) memory.spring = {broadcast<1>(now->spring.x), now->spring.stiffness};
+    else if (remembers_) {
+        const ContactMemory<double>& last = memory_[pair];
+        const FrictionSpring<double> spring =
+            status_[pair] & touching ? last.spring : followed_spring(bodies, pair, first ? 0.5 : near.s, first ? near.s : 0.5);
+        memory = {{broadcast<1>(spring.x), spring.stiffness}, broadcast<1>(last.viscous_part), last.weight};
+    }
     const double crossing = (1 - share) * weight;
     out.weight = crossing + share * beside;
     out.touches = out.weight > 0;
-    out.force = contact_force<1>(kinds_, law, nearest.state, h, before.own, before.from, {crossing, out.weight}, elsewhere);
+    out.force = contact_force<1>(kinds_, law, nearest.state, h, memory, {crossing, out.weight}, elsewhere);
     exert(out.force, near.s, nearest.arm);
-    out.memory = {
-        {lane(before.own.spring.x, 0), before.own.spring.stiffness[0]}, lane(before.own.viscous_part, 0), before.own.weight[0]};
+    out.memory = {{lane(memory.spring.x, 0), memory.spring.stiffness[0]}, lane(memory.viscous_part, 0), memory.weight[0]};
     out.force.elastic_energy += elastic_energy;
     out.force.viscous_work += viscous_work;
     out.force.stiffness = max(out.force.stiffness, Q(stiffest));
@@ -145,47 +136,39 @@ Contacts::BoxContact Contacts::evaluate_box(const Exposure& bodies, double h, st
 Contact Contacts::contact_with_box(const Exposure& bodies, std::uint32_t pair) const {
     const BoxContact c = evaluate_box(bodies, 0, pair, &memory_[pair]);
     const bool first = box_at(bodies, list_.pair[pair].a) != nullptr;
-    const ElementLoad& on_first = first ? c.on_box : c.on_element;
+    const ElementLoad<double>& on_first = first ? c.on_box : c.on_element;
     const double sign = first ? -1 : 1;
     return {list_.pair[pair], first ? 0 : c.s, first ? c.s : 0, on_first.first + on_first.second, c.overlap, c.diameter, c.weight,
             c.place,          sign * c.normal, sign * c.slip};
 }
 
-void Contacts::push_boxes(const Exposure& bodies, double h, const ContactBlock& block, std::vector<std::size_t>& next,
-                          BlockFigures& figures, std::span<ExertedLoad> loads) {
-    const std::uint32_t begin = list_.first[block.first_slot], end = list_.first[block.last_slot];
-    DeferredLoads::Deferring deferring = deferred_.deferring(next);
-    for (auto i = std::lower_bound(box_pairs_.begin(), box_pairs_.end(), begin); i != box_pairs_.end() && *i < end; ++i) {
+void Contacts::push_boxes(const Work& work, WorkArea& area) {
+    const std::uint32_t begin = list_.first[work.block.first_slot], end = list_.first[work.block.last_slot];
+    const auto first = std::lower_bound(box_pairs_.begin(), box_pairs_.end(), begin),
+               last = std::lower_bound(first, box_pairs_.end(), end);
+    area.box_contact.clear();
+    for (auto i = first; i != last; ++i) area.box_contact.push_back(evaluate_box(work.bodies, work.h, *i)); // memory is as it was
+    auto c = area.box_contact.begin();
+    for (auto i = first; i != last; ++i, ++c) {
         const auto [a, b] = list_.pair[*i];
-        const bool own_a = bodies.owns_slot(a), own_b = bodies.owns_slot(b);
-        const BoxContact c = evaluate_box(bodies, h, *i);
-        if (!c.touches) {
-            if (previous_status_[*i] & touching) end_contact(bodies, *i, figures);
+        if (!c->touches) {
+            if (status_[*i] & touching) end_contact(work, *i);
             continue;
         }
-        memory_[*i] = c.memory;
+        memory_[*i] = c->memory;
         status_[*i] = touching;
-        const bool box_first = box_at(bodies, a) != nullptr;
-        const ElementLoad &on_a = box_first ? c.on_box : c.on_element, &on_b = box_first ? c.on_element : c.on_box;
-        const std::int32_t first = bodies.window_of[a], second = bodies.window_of[b];
-        if (own_a) {
-            add(&loads[a], on_a);
-            touched_[static_cast<std::size_t>(first)] = 1;
-            ++figures.active;
-            figures.weight += in_steps<1>(c.weight)[0];
-            figures.max_overlap = std::max(figures.max_overlap, c.overlap / c.diameter);
-            figures.max_stiffness = std::max(figures.max_stiffness, c.force.stiffness[0]);
-            figures.elastic_energy += c.force.elastic_energy[0];
-            figures.friction_work += c.force.friction_work[0];
-            figures.viscous_work += c.force.viscous_work[0];
-        }
-        if (!own_b) continue;
-        if (b < block.last_slot) {
-            add(&loads[b], on_b);
-            touched_[static_cast<std::size_t>(second)] = 1;
-        } else {
-            deferring.defer(second, b, on_b);
-        }
+        const bool box_first = box_at(work.bodies, a) != nullptr;
+        exert(work, a, box_first ? c->on_box : c->on_element);
+        exert(work, b, box_first ? c->on_element : c->on_box);
+        if (!work.bodies.owns_slot(a)) continue;
+        BlockFigures& figures = work.figures;
+        ++figures.active;
+        figures.weight += in_steps<1>(c->weight)[0];
+        figures.max_overlap = std::max(figures.max_overlap, c->overlap / c->diameter);
+        figures.max_stiffness = std::max(figures.max_stiffness, c->force.stiffness[0]);
+        figures.elastic_energy += c->force.elastic_energy[0];
+        figures.friction_work += c->force.friction_work[0];
+        figures.viscous_work += c->force.viscous_work[0];
     }
 }
 

@@ -9,6 +9,7 @@
 #pragma once
 
 #include "skein/core/fields.hpp"
+#include "skein/core/pack.hpp"
 
 #include <cassert>
 #include <string_view>
@@ -36,6 +37,13 @@ template <class P> struct ContactNumbers {
         return {stiffness, damping, static_friction, kinetic_friction, tangential_stiffness, tangential_damping, slip_speed};
     }
 };
+
+template <int W> SKEIN_INLINE void set_lane(ContactNumbers<Pack<W>>& all, int i, const ContactNumbers<double>& one) {
+    all.stiffness.set(i, one.stiffness), all.damping.set(i, one.damping);
+    all.static_friction.set(i, one.static_friction), all.kinetic_friction.set(i, one.kinetic_friction);
+    all.tangential_stiffness.set(i, one.tangential_stiffness), all.tangential_damping.set(i, one.tangential_damping);
+    all.slip_speed.set(i, one.slip_speed);
+}
 
 struct ContactLaw {
     ContactNormal normal = ContactNormal::hertz;

@@ -1,4 +1,4 @@
-#include "contact/contacts.hpp"
+#include "contact/work_area.hpp"
 
 #include "core/timer.hpp"
 #include "parallel/blocks.hpp"
@@ -22,35 +22,74 @@ constexpr double inactive_work = 1.0 / 8; // of a pair that does not touch, in t
 Contacts::Contacts(ContactScene scene, const Threads& threads)
     : scene_(std::move(scene)), kinds_{laws_.normal(), laws_.friction()}, remembers_(laws_.remember()),
       has_rings_(std::any_of(scene_.gaps.begin(), scene_.gaps.end(), [](const SelfGap& gap) { return gap.ring > 0; })),
-      threads_(threads), search_(threads), next_(static_cast<std::size_t>(threads.count())) {
+      threads_(threads), search_(threads), next_(static_cast<std::size_t>(threads.count())),
+      area_(static_cast<std::size_t>(threads.count())) {
     figures_.skin = 0.25 * scene_.diameter;
 }
 
-/// Places of the nodes of a tile; behind the last node that node again.
-Contacts::Places Contacts::places(const Exposure& bodies, std::size_t tile) {
-    const std::size_t first = tile * places_at_once, last = bodies.slots() - 1;
+Contacts::~Contacts() = default;
+
+/// Places of so many nodes; behind the last node that node again.
+SKEIN_INLINE Contacts::Places Contacts::places(const Exposure& bodies, std::size_t first) {
+    const ExposedNode* const node = bodies.node.data();
+    const std::size_t last = bodies.slots() - 1;
+    if (first + places_at_once <= last + 1)
+        return load_transposed<places_at_once>([&](int l) { return &node[first + static_cast<std::size_t>(l)].position.x; }).vector;
     return load_transposed<places_at_once>(
-               [&](int l) { return &bodies.node[std::min(first + static_cast<std::size_t>(l), last)].position.x; })
+               [&](int l) { return &node[std::min(first + static_cast<std::size_t>(l), last)].position.x; })
         .vector;
 }
 
-/// Whether some of these slots, or neighbours by number, have moved further than the list allows.
-bool Contacts::far(const Exposure& bodies, std::size_t first_slot, std::size_t last_slot) const {
-    const double half_way = 0.5 * figures_.skin / (1 + 2 * bodies.scene().joint_reach()),
-                 most = half_way * half_way; // of each of two, beyond joints too
-    Pack<places_at_once> furthest(0.0);
-    for (std::size_t tile = first_slot / places_at_once; tile * places_at_once < last_slot; ++tile) {
-        const Places moved = places(bodies, tile) - place_[tile];
-        furthest = max(furthest, dot(moved, moved));
-    }
-    return any(!(furthest < Pack<places_at_once>(most)));
+/// The squared distance that elements may have moved while the list holds, m^2.
+double Contacts::farthest_squared(const Exposure& bodies) const {
+    const double half_way = 0.5 * figures_.skin / (1 + 2 * bodies.scene().joint_reach()); // of each of two, beyond joints too
+    return half_way * half_way;
+}
+
+/// Marks joints at which elements are bent against each other by more than a part of what lets shares fade: by e1, e2 with |e2 -
+/// e1|^2 above 1.8 b^2 (|e1|^2 + |e2|^2), the sine of half the angle is above b. With `look`, false where the list does not hold.
+bool Contacts::survey(const Exposure& bodies, bool look) {
+    constexpr int W = places_at_once;
+    using P = Pack<W>;
+    const double bend = steepest_of_bent_ * held * bodies.scene().joint_reach(); // over an element's length
+    const P by_length(1.8 * bend * bend), largest(1.8 * 0.15 * 0.15), farthest(look ? farthest_squared(bodies) : HUGE_VAL);
+    const std::size_t last = bodies.slots() - 1;
+    std::atomic<bool> moved_far = false;
+    for_blocks(threads_, place_.size(), [&](std::size_t begin, std::size_t end, std::size_t) {
+        const auto at = [&](std::size_t slot) { return bodies.node[std::min(slot, last)].position; };
+        Vec3d before = begin > 0 ? at(begin * W) - at(begin * W - 1) : Vec3d{0, 0, 0};
+        P furthest(0.0);
+        for (std::size_t tile = begin; tile < end; ++tile) {
+            const std::size_t first = tile * W;
+            const Vec3<P> here = places(bodies, first), moved = here - place_[tile], e2 = places(bodies, first + 1) - here;
+            furthest = max(furthest, dot(moved, moved));
+            Vec3<P> e1 = from_lane_before(e2);
+            set_lane(e1, 0, before);
+            before = lane(e2, W - 1);
+            const Vec3<P> change = e2 - e1;
+            const P l1 = dot(e1, e1), l2 = dot(e2, e2);
+            const unsigned bent = bits_of(dot(change, change) > min(by_length * min(l1, l2), largest) * (l1 + l2));
+            std::uint64_t at_edge;
+            std::memcpy(&at_edge, &edge_[first], W);
+            const std::uint64_t bytes = bytes_of_bits(bent) | at_edge;
+            std::memcpy(&bent_[first], &bytes, W);
+        }
+        if (look && any(!(furthest < farthest))) moved_far.store(true, std::memory_order_relaxed);
+    });
+    return !moved_far;
 }
 
 bool Contacts::holds(const Exposure& bodies) const {
     if (!lasts()) return false;
+    const Pack<places_at_once> farthest(farthest_squared(bodies));
     std::atomic<bool> moved_far = false;
-    for_blocks(threads_, bodies.slots(), [&](std::size_t begin, std::size_t end, std::size_t) {
-        if (!moved_far.load(std::memory_order_relaxed) && far(bodies, begin, end)) moved_far.store(true, std::memory_order_relaxed);
+    for_blocks(threads_, place_.size(), [&](std::size_t begin, std::size_t end, std::size_t) {
+        Pack<places_at_once> furthest(0.0);
+        for (std::size_t tile = begin; tile < end; ++tile) {
+            const Places moved = places(bodies, tile * places_at_once) - place_[tile];
+            furthest = max(furthest, dot(moved, moved));
+        }
+        if (any(!(furthest < farthest))) moved_far.store(true, std::memory_order_relaxed);
     });
     return !moved_far;
 }
@@ -72,12 +111,6 @@ double Contacts::next_skin() {
     return figures_.skin;
 }
 
-/// This step becomes the one before.
-void Contacts::swap_steps() {
-    std::swap(memory_, last_memory_);
-    std::swap(status_, previous_status_);
-}
-
 /// Pairs that touch, by slots of the scene, in order.
 std::vector<KeptContact> Contacts::touching_pairs(const Exposure& bodies, bool of_own) const {
     if (list_.first.empty()) return {}; // nothing has been evaluated
@@ -96,8 +129,13 @@ std::vector<KeptContact> Contacts::touching_pairs(const Exposure& bodies, bool o
 }
 
 void Contacts::let_go(const Exposure& bodies) {
-    if (begun_) swap_steps(); // as if this step had not begun
-    begun_ = false;
+    if (std::exchange(may_repeat_, false))
+        for (const std::uint32_t strip : now_) {
+            const std::uint32_t begin = list_.first[deferred_.strips()[strip].first_slot],
+                                end = list_.first[deferred_.strips()[strip].last_slot];
+            std::copy(status_before_.data() + begin, status_before_.data() + end, status_.data() + begin);
+            std::copy(memory_before_.data() + begin, memory_before_.data() + end, memory_.data() + begin);
+        }
     if (!list_.first.empty()) kept_ = touching_pairs(bodies, false);
 }
 
@@ -114,7 +152,7 @@ std::int64_t Contacts::search(const Exposure& near, std::span<std::uint8_t> want
 
 /// Memory of earlier steps finds its places in the list.
 void Contacts::place_kept(const Exposure& bodies) {
-    memory_.assign(list_.count() + 1, ContactMemory<double>{});
+    memory_.assign(list_.count(), ContactMemory<double>{});
     status_.assign(list_.count() + PairList::padding, 0);
     std::vector<double> lost(blocks_of(kept_.size()), 0.0);
     for_blocks(threads_, kept_.size(), [&](std::size_t begin, std::size_t end, std::size_t block) {
@@ -156,15 +194,19 @@ void Contacts::settle(const Exposure& bodies, std::span<const std::uint32_t> slo
     list_ = PairList(std::exchange(found_, {}), bodies, threads_, kinds_.friction == ContactFriction::memory);
     find_boxes(bodies);
     place_kept(bodies);
-    last_memory_.assign(list_.count() + 1, ContactMemory<double>{});
-    previous_status_.assign(list_.count() + PairList::padding, 0);
     deferred_.make_room(list_, bodies, threads_);
     block_figures_.resize(deferred_.blocks().size());
     touched_.assign(bodies.window.size(), 0);
     now_.clear(), later_.clear();
-    for (std::size_t b = 0; b < deferred_.blocks().size(); ++b) (deferred_.blocks()[b].needs_ghosts ? later_ : now_).push_back(b);
+    for (std::uint32_t i = 0; i < deferred_.strips().size(); ++i) (deferred_.strips()[i].needs_ghosts ? later_ : now_).push_back(i);
     place_.resize((bodies.slots() + places_at_once - 1) / places_at_once);
-    for (std::size_t tile = 0; tile < place_.size(); ++tile) place_[tile] = places(bodies, tile);
+    for (std::size_t tile = 0; tile < place_.size(); ++tile) place_[tile] = places(bodies, tile * places_at_once);
+    bent_.assign(place_.size() * places_at_once, 1);
+    edge_.assign(place_.size() * places_at_once, 0);
+    double thickest = 0;
+    for (std::size_t w = 0; w < bodies.window.size(); ++w) edge_[bodies.window[w].first_slot] = edge_[bodies.end_of(w) - 1] = 1;
+    for (const ExposedNode& node : bodies.node) thickest = std::max(thickest, node.radius);
+    steepest_of_bent_ = thickest > 0 ? 0.25 / thickest : 0; // half of all directions
     figures_.candidates = 0;
     for (std::size_t w = 0; w < bodies.window.size(); ++w)
         if (bodies.owns(w)) figures_.candidates += list_.first[bodies.end_of(w)] - list_.first[bodies.window[w].first_slot];
@@ -179,7 +221,7 @@ void Contacts::restore(std::span<const KeptContact> kept, double friction_work, 
     list_ = {};
     status_.clear();
     memory_.clear();
-    begun_ = false;
+    may_repeat_ = false;
     search_.forget_sizes();
 }
 
@@ -203,40 +245,23 @@ std::vector<double> Contacts::work(const Exposure& bodies) const {
 }
 
 bool Contacts::begin(const Exposure& bodies, double time, double h, std::span<ExertedLoad> loads, bool look) {
+    if (look && !lasts()) return false;
+    if ((look || !now_.empty()) && !survey(bodies, look)) return false;
     numbers_ = laws_.numbers(time);
-    swap_steps();
-    begun_ = true;
-    added_.assign(deferred_.blocks().size(), 0);
-    // In strips: loads that a strip's own blocks have deferred are added as soon as all are at hand.
-    const std::size_t strips =
-        threads_.count() == 1 ? 1 : std::min<std::size_t>(now_.size(), 2 * static_cast<std::size_t>(threads_.count()));
-    const auto begin_of = [&](std::size_t strip) { return strip * now_.size() / strips; };
-    std::atomic<bool> moved_far = false;
-    threads_.for_each(strips, [&](std::size_t strip, int thread) {
-        for (std::size_t i = begin_of(strip); i < begin_of(strip + 1); ++i) {
-            const std::size_t block = now_[i];
-            const ContactBlock& slots = deferred_.blocks()[block];
-            if (moved_far.load(std::memory_order_relaxed)) return;
-            if (look && far(bodies, slots.first_slot, slots.last_slot)) moved_far.store(true, std::memory_order_relaxed);
-            push(bodies, h, block, next_[static_cast<std::size_t>(thread)], loads);
-            threads_.poll();
-            if (!later_.empty() || deferred_.first_sender(block) < begin_of(strip)) continue;
-            add_deferred(bodies, block, loads);
-            added_[block] = 1;
-        }
-    });
-    return !moved_far;
+    may_repeat_ = !look;
+    if (may_repeat_ && !now_.empty()) { // on the way, while all is in cache
+        status_before_.resize(status_.size());
+        memory_before_.resize(memory_.size());
+    }
+    work_through(bodies, h, now_, loads);
+    return true;
 }
 
 void Contacts::finish(const Exposure& bodies, double h, std::span<ExertedLoad> loads) {
-    threads_.for_each(later_.size(), [&](std::size_t i, int thread) {
-        push(bodies, h, later_[i], next_[static_cast<std::size_t>(thread)], loads);
-    });
-    if (!later_.empty() || threads_.count() > 1)
-        threads_.for_each(added_.size(), [&](std::size_t block, int) {
-            if (!added_[block]) add_deferred(bodies, block, loads);
-        });
-    begun_ = false;
+    may_repeat_ = false;
+    if (!later_.empty()) survey(bodies, false);
+    work_through(bodies, h, later_, loads);
+    add_deferred(bodies, loads);
     ++age_;
     ContactFigures& f = figures_;
     f.active = 0;

@@ -1,11 +1,15 @@
 // Contacts between rods: candidates, pairs in contact, their forces and memory.                              theory.md section 18
 //   list of candidates, rebuilt when elements have moved half its skin
-//   push:  of a block of bodies the pairs that touch, packed; their forces eight at a time; loads of both elements in order of
-//          pairs, but those of second elements in other blocks, which are deferred (drawing: deferred_loads.hpp)
-//   add:   loads that other blocks have deferred; a thread that goes on along the bodies does it as it pushes, while all is at hand
-// No atomic, no order among threads: the bits of a body's loads depend on the bodies alone. A contact's friction spring is kept by
-// pair. A contact that passes over a joint is shared by both elements (joints.hpp); the pair that comes into it goes on from the
-// spring of the other. Cost: see docs/performance.md.
+//   push, for a block of bodies, with what the stages hand on in a work area that stays in the second cache:
+//     find_touching     the candidates that touch, packed
+//     weigh             near joints: where they are, and their share                                            joints.hpp
+//     follow_springs    contacts that begin there go on from the springs of others
+//     push_sides        near-parallel ones: at the ends of their overlap                                        overlap.hpp
+//     push_touching     forces eight at a time; loads of both elements in order of pairs                        rows.hpp
+//   blocks from the last to the first, loads on other strips of blocks deferred (drawing: deferred_loads.hpp)
+// No atomic, no order among threads: the bits of a body's loads depend on the bodies alone. Memory of a contact is kept by pair, a
+// line of the cache, in place: what is read of other pairs' is read before any of a block's changes. Cost: see
+// docs/performance.md.
 #pragma once
 
 #include "contact/contact_solver.hpp"
@@ -21,6 +25,7 @@ namespace skein {
 class Contacts final : public ContactSolver {
 public:
     Contacts(ContactScene scene, const Threads& threads);
+    ~Contacts() override;
 
     bool lasts() const override { return !list_.first.empty() && !rebuild_pays(); }
     bool holds(const Exposure& bodies) const override;
@@ -44,55 +49,75 @@ private:
         std::int64_t active = 0;
         double weight = 0, max_overlap = 0, max_stiffness = 0, elastic_energy = 0, friction_work = 0, viscous_work = 0;
     };
-    /// Memory of contacts from the step before, and the springs that they go on from.
-    template <int W> struct Remembered {
-        ContactMemory<Pack<W>> own;
-        FrictionSpring<Pack<W>> from;
-
-        static Remembered of_spring(const FrictionSpring<double>& spring) {
-            const FrictionSpring<Pack<W>> it{broadcast<W>(spring.x), spring.stiffness};
-            return {{.spring = it}, it};
-        }
-    };
     static constexpr int places_at_once = 8;
     using Places = Vec3<Pack<places_at_once>>;
     struct PairContact;
-    struct Packed;
+    struct WorkArea;
     struct Sums;
+    /// Load of a contact on an element: forces at its nodes, N, couple, N m; lab.
+    template <class P> struct ElementLoad { Vec3<P> first, second, couple; };
     /// An element in contact with a box, with all of its points: sums, and both of memory and place of the nearest one.
     struct BoxContact {
         bool touches = false;
         ContactForce<Pack<1>> force{};
         ContactMemory<double> memory{};
-        ElementLoad on_element{}, on_box{};
+        ElementLoad<double> on_element{}, on_box{};
         double s = 0, overlap = 0, diameter = 1, weight = 1;
         Vec3d place{}, normal{}, slip{}; ///< as of Contact, the element being the first
     };
 
-    static Places places(const Exposure& bodies, std::size_t tile);
-    bool far(const Exposure& bodies, std::size_t first_slot, std::size_t last_slot) const;
+    static Places places(const Exposure& bodies, std::size_t first);
+    double farthest_squared(const Exposure& bodies) const;
+    bool survey(const Exposure& bodies, bool look);
     bool rebuild_pays() const;
-    void swap_steps();
     std::vector<KeptContact> touching_pairs(const Exposure& bodies, bool of_own) const;
     void place_kept(const Exposure& bodies);
 
-    void push(const Exposure& bodies, double h, std::size_t block, std::vector<std::size_t>& next, std::span<ExertedLoad> loads);
-    void add_deferred(const Exposure& bodies, std::size_t block, std::span<ExertedLoad> loads);
+    void work_through(const Exposure& bodies, double h, std::span<const std::uint32_t> strips, std::span<ExertedLoad> loads);
+    void add_deferred(const Exposure& bodies, std::span<ExertedLoad> loads);
+    /// A block, as the stages of its contacts see it.
+    struct Work {
+        const Exposure& bodies;
+        double h;
+        const ContactBlock& block;
+        std::uint32_t last_slot; ///< of the strip: loads behind it are deferred
+        DeferredLoads::Deferring& deferring;
+        BlockFigures& figures;
+        ExertedLoad* load;
+    };
+    void push(const Work& work, WorkArea& area);
+    void find_touching(const Work& work, WorkArea& area) const;
+    void weigh(const Work& work, WorkArea& area) const;
+    void follow_springs(const Work& work, const WorkArea& area);
+    void push_sides(const Work& work, WorkArea& area, Sums& sums);
+    void push_touching(const Work& work, const WorkArea& area, Sums& sums);
+    void push_boxes(const Work& work, WorkArea& area);
+    void exert(const Work& work, std::uint32_t slot, const ElementLoad<double>& load);
     /// Nearest points, and the share that a pair has in a contact with its neighbours'.
     template <int W> struct Crossing {
         ClosestPoints<Pack<W>> at;
         Pack<W> weight;
     };
-    template <int W> Crossing<W> crossing_at_joints(const Exposure& bodies, Pack<W> s, Pack<W> t, const Pair* pair,
-                                                    const std::int8_t (*sides)[2]) const;
+    /// Pairs whose first element is near a joint; they are numbered so for as long as that matters.
+    template <int W> struct NearJoint {
+        std::uint32_t slot[2][W];
+        unsigned at_start[2] = {0, 0}, at_end[2] = {0, 0}; ///< where, as bits
+        Pack<W> share[2], sine_squared;                    ///< places on the elements; of the angle between them
+
+        /// A pair in a lane, `turned` if its second element is to be the first; `joints` that it is near, as bits of
+        /// joints_of_pair().
+        void put(int l, Pair pair, double s, double t, unsigned joints, bool turned);
+        void load();
+
+    private:
+        alignas(64) double place_[2][W];
+    };
+    template <int W, bool both> Crossing<W> crossing_at_joints(const Exposure& bodies, const NearJoint<W>& pairs) const;
+    template <bool both> bool weigh_those(const Exposure& bodies, WorkArea& area) const;
     Crossing<1> crossing(const Exposure& bodies, std::uint32_t pair) const;
-    static const ExposedNode* neighbour_node(const Exposure& bodies, std::uint32_t slot, int side);
-    void end_contact(const Exposure& bodies, std::uint32_t pair, BlockFigures& figures) const;
-    void weigh(const Exposure& bodies, Packed& packed, BlockFigures& figures);
-    void pack(const Exposure& bodies, std::uint32_t begin, std::uint32_t end, Packed& packed, BlockFigures& figures);
-    void push_packed(const Exposure& bodies, double h, const Packed& packed, const ContactBlock& block,
-                     std::vector<std::size_t>& next, BlockFigures& figures, Sums& sums, std::span<ExertedLoad> loads);
-    template <int W> Remembered<W> memory_before(const Exposure& bodies, const std::uint32_t* pair, Pack<W> s, Pack<W> t) const;
+    const ExposedNode* neighbour_node(const Exposure& bodies, std::uint32_t slot, bool at_end) const;
+    void end_contact(const Work& work, std::uint32_t pair);
+    FrictionSpring<double> followed_spring(const Exposure& bodies, std::uint32_t pair, double s, double t) const;
     /// A pair whose spring another one follows; `turned`: its first element is on the body of the other's second.
     struct Followed {
         std::uint32_t pair;
@@ -101,15 +126,15 @@ private:
     Followed spring_at_joint(const Exposure& bodies, std::uint32_t pair, int da, int db, std::uint32_t own) const;
     Followed spring_at_seam(const Exposure& bodies, std::uint32_t pair, int da, int db, Followed otherwise) const;
     std::optional<std::uint32_t> beyond_seam(const Exposure& bodies, std::uint32_t slot, int step) const;
-    PairContact evaluate_pair(const Exposure& bodies, double h, std::uint32_t pair,
-                              const ContactMemory<double>* now = nullptr) const;
+    template <int W> struct Ends;
+    template <int W> Ends<W> at_ends(const Exposure& bodies, double h, const Pair* pair, const std::uint8_t* joints,
+                                     Pack<W> sine_squared, Pack<W> weight, Pack<W> distance) const;
+    PairContact evaluate_pair(const Exposure& bodies, std::uint32_t pair) const;
     const PartBox* box_at(const Exposure& bodies, std::uint32_t slot) const;
     void find_boxes(const Exposure& bodies);
     BoxContact evaluate_box(const Exposure& bodies, double h, std::uint32_t pair, const ContactMemory<double>* now = nullptr) const;
     Contact contact_with_box(const Exposure& bodies, std::uint32_t pair) const;
-    void push_boxes(const Exposure& bodies, double h, const ContactBlock& block, std::vector<std::size_t>& next,
-                    BlockFigures& figures, std::span<ExertedLoad> loads);
-    template <int W> ContactNumbers<Pack<W>> numbers(const Exposure& bodies, const std::uint32_t* pair) const;
+    template <int W> ContactNumbers<Pack<W>> numbers(const Exposure& bodies, const Pair* pair) const;
 
     const ContactScene scene_;
     const ContactLaws& laws_ = scene_.laws;
@@ -125,18 +150,24 @@ private:
     AlignedVector<Places> place_; ///< of nodes when the list was made, so many at once
     /// Status of a pair, as bits.
     enum : std::uint8_t { touching = 1 };
-    std::vector<std::uint8_t> status_, previous_status_;        ///< by pair; now and before; padded
-    AlignedVector<ContactMemory<double>> memory_, last_memory_; ///< by pair, a cache line each; behind them one of zeros
-    std::vector<std::uint32_t> box_pairs_;                      ///< pairs with a box, rising
-    std::vector<std::uint8_t> has_box_;                         ///< by pair, padded; empty where no pair has one
-    std::vector<KeptContact> kept_;                             ///< until they have their places in a list; rising
-    std::vector<BlockFigures> block_figures_;                   ///< by block
-    std::vector<std::size_t> now_, later_;                      ///< blocks that need no ghosts, and those that do
-    std::vector<std::vector<std::size_t>> next_;                ///< by thread: where next loads are deferred to, by block
-    std::vector<std::uint8_t> touched_, added_;                 ///< by window; by block, of this step
-    bool begun_ = false;                                        ///< a step
-    std::int64_t age_ = 0;                                      ///< steps since the list was made
-    std::int64_t inactive_ = 0;                                 ///< pairs, of all ranks, that did not touch then
+    std::vector<std::uint8_t> status_;            ///< by pair; padded
+    AlignedVector<ContactMemory<double>> memory_; ///< by pair, a cache line each; zeros where it does not touch
+    std::vector<std::uint32_t> box_pairs_;        ///< pairs with a box, rising
+    std::vector<std::uint8_t> has_box_;           ///< by pair, padded; empty where no pair has one
+    std::vector<KeptContact> kept_;               ///< until they have their places in a list; rising
+    std::vector<BlockFigures> block_figures_;     ///< by block
+    std::vector<std::uint32_t> now_, later_;      ///< strips that need no ghosts, and those that do
+    std::vector<std::vector<std::size_t>> next_;  ///< by thread, of DeferredLoads::Deferring
+    std::vector<std::unique_ptr<WorkArea>> area_; ///< by thread
+    std::vector<std::uint8_t> touched_;           ///< by window
+    std::vector<std::uint8_t> bent_;              ///< by slot: elements are bent against each other there, or may be
+    std::vector<std::uint8_t> edge_;              ///< by slot: an end of a window; both padded
+    double steepest_of_bent_ = 0; ///< over the sum of radii: what is not bent shares all contacts of a higher sine squared
+    bool may_repeat_ = false;     ///< the step that is under way, on this rank alone until ghosts arrive
+    std::vector<std::uint8_t> status_before_;            ///< of pairs in now_, as that step found them
+    AlignedVector<ContactMemory<double>> memory_before_; ///< likewise
+    std::int64_t age_ = 0;                               ///< steps since the list was made
+    std::int64_t inactive_ = 0;                          ///< pairs, of all ranks, that did not touch then
     ContactFigures figures_;
 };
 

@@ -5,7 +5,14 @@
 
 namespace skein {
 
-void DeferredLoads::cut(const Exposure& bodies) {
+namespace {
+
+constexpr std::size_t strips_per_thread = 2, // of which some take longer than others
+    rows_per_pair = 3;                       // of near-parallel elements; others have one
+
+} // namespace
+
+void DeferredLoads::cut_blocks(const PairList& list, const Exposure& bodies, const Threads& threads) {
     blocks_.clear();
     block_of_window_.clear();
     std::int64_t last = -1;
@@ -17,38 +24,64 @@ void DeferredLoads::cut(const Exposure& bodies) {
         blocks_.back().last_slot = bodies.end_of(w);
         block_of_window_.push_back(static_cast<std::uint32_t>(blocks_.size()) - 1);
     }
+    if (!bodies.own.empty())
+        threads.for_each(blocks_.size(), [&](std::size_t number, int) {
+            ContactBlock& block = blocks_[number];
+            for (std::uint32_t i = list.first[block.first_slot]; i < list.first[block.last_slot] && !block.needs_ghosts; ++i)
+                block.needs_ghosts = !bodies.owns_slot(list.pair[i].a) || !bodies.owns_slot(list.pair[i].b);
+        });
+}
+
+/// Strips have about as many pairs each; where one thread does all, they are as long as they can be.
+void DeferredLoads::cut_strips(const PairList& list, const Threads& threads) {
+    strips_.clear();
+    const std::size_t count = threads.count() == 1 ? 1 : strips_per_thread * static_cast<std::size_t>(threads.count()),
+                      most = (list.count() + count - 1) / count;
+    std::size_t pairs = 0;
+    for (std::uint32_t b = 0; b < blocks_.size(); ++b) {
+        const ContactBlock& block = blocks_[b];
+        const std::size_t more = list.first[block.last_slot] - list.first[block.first_slot];
+        if (strips_.empty() || strips_.back().needs_ghosts != block.needs_ghosts || pairs + more / 2 > most) {
+            strips_.push_back({b, b, block.first_slot, 0, block.needs_ghosts});
+            pairs = 0;
+        }
+        pairs += more;
+        strips_.back().last_block = b + 1;
+        strips_.back().last_slot = block.last_slot;
+    }
 }
 
 void DeferredLoads::make_room(const PairList& list, const Exposure& bodies, const Threads& threads) {
-    cut(bodies);
+    cut_blocks(list, bodies, threads);
+    cut_strips(list, threads);
     struct Wanted {
         std::uint32_t to;
-        std::size_t loads;
+        std::size_t rows;
     };
-    std::vector<std::vector<Wanted>> wanted(blocks_.size());
-    std::vector<std::vector<std::size_t>> loads_to(static_cast<std::size_t>(threads.count()),
-                                                   std::vector<std::size_t>(blocks_.size(), 0));
-    threads.for_each(blocks_.size(), [&](std::size_t from, int thread) {
-        std::vector<std::size_t>& loads = loads_to[static_cast<std::size_t>(thread)];
-        ContactBlock& block = blocks_[from];
-        for (std::uint32_t i = list.first[block.first_slot]; i < list.first[block.last_slot]; ++i) {
-            const auto [a, b] = list.pair[i];
-            block.needs_ghosts |= !bodies.owns_slot(a) || !bodies.owns_slot(b);
-            if (b < block.last_slot || !bodies.owns_slot(b)) continue;
+    std::vector<std::vector<Wanted>> wanted(strips_.size());
+    std::vector<std::vector<std::size_t>> rows_to(static_cast<std::size_t>(threads.count()),
+                                                  std::vector<std::size_t>(blocks_.size(), 0));
+    threads.for_each(strips_.size(), [&](std::size_t from, int thread) {
+        std::vector<std::size_t>& rows = rows_to[static_cast<std::size_t>(thread)];
+        const ContactStrip& strip = strips_[from];
+        for (std::uint32_t i = list.first[strip.first_slot]; i < list.first[strip.last_slot]; ++i) {
+            const std::uint32_t b = list.pair[i].b;
+            if (b < strip.last_slot || !bodies.owns_slot(b)) continue;
             const std::uint32_t to = block_of_window_[static_cast<std::size_t>(bodies.window_of[b])];
-            if (loads[to]++ == 0) wanted[from].push_back({to, 0});
+            if (rows[to] == 0) wanted[from].push_back({to, 0});
+            rows[to] += rows_per_pair;
         }
         std::sort(wanted[from].begin(), wanted[from].end(), [](const Wanted& x, const Wanted& y) { return x.to < y.to; });
-        for (Wanted& w : wanted[from]) w.loads = std::exchange(loads[w.to], 0);
+        for (Wanted& w : wanted[from]) w.rows = std::exchange(rows[w.to], 0);
     });
     route_.clear();
     sent_.clear();
-    std::size_t loads = 0;
-    for (std::uint32_t from = 0; from < blocks_.size(); ++from) {
+    std::size_t rows = 0;
+    for (std::uint32_t from = 0; from < strips_.size(); ++from) {
         sent_.push_back(route_.size());
         for (const Wanted& w : wanted[from]) {
-            route_.push_back({from, w.to, loads, loads});
-            loads += w.loads;
+            route_.push_back({from, w.to, rows, rows});
+            rows += w.rows;
         }
     }
     sent_.push_back(route_.size());
@@ -57,22 +90,20 @@ void DeferredLoads::make_room(const PairList& list, const Exposure& bodies, cons
     for (std::size_t b = 0; b < blocks_.size(); ++b) received_[b + 1] += received_[b];
     to_.resize(route_.size());
     std::vector<std::size_t> next(received_);
-    for (std::uint32_t r = 0; r < route_.size(); ++r) to_[next[route_[r].to]++] = r;
-    load_.resize(loads);
-    slot_.resize(loads);
+    for (std::uint32_t r = static_cast<std::uint32_t>(route_.size()); r-- > 0;) to_[next[route_[r].to]++] = r;
+    row_.need(rows);
+    slot_.need(rows);
 }
 
-void DeferredLoads::open(std::size_t block, std::vector<std::size_t>& next) const {
-    next.resize(blocks_.size());
-    for (std::size_t r = sent_[block]; r < sent_[block + 1]; ++r) next[route_[r].to] = route_[r].begin;
+DeferredLoads::Deferring::Deferring(DeferredLoads& all, std::size_t strip, std::vector<std::size_t>& next)
+    : all_(all), strip_(strip), next_(next), row_(all.row_.data()), slot_(all.slot_.data()),
+      block_of_window_(all.block_of_window_.data()) {
+    next.resize(all.blocks_.size());
+    for (std::size_t r = all.sent_[strip]; r < all.sent_[strip + 1]; ++r) next[all.route_[r].to] = all.route_[r].begin;
 }
 
-void DeferredLoads::close(std::size_t block, const std::vector<std::size_t>& next) {
-    for (std::size_t r = sent_[block]; r < sent_[block + 1]; ++r) route_[r].end = next[route_[r].to];
-}
-
-std::size_t DeferredLoads::first_sender(std::size_t block) const {
-    return received_[block] < received_[block + 1] ? route_[to_[received_[block]]].from : block;
+DeferredLoads::Deferring::~Deferring() {
+    for (std::size_t r = all_.sent_[strip_]; r < all_.sent_[strip_ + 1]; ++r) all_.route_[r].end = next_[all_.route_[r].to];
 }
 
 } // namespace skein

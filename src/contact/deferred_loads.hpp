@@ -1,39 +1,21 @@
-// Bodies in blocks, each the work of one task, and loads that contacts of one block exert on elements of blocks behind it. A task
-// adds to the bodies of its own block as it goes; the rest is deferred until both blocks are done, and is added in order of the
-// blocks it comes from. Blocks are those of the scene (SceneSlots), so these sums have the same bits for any threads, ranks and
-// lists.
+// Bodies in blocks, blocks in strips, and loads that contacts of one strip exert on elements of strips behind it. A strip is the
+// work of one task, which goes through its blocks from the last to the first and adds to the bodies of all of them; loads on
+// bodies of other strips are deferred until all are done. So what is exerted on a slot is summed in one order, wherever strips
+// begin: what its own block exerts, then the block before, and so on, pairs rising in each. Blocks are those of the scene
+// (SceneSlots): these sums have the same bits for any threads, ranks and lists.
 //
-//   block A:  pairs (a1, b) (a1, c) (a2, d) ...     that touch, packed; forces eight at a time
-//                     |       |       |
-//                  b in A   c in B   d in C
-//                     |       |       |
-//   loads of A <------+       |       |             as A goes, in order of pairs
-//   deferred A -> B  <--------+       |             added to B when B has gone through its own pairs
-//   deferred A -> C  <----------------+             added to C then, before those B -> C
+//   strip 1:  blocks A B        strip 2:  blocks C D        each pair (a, b), a < b, is the work of a's block
+//   task 1:   B: loads of B;  then A: loads of A and B        deferred B -> C, B -> D, A -> C, A -> D
+//   task 2:   D: loads of D;  then C: loads of C and D
+//   then:     deferred loads of C: those of B, then those of A; of D likewise
 #pragma once
 
 #include "contact/pair_list.hpp"
+#include "contact/rows.hpp"
 
 #include <span>
-#include <type_traits>
 
 namespace skein {
-
-/// Load of a contact on an element.
-struct alignas(32) ElementLoad {
-    Vec3d first; ///< force at its first node, lab, N
-    double unused;
-    Vec3d second; ///< at its second
-    double unused_too;
-    Vec3d couple; ///< lab, N m
-    double nothing;
-
-    ElementLoad& operator+=(const ElementLoad& o) {
-        first += o.first, second += o.second, couple += o.couple;
-        return *this;
-    }
-};
-static_assert(sizeof(ElementLoad) == 96 && std::is_trivially_default_constructible_v<ElementLoad>);
 
 /// Consecutive windows and their slots; the last ones are behind.
 struct ContactBlock {
@@ -41,58 +23,66 @@ struct ContactBlock {
     bool needs_ghosts; ///< some of its pairs have an element of a ghost
 };
 
+/// Consecutive blocks and their slots, of which all need ghosts or none does; the last ones are behind.
+struct ContactStrip {
+    std::uint32_t first_block, last_block, first_slot, last_slot;
+    bool needs_ghosts;
+};
+
 class DeferredLoads {
 public:
-    /// Loads of one block on one behind it.
-    struct Route {
-        std::uint32_t from, to;
-        std::size_t begin, end; ///< of its loads; the latter as they are now
-    };
-
     std::span<const ContactBlock> blocks() const { return blocks_; }
+    std::span<const ContactStrip> strips() const { return strips_; }
 
-    /// Blocks of these bodies, and room for a load per pair of different ones.
+    /// Blocks of these bodies, strips for these threads, and room for the loads of pairs of different ones.
     void make_room(const PairList& list, const Exposure& bodies, const Threads& threads);
 
-    /// Before the contacts of a block: where its next loads go, by block. `next` belongs to the thread.
-    void open(std::size_t block, std::vector<std::size_t>& next) const;
-    /// Place for loads on bodies of other blocks.
-    struct Deferring {
-        ElementLoad* load;
-        std::uint32_t* slot;
-        const std::uint32_t* block_of_window;
-        std::size_t* next;
+    /// Loads of one strip on their way.
+    class Deferring {
+    public:
+        Deferring(DeferredLoads& all, std::size_t strip, std::vector<std::size_t>& next);
+        ~Deferring();
+        Deferring(const Deferring&) = delete;
 
-        SKEIN_INLINE void defer(std::int32_t window, std::uint32_t on, const ElementLoad& exerted) {
-            const std::size_t at = next[block_of_window[window]]++;
-            load[at] = exerted;
-            slot[at] = on;
+        SKEIN_INLINE void defer(std::int32_t window, std::uint32_t slot, const LoadRow& row) {
+            const std::size_t at = next_[block_of_window_[window]]++;
+            row_[at] = row;
+            slot_[at] = slot;
         }
+
+    private:
+        DeferredLoads& all_;
+        const std::size_t strip_;
+        std::vector<std::size_t>& next_; ///< by block: where its next load goes; belongs to the thread
+        LoadRow* const row_;
+        std::uint32_t* const slot_;
+        const std::uint32_t* const block_of_window_;
     };
-    Deferring deferring(std::vector<std::size_t>& next) {
-        return {load_.data(), slot_.data(), block_of_window_.data(), next.data()};
-    }
-    void close(std::size_t block, const std::vector<std::size_t>& next);
-    /// The first block that may defer loads to this one; itself if none does.
-    std::size_t first_sender(std::size_t block) const;
-    /// add(slot, load) for all loads deferred to a block, in order.
+    /// add(slot, row) for all loads deferred to a block, in order.
     template <class Add> void add_deferred(std::size_t block, Add&& add) const {
         for (std::size_t r = received_[block]; r < received_[block + 1]; ++r) {
             const Route& route = route_[to_[r]];
-            for (std::size_t i = route.begin; i < route.end; ++i) add(slot_[i], load_[i]);
+            for (std::size_t i = route.begin; i < route.end; ++i) add(slot_[i], row_[i]);
         }
     }
 
 private:
-    void cut(const Exposure& bodies);
+    /// Loads of a strip on a block behind it.
+    struct Route {
+        std::uint32_t from, to;
+        std::size_t begin, end; ///< of its loads; the latter as they are now
+    };
+    void cut_blocks(const PairList& list, const Exposure& bodies, const Threads& threads);
+    void cut_strips(const PairList& list, const Threads& threads);
 
     std::vector<ContactBlock> blocks_;
+    std::vector<ContactStrip> strips_;
     std::vector<std::uint32_t> block_of_window_;
     std::vector<Route> route_;                 ///< by sender, then receiver
-    std::vector<std::size_t> sent_, received_; ///< by block: where its routes begin in route_ and in to_
-    std::vector<std::uint32_t> to_;            ///< routes by receiver, then sender
-    AlignedVector<ElementLoad> load_;
-    std::vector<std::uint32_t> slot_; ///< of each load
+    std::vector<std::size_t> sent_, received_; ///< by strip and by block: where its routes begin in route_ and in to_
+    std::vector<std::uint32_t> to_;            ///< routes by receiver, then sender from near to far
+    UnsetArray<LoadRow> row_;
+    UnsetArray<std::uint32_t> slot_; ///< of each row
 };
 
 } // namespace skein

@@ -16,11 +16,15 @@
 namespace skein {
 
 constexpr double shallow = 0.25; ///< sine of the angle below which elements begin to push by themselves near their joints
+constexpr double held = 0.25;    ///< by so much of D what both neighbours say of a contact's place may differ, before shares fade
 constexpr double blend = 0.05;   ///< sine of the angle below which elements meet at both ends of their overlap as well
+
+/// Elements see contacts beyond their joints so far, over their length: there they have no share in them, whatever is rounded.
+constexpr double seen_beyond(double reach) { return (1 + held) * reach * (1 + 1e-6); }
 
 /// Where on an element a contact is: -1 and 1 near a joint at its start and its end, 0 elsewhere, where no neighbour has a share.
 inline std::int8_t joint_side(double s, unsigned joints, double reach) {
-    const double near = 2 * reach;
+    const double near = seen_beyond(reach);
     return static_cast<std::int8_t>(static_cast<int>((joints & at_end) && s > 1 - near) -
                                     static_cast<int>((joints & at_start) && s < near));
 }
@@ -52,26 +56,37 @@ template <class P> struct JointShare {
     P bend;   ///< sine of half the angle between both elements, over D, 1/m
 };
 
-/// `to_joint`: way from the contact, clamped to the element, to the joint, over the element's length; `edge`, `beyond`: of the
+/// `to_joint`: way from the contact to the joint, over the element's length, below 0 beyond; `edge`, `beyond`: of the
 /// element and of its neighbour there, both leading away from the joint; the other element: from `start` along `other` within
-/// `range`. Cost: 90 flop, of which seven divisions and roots.
+/// `range`. Cost: 90 flop, of which seven
+/// divisions and roots.
 template <int W> SKEIN_INLINE JointShare<Pack<W>> joint_share(double reach, Pack<W> to_joint, const Vec3<Pack<W>>& joint,
                                                               const Vec3<Pack<W>>& edge, const Vec3<Pack<W>>& beyond,
                                                               const Vec3<Pack<W>>& start, const Vec3<Pack<W>>& other,
                                                               const ShareRange<Pack<W>>& range) {
     using P = Pack<W>;
     const P zero(0.0), half(0.5), one(1.0), tiny(1e-60);
-    const P length = max(norm(edge), tiny), next = max(norm(beyond), tiny), zone = P(reach) * min(length, next);
-    const Vec3<P> tangent = (one / next) * beyond - (one / length) * edge;
-    const Vec3<P> outwards = (zone / max(norm(tangent), tiny)) * tangent;
-    // The least of |joint + x outwards - (start + t other)|^2; where both are parallel, which a trifle decides, x is nearest to 0.
-    const Vec3<P> apart = joint - start;
-    const P a = P(1 + 2.5e-5) * dot(outwards, outwards), b = dot(outwards, other), c = dot(outwards, apart), f = dot(other, apart);
+    const P length = max(norm(edge), tiny), next = max(norm(beyond), tiny), inverse = one / (length * next),
+            per_length = next * inverse, per_next = length * inverse, per_zone = P(1 / reach) * max(per_length, per_next);
+    const Vec3<P> outwards = per_next * beyond - per_length * edge, apart = joint - start;
+    // The least of |joint + y outwards - (start + t other)|^2; where both are parallel, which a trifle decides, y is nearest to 0.
+    const P squared = dot(outwards, outwards), a = P(1 + 2.5e-5) * squared, b = dot(outwards, other), c = dot(outwards, apart),
+            f = dot(other, apart);
     const P t = range.clamp(fma(a, f, -(b * c)) / max(fma(a, dot(other, other), -(b * b)), tiny));
-    const P within = -to_joint * (length / zone), x = within + max(min(fma(b, t, -c) / max(a, tiny) - within, one), -one);
+    const P y = fma(b, t, -c) / max(a, tiny), within = -to_joint * (length * per_zone),
+            x = within + max(min(fma(y, sqrt(squared) * per_zone, -within), P(held)), P(-held));
     const P u = min(max(half - half * x, zero), one);
-    return {u * u * (P(3.0) - (u + u)), min(max(x, zero), one) * zone / length,
-            norm((one / next) * beyond + (one / length) * edge) * half / zone};
+    return {u * u * (P(3.0) - (u + u)), min(max(x, zero), one) * (P(reach) * min(one, next * per_length)),
+            sqrt(max(fnma(P(0.25), squared, one), zero)) * per_zone};
+}
+
+/// c of (56d): 1 where neighbours share contacts, 0 where each pushes by itself. `bend`: that of JointShare times the sum of radii.
+template <int W> SKEIN_INLINE Pack<W> sharing(Pack<W> sine_squared, Pack<W> bend) {
+    using P = Pack<W>;
+    const P zero(0.0), one(1.0), steep = min(sine_squared * P(1 / (shallow * shallow)), one),
+                                 apart = min(bend / max(sine_squared, P(1e-30)), one),
+                                 bent = max(apart - P(held), zero) * P(1 / (1 - held));
+    return steep * (P(2.0) - steep) * (one - bent * bent * (P(3.0) - (bent + bent)));
 }
 
 } // namespace skein

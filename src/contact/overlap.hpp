@@ -5,34 +5,43 @@
 // Without joints it is 1. So it has no jump, and no kink but where those of neighbours make up for it.
 #pragma once
 
+#include "contact/compress.hpp"
 #include "neighbourhood/exposure.hpp"
-
-#include <algorithm>
 
 namespace skein {
 
-struct Overlap {
-    double share;
-    int end[2];                         ///< of the other, whose feet are the lower and the higher one
-    double foot[2], change[2] = {0, 0}; ///< change: of the share as that foot moves
+template <class P> struct Overlap {
+    P share;
+    P foot[2], change[2]; ///< where the ends of the other have their feet, the lower one first; of the share as that foot moves
 };
 
-/// `joints`, `joints_of_other`: bits of Joint.
-inline Overlap overlap_on(const Vec3d& start, const Vec3d& edge, const Vec3d& other, const Vec3d& edge_of_other, unsigned joints,
-                          unsigned joints_of_other) {
-    const bool same_way = dot(edge, edge_of_other) > 0;
-    Overlap o{.share = 1, .end = {same_way ? 0 : 1, same_way ? 1 : 0}, .foot = {}};
-    for (const int i : {0, 1}) o.foot[i] = dot(other + o.end[i] * edge_of_other - start, edge) / dot(edge, edge);
-    if ((joints | joints_of_other) == 0) return o;
-    const bool by_foot[2] = {o.foot[0] > 0, o.foot[1] < 1};
-    bool at_joint = false;
-    for (const int i : {0, 1}) at_joint |= (by_foot[i] ? joints_of_other >> o.end[i] : joints >> i) & 1;
-    const double span = o.foot[1] - o.foot[0], shorter = std::min(1.0, span),
-                 x = std::max(0.0, (std::min(1.0, o.foot[1]) - std::max(0.0, o.foot[0])) / shorter);
-    o.share = at_joint ? x : 1 - x * x * (1 - x);
-    if (x == 0) return o;
-    const double slope = (at_joint ? 1 : x * (3 * x - 2)) / shorter, by_span = span < 1 ? x : 0;
-    o.change[0] = slope * (by_span - by_foot[0]), o.change[1] = slope * (by_foot[1] - by_span);
+/// Joints of eight elements or of one, as masks: at the start and at the end.
+template <int W> struct JointMasks { Mask<W> at[2]; };
+
+/// `same_way`: both elements lead the same way.
+template <int W> SKEIN_INLINE Overlap<Pack<W>> overlap_on(const Vec3<Pack<W>>& start, const Vec3<Pack<W>>& edge,
+                                                          const Vec3<Pack<W>>& other, const Vec3<Pack<W>>& edge_of_other,
+                                                          const Mask<W>& same_way, const JointMasks<W>& joints,
+                                                          const JointMasks<W>& joints_of_other) {
+    using P = Pack<W>;
+    const P zero(0.0), one(1.0), squared = max(dot(edge, edge), P(1e-300)), from = dot(other - start, edge) / squared,
+                                 to = from + dot(edge_of_other, edge) / squared;
+    Overlap<P> o;
+    o.foot[0] = select(same_way, from, to), o.foot[1] = select(same_way, to, from);
+    const Mask<W> by_foot[2] = {o.foot[0] > zero, o.foot[1] < one},
+                  other_joined[2] = {(same_way & joints_of_other.at[0]) | ((!same_way) & joints_of_other.at[1]),
+                                     (same_way & joints_of_other.at[1]) | ((!same_way) & joints_of_other.at[0])};
+    Mask<W> at_joint = zero > zero;
+    for (const int i : {0, 1}) at_joint = at_joint | (by_foot[i] & other_joined[i]) | ((!by_foot[i]) & joints.at[i]);
+    const Mask<W> some = joints.at[0] | joints.at[1] | joints_of_other.at[0] | joints_of_other.at[1];
+    const P span = o.foot[1] - o.foot[0], shorter = max(min(one, span), P(1e-300)),
+            x = max(zero, (min(one, o.foot[1]) - max(zero, o.foot[0])) / shorter);
+    o.share = select(some, select(at_joint, x, one - x * x * (one - x)), one);
+    const P slope = select(some, select(at_joint, one, x * fms(P(3.0), x, P(2.0))) / shorter, zero),
+            by_span = select(span < one, x, zero);
+    const auto beside = x > zero;
+    o.change[0] = select(beside, slope * (by_span - select(by_foot[0], one, zero)), zero);
+    o.change[1] = select(beside, slope * (select(by_foot[1], one, zero) - by_span), zero);
     return o;
 }
 

@@ -45,6 +45,14 @@ template <class P> struct ContactMemory {
     SKEIN_INLINE P energy() const { return weight * spring.energy(); } ///< of that spring, J
 };
 
+template <int W> SKEIN_INLINE ContactMemory<double> lane(const ContactMemory<Pack<W>>& m, int i) {
+    return {{lane(m.spring.x, i), m.spring.stiffness[i]}, lane(m.viscous_part, i), m.weight[i]};
+}
+template <int W> SKEIN_INLINE void set_lane(ContactMemory<Pack<W>>& m, int i, const ContactMemory<double>& one) {
+    set_lane(m.spring.x, i, one.spring.x), m.spring.stiffness.set(i, one.spring.stiffness);
+    set_lane(m.viscous_part, i, one.viscous_part), m.weight.set(i, one.weight);
+}
+
 /// Shares of a contact.
 template <class P> struct ContactWeight {
     P normal = 1.0; ///< at this point
@@ -79,12 +87,11 @@ template <class P> SKEIN_INLINE P normal_energy(ContactNormal normal, P stiffnes
 }
 
 /// `elsewhere`: normal force at the other points of this contact, which friction counts too. `memory`: as the contact left it, 0 of
-/// a new one; then as it leaves it now, 0 where nothing touches. `from`: the spring that it goes on from, which may be another's.
+/// a new one, but for the spring of another that it goes on from, with weight 0; then as it leaves it now, 0 where nothing touches.
 template <int W>
 SKEIN_INLINE ContactForce<Pack<W>> contact_force(ContactKinds kinds, const ContactNumbers<Pack<W>>& law,
                                                  const ContactState<Pack<W>>& in, double h, ContactMemory<Pack<W>>& memory,
-                                                 const FrictionSpring<Pack<W>>& from, const ContactWeight<Pack<W>>& weight = {},
-                                                 Pack<W> elsewhere = 0.0) {
+                                                 const ContactWeight<Pack<W>>& weight = {}, Pack<W> elsewhere = 0.0) {
     using P = Pack<W>;
     const P zero(0.0), half(0.5), one(1.0), tiny(1e-150), step(h);
     const P overlap = in.radius_1 + in.radius_2 - in.distance, depth = max(overlap, zero);
@@ -111,7 +118,7 @@ SKEIN_INLINE ContactForce<Pack<W>> contact_force(ContactKinds kinds, const Conta
     Vec3<P> friction = none;
     if (kinds.friction == ContactFriction::memory) {
         const P stiffness = law.tangential_stiffness * root;
-        const Vec3<P> kept = hertz ? min(one, from.stiffness / max(stiffness, tiny)) * from.x : from.x;
+        const Vec3<P> kept = hertz ? min(one, memory.spring.stiffness / max(stiffness, tiny)) * memory.spring.x : memory.spring.x;
         const Vec3<P> in_plane =
             fma(step, tangential, turned(kept - dot(kept, n) * n, n, half * step * dot(in.spin_1 + in.spin_2, n)));
         const P spring = weight.all * stiffness, dashpot = weight.all * law.tangential_damping;

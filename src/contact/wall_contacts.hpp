@@ -9,6 +9,9 @@
 #include "skein/rod/tile.hpp"
 
 #include <algorithm>
+#include <array>
+#include <bit>
+#include <span>
 
 namespace skein {
 
@@ -44,21 +47,54 @@ public:
         Vec3<P> force{};
         P normal{}, touching{}, max_overlap{}, stiffness{}, elastic_energy{};
     };
-    /// Memory of a node at a wall from step to step, and work since the start.
-    struct Kept {
-        ContactMemory<P> of_last;
-        P friction_work{}, viscous_work{}; ///< J
+    /// Dissipated since the start, lane by lane, J.
+    struct Work {
+        P friction{}, viscous{};
     };
     /// Contacts of the rods of one tile.
     struct TileContacts {
-        AlignedVector<Entry> entry;        ///< one per wall that acts on the group
-        AlignedVector<Kept> kept;          ///< [point][wall]
-        std::vector<std::uint8_t> touched; ///< [point][wall]: its spring may be other than zero
-        std::vector<std::uint8_t> near;    ///< [wall]: the tile's box is within reach at this step
-        bool any_touched = false;
-        bool busy = false; ///< entries of the last step may be other than zero
-        int lanes = 0;     ///< that have rods of their own
+        AlignedVector<Entry> entry;                  ///< [wall], of those that act on the group
+        AlignedVector<Work> work;                    ///< [wall]
+        AlignedVector<ContactMemory<double>> memory; ///< [point][wall][lane]: a line of the cache each, as few of them touch
+        std::vector<std::uint8_t> touched;           ///< [point][wall]: lanes whose springs may be other than zero, as bits
+        std::vector<std::uint8_t> near;              ///< [wall]: the tile's box is within reach at this step
+        std::vector<std::uint8_t> held;              ///< [wall]: some point touched at the last step
+        std::vector<std::size_t> looked_at;          ///< walls, in this step
+        int lanes = 0;                               ///< that have rods of their own
+
+        ContactMemory<double>& memory_at(int point, std::size_t wall, int lane) {
+            return memory[(static_cast<std::size_t>(point) * entry.size() + wall) * W + static_cast<std::size_t>(lane)];
+        }
+        /// The energy of its spring counts as friction work when a point leaves a wall.
+        void let_go(int point, std::size_t wall, int lane) {
+            ContactMemory<double>& left = memory_at(point, wall, lane);
+            work[wall].friction.set(lane, work[wall].friction[lane] + left.energy());
+            left = {};
+        }
+
+        /// For checkpoints: work by wall, memory by point and wall.
+        void append_memory(int lane, std::vector<double>& numbers) const {
+            for (const Work& w : work) numbers.insert(numbers.end(), {w.friction[lane], w.viscous[lane]});
+            for (std::size_t i = static_cast<std::size_t>(lane); i < memory.size(); i += W) {
+                const auto one = std::bit_cast<MemoryNumbers>(memory[i]);
+                numbers.insert(numbers.end(), one.begin(), one.end());
+            }
+        }
+        std::size_t recall(int lane, std::span<const double> numbers) {
+            std::size_t at = 0;
+            for (Work& w : work) w.friction.set(lane, numbers[at]), w.viscous.set(lane, numbers[at + 1]), at += 2;
+            for (std::size_t i = static_cast<std::size_t>(lane); i < memory.size(); i += W) {
+                MemoryNumbers one;
+                std::copy_n(numbers.begin() + static_cast<std::ptrdiff_t>(at), one.size(), one.begin());
+                memory[i] = std::bit_cast<ContactMemory<double>>(one);
+                at += one.size();
+            }
+            for (std::uint8_t& bits : touched) bits = static_cast<std::uint8_t>(bits | 1u << lane); // these have to be looked at
+            std::fill(held.begin(), held.end(), std::uint8_t{1});
+            return at;
+        }
     };
+    using MemoryNumbers = std::array<double, sizeof(ContactMemory<double>) / sizeof(double)>;
 
     WallContactTiles(const Walls& walls, const RodGroup& group) : points_(wall_points(group)) {
         for (std::size_t w = 0; w < walls.count(); ++w) {
@@ -73,9 +109,11 @@ public:
     void add_tile(const RodTile<W>& rod) {
         TileContacts& contacts = tiles_.emplace_back();
         contacts.entry.resize(acting_.size());
-        contacts.kept.resize(points_ * acting_.size());
+        contacts.work.resize(acting_.size());
+        contacts.memory.resize(points_ * acting_.size() * W);
         contacts.touched.assign(points_ * acting_.size(), 0);
         contacts.near.assign(acting_.size(), 0);
+        contacts.held.assign(acting_.size(), 0);
         contacts.lanes = rod.lanes;
     }
     TileContacts& of_tile(std::size_t tile) { return tiles_[tile]; }
@@ -91,7 +129,7 @@ public:
         double most = 0;
         if (at < 0) return most;
         for (const TileContacts& contacts : tiles_)
-            for (int l = 0; contacts.busy && l < W; ++l)
+            for (int l = 0; contacts.held[static_cast<std::size_t>(at)] && l < W; ++l)
                 most = std::max(most, contacts.entry[static_cast<std::size_t>(at)].max_overlap[l]);
         return most;
     }
@@ -103,10 +141,8 @@ public:
         const TileContacts& contacts = tiles_[tile];
         const Entry& e = contacts.entry[static_cast<std::size_t>(at)];
         WallFigures all{lane(e.force, l), e.normal[l], e.touching[l], e.max_overlap[l], e.stiffness[l], e.elastic_energy[l]};
-        for (std::size_t i = static_cast<std::size_t>(at); i < contacts.kept.size(); i += acting_.size()) {
-            all.friction_work += contacts.kept[i].friction_work[l];
-            all.viscous_work += contacts.kept[i].viscous_work[l];
-        }
+        const Work& work = contacts.work[static_cast<std::size_t>(at)];
+        all.friction_work = work.friction[l], all.viscous_work = work.viscous[l];
         return all;
     }
 
@@ -115,7 +151,7 @@ private:
         const int at = place_[static_cast<std::size_t>(wall)];
         if (at < 0) return;
         for (const TileContacts& contacts : tiles_) {
-            if (!contacts.busy) continue;
+            if (!contacts.held[static_cast<std::size_t>(at)]) continue;
             const Entry& e = contacts.entry[static_cast<std::size_t>(at)];
             for (int l = 0; l < contacts.lanes; ++l)
                 if (const double force = value(e, l); force != 0) forces.push_back(force);

@@ -11,6 +11,8 @@
 #include "contact/wall_contacts.hpp"
 #include "contact/wall_points.hpp"
 
+#include <array>
+#include <bit>
 #include <memory>
 
 namespace skein {
@@ -33,7 +35,6 @@ public:
         : walls_(std::move(walls)), contacts_(std::move(contacts)), points_(group) {
         for (const int w : contacts_->acting()) {
             law_.push_back(walls_->wall[static_cast<std::size_t>(w)].law.resolved(mass_at_wall(group)));
-            has_friction_ = has_friction_ || law_.back().friction != ContactFriction::none;
         }
     }
 
@@ -60,14 +61,11 @@ public:
             }
     }
 
-    std::span<Pack<W>> memory(const RodTile<W>& rod) override {
-        TileContacts& contacts = contacts_->of_tile(rod.number);
-        return {&contacts.kept.data()->of_last.spring.x.x, sizeof(Kept) / sizeof(P) * contacts.kept.size()};
+    void append_memory(const RodTile<W>& rod, int lane, std::vector<double>& numbers) const override {
+        contacts_->of_tile(rod.number).append_memory(lane, numbers);
     }
-    void recall(const RodTile<W>& rod) override { // what is put back has to be looked at
-        TileContacts& contacts = contacts_->of_tile(rod.number);
-        std::fill(contacts.touched.begin(), contacts.touched.end(), std::uint8_t{1});
-        contacts.any_touched = true;
+    std::size_t recall(const RodTile<W>& rod, int lane, std::span<const double> numbers) override {
+        return contacts_->of_tile(rod.number).recall(lane, numbers);
     }
 
     void run(const RodTile<W>& rod, SlotLoad<W>* load, const Step& step) const override {
@@ -75,32 +73,46 @@ public:
         const WallNow* wall = &now_[static_cast<std::size_t>(step.slot) * acting()];
         TileContacts& contacts = contacts_->of_tile(rod.number);
         const Box box = box_of(rod);
-        if (contacts.busy) {
-            std::fill(contacts.entry.begin(), contacts.entry.end(), Entry{});
-            contacts.busy = false;
+        find_near(wall, box, contacts);
+        contacts.looked_at.clear();
+        for (std::size_t w = 0; w < acting(); ++w) {
+            if (!contacts.near[w] && !contacts.held[w]) continue;
+            contacts.looked_at.push_back(w);
+            if (contacts.held[w]) contacts.entry[w] = Entry{};
+            contacts.held[w] = 0;
         }
-        if (!find_near(wall, box, contacts) && !contacts.any_touched) return;
+        if (contacts.looked_at.empty()) return;
 
-        contacts.any_touched = false;
-        typename Points::Behind behind;
+        Batch batch;
         for (int i = 0; i < points_.count(rod); ++i) {
             const Vec3<P> at = points_.position(rod, i);
-            if (reaches(wall, contacts, at, box.reach)) {
-                contacts.busy = true;
-                contacts.any_touched = true;
-                touch(rod, load, step.kick, wall, i, at, contacts, behind);
-            } else {
-                forget(contacts, i);
+            const P radius(points_.radius(rod, i));
+            for (const std::size_t w : contacts.looked_at) {
+                std::uint8_t& touched = contacts.touched[static_cast<std::size_t>(i) * acting() + w];
+                unsigned now = 0;
+                if (contacts.near[w]) {
+                    const Surface s = surface(wall[w], at);
+                    now = bits_of(radius > s.distance);
+                    for (unsigned bits = now; bits != 0; bits &= bits - 1) {
+                        const int l = std::countr_zero(bits);
+                        if (batch.count == Batch::most || (batch.count > 0 && !alike(wall[batch.touch[0].wall], wall[w])))
+                            push(rod, load, step.kick, wall, contacts, batch);
+                        batch.touch[batch.count++] = {i, l, w, s.distance[l], lane(s.towards, l)};
+                        __builtin_prefetch(&contacts.memory_at(i, w, l), 1);
+                    }
+                }
+                for (unsigned gone = touched & ~now; gone != 0; gone &= gone - 1) contacts.let_go(i, w, std::countr_zero(gone));
+                touched = static_cast<std::uint8_t>(now);
+                contacts.held[w] = static_cast<std::uint8_t>(contacts.held[w] | (now != 0));
             }
         }
+        if (batch.count > 0) push(rod, load, step.kick, wall, contacts, batch);
     }
 
 private:
     using P = Pack<W>;
     using Entry = typename WallContactTiles<W>::Entry;
-    using Kept = typename WallContactTiles<W>::Kept;
     using TileContacts = typename WallContactTiles<W>::TileContacts;
-    static_assert(sizeof(Kept) % sizeof(P) == 0);
 
     /// Where the nodes of a tile are, and how far from a wall the thickest may be that touches it.
     struct Box {
@@ -109,23 +121,21 @@ private:
     };
     std::size_t acting() const { return contacts_->acting().size(); }
 
-    /// The energy of its springs counts as friction work when a node leaves its walls.
-    static void let_go(Kept& kept, Mask<W> where) {
-        const P none(0.0);
-        ContactMemory<P>& m = kept.of_last;
-        kept.friction_work += select(where, m.energy(), none);
-        m = {{select(where, Vec3<P>{}, m.spring.x), select(where, none, m.spring.stiffness)},
-             select(where, Vec3<P>{}, m.viscous_part),
-             select(where, none, m.weight)};
-    }
-    void forget(TileContacts& contacts, int i) const {
-        for (std::size_t w = 0; w < acting(); ++w) forget(contacts, i, w);
-    }
-    void forget(TileContacts& contacts, int i, std::size_t w) const {
-        const std::size_t at = static_cast<std::size_t>(i) * acting() + w;
-        if (!contacts.touched[at]) return;
-        let_go(contacts.kept[at], P(1.0) > P(0.0));
-        contacts.touched[at] = 0;
+    /// A point of one lane that touches a wall.
+    struct Touch {
+        int point, lane;
+        std::size_t wall;
+        double distance;
+        Vec3d towards; ///< the wall
+    };
+    /// Walls of one kind of law, points in order.
+    struct Batch {
+        static constexpr int most = 8;
+        Touch touch[most];
+        int count = 0;
+    };
+    static bool alike(const WallNow& x, const WallNow& y) {
+        return x.kinds.normal == y.kinds.normal && x.kinds.friction == y.kinds.friction;
     }
 
     SKEIN_INLINE static void widen(Box& box, const Vec3<P>& x) {
@@ -139,9 +149,8 @@ private:
         return box;
     }
     /// Marks the walls that the box is near. Round-off is monotonic: no node of the box is nearer to a plane than its corner.
-    bool find_near(const WallNow* wall, const Box& box, TileContacts& contacts) const {
+    void find_near(const WallNow* wall, const Box& box, TileContacts& contacts) const {
         const Vec3<P> half = P(0.5) * (box.high - box.low), middle = P(0.5) * (box.high + box.low);
-        bool found = false;
         for (std::size_t w = 0; w < acting(); ++w) {
             const WallNow& one = wall[w];
             P room;
@@ -149,15 +158,13 @@ private:
                 const Vec3d& n = one.direction;
                 const Vec3<P> corner{n.x > 0 ? box.low.x : box.high.x, n.y > 0 ? box.low.y : box.high.y,
                                      n.z > 0 ? box.low.z : box.high.z};
-                room = margin(one, corner, box.reach);
+                room = dot(broadcast<W>(n), corner) - P(one.level) - box.reach;
             } else {
                 const P from = norm(away(one, middle)), size = norm(half) + box.reach;
                 room = one.side == WallSide::inside ? P(one.radius) - from - size : from - size - P(one.radius);
             }
             contacts.near[w] = any(room < P(0.0));
-            found = found || contacts.near[w];
         }
-        return found;
     }
 
     /// From the axis of a tube or the centre of a ball.
@@ -165,20 +172,6 @@ private:
         const Vec3<P> y = x - broadcast<W>(wall.point), a = broadcast<W>(wall.direction);
         return wall.kind == WallKind::tube ? y - dot(y, a) * a : y;
     }
-    /// Below 0 where a node of radius `reach` touches the wall.
-    SKEIN_INLINE static P margin(const WallNow& wall, const Vec3<P>& x, P reach) {
-        if (wall.kind == WallKind::plane) return dot(broadcast<W>(wall.direction), x) - P(wall.level) - reach;
-        const Vec3<P> y = away(wall, x);
-        const P bound = wall.side == WallSide::inside ? P(wall.radius) - reach : P(wall.radius) + reach;
-        return wall.side == WallSide::inside ? bound * abs(bound) - dot(y, y) : dot(y, y) - bound * bound;
-    }
-    SKEIN_INLINE bool reaches(const WallNow* wall, const TileContacts& contacts, const Vec3<P>& x, P reach) const {
-        P least(1.0);
-        for (std::size_t w = 0; w < acting(); ++w)
-            if (contacts.near[w]) least = min(least, margin(wall[w], x, reach));
-        return any(least < P(0.0));
-    }
-
     struct Surface {
         P distance;      ///< of the node's axis
         Vec3<P> towards; ///< the wall
@@ -192,54 +185,63 @@ private:
         return {P(sign) * (P(wall.radius) - from), (P(sign) / max(from, P(1e-300))) * y};
     }
 
-    [[gnu::noinline]] void touch(const RodTile<W>& rod, SlotLoad<W>* load, double h, const WallNow* wall, int i, const Vec3<P>& at,
-                                 TileContacts& contacts, typename Points::Behind& behind) const {
-        const P zero(0.0);
-        ContactState<P> state{};
-        points_.describe(rod, i, state, behind);
-
-        Vec3<P> force{}, couple{};
-        Mask<W> touched = zero > zero;
-        for (std::size_t w = 0; w < acting(); ++w) {
-            const std::size_t kept_at = static_cast<std::size_t>(i) * acting() + w;
-            const Surface s = contacts.near[w] ? surface(wall[w], at) : Surface{};
-            const Mask<W> touches = contacts.near[w] ? state.radius_1 > s.distance : zero > zero;
-            if (!any(touches)) {
-                forget(contacts, i, w);
-                continue;
-            }
-            Kept& kept = contacts.kept[kept_at];
-            contacts.touched[kept_at] = 1;
-            touched = touched | touches;
-            state.normal = s.towards;
-            state.distance = s.distance;
-            state.velocity_2 = broadcast<W>(wall[w].velocity);
-            const FrictionSpring<P> from = kept.of_last.spring;
-            const ContactForce<P> out = contact_force<W>(wall[w].kinds, wall[w].law.template as<P>(), state, h, kept.of_last, from);
-            kept.friction_work += out.friction_work;
-            kept.viscous_work += out.viscous_work;
-            force += out.on_1;
-            couple += out.arm_1 * out.moment;
-            enter(contacts.entry[w], state, out, touches);
+    /// Forces of a batch, which is empty then; sums run from first to last.
+    [[gnu::noinline]] void push(const RodTile<W>& rod, SlotLoad<W>* load, double h, const WallNow* wall, TileContacts& contacts,
+                                Batch& batch) const {
+        constexpr int N = Batch::most;
+        using Q = Pack<N>;
+        typename Points::template Touching<N> points;
+        NumberLanes<N> distance, law[7], stiffness, weight;
+        VectorLanes<N> towards, velocity, spring, viscous_part;
+        for (int n = 0; n < N; ++n) { // spare lanes repeat the first
+            const Touch& touch = batch.touch[n < batch.count ? n : 0];
+            const WallNow& one = wall[touch.wall];
+            points.put(n, points_, rod, touch.point, touch.lane);
+            distance.at[n] = touch.distance;
+            towards.put(n, touch.towards);
+            velocity.put(n, one.velocity);
+            const ContactMemory<double>& last = contacts.memory_at(touch.point, touch.wall, touch.lane);
+            spring.put(n, last.spring.x), stiffness.at[n] = last.spring.stiffness;
+            viscous_part.put(n, last.viscous_part), weight.at[n] = last.weight;
+            const auto numbers = std::bit_cast<std::array<double, 7>>(one.law);
+            for (std::size_t i = 0; i < numbers.size(); ++i) law[i].at[n] = numbers[i];
         }
-        // Where nothing touches not even a zero is added: it would turn -0 into 0, and other lanes decide whether this is reached.
-        points_.push(rod, load, i, force, couple, touched, has_friction_);
-    }
-
-    static void enter(Entry& e, const ContactState<P>& in, const ContactForce<P>& out, Mask<W> touches) {
-        const P zero(0.0);
-        e.force -= out.on_1;
-        e.normal += out.normal;
-        e.touching += select(touches, P(1.0), zero);
-        e.max_overlap = max(e.max_overlap, max(in.radius_1 - in.distance, zero) / (in.radius_1 + in.radius_1));
-        e.stiffness = max(e.stiffness, out.stiffness);
-        e.elastic_energy += out.elastic_energy;
+        ContactState<Q> state{};
+        points.describe(state);
+        state.normal = towards.pack(), state.distance = distance.pack(), state.velocity_2 = velocity.pack();
+        ContactMemory<Q> memory{{spring.pack(), stiffness.pack()}, viscous_part.pack(), weight.pack()};
+        const ContactForce<Q> out = contact_force<N>(
+            wall[batch.touch[0].wall].kinds,
+            {law[0].pack(), law[1].pack(), law[2].pack(), law[3].pack(), law[4].pack(), law[5].pack(), law[6].pack()}, state, h,
+            memory);
+        points.push(out.on_1, out.arm_1 * out.moment);
+        spring.take(memory.spring.x), stiffness.take(memory.spring.stiffness);
+        viscous_part.take(memory.viscous_part), weight.take(memory.weight);
+        VectorLanes<N> force;
+        NumberLanes<N> friction_work, viscous_work, normal, energy, overlap, slope;
+        force.take(out.on_1), friction_work.take(out.friction_work), viscous_work.take(out.viscous_work);
+        normal.take(out.normal), energy.take(out.elastic_energy), slope.take(out.stiffness);
+        overlap.take(max(state.radius_1 - state.distance, Q(0.0)) / (state.radius_1 + state.radius_1));
+        for (int n = 0; n < batch.count; ++n) {
+            const Touch& touch = batch.touch[n];
+            const int l = touch.lane;
+            points.add(n, rod, load, touch.point, l);
+            contacts.memory_at(touch.point, touch.wall, l) = {{spring[n], stiffness.at[n]}, viscous_part[n], weight.at[n]};
+            const auto add = [&](P& to, double more) { to.set(l, to[l] + more); };
+            const auto raise = [&](P& to, double other) { to.set(l, std::max(to[l], other)); };
+            typename WallContactTiles<W>::Work& work = contacts.work[touch.wall];
+            add(work.friction, friction_work.at[n]), add(work.viscous, viscous_work.at[n]);
+            Entry& e = contacts.entry[touch.wall];
+            add_to_lane(e.force, l, -force[n]);
+            add(e.normal, normal.at[n]), add(e.touching, 1), add(e.elastic_energy, energy.at[n]);
+            raise(e.max_overlap, overlap.at[n]), raise(e.stiffness, slope.at[n]);
+        }
+        batch.count = 0;
     }
 
     std::shared_ptr<const Walls> walls_;
     std::shared_ptr<WallContactTiles<W>> contacts_;
     Points points_;
-    bool has_friction_ = false;
     std::vector<ContactLaw> law_; ///< by wall that acts
     std::vector<WallNow> now_;    ///< [slot of the step][wall]
 };

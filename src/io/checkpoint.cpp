@@ -22,7 +22,8 @@ namespace {
 
 const std::string format_name = "skein-checkpoint";
 /// 2: directors are quaternions; with an audit, its sums.
-constexpr std::int64_t format_version = 4, oldest_version = 2; // before 4 springs of friction were kept without their weight
+constexpr std::int64_t format_version = 5,
+                       oldest_version = 2; // before 5 springs at walls were kept with works of their own, before 4 without a weight
 
 // A slab is a run of a group's rods that is moved between owners and file at a time: enough for full bandwidth, little
 // beside the state itself.

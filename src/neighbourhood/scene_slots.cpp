@@ -29,6 +29,9 @@ SceneSlots::SceneSlots(std::span<const RodGroup> groups) : SceneSlots(alike(grou
 }
 
 SceneSlots::SceneSlots(std::span<const Alike> groups) {
+    std::int64_t all = 0;
+    for (const auto& group : groups) all += group.bodies * group.slots;
+    block_slots_ = std::clamp<std::int64_t>(all / 16, 256, 1024);
     std::int64_t block = 0, room = 0; // in the last block
     for (const auto& [bodies, slots, chain] : groups) {
         const std::int64_t first = bodies_;
@@ -39,12 +42,12 @@ SceneSlots::SceneSlots(std::span<const Alike> groups) {
             left = bodies - joining;
         room -= joining * slots;
         if (left == 0) continue;
-        const std::int64_t in_block = std::max<std::int64_t>(1, block_slots / slots);
+        const std::int64_t in_block = std::max<std::int64_t>(1, block_slots_ / slots);
         const std::int64_t blocks = (left + in_block - 1) / in_block;
         runs_.push_back({first + joining, block, block + blocks - 1, in_block});
         block += blocks;
         const std::int64_t in_last = (left - 1) % in_block + 1;
-        room = std::max<std::int64_t>(0, block_slots - in_last * slots);
+        room = std::max<std::int64_t>(0, block_slots_ - in_last * slots);
     }
 }
 

@@ -29,13 +29,15 @@ public:
     std::int64_t slots_of(std::int64_t gid) const;
     Chain chain_of(std::int64_t gid) const;
     std::int64_t gid_at(std::int64_t slot) const;
-    /// Number of the body's block. Blocks are consecutive bodies with no more than `block_slots` slots, or one body: loads of a
+    /// Number of the body's block. Blocks are consecutive bodies with no more than block_slots() slots, or one body: loads of a
     /// block are summed by one task, so sums depend on the scene alone. Rising with gid.
     std::int64_t block_of(std::int64_t gid) const;
     /// Elements reach beyond their joints by this share of their length, where they meet others.              theory.md (56c)
     double joint_reach() const { return joint_reach_; }
 
-    static constexpr std::int64_t block_slots = 256; ///< what contacts read and write of so many fits the first cache
+    /// A sixteenth of the scene, for threads to share, but no fewer than 256 slots, so that packs are full, and no more than 1024,
+    /// what contacts read and write of which fits the second cache.
+    std::int64_t block_slots() const { return block_slots_; }
 
 private:
     struct Group {
@@ -50,6 +52,7 @@ private:
     std::vector<Group> groups_;
     std::vector<Run> runs_;
     std::int64_t bodies_ = 0, slots_ = 0;
+    std::int64_t block_slots_;
     double joint_reach_ = 0.05;
 };
 

@@ -47,9 +47,13 @@ public:
         kick(rod, last, load, blocks.data(), step.kick);
     }
 
-    std::span<Pack<W>> memory(const RodTile<W>& rod) override {
-        if (!contacts_.any()) return {};
-        return {&reach_[rod.number], 1};
+    void append_memory(const RodTile<W>& rod, int lane, std::vector<double>& numbers) const override {
+        if (contacts_.any()) numbers.push_back(reach_[rod.number][lane]);
+    }
+    std::size_t recall(const RodTile<W>& rod, int lane, std::span<const double> numbers) override {
+        if (!contacts_.any()) return 0;
+        reach_[rod.number].set(lane, numbers[0]);
+        return 1;
     }
 
 private:

@@ -464,8 +464,7 @@ template <int W> void RodTiles<W>::set_budget(std::size_t i, const RodBudget& bu
 template <int W> std::vector<double> RodTiles<W>::memory(std::size_t i) const {
     std::vector<double> numbers;
     const auto [t, l] = place_[i];
-    for (const auto& pass : programs_[tiles_[t].program].passes)
-        for (const Pack<W>& p : pass->memory(tiles_[t])) numbers.push_back(p[l]);
+    for (const auto& pass : programs_[tiles_[t].program].passes) pass->append_memory(tiles_[t], l, numbers);
     return numbers;
 }
 
@@ -473,13 +472,10 @@ template <int W> void RodTiles<W>::set_memory(std::size_t i, std::span<const dou
     const auto [t, first] = place_[i];
     const RodTile<W>& tile = tiles_[t];
     const int last = first == tile.lanes - 1 ? W - 1 : first; // spare lanes do what the last rod does
-    std::size_t at = 0;
     for (const auto& pass : programs_[tile.program].passes) {
-        for (Pack<W>& p : pass->memory(tile)) {
-            for (int l = first; l <= last; ++l) p.set(l, numbers[at]);
-            ++at;
-        }
-        pass->recall(tile);
+        std::size_t taken = 0;
+        for (int l = first; l <= last; ++l) taken = pass->recall(tile, l, numbers);
+        numbers = numbers.subspan(taken);
     }
 }
 

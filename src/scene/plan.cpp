@@ -573,7 +573,7 @@ Plan make_plan(const SceneSpec& as_given, std::span<const RodGroup> groups, cons
         plan.copy_bytes += slots * sizeof(Slot<1>);
         if (scene.contact)
             plan.state_bytes += of_all(group.exposed_slots()) * (Exposure::bytes_per_slot + SlotLoads::bytes_per_slot);
-        if (p.walls) plan.state_bytes += of_all(wall_points(group) * plan.walls.size() * sizeof(WallContactTiles<1>::Kept));
+        if (p.walls) plan.state_bytes += of_all(wall_points(group) * plan.walls.size() * sizeof(ContactMemory<double>));
         frame_values += of_all(3 * group.slots() + (scene.output.directors ? 9 * p.elements + 3 * group.slots() : 0));
         nodes += of_all(group.body() ? 2 * group.body()->line.size() : static_cast<std::size_t>(group.slots()));
         lines += of_all(group.body() ? group.body()->line.size() : 1);

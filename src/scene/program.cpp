@@ -11,7 +11,7 @@ namespace {
 // Medians of bench/micro at 8 lanes on a 2.5 GHz Cascade Lake core, ns per element-step.
 constexpr double drift_ns = 3.2, elliptic_drift_ns = 9, elastic_ns = 5.6, kick_ns = 1, stretched_kick_ns = 1.6;
 // Those of bench/scenes/nest: contacts at its density, half a candidate per element, with their exposure; a box with floor and lid.
-constexpr double contact_ns = 55, walls_ns = 12;
+constexpr double contact_ns = 40, walls_ns = 8;
 constexpr double relax_ns = 400;                       // of 64 rods of 50 elements
 constexpr double filter_ns = 9, filter_order_ns = 1.5; // by the ratio of runs with and without a filter of order 1, 2 and 4
 

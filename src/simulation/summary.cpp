@@ -22,11 +22,14 @@ double element_steps(const RunFigures& f) {
     return static_cast<double>(f.result.step - f.first_step) * static_cast<double>(f.plan.elements);
 }
 
-/// Wall time in the rods' passes per element-step, times the cores at work on it.
+/// Wall time of the steps per element-step, with all that rods exert on each other, times the cores at work on it.
 double ns_per_element_step(const RunFigures& f) {
     const double cores = f.plan.machine.ranks * std::min(f.plan.machine.threads, f.plan.machine.cores);
     const double steps = element_steps(f);
-    return steps > 0 ? f.phases[static_cast<std::size_t>(Phase::rods)].max * cores * 1e9 / steps : 0;
+    double seconds = 0;
+    for (const Phase phase : {Phase::rods, Phase::exchange, Phase::search, Phase::contacts, Phase::balance})
+        seconds += f.phases[static_cast<std::size_t>(phase)].max;
+    return steps > 0 ? seconds * cores * 1e9 / steps : 0;
 }
 
 } // namespace

@@ -64,10 +64,10 @@ public:
     virtual void run(const RodTile<W>& rod, SlotLoad<W>* load, const Step& step) const = 0;
     /// False where it moves loads from slot to slot and brings none.
     virtual bool adds_loads() const { return true; }
-    /// Memory of the pass from step to step, of one tile, lane by lane, for checkpoints.
-    virtual std::span<Pack<W>> memory(const RodTile<W>&) { return {}; }
-    /// Called when a checkpoint or a copy has put the memory back.
-    virtual void recall(const RodTile<W>&) {}
+    /// Appends the memory of the pass from step to step, of a lane of a tile, for checkpoints: as many numbers for all of a group.
+    virtual void append_memory(const RodTile<W>&, int, std::vector<double>&) const {}
+    /// Puts back what that gave, from the front of these numbers; returns how many they are.
+    virtual std::size_t recall(const RodTile<W>&, int, std::span<const double>) { return 0; }
 };
 
 template <int W> using TilePasses = std::vector<std::unique_ptr<TilePass<W>>>;

@@ -24,7 +24,7 @@ Bounce bounce(const ContactLaw& law, double m, double speed) {
         return contact_force<1>({law.normal, ContactFriction::none}, numbers,
                                 {broadcast<1>(Vec3d{1, 0, 0}), 2 - overlap, 1.0, 1.0, broadcast<1>(Vec3d{v, 0, 0}),
                                  broadcast<1>(none), broadcast<1>(none), broadcast<1>(none)},
-                                0, memory, memory.spring)
+                                0, memory)
             .normal[0];
     };
     double g = 0, v = speed, t = 0;
@@ -71,7 +71,7 @@ TEST(ContactLaw, RubsOnlyWhereItSlides) {
             return contact_force<1>({normal, law.friction}, numbers,
                                     {broadcast<1>(Vec3d{1, 0, 0}), 2 - overlap, 1.0, 1.0, broadcast<1>(Vec3d{0, v, 0}),
                                      broadcast<1>(none), broadcast<1>(none), broadcast<1>(none)},
-                                    h, memory, memory.spring);
+                                    h, memory);
         };
         double v = 0.01, friction_work = 0;
         const double energy = 0.5 * mass * v * v;
@@ -117,7 +117,7 @@ TEST(ContactLaw, DashpotsDampWhatIsThere) {
                                                 {broadcast<1>(Vec3d{1, 0, 0}), 2 - overlap, 1.0, 1.0,
                                                  broadcast<1>(along ? Vec3d{0, v, 0} : Vec3d{v, 0, 0}), broadcast<1>(none),
                                                  broadcast<1>(none), broadcast<1>(none)},
-                                                h, memory, memory.spring);
+                                                h, memory);
                 viscous_work += f.viscous_work[0], friction_work += f.friction_work[0], elastic_energy = memory.spring.energy()[0];
                 v += h * (along ? f.on_1.y[0] : f.on_1.x[0] + law.stiffness * overlap) / mass; // the spring holds what presses
             }
@@ -184,11 +184,10 @@ TEST(ContactForce, IsTheSameInOneLaneAndInEight) {
              {ContactFriction::none, ContactFriction::memory, ContactFriction::regularised, ContactFriction::published})
             for (unsigned seed = 0; seed < 100; ++seed) {
                 auto eight = draw<8>(seed, 0);
-                const auto all =
-                    contact_force<8>({normal, friction}, eight.law, eight.state, 0.1, eight.memory, eight.memory.spring);
+                const auto all = contact_force<8>({normal, friction}, eight.law, eight.state, 0.1, eight.memory);
                 for (int l = 0; l < 8; ++l) {
                     auto one = draw<1>(seed, l);
-                    const auto f = contact_force<1>({normal, friction}, one.law, one.state, 0.1, one.memory, one.memory.spring);
+                    const auto f = contact_force<1>({normal, friction}, one.law, one.state, 0.1, one.memory);
                     ASSERT_EQ(norm(lane(all.on_1, l) - lane(f.on_1, 0)), 0);
                     ASSERT_EQ(norm(lane(all.moment, l) - lane(f.moment, 0)), 0);
                     ASSERT_EQ(norm(lane(eight.memory.spring.x, l) - lane(one.memory.spring.x, 0)), 0);
@@ -212,8 +211,7 @@ TEST(ContactForce, OfPublishedFriction) {
                                           broadcast<1>(none),
                                           broadcast<1>(none),
                                           broadcast<1>(none)};
-        return -contact_force<1>({ContactNormal::linear, ContactFriction::published}, law, state, 1e-3, memory, memory.spring)
-                    .on_1.x[0];
+        return -contact_force<1>({ContactNormal::linear, ContactFriction::published}, law, state, 1e-3, memory).on_1.x[0];
     };
     EXPECT_EQ(drag(0), 0);
     EXPECT_EQ(drag(0.9e-3), 0);
@@ -240,7 +238,7 @@ TEST(ContactForce, AccountsForItsEnergy) {
             const ContactState<Pack<1>> state{
                 broadcast<1>(Vec3d{0, 0, 1}), 2 * radius - overlap, radius, radius, broadcast<1>(v), broadcast<1>(none),
                 broadcast<1>(none),           broadcast<1>(none)};
-            const auto f = contact_force<1>({normal, ContactFriction::memory}, law, state, h, memory, memory.spring);
+            const auto f = contact_force<1>({normal, ContactFriction::memory}, law, state, h, memory);
             const Vec3d force = lane(f.on_1, 0);
             done -= h * dot(0.5 * (force + force_before), v);
             force_before = force;
@@ -272,7 +270,7 @@ TEST(ContactForce, OfRegularisedFrictionIsSteadyFromTheLeastSlipSpeedOn) {
             const ContactState<Pack<1>> state{
                 broadcast<1>(Vec3d{0, 0, 1}), 0.2 - overlap,     0.1, 0.1, broadcast<1>(Vec3d{slip, 0, 0}), broadcast<1>(none),
                 broadcast<1>(none),           broadcast<1>(none)};
-            slip += 2 * h / mass * contact_force<1>({law.normal, law.friction}, numbers, state, h, memory, memory.spring).on_1.x[0];
+            slip += 2 * h / mass * contact_force<1>({law.normal, law.friction}, numbers, state, h, memory).on_1.x[0];
         }
         return slip;
     };
@@ -299,7 +297,7 @@ struct Sticking {
         const ContactState<Pack<1>> state{
             broadcast<1>(axis),    2 * radius - overlap, radius, radius, broadcast<1>(slip), broadcast<1>(spin_1),
             broadcast<1>(Vec3d{}), broadcast<1>(spin_2)};
-        return contact_force<1>({normal, ContactFriction::memory}, law, state, h, memory, memory.spring);
+        return contact_force<1>({normal, ContactFriction::memory}, law, state, h, memory);
     }
     Vec3d spring() const { return lane(memory.spring.x, 0); }
     double energy() const { return memory.spring.energy()[0]; }

@@ -78,14 +78,18 @@ int different(const Exposure& crowd, const SlotLoads& x, const SlotLoads& y, con
     return count;
 }
 
-/// A step of ranks that see each other's bodies as ghosts: partners anew on all of them as soon as one needs it.
+/// A step of ranks that see each other's bodies as ghosts: partners anew on all of them as soon as one needs it. With `again` they
+/// learn that only when they have begun.
 struct Rank {
     Exposure bodies;
     Contacts contacts;
     SlotLoads loads = {};
 };
-void step_together(std::span<Rank* const> ranks, double h) {
-    if (!std::all_of(ranks.begin(), ranks.end(), [](Rank* r) { return r->contacts.holds(r->bodies); })) {
+void step_together(std::span<Rank* const> ranks, double h, bool again = false) {
+    if (again)
+        for (Rank* r : ranks)
+            if (r->contacts.holds(r->bodies)) r->contacts.begin(r->bodies, 0, h, r->loads.load, false);
+    if (again || !std::all_of(ranks.begin(), ranks.end(), [](Rank* r) { return r->contacts.holds(r->bodies); })) {
         std::int64_t inactive = 0;
         for (Rank* r : ranks) {
             r->contacts.let_go(r->bodies);
@@ -150,6 +154,32 @@ TEST(ManyContacts, AreTheSameForAnyThreadsAndOwners) {
     EXPECT_EQ(f.elastic_energy, t.elastic_energy);
     EXPECT_EQ(f.friction_work, t.friction_work);
     EXPECT_EQ(f.viscous_work, t.viscous_work);
+}
+
+TEST(ManyContacts, MayBeginAStepAnew) {
+    Crowd crowd(rods, 6);
+    const Threads one(1), three(3);
+    std::vector<std::uint8_t> all(rods, 1), first(rods, 0), second(rods, 0); // each has blocks without ghosts of its own
+    for (int r = 0; r < rods; ++r) (r < rods / 2 ? first : second)[static_cast<std::size_t>(r)] = 1;
+    const ContactScene scene = crowd.bodies.scene(laws());
+    Exposure bodies = crowd.exposure();
+    Rank alone{crowd.exposure(), Contacts(scene, three)}, half{crowd.exposure(first), Contacts(scene, one)},
+        other{crowd.exposure(second), Contacts(scene, one)};
+    Rank *const by_itself[] = {&alone}, *const both[] = {&half, &other};
+    crowd.seen = {&bodies, &alone.bodies, &half.bodies, &other.bodies};
+    Contacts whole(scene, one);
+    SlotLoads x;
+    for (int step = 0; step < 100; ++step) {
+        crowd.move(1e-4);
+        whole.evaluate(bodies, 0, 1e-4, x);
+        step_together(by_itself, 1e-4, step % 3 == 2);
+        step_together(both, 1e-4, step % 5 == 4);
+        ASSERT_EQ(different(bodies, x, alone.loads, all), 0) << step;
+        ASSERT_EQ(different(bodies, x, half.loads, first), 0) << step;
+        ASSERT_EQ(different(bodies, x, other.loads, second), 0) << step;
+    }
+    EXPECT_GT(whole.figures().friction_work, 0);
+    EXPECT_NEAR(whole.figures().friction_work, alone.contacts.figures().friction_work, 1e-12 * whole.figures().friction_work);
 }
 
 TEST(ManyContacts, GoOnFromWhatWasKept) {

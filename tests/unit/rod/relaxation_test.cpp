@@ -211,9 +211,13 @@ TEST(Relaxation, RodsThatBounceAreSlowedDown) {
     EXPECT_NEAR(move(1), 1e-4 * reach, 1e-13);
     for (const double sign : {-1, 1, -1}) EXPECT_NEAR(move(sign), 1e-4 * (reach *= 0.5), 1e-13);
     for (int i = 0; i < 5; ++i) EXPECT_NEAR(move(-1), 1e-4 * (reach *= 1.05), 1e-13);
-    EXPECT_NEAR(rod.relax.memory(tile_of(rod.group, rod.state))[0][0], reach, 1e-12); // in checkpoints
+    std::vector<double> memory;
+    rod.relax.append_memory(tile_of(rod.group, rod.state), 0, memory);
+    EXPECT_NEAR(memory.at(0), reach, 1e-12); // in checkpoints
     Relaxing untouched(test::clamped_unit_rod(20, 0.005));
-    EXPECT_TRUE(untouched.relax.memory(tile_of(untouched.group, untouched.state)).empty());
+    memory.clear();
+    untouched.relax.append_memory(tile_of(untouched.group, untouched.state), 0, memory);
+    EXPECT_TRUE(memory.empty());
 }
 
 TEST(Relaxation, RodsOfNoNumbersHaveNotSettled) {

@@ -1,0 +1,53 @@
+// Loads of contacts as they are added to elements: eight numbers at a time, a line of the cache, as slots have them.
+#pragma once
+
+#include "neighbourhood/exposure.hpp"
+
+#include <cstring>
+#include <type_traits>
+
+namespace skein {
+
+/// A force at an element and a couple on it: force[0..2], share of the element's length, couple[0..2], arm. The first node has 1 -
+/// share of the force, the second share; the element has `arm` times the couple. Lab, N and N m (or N and m, where the couple is
+/// n x T of a contact).
+struct alignas(64) LoadRow {
+    double number[8];
+};
+static_assert(sizeof(LoadRow) == sizeof(ExertedLoad) && std::is_trivially_default_constructible_v<LoadRow>);
+
+namespace detail {
+
+template <int W> SKEIN_INLINE Pack<W> pack_at(const void* from) {
+    Pack<W> pack;
+    std::memcpy(&pack, __builtin_assume_aligned(from, 8 * W), sizeof pack);
+    return pack;
+}
+template <int W> SKEIN_INLINE void put(void* to, const Pack<W>& pack) {
+    std::memcpy(__builtin_assume_aligned(to, 8 * W), &pack, sizeof pack);
+}
+/// One number in the lower half, another one in the upper.
+SKEIN_INLINE Pack<8> halves(double low, double high) {
+#if defined(__AVX512F__)
+    return Pack<8>(std::bit_cast<Pack<8>::Doubles>(_mm512_mask_blend_pd(0xf0, _mm512_set1_pd(low), _mm512_set1_pd(high))));
+#else
+    return {Pack<4>(low), Pack<4>(high)};
+#endif
+}
+
+} // namespace detail
+
+/// Adds `first` times a row's force and `arm` times its couple to a slot, and `second` times the force to the slot behind: whole
+/// lines, as what is written in parts has to reach the cache before it can be read as a whole. What the row has between its vectors
+/// is 0, or nobody reads what it is added to.
+SKEIN_INLINE void add_row(ExertedLoad* at, const Pack<8>& row, double first, double second, double arm) {
+    using namespace detail;
+    put(at, fma(row, halves(first, arm), pack_at<8>(at)));
+    put(at + 1, fma(row, halves(second, 0), pack_at<8>(at + 1)));
+}
+SKEIN_INLINE void add_row(ExertedLoad* at, const LoadRow& row) {
+    const double share = row.number[3], arm = row.number[7];
+    add_row(at, detail::pack_at<8>(&row), 1 - share, share, arm);
+}
+
+} // namespace skein

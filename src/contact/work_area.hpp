@@ -1,0 +1,166 @@
+// What the stages of a block's contacts hand on to each other.
+#pragma once
+
+#include "contact/compress.hpp"
+#include "contact/contacts.hpp"
+#include "contact/response.hpp"
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <cstring>
+
+namespace skein {
+
+namespace detail {
+
+template <int W> SKEIN_INLINE Vec3<Pack<W>> between(const Vec3<Pack<W>>& a, const Vec3<Pack<W>>& b, Pack<W> share) {
+    return fma(share, b - a, a);
+}
+
+/// Direction from one axis to the other where they intersect: across both, or across one of them where they are parallel.
+template <int N> Vec3<Pack<N>> across(const Vec3<Pack<N>>& d1, const Vec3<Pack<N>>& d2) {
+    using Q = Pack<N>;
+    const Vec3<Q> both = cross(d1, d2),
+                  one = cross(d1, select(abs(d1.x) < abs(d1.y), Vec3<Q>{Q(1.0), Q(0.0), Q(0.0)}, Vec3<Q>{Q(0.0), Q(1.0), Q(0.0)}));
+    const Vec3<Q> some = select(dot(both, both) > Q(1e-24) * dot(d1, d1) * dot(d2, d2), both, one);
+    return (Q(1.0) / max(norm(some), Q(1e-300))) * some;
+}
+
+inline Vec3d edge(const Exposure& c, std::uint32_t slot) { return c.node[slot + 1].position - c.node[slot].position; }
+
+} // namespace detail
+
+/// Pairs of a block in contact, left-packed, in order of pairs; then that order filled up to whole packs. Belongs to a thread.
+struct Contacts::WorkArea {
+    static constexpr int W = 8;
+    enum Number { s, t, x, y, z, squared, sine_squared, radius_1, radius_2, weight, weight_of_all, elsewhere, numbers };
+    UnsetArray<double> number[numbers];
+    UnsetArray<std::uint32_t> index; ///< of pairs
+    UnsetArray<Pair> pair;
+    std::uint32_t count = 0;
+    bool begins = false;            ///< some did not touch in the step before
+    UnsetArray<std::uint32_t> side; ///< which of them are near-parallel
+    std::uint32_t sides = 0;
+    std::vector<std::uint32_t> ended;    ///< pairs that touch no more
+    std::vector<BoxContact> box_contact; ///< of the block's pairs with a box
+    /// One of them near joints: starts and ends of its elements, as bits of joints_of_pair().
+    struct Near {
+        std::uint32_t which, joints;
+    };
+    UnsetArray<Near> near_one; ///< of one element
+    UnsetArray<Near> near_two; ///< of both
+    std::uint32_t ones = 0, twos = 0;
+
+    /// Room for this many pairs, of which none is there.
+    void clear(std::size_t pairs) {
+        for (UnsetArray<double>& of : number) of.need(pairs + 2 * W);
+        for (UnsetArray<std::uint32_t>* of : {&index, &side}) of->need(pairs + 2 * W);
+        for (UnsetArray<Near>* of : {&near_one, &near_two}) of->need(pairs + 2 * W);
+        pair.need(pairs + 2 * W);
+        count = ones = twos = sides = 0;
+        begins = false;
+        ended.clear();
+    }
+    double* operator[](Number n) { return number[n].data(); }
+    const double* operator[](Number n) const { return number[n].data(); }
+    Pack<W> pack(Number n, std::uint32_t from) const {
+        Pack<W> p;
+        std::memcpy(&p, number[n].data() + from, sizeof p);
+        return p;
+    }
+    void move(std::uint32_t from, std::uint32_t to) {
+        for (UnsetArray<double>& of : number) of[to] = of[from];
+        index[to] = index[from];
+        pair[to] = pair[from];
+    }
+    /// Of the pack at `from`, those whose bits are set, one after another from `to` on, which is not behind it.
+    void keep(std::uint32_t from, unsigned bits, std::uint32_t to) {
+        for (int i = 0; i < weight_of_all; ++i) compress_store(number[i].data() + to, bits, pack(static_cast<Number>(i), from));
+        Pack<W> pairs;
+        std::memcpy(&pairs, pair.data() + from, sizeof pairs);
+        alignas(64) std::array<double, W> packed;
+        compress_store(packed.data(), bits, pairs);
+        std::memcpy(pair.data() + to, packed.data(), sizeof packed);
+        for (; bits != 0; bits &= bits - 1) index[to++] = index[from + static_cast<std::uint32_t>(std::countr_zero(bits))];
+    }
+    /// The last pack is filled up with its first.
+    void fill_up() {
+        for (std::uint32_t n = count; n % W != 0; ++n) move(n / W * W, n);
+    }
+};
+
+/// A pair in contact: force on its first element and weight with all of its points, place of the nearest ones.
+struct Contacts::PairContact {
+    Vec3d force;
+    double s, t, distance, weight;
+};
+
+/// What near-parallel pairs do at the ends of their overlap, and what is left for the nearest points.
+template <int N> struct Contacts::Ends {
+    Pack<N> normal_weight, weight_of_all; ///< see ContactWeight
+    Pack<N> elsewhere{0.0};               ///< normal force at both ends, N
+    Pack<N> elastic_energy{0.0}, viscous_work{0.0}, stiffness{0.0};
+    ElementLoad<Pack<N>> on_1, on_2;
+};
+
+/// Figures of packs of contacts.
+struct Contacts::Sums {
+    static constexpr int W = WorkArea::W;
+    using P = Pack<W>;
+    P max_overlap{0.0}, max_stiffness{0.0}, weight{0.0}, elastic_energy{0.0}, friction_work{0.0}, viscous_work{0.0};
+
+    /// Adds the lanes whose bits are set.
+    SKEIN_INLINE void add(const ContactForce<P>& f, P depth, P share, unsigned bits) {
+        const P counts = where_set<W>(bits, 1.0);
+        const auto counted = counts > P(0.0);
+        const auto of = [&](P value) { return bits == 0xff ? value : select(counted, value, P(0.0)); };
+        weight += of(in_steps(share));
+        max_overlap = max(max_overlap, of(depth));
+        add(f.stiffness, f.elastic_energy, f.friction_work, f.viscous_work, bits);
+    }
+    SKEIN_INLINE void add(P stiffness, P energy, P friction, P viscous, unsigned bits) {
+        const P counts = where_set<W>(bits, 1.0);
+        const auto counted = counts > P(0.0);
+        const auto of = [&](P value) { return bits == 0xff ? value : select(counted, value, P(0.0)); };
+        max_stiffness = max(max_stiffness, of(stiffness));
+        elastic_energy += of(energy), friction_work += of(friction), viscous_work += of(viscous);
+    }
+    void give(BlockFigures& figures) const {
+        const auto sum = [](P p) {
+            double all = 0;
+            for (int l = 0; l < W; ++l) all += p[l];
+            return all;
+        };
+        const auto largest = [](P p) {
+            double most = p[0];
+            for (int l = 1; l < W; ++l) most = std::max(most, p[l]);
+            return most;
+        };
+        figures.max_overlap = largest(max_overlap);
+        figures.max_stiffness = largest(max_stiffness);
+        figures.weight = sum(weight);
+        figures.elastic_energy = sum(elastic_energy);
+        figures.friction_work += sum(friction_work);
+        figures.viscous_work = sum(viscous_work);
+    }
+};
+
+/// Where the neighbour of an element at a joint ends: its end that is not the joint.
+SKEIN_INLINE const ExposedNode* Contacts::neighbour_node(const Exposure& bodies, std::uint32_t slot, bool at_end) const {
+    const std::uint32_t joint = slot + at_end;
+    return &bodies.node[edge_[joint] == 0 ? joint + (at_end ? 1u : ~0u) : bodies.beside(slot, at_end ? 1 : -1) + at_end];
+}
+
+template <int N> SKEIN_INLINE ContactNumbers<Pack<N>> Contacts::numbers(const Exposure& bodies, const Pair* pair) const {
+    using Q = Pack<N>;
+    auto all = numbers_[0].as<Q>();
+    if (laws_.materials() == 1) return all;
+    for (int l = 0; l < N; ++l) {
+        const auto material = [&](std::uint32_t slot) { return static_cast<std::size_t>(bodies.at(slot).group); };
+        set_lane(all, l, numbers_[material(pair[l].a) * laws_.materials() + material(pair[l].b)]);
+    }
+    return all;
+}
+
+} // namespace skein
