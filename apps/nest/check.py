@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Figures of a nest against their bars: check.py [--full] [RUN ...] [--soft RUN ...] [--frictionless RUN ...] [--slow RUN ...]
 
-  RUN, --hard      contacts a hundred times as stiff as published, the scenes as they are
+  RUN, --hard      contacts so stiff that rods overlap by less than a tenth of their diameter, the scenes as they are
   --soft           contacts as published
   --frictionless   compared with the run with friction of the same stiffness and seed
   --slow           half the speed of the lid; likewise
@@ -118,7 +118,7 @@ def mean_change(slow, usual, cycles):
 
 
 def reduced(hard, soft, smooth, slow):
-    yield "contacts a hundred times as stiff as published", [
+    yield "contacts so stiff that rods hardly overlap", [
         finite(hard), overlap(hard, 0.1), open_budget(hard),
         row("psi of cycle 1", hard, lambda r: r.cycle(1, "psi")),
         row("psi of cycle 2", hard, lambda r: r.cycle(2, "psi")),
@@ -132,8 +132,8 @@ def reduced(hard, soft, smooth, slow):
         row("psi of cycle 2 over that of cycle 1", soft, lambda r: r.cycle(2, "psi") / r.cycle(1, "psi"), high=1),
         row("lower turning height, cycle 2 from 1", soft, lambda r: MM * abs(r.cycle(2, "peak_height_m") - r.cycle(1, "peak_height_m")), high=0.5, unit="mm"),
         row("upper turning height, cycle 2 from 1", soft, lambda r: MM * abs(r.cycle(2, "end_height_m") - r.cycle(1, "end_height_m")), high=0.5, unit="mm"),
-        row("z at low stress, cycle 1", soft, lambda r: r.cycle(1, "z_low"), 3.8, 5.8),
-        row("z at the first peak", soft, lambda r: r.cycle(1, "z_peak"), 9, 13),
+        row("z at low stress, cycle 1", soft, lambda r: r.cycle(1, "z_low")),
+        row("z at the first peak", soft, lambda r: r.cycle(1, "z_peak"), 6, 8.5),
         overlap(soft), open_budget(soft)]
     yield "without friction", [
         row(f"first peak's height over that with friction, {name}", pairs(smooth, rough), first_peak_ratio, high=0.8)
@@ -146,7 +146,7 @@ def full(hard, soft, smooth, slow):
     psi = "psi of cycles 3 to 5"
     yield "(a) finite, little overlap", [finite(hard + soft), overlap(hard, 0.1), overlap(soft)]
     yield "(b) coordination", [
-        row("z at the last peak, stiff", hard, lambda r: r.cycle(len(r.figures["cycles"]), "z_peak"), 6, 8.5),
+        row("z at the last peak, stiff", hard, lambda r: r.cycle(len(r.figures["cycles"]), "z_peak")),
         row("z at the last peak, as published", soft, lambda r: r.cycle(len(r.figures["cycles"]), "z_peak"), 6, 8.5)]
     yield "(c) a loop that friction makes", [
         row(f"{psi}, least", hard, lambda r: np.min(r.late("psi")), 0.02, 0.4),
