@@ -10,19 +10,26 @@ namespace skein {
 
 using detail::across, detail::between, detail::edge;
 
-/// The pairs of a block that touch.
-void Contacts::find_touching(const Work& work, WorkArea& area) const {
+/// The pairs of a block that touch: among all candidates, of which the pruned list then takes those within its margin, or among
+/// that.
+template <bool prune> void Contacts::find_touching(const Work& work, WorkArea& area) {
     using A = WorkArea;
     using P = Pack<A::W>;
     static_assert(A::W == CapsuleTile::width);
     const std::uint32_t begin = list_.first[work.block.first_slot], end = list_.first[work.block.last_slot];
-    area.clear(end - begin);
+    const PrunedList::Part pruned = pruned_.of(work.number, begin);
+    const std::uint32_t count = prune ? end - begin : pruned.count;
+    area.clear(count);
     // Pointers by themselves: what is written here might be members, for all that the compiler knows.
-    const Pair* const pair = &list_.pair[begin];
+    const Pair* const pair = prune ? &list_.pair[begin] : pruned.pair;
     const ExposedNode* const node = work.bodies.node.data();
     const ExposedMotion* const motion = work.bodies.motion.data();
-    const std::uint8_t *const status = &status_[begin], *const joints = &list_.joints[begin];
-    const ContactMemory<double>* const memory = remembers_ ? &memory_[begin] : nullptr;
+    const std::uint8_t *const status = status_.data(), *const joints = prune ? &list_.joints[begin] : pruned.joints;
+    const auto candidate = [begin, numbers = pruned.candidate](std::size_t k) {
+        return prune ? begin + static_cast<std::uint32_t>(k) : numbers[k];
+    };
+    const ContactMemory<double>* const memory = remembers_ ? memory_.data() : nullptr;
+    const P margin(margin_);
     const double seen = seen_beyond(work.bodies.scene().joint_reach());
     const std::uint8_t* const bent = bent_.data();
     const std::uint8_t* const has_box = has_box_.empty() ? nullptr : &has_box_[begin];
@@ -31,16 +38,16 @@ void Contacts::find_touching(const Work& work, WorkArea& area) const {
     std::uint32_t *const index = area.index.data(), *const side = area.side.data();
     A::Near *const near_one = area.near_one.data(), *const near_two = area.near_two.data();
     Pair* const touching_pair = area.pair.data();
-    std::uint32_t n = 0, sides = 0, ones = 0, twos = 0;
+    std::uint32_t n = 0, sides = 0, ones = 0, twos = 0, within = 0;
     unsigned begins = 0;
     for_capsule_tiles(
-        end - begin, [&](std::size_t k) { return std::pair(node + pair[k].a, node + pair[k].b); },
+        count, [&](std::size_t k) { return std::pair(node + pair[k].a, node + pair[k].b); },
         [&](std::size_t k) {
             const std::uint32_t later = pair[k + PairList::padding - A::W].b;
             __builtin_prefetch(node + later);
             __builtin_prefetch(node + later + 1);
         },
-        [&](std::size_t k, const CapsuleTile& tile) {
+        [&](std::size_t k, const CapsuleTile& tile) __attribute__((always_inline)) {
             const auto first = static_cast<std::uint32_t>(k);
             const unsigned starts_1 = bits_of_bytes(joints + k, 0), ends_1 = bits_of_bytes(joints + k, 1),
                            starts_2 = bits_of_bytes(joints + k, 2), ends_2 = bits_of_bytes(joints + k, 3);
@@ -48,10 +55,24 @@ void Contacts::find_touching(const Work& work, WorkArea& area) const {
                        range_2 = range_with_joints<A::W>(starts_2, ends_2, seen);
             const auto closest = closest_points(tile.p, tile.d1, tile.q, tile.d2, range_1, range_2);
             const P reach = tile.radius_1 + tile.radius_2, squared = dot(closest.apart, closest.apart);
-            const std::uint32_t left = end - begin - first;
+            const std::uint32_t left = count - first;
             const unsigned listed = left >= A::W ? 0xffu : (1u << left) - 1,
-                           valid = has_box ? listed & ~bits_of_bytes(has_box + k) : listed, // pairs with a box are for push_boxes
-                close = bits_of(squared < reach * reach) & valid, before = bits_of_bytes(status + k) & valid;
+                           valid = prune && has_box ? listed & ~bits_of_bytes(has_box + k) : listed; // boxes: see push_boxes
+            unsigned before = 0;
+            if constexpr (prune) {
+                before = bits_of_bytes(status + begin + k) & valid;
+                const P wide = reach + margin;
+                for (unsigned some = bits_of(squared < wide * wide) & valid; some != 0; some &= some - 1) {
+                    const std::size_t from = k + static_cast<std::size_t>(std::countr_zero(some));
+                    pruned.candidate[within] = candidate(from);
+                    pruned.pair[within] = pair[from];
+                    pruned.joints[within++] = joints[from];
+                }
+            } else {
+                for (std::size_t l = 0; l < A::W; ++l) before |= static_cast<unsigned>(status[candidate(k + l)] & touching) << l;
+                before &= valid;
+            }
+            const unsigned close = bits_of(squared < reach * reach) & valid;
             // Those that have no share, as the contact is on the other side of a joint. Where that joint is bent, weigh() looks
             // closer.
             const unsigned steep = close & bits_of(closest.sine_squared >= max(P(shallow * shallow), reach * P(steepest_of_bent_))),
@@ -69,7 +90,7 @@ void Contacts::find_touching(const Work& work, WorkArea& area) const {
                            << l);
             }
             for (unsigned ended = before & ~touch; ended != 0; ended &= ended - 1)
-                area.ended.push_back(begin + first + static_cast<std::uint32_t>(std::countr_zero(ended)));
+                area.ended.push_back(candidate(k + static_cast<std::size_t>(std::countr_zero(ended))));
             if (touch == 0) return;
             begins |= touch & ~before;
             const auto keep = [&](A::Number which, const P& value) { compress_store(number[which] + n, touch, value); };
@@ -97,16 +118,20 @@ void Contacts::find_touching(const Work& work, WorkArea& area) const {
             note(near_1 ^ near_2, near_one, ones);
             note(near_1 & near_2, near_two, twos);
             for (unsigned some = touch; some != 0; some &= some - 1) {
-                const auto l = static_cast<std::uint32_t>(std::countr_zero(some));
-                const Pair both = pair[k + l];
-                index[n] = begin + first + l;
+                const std::size_t at = k + static_cast<std::size_t>(std::countr_zero(some));
+                const Pair both = pair[at];
+                index[n] = candidate(at);
                 touching_pair[n] = both;
-                ++n;
                 __builtin_prefetch(&motion[both.b]);
                 __builtin_prefetch(&motion[both.b + 1]);
-                if (memory) __builtin_prefetch(&memory[k + l], 1);
+                if (memory) __builtin_prefetch(&memory[index[n]], 1);
+                ++n;
             }
         });
+    if (prune) {
+        pruned.count = within;
+        PrunedList::pad(pruned);
+    }
     area.count = n;
     area.sides = sides;
     area.ones = ones;
@@ -246,7 +271,7 @@ void Contacts::push(const Work& work, WorkArea& area) {
         std::copy(status_.data() + begin, status_.data() + end, status_before_.data() + begin);
         std::copy(memory_.data() + begin, memory_.data() + end, memory_before_.data() + begin);
     }
-    find_touching(work, area);
+    work.prune ? find_touching<true>(work, area) : find_touching<false>(work, area);
     weigh(work, area);
     follow_springs(work, area);
     for (const std::uint32_t pair : area.ended) end_contact(work, pair);
@@ -259,14 +284,15 @@ void Contacts::push(const Work& work, WorkArea& area) {
 }
 
 /// Each strip from its last block to its first.
-void Contacts::work_through(const Exposure& bodies, double h, std::span<const std::uint32_t> strips, std::span<ExertedLoad> loads) {
+void Contacts::work_through(const Exposure& bodies, double h, std::span<const std::uint32_t> strips, bool prune,
+                            std::span<ExertedLoad> loads) {
     threads_.for_each(strips.size(), [&](std::size_t i, int thread) {
         const ContactStrip& strip = deferred_.strips()[strips[i]];
         std::unique_ptr<WorkArea>& area = area_[static_cast<std::size_t>(thread)];
         if (!area) area = std::make_unique<WorkArea>();
         DeferredLoads::Deferring deferring(deferred_, strips[i], next_[static_cast<std::size_t>(thread)]);
         for (std::size_t b = strip.last_block; b-- > strip.first_block;) {
-            push({bodies, h, deferred_.blocks()[b], strip.last_slot, deferring, block_figures_[b], loads.data()}, *area);
+            push({bodies, h, deferred_.blocks()[b], strip.last_slot, deferring, block_figures_[b], loads.data(), b, prune}, *area);
             threads_.poll();
         }
     });

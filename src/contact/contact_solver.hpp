@@ -75,7 +75,7 @@ public:
     /// Whether there is a list, and it is worth being kept: the same on all ranks.
     virtual bool lasts() const = 0;
     /// Whether it lasts, and has all pairs that may touch where bodies are now.
-    virtual bool holds(const Exposure& bodies) const = 0;
+    virtual bool holds(const Exposure& bodies) = 0;
     /// Distance between elements up to which pairs go into the next list, m: the same on all ranks.
     virtual double next_skin() = 0;
     /// The numbers of these bodies' slots are about to change: forgets what `begin` did of a step that is to begin anew.
@@ -94,9 +94,9 @@ public:
     /// Memory of contacts whose first body is own, in order of pairs.
     virtual std::vector<KeptContact> kept(const Exposure& bodies) const = 0;
 
-    /// Contacts of blocks of bodies that need no ghosts, over a step of length h, s. With `look`, false where the list turns out
-    /// not to hold: it looks at bodies while it has them in cache, and has then done nothing that counts.
-    virtual bool begin(const Exposure& bodies, double time, double h, std::span<ExertedLoad> loads, bool look) = 0;
+    /// Contacts of blocks of bodies that need no ghosts, over a step of length h, s. `may_repeat`: other ranks may still ask for a
+    /// rebuild, after which the step begins anew.
+    virtual void begin(const Exposure& bodies, double time, double h, std::span<ExertedLoad> loads, bool may_repeat) = 0;
     /// Contacts of the other blocks; then loads are those of all contacts. Loads of bodies without contact mean nothing.
     virtual void finish(const Exposure& bodies, double h, std::span<ExertedLoad> loads) = 0;
     /// Flags by window: not 0 where the body is own and in contact.

@@ -12,7 +12,8 @@ namespace skein {
 
 namespace {
 
-// The skin is such that searches cost as much as the pairs that do not touch, whoever owns them: all ranks choose the same.
+// Skin and margin are such that searches, prunings and pairs that do not touch cost as little as may be, by figures that all ranks
+// know: all choose the same.
 constexpr double search_cost = 15;        // of an element, in such pairs
 constexpr double least_skin = 0.01;       // in diameters
 constexpr double inactive_work = 1.0 / 8; // of a pair that does not touch, in those that do
@@ -25,6 +26,7 @@ Contacts::Contacts(ContactScene scene, const Threads& threads)
       threads_(threads), search_(threads), next_(static_cast<std::size_t>(threads.count())),
       area_(static_cast<std::size_t>(threads.count())) {
     figures_.skin = 0.25 * scene_.diameter;
+    margin_ = 0.25 * figures_.skin;
 }
 
 Contacts::~Contacts() = default;
@@ -40,19 +42,38 @@ SKEIN_INLINE Contacts::Places Contacts::places(const Exposure& bodies, std::size
         .vector;
 }
 
-/// The squared distance that elements may have moved while the list holds, m^2.
-double Contacts::farthest_squared(const Exposure& bodies) const {
-    const double half_way = 0.5 * figures_.skin / (1 + 2 * bodies.scene().joint_reach()); // of each of two, beyond joints too
+namespace {
+
+/// The squared distance that elements may move while no two of them, a gap apart, meet, m^2.
+double farthest_squared(const Exposure& bodies, double gap) {
+    const double half_way = 0.5 * gap / (1 + 2 * bodies.scene().joint_reach()); // of each of two, beyond joints too
     return half_way * half_way;
 }
 
+} // namespace
+
+/// Whether no two elements that were a gap apart can have met since nodes were there.
+bool Contacts::all_within(const Exposure& bodies, const AlignedVector<Places>& from, double gap) const {
+    const Pack<places_at_once> farthest(farthest_squared(bodies, gap));
+    std::atomic<bool> moved_far = false;
+    for_blocks(threads_, from.size(), [&](std::size_t begin, std::size_t end, std::size_t) {
+        Pack<places_at_once> furthest(0.0);
+        for (std::size_t tile = begin; tile < end; ++tile) {
+            const Places moved = places(bodies, tile * places_at_once) - from[tile];
+            furthest = max(furthest, dot(moved, moved));
+        }
+        if (any(!(furthest < farthest))) moved_far.store(true, std::memory_order_relaxed);
+    });
+    return !moved_far;
+}
+
 /// Marks joints at which elements are bent against each other by more than a part of what lets shares fade: by e1, e2 with |e2 -
-/// e1|^2 above 1.8 b^2 (|e1|^2 + |e2|^2), the sine of half the angle is above b. With `look`, false where the list does not hold.
-bool Contacts::survey(const Exposure& bodies, bool look) {
+/// e1|^2 above 1.8 b^2 (|e1|^2 + |e2|^2), the sine of half the angle is above b. Returns whether the pruned list holds.
+bool Contacts::survey(const Exposure& bodies) {
     constexpr int W = places_at_once;
     using P = Pack<W>;
     const double bend = steepest_of_bent_ * held * bodies.scene().joint_reach(); // over an element's length
-    const P by_length(1.8 * bend * bend), largest(1.8 * 0.15 * 0.15), farthest(look ? farthest_squared(bodies) : HUGE_VAL);
+    const P by_length(1.8 * bend * bend), largest(1.8 * 0.15 * 0.15), farthest(farthest_squared(bodies, margin_));
     const std::size_t last = bodies.slots() - 1;
     std::atomic<bool> moved_far = false;
     for_blocks(threads_, place_.size(), [&](std::size_t begin, std::size_t end, std::size_t) {
@@ -61,7 +82,7 @@ bool Contacts::survey(const Exposure& bodies, bool look) {
         P furthest(0.0);
         for (std::size_t tile = begin; tile < end; ++tile) {
             const std::size_t first = tile * W;
-            const Vec3<P> here = places(bodies, first), moved = here - place_[tile], e2 = places(bodies, first + 1) - here;
+            const Vec3<P> here = places(bodies, first), moved = here - pruned_at_[tile], e2 = places(bodies, first + 1) - here;
             furthest = max(furthest, dot(moved, moved));
             Vec3<P> e1 = from_lane_before(e2);
             set_lane(e1, 0, before);
@@ -74,38 +95,48 @@ bool Contacts::survey(const Exposure& bodies, bool look) {
             const std::uint64_t bytes = bytes_of_bits(bent) | at_edge;
             std::memcpy(&bent_[first], &bytes, W);
         }
-        if (look && any(!(furthest < farthest))) moved_far.store(true, std::memory_order_relaxed);
-    });
-    return !moved_far;
-}
-
-bool Contacts::holds(const Exposure& bodies) const {
-    if (!lasts()) return false;
-    const Pack<places_at_once> farthest(farthest_squared(bodies));
-    std::atomic<bool> moved_far = false;
-    for_blocks(threads_, place_.size(), [&](std::size_t begin, std::size_t end, std::size_t) {
-        Pack<places_at_once> furthest(0.0);
-        for (std::size_t tile = begin; tile < end; ++tile) {
-            const Places moved = places(bodies, tile * places_at_once) - place_[tile];
-            furthest = max(furthest, dot(moved, moved));
-        }
         if (any(!(furthest < farthest))) moved_far.store(true, std::memory_order_relaxed);
     });
     return !moved_far;
 }
 
+/// All candidates are looked at in the next step.
+void Contacts::prune_anew(const Exposure& bodies) {
+    for_blocks(threads_, pruned_at_.size(), [&](std::size_t begin, std::size_t end, std::size_t) {
+        for (std::size_t tile = begin; tile < end; ++tile) pruned_at_[tile] = places(bodies, tile * places_at_once);
+    });
+    prunes_[0] = prunes_[1] = true;
+}
+
+/// Where elements have moved so far that pruning is due, they may also have moved so far that the list does not hold until the
+/// next one; elsewhere they have not.
+bool Contacts::holds(const Exposure& bodies) {
+    if (!lasts()) return false;
+    if (survey(bodies)) return true;
+    if (!all_within(bodies, place_, figures_.skin - margin_)) return false;
+    prune_anew(bodies);
+    return true;
+}
+
+/// Candidates that do not touch and are looked at in a step, over all that do not touch: those in the pruned list, and as many where
+/// lists are pruned so often as their margin is smaller than the skin.
+double Contacts::idle_share() const { return 2 * margin_ / figures_.skin; }
+
 /// A list may last so long that its inactive pairs cost more than a new one with less skin.
 bool Contacts::rebuild_pays() const {
-    return figures_.skin > least_skin * scene_.diameter &&
-           static_cast<double>(age_) * static_cast<double>(inactive_) > 4 * search_cost * static_cast<double>(scene_.slots);
+    return figures_.skin > least_skin * scene_.diameter && static_cast<double>(age_) * idle_share() * static_cast<double>(inactive_) >
+                                                               4 * search_cost * static_cast<double>(scene_.slots);
 }
 
 double Contacts::next_skin() {
     if (figures_.rebuilds > 0 && age_ > 0) {
-        // Inactive pairs grow with the skin, searches per step fall with it.
-        const double search = search_cost * static_cast<double>(scene_.slots) / static_cast<double>(age_);
-        const double change = std::clamp(std::sqrt(search / static_cast<double>(std::max<std::int64_t>(inactive_, 1))), 0.5, 1.5);
+        // Elements move by half the skin in `age` steps, by half the margin in a part of these: pairs that are looked at in a step are
+        // least, 2 inactive / sqrt(age), with a margin of skin / sqrt(age). Age and inactive pairs grow with the skin.
+        const auto age = static_cast<double>(age_), inactive = static_cast<double>(std::max<std::int64_t>(inactive_, 1));
+        const double search = search_cost * static_cast<double>(scene_.slots) / age,
+                     change = std::clamp(std::pow(search * std::sqrt(age) / inactive, 2.0 / 3), 0.5, 1.5);
         figures_.skin = std::clamp(figures_.skin * change, least_skin * scene_.diameter, scene_.diameter);
+        margin_ = figures_.skin * std::min(0.5, 1 / std::sqrt(change * age));
         age_ = 0;
     }
     return figures_.skin;
@@ -200,7 +231,10 @@ void Contacts::settle(const Exposure& bodies, std::span<const std::uint32_t> slo
     now_.clear(), later_.clear();
     for (std::uint32_t i = 0; i < deferred_.strips().size(); ++i) (deferred_.strips()[i].needs_ghosts ? later_ : now_).push_back(i);
     place_.resize((bodies.slots() + places_at_once - 1) / places_at_once);
-    for (std::size_t tile = 0; tile < place_.size(); ++tile) place_[tile] = places(bodies, tile * places_at_once);
+    pruned_at_.resize(place_.size());
+    prune_anew(bodies);
+    place_ = pruned_at_;
+    pruned_.make_room(list_, deferred_.blocks().size());
     bent_.assign(place_.size() * places_at_once, 1);
     edge_.assign(place_.size() * places_at_once, 0);
     double thickest = 0;
@@ -244,23 +278,20 @@ std::vector<double> Contacts::work(const Exposure& bodies) const {
     return work;
 }
 
-bool Contacts::begin(const Exposure& bodies, double time, double h, std::span<ExertedLoad> loads, bool look) {
-    if (look && !lasts()) return false;
-    if ((look || !now_.empty()) && !survey(bodies, look)) return false;
+void Contacts::begin(const Exposure& bodies, double time, double h, std::span<ExertedLoad> loads, bool may_repeat) {
     numbers_ = laws_.numbers(time);
-    may_repeat_ = !look;
+    may_repeat_ = may_repeat;
     if (may_repeat_ && !now_.empty()) { // on the way, while all is in cache
         status_before_.resize(status_.size());
         memory_before_.resize(memory_.size());
     }
-    work_through(bodies, h, now_, loads);
-    return true;
+    work_through(bodies, h, now_, std::exchange(prunes_[0], false), loads);
 }
 
 void Contacts::finish(const Exposure& bodies, double h, std::span<ExertedLoad> loads) {
     may_repeat_ = false;
-    if (!later_.empty()) survey(bodies, false);
-    work_through(bodies, h, later_, loads);
+    if (!later_.empty() && !survey(bodies)) prune_anew(bodies); // ghosts; their owners vouch for the list
+    work_through(bodies, h, later_, std::exchange(prunes_[1], false), loads);
     add_deferred(bodies, loads);
     ++age_;
     ContactFigures& f = figures_;

@@ -1,5 +1,7 @@
 // Contacts between rods: candidates, pairs in contact, their forces and memory.                              theory.md section 18
 //   list of candidates, rebuilt when elements have moved half its skin
+//   pruned list: the candidates that are within a margin of each other, a fraction of the skin; steps look at no others until
+//   elements have moved half of that
 //   push, for a block of bodies, with what the stages hand on in a work area that stays in the second cache:
 //     find_touching     the candidates that touch, packed
 //     weigh             near joints: where they are, and their share                                            joints.hpp
@@ -16,6 +18,7 @@
 #include "contact/deferred_loads.hpp"
 #include "contact/joints.hpp"
 #include "contact/pair_list.hpp"
+#include "contact/pruned_list.hpp"
 #include "contact/response.hpp"
 
 #include <optional>
@@ -28,7 +31,7 @@ public:
     ~Contacts() override;
 
     bool lasts() const override { return !list_.first.empty() && !rebuild_pays(); }
-    bool holds(const Exposure& bodies) const override;
+    bool holds(const Exposure& bodies) override;
     double next_skin() override;
     void let_go(const Exposure& bodies) override;
     std::int64_t search(const Exposure& near, std::span<std::uint8_t> wanted) override;
@@ -36,7 +39,7 @@ public:
     void settle(const Exposure& bodies, std::span<const std::uint32_t> slot, std::int64_t inactive) override;
     void restore(std::span<const KeptContact> kept, double friction_work = 0, double viscous_work = 0) override;
     std::vector<KeptContact> kept(const Exposure& bodies) const override;
-    bool begin(const Exposure& bodies, double time, double h, std::span<ExertedLoad> loads, bool look) override;
+    void begin(const Exposure& bodies, double time, double h, std::span<ExertedLoad> loads, bool may_repeat) override;
     void finish(const Exposure& bodies, double h, std::span<ExertedLoad> loads) override;
     std::span<const std::uint8_t> touched() const override { return touched_; }
     ContactFigures figures() const override { return figures_; }
@@ -67,13 +70,16 @@ private:
     };
 
     static Places places(const Exposure& bodies, std::size_t first);
-    double farthest_squared(const Exposure& bodies) const;
-    bool survey(const Exposure& bodies, bool look);
+    bool all_within(const Exposure& bodies, const AlignedVector<Places>& from, double gap) const;
+    bool survey(const Exposure& bodies);
+    void prune_anew(const Exposure& bodies);
+    double idle_share() const;
     bool rebuild_pays() const;
     std::vector<KeptContact> touching_pairs(const Exposure& bodies, bool of_own) const;
     void place_kept(const Exposure& bodies);
 
-    void work_through(const Exposure& bodies, double h, std::span<const std::uint32_t> strips, std::span<ExertedLoad> loads);
+    void work_through(const Exposure& bodies, double h, std::span<const std::uint32_t> strips, bool prune,
+                      std::span<ExertedLoad> loads);
     void add_deferred(const Exposure& bodies, std::span<ExertedLoad> loads);
     /// A block, as the stages of its contacts see it.
     struct Work {
@@ -84,9 +90,11 @@ private:
         DeferredLoads::Deferring& deferring;
         BlockFigures& figures;
         ExertedLoad* load;
+        std::size_t number; ///< of the block
+        bool prune;         ///< all candidates are looked at
     };
     void push(const Work& work, WorkArea& area);
-    void find_touching(const Work& work, WorkArea& area) const;
+    template <bool prune> void find_touching(const Work& work, WorkArea& area);
     void weigh(const Work& work, WorkArea& area) const;
     void follow_springs(const Work& work, const WorkArea& area);
     void push_sides(const Work& work, WorkArea& area, Sums& sums);
@@ -148,6 +156,10 @@ private:
     PairList list_;
     DeferredLoads deferred_;
     AlignedVector<Places> place_; ///< of nodes when the list was made, so many at once
+    PrunedList pruned_;
+    double margin_ = 0;                    ///< m
+    AlignedVector<Places> pruned_at_;      ///< of nodes when pruning was last due
+    bool prunes_[2] = {true, true};        ///< in the next step: strips in now_, in later_
     /// Status of a pair, as bits.
     enum : std::uint8_t { touching = 1 };
     std::vector<std::uint8_t> status_;            ///< by pair; padded

@@ -86,8 +86,8 @@ std::int64_t ContactInteraction::element(std::size_t slot) const {
     return exposure_->element(slot) / (strained ? 1 : 2);
 }
 
-bool ContactInteraction::add_own(const Step& step) {
-    return contacts_->begin(*exposure_, step.time, step.kick, loads_->load, single_rank());
+void ContactInteraction::add_own(const Step& step) {
+    contacts_->begin(*exposure_, step.time, step.kick, loads_->load, comm_.size() > 1);
 }
 
 void ContactInteraction::add_shared(const Step& step) {

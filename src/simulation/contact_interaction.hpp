@@ -12,13 +12,13 @@ class ContactInteraction final : public Interaction {
 public:
     explicit ContactInteraction(const InteractionParts& parts);
 
-    bool holds() const override { return single_rank() ? contacts_->lasts() : contacts_->holds(*exposure_); }
+    bool holds() override { return contacts_->holds(*exposure_); }
     double begin_rebuild() override;
     void find_partners(const Exposure& near, std::span<std::uint8_t> wanted) override;
     void settle(std::span<const std::uint32_t> slot) override;
     void follow(const InteractionParts& parts) override;
     void add_work(std::span<const LocalRod> own, std::span<double> work) const override;
-    bool add_own(const Step& step) override;
+    void add_own(const Step& step) override;
     void add_shared(const Step& step) override;
     std::string invalid() const override;
     double step_limit() const override;
@@ -38,7 +38,6 @@ public:
     void forces(std::int64_t gid, std::span<Vec3d> out) const;
 
 private:
-    bool single_rank() const { return comm_.size() == 1; }
     OwnerDirectory directory() const;
     /// Of a slot: the element of a rod, or the part of a body.
     std::int64_t element(std::size_t slot) const;

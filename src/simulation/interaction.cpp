@@ -55,8 +55,8 @@ void couple(const Interactions& all, Neighbourhood& neighbourhood, const Step& s
         for (const auto& one : all) work(*one);
     };
     bool hold = true;
-    const auto add_own = [&](Interaction& one) { hold = one.add_own(step) && hold; };
-    for_each([&](const Interaction& one) { hold = hold && one.holds(); });
+    const auto add_own = [&](Interaction& one) { one.add_own(step); };
+    for_each([&](Interaction& one) { hold = hold && one.holds(); });
     {
         const auto timing = timers.time(Phase::exchange);
         neighbourhood.publish(hold);

@@ -49,7 +49,7 @@ public:
     virtual ~Interaction() = default;
 
     /// Whether its partners are still all that bodies may have where they are now. This rank alone.
-    virtual bool holds() const { return true; }
+    virtual bool holds() { return true; }
     /// A rebuild of partners, in three calls. First: slots are about to change their numbers; returns the reach, m, within which
     /// elements of others are to be seen. Second: finds partners among all elements near, and marks the ghosts that it needs.
     /// Third: takes the slots from now on, by slot of the search; collective.
@@ -68,8 +68,8 @@ public:
     }
 
     /// Adds loads to those of the slots, when own bodies have exposed themselves: those for which no ghost is needed. This rank
-    /// alone. On a single rank, false where partners turn out not to hold.
-    virtual bool add_own(const Step& step) { return static_cast<void>(step), true; }
+    /// alone.
+    virtual void add_own(const Step& step) { static_cast<void>(step); }
     /// The rest, when ghosts have arrived. This rank alone.
     virtual void add_shared(const Step& step) { static_cast<void>(step); }
     /// After the kick: drives what answers the bodies, such as walls with servos. Collective.

@@ -73,7 +73,7 @@ struct Share {
     void step(const Communicator& comm, double h) {
         const bool hold = contacts.holds(*bodies);
         neighbourhood.publish(hold);
-        if (hold) contacts.begin(*bodies, 0, h, loads.load, false);
+        if (hold) contacts.begin(*bodies, 0, h, loads.load, true);
         rebuilt = !neighbourhood.arrive();
         if (rebuilt) {
             contacts.let_go(*bodies);
@@ -83,7 +83,7 @@ struct Share {
             const auto slot = neighbourhood.narrow(wanted);
             loads.load.resize(bodies->slots());
             contacts.settle(*bodies, slot, comm.sum(inactive));
-            contacts.begin(*bodies, 0, h, loads.load, false);
+            contacts.begin(*bodies, 0, h, loads.load, true);
         }
         contacts.finish(*bodies, h, loads.load);
         loads.touched = contacts.touched();

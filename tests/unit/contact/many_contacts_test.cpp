@@ -88,7 +88,7 @@ struct Rank {
 void step_together(std::span<Rank* const> ranks, double h, bool again = false) {
     if (again)
         for (Rank* r : ranks)
-            if (r->contacts.holds(r->bodies)) r->contacts.begin(r->bodies, 0, h, r->loads.load, false);
+            if (r->contacts.holds(r->bodies)) r->contacts.begin(r->bodies, 0, h, r->loads.load, true);
     if (again || !std::all_of(ranks.begin(), ranks.end(), [](Rank* r) { return r->contacts.holds(r->bodies); })) {
         std::int64_t inactive = 0;
         for (Rank* r : ranks) {
@@ -104,7 +104,7 @@ void step_together(std::span<Rank* const> ranks, double h, bool again = false) {
         }
     }
     for (Rank* r : ranks) {
-        r->contacts.begin(r->bodies, 0, h, r->loads.load, false);
+        r->contacts.begin(r->bodies, 0, h, r->loads.load, true);
         r->contacts.finish(r->bodies, h, r->loads.load);
         r->loads.touched = r->contacts.touched();
     }

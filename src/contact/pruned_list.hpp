@@ -1,0 +1,48 @@
+// Candidates that may touch before long: those of each block that were within a margin when all of them were last looked at. In
+// order, a block's own part of each array, which begins behind room for the padding of those before.
+//   Pall, Hess 2013, Comput. Phys. Commun. 184, 2641; Pall et al. 2020, J. Chem. Phys. 153, 134110 (dual lists, pruning)
+#pragma once
+
+#include "contact/pair_list.hpp"
+
+#include <algorithm>
+
+namespace skein {
+
+class PrunedList {
+public:
+    /// Candidates of a block, a column each, from `begin` on; `count` of them, and copies of the last behind these.
+    struct Part {
+        std::uint32_t* candidate; ///< its number in the list
+        Pair* pair;
+        std::uint8_t* joints;
+        std::uint32_t& count;
+    };
+
+    /// Room for any candidates of each block; none is in it.
+    void make_room(const PairList& list, std::size_t blocks) {
+        const std::size_t room = list.count() + (blocks + 1) * PairList::padding;
+        candidate_.need(room), pair_.need(room), joints_.need(room);
+        count_.assign(blocks, 0);
+    }
+    /// Of a block, the first of whose candidates is this one in the list.
+    Part of(std::size_t block, std::uint32_t first) {
+        const std::size_t begin = first + block * PairList::padding;
+        return {candidate_.data() + begin, pair_.data() + begin, joints_.data() + begin, count_[block]};
+    }
+    static void pad(const Part& part) {
+        if (part.count == 0) return;
+        const std::uint32_t last = part.count - 1;
+        std::fill_n(part.candidate + part.count, PairList::padding, part.candidate[last]);
+        std::fill_n(part.pair + part.count, PairList::padding, part.pair[last]);
+        std::fill_n(part.joints + part.count, PairList::padding, part.joints[last]);
+    }
+
+private:
+    UnsetArray<std::uint32_t> candidate_;
+    UnsetArray<Pair> pair_;
+    UnsetArray<std::uint8_t> joints_;
+    std::vector<std::uint32_t> count_; ///< by block
+};
+
+} // namespace skein
