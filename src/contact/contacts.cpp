@@ -52,11 +52,17 @@ double farthest_squared(const Exposure& bodies, double gap) {
 
 } // namespace
 
+/// body(begin, end) over tiles of places, some hundreds at a time.
+template <class F> void Contacts::for_place_tiles(F&& body) const {
+    for_blocks(threads_, place_.size() * places_at_once,
+               [&](std::size_t begin, std::size_t end, std::size_t) { body(begin / places_at_once, end / places_at_once); });
+}
+
 /// Whether no two elements that were a gap apart can have met since nodes were there.
 bool Contacts::all_within(const Exposure& bodies, const AlignedVector<Places>& from, double gap) const {
     const Pack<places_at_once> farthest(farthest_squared(bodies, gap));
     std::atomic<bool> moved_far = false;
-    for_blocks(threads_, from.size(), [&](std::size_t begin, std::size_t end, std::size_t) {
+    for_place_tiles([&](std::size_t begin, std::size_t end) {
         Pack<places_at_once> furthest(0.0);
         for (std::size_t tile = begin; tile < end; ++tile) {
             const Places moved = places(bodies, tile * places_at_once) - from[tile];
@@ -76,17 +82,22 @@ bool Contacts::survey(const Exposure& bodies) {
     const P by_length(1.8 * bend * bend), largest(1.8 * 0.15 * 0.15), farthest(farthest_squared(bodies, margin_));
     const std::size_t last = bodies.slots() - 1;
     std::atomic<bool> moved_far = false;
-    for_blocks(threads_, place_.size(), [&](std::size_t begin, std::size_t end, std::size_t) {
+    for_place_tiles([&](std::size_t begin, std::size_t end) {
         const auto at = [&](std::size_t slot) { return bodies.node[std::min(slot, last)].position; };
         Vec3d before = begin > 0 ? at(begin * W) - at(begin * W - 1) : Vec3d{0, 0, 0};
         P furthest(0.0);
+        Vec3<P> here = places(bodies, begin * W);
         for (std::size_t tile = begin; tile < end; ++tile) {
             const std::size_t first = tile * W;
-            const Vec3<P> here = places(bodies, first), moved = here - pruned_at_[tile], e2 = places(bodies, first + 1) - here;
+            const Vec3<P> next = places(bodies, first + W), moved = here - pruned_at_[tile];
             furthest = max(furthest, dot(moved, moved));
+            Vec3<P> behind = from_lane_after(here);
+            set_lane(behind, W - 1, lane(next, 0));
+            const Vec3<P> e2 = behind - here;
             Vec3<P> e1 = from_lane_before(e2);
             set_lane(e1, 0, before);
             before = lane(e2, W - 1);
+            here = next;
             const Vec3<P> change = e2 - e1;
             const P l1 = dot(e1, e1), l2 = dot(e2, e2);
             const unsigned bent = bits_of(dot(change, change) > min(by_length * min(l1, l2), largest) * (l1 + l2));
@@ -102,7 +113,7 @@ bool Contacts::survey(const Exposure& bodies) {
 
 /// All candidates are looked at in the next step.
 void Contacts::prune_anew(const Exposure& bodies) {
-    for_blocks(threads_, pruned_at_.size(), [&](std::size_t begin, std::size_t end, std::size_t) {
+    for_place_tiles([&](std::size_t begin, std::size_t end) {
         for (std::size_t tile = begin; tile < end; ++tile) pruned_at_[tile] = places(bodies, tile * places_at_once);
     });
     prunes_[0] = prunes_[1] = true;

@@ -70,6 +70,7 @@ private:
     };
 
     static Places places(const Exposure& bodies, std::size_t first);
+    template <class F> void for_place_tiles(F&& body) const;
     bool all_within(const Exposure& bodies, const AlignedVector<Places>& from, double gap) const;
     bool survey(const Exposure& bodies);
     void prune_anew(const Exposure& bodies);

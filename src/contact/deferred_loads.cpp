@@ -7,7 +7,7 @@ namespace skein {
 
 namespace {
 
-constexpr std::size_t strips_per_thread = 2, // of which some take longer than others
+constexpr std::size_t strips_per_thread = 4, // of which some take longer than others
     rows_per_pair = 3;                       // of near-parallel elements; others have one
 
 } // namespace
