@@ -58,39 +58,25 @@ template <class F> void Contacts::for_place_tiles(F&& body) const {
                [&](std::size_t begin, std::size_t end, std::size_t) { body(begin / places_at_once, end / places_at_once); });
 }
 
-/// Whether no two elements that were a gap apart can have met since nodes were there.
-bool Contacts::all_within(const Exposure& bodies, const AlignedVector<Places>& from, double gap) const {
-    const Pack<places_at_once> farthest(farthest_squared(bodies, gap));
-    std::atomic<bool> moved_far = false;
-    for_place_tiles([&](std::size_t begin, std::size_t end) {
-        Pack<places_at_once> furthest(0.0);
-        for (std::size_t tile = begin; tile < end; ++tile) {
-            const Places moved = places(bodies, tile * places_at_once) - from[tile];
-            furthest = max(furthest, dot(moved, moved));
-        }
-        if (any(!(furthest < farthest))) moved_far.store(true, std::memory_order_relaxed);
-    });
-    return !moved_far;
-}
-
 /// Marks joints at which elements are bent against each other by more than a part of what lets shares fade: by e1, e2 with |e2 -
-/// e1|^2 above 1.8 b^2 (|e1|^2 + |e2|^2), the sine of half the angle is above b. Returns whether the pruned list holds.
-bool Contacts::survey(const Exposure& bodies) {
+/// e1|^2 above 1.8 b^2 (|e1|^2 + |e2|^2), the sine of half the angle is above b. Returns which lists hold.
+Contacts::Holding Contacts::survey(const Exposure& bodies) {
     constexpr int W = places_at_once;
     using P = Pack<W>;
     const double bend = steepest_of_bent_ * held * bodies.scene().joint_reach(); // over an element's length
-    const P by_length(1.8 * bend * bend), largest(1.8 * 0.15 * 0.15), farthest(farthest_squared(bodies, margin_));
+    const P by_length(1.8 * bend * bend), largest(1.8 * 0.15 * 0.15);
     const std::size_t last = bodies.slots() - 1;
-    std::atomic<bool> moved_far = false;
+    const P from_list(farthest_squared(bodies, figures_.skin)), from_pruned(farthest_squared(bodies, margin_));
+    std::atomic<bool> list = true, pruned = true;
     for_place_tiles([&](std::size_t begin, std::size_t end) {
         const auto at = [&](std::size_t slot) { return bodies.node[std::min(slot, last)].position; };
         Vec3d before = begin > 0 ? at(begin * W) - at(begin * W - 1) : Vec3d{0, 0, 0};
-        P furthest(0.0);
+        P since_list(0.0), since_pruned(0.0);
         Vec3<P> here = places(bodies, begin * W);
         for (std::size_t tile = begin; tile < end; ++tile) {
             const std::size_t first = tile * W;
-            const Vec3<P> next = places(bodies, first + W), moved = here - pruned_at_[tile];
-            furthest = max(furthest, dot(moved, moved));
+            const Vec3<P> next = places(bodies, first + W), way = here - place_[tile], last_way = here - pruned_at_[tile];
+            since_list = max(since_list, dot(way, way)), since_pruned = max(since_pruned, dot(last_way, last_way));
             Vec3<P> behind = from_lane_after(here);
             set_lane(behind, W - 1, lane(next, 0));
             const Vec3<P> e2 = behind - here;
@@ -106,9 +92,10 @@ bool Contacts::survey(const Exposure& bodies) {
             const std::uint64_t bytes = bytes_of_bits(bent) | at_edge;
             std::memcpy(&bent_[first], &bytes, W);
         }
-        if (any(!(furthest < farthest))) moved_far.store(true, std::memory_order_relaxed);
+        if (any(!(since_list < from_list))) list.store(false, std::memory_order_relaxed);
+        if (any(!(since_pruned < from_pruned))) pruned.store(false, std::memory_order_relaxed);
     });
-    return !moved_far;
+    return {list, pruned};
 }
 
 /// All candidates are looked at in the next step.
@@ -119,30 +106,28 @@ void Contacts::prune_anew(const Exposure& bodies) {
     prunes_[0] = prunes_[1] = true;
 }
 
-/// Where elements have moved so far that pruning is due, they may also have moved so far that the list does not hold until the
-/// next one; elsewhere they have not.
 bool Contacts::holds(const Exposure& bodies) {
     if (!lasts()) return false;
-    if (survey(bodies)) return true;
-    if (!all_within(bodies, place_, figures_.skin - margin_)) return false;
-    prune_anew(bodies);
-    return true;
+    const Holding holding = survey(bodies);
+    if (holding.list && !holding.pruned) prune_anew(bodies);
+    return holding.list;
 }
 
-/// Candidates that do not touch and are looked at in a step, over all that do not touch: those in the pruned list, and as many where
-/// lists are pruned so often as their margin is smaller than the skin.
+/// Candidates that do not touch and are looked at in a step, over all that do not touch: those in the pruned list, and as many
+/// where lists are pruned so often as their margin is smaller than the skin.
 double Contacts::idle_share() const { return 2 * margin_ / figures_.skin; }
 
 /// A list may last so long that its inactive pairs cost more than a new one with less skin.
 bool Contacts::rebuild_pays() const {
-    return figures_.skin > least_skin * scene_.diameter && static_cast<double>(age_) * idle_share() * static_cast<double>(inactive_) >
-                                                               4 * search_cost * static_cast<double>(scene_.slots);
+    return figures_.skin > least_skin * scene_.diameter &&
+           static_cast<double>(age_) * idle_share() * static_cast<double>(inactive_) >
+               4 * search_cost * static_cast<double>(scene_.slots);
 }
 
 double Contacts::next_skin() {
     if (figures_.rebuilds > 0 && age_ > 0) {
-        // Elements move by half the skin in `age` steps, by half the margin in a part of these: pairs that are looked at in a step are
-        // least, 2 inactive / sqrt(age), with a margin of skin / sqrt(age). Age and inactive pairs grow with the skin.
+        // Elements move by half the skin in `age` steps, by half the margin in a part of these: pairs that are looked at in a step
+        // are least, 2 inactive / sqrt(age), with a margin of skin / sqrt(age). Age and inactive pairs grow with the skin.
         const auto age = static_cast<double>(age_), inactive = static_cast<double>(std::max<std::int64_t>(inactive_, 1));
         const double search = search_cost * static_cast<double>(scene_.slots) / age,
                      change = std::clamp(std::pow(search * std::sqrt(age) / inactive, 2.0 / 3), 0.5, 1.5);
@@ -301,7 +286,7 @@ void Contacts::begin(const Exposure& bodies, double time, double h, std::span<Ex
 
 void Contacts::finish(const Exposure& bodies, double h, std::span<ExertedLoad> loads) {
     may_repeat_ = false;
-    if (!later_.empty() && !survey(bodies)) prune_anew(bodies); // ghosts; their owners vouch for the list
+    if (!later_.empty() && !survey(bodies).pruned) prune_anew(bodies); // ghosts; their owners vouch for the list
     work_through(bodies, h, later_, std::exchange(prunes_[1], false), loads);
     add_deferred(bodies, loads);
     ++age_;

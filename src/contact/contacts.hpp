@@ -71,8 +71,11 @@ private:
 
     static Places places(const Exposure& bodies, std::size_t first);
     template <class F> void for_place_tiles(F&& body) const;
-    bool all_within(const Exposure& bodies, const AlignedVector<Places>& from, double gap) const;
-    bool survey(const Exposure& bodies);
+    /// Whether the lists have all pairs that may touch where elements are now.
+    struct Holding {
+        bool list, pruned;
+    };
+    Holding survey(const Exposure& bodies);
     void prune_anew(const Exposure& bodies);
     double idle_share() const;
     bool rebuild_pays() const;
@@ -158,9 +161,9 @@ private:
     DeferredLoads deferred_;
     AlignedVector<Places> place_; ///< of nodes when the list was made, so many at once
     PrunedList pruned_;
-    double margin_ = 0;                    ///< m
-    AlignedVector<Places> pruned_at_;      ///< of nodes when pruning was last due
-    bool prunes_[2] = {true, true};        ///< in the next step: strips in now_, in later_
+    double margin_ = 0;               ///< m
+    AlignedVector<Places> pruned_at_; ///< of nodes when pruning was last due
+    bool prunes_[2] = {true, true};   ///< in the next step: strips in now_, in later_
     /// Status of a pair, as bits.
     enum : std::uint8_t { touching = 1 };
     std::vector<std::uint8_t> status_;            ///< by pair; padded
