@@ -1,10 +1,14 @@
 #!/usr/bin/env python3
-"""Figures of a nest under its lid: plot.py RUN [--area M2] [--contact-bench JSON] [--scaling CSV]
+"""Figures of a nest under its lid: plot.py RUN [--area M2] [--beside RUN] [--before RUN] [--contact-bench JSON] [--scaling CSV]
 
 Prints what loops.py measures and draws
-  RUN/nest.png   the bed at rest and at its highest load, stress over strain, coordination over stress and time
-  RUN/cost.png   where the time of a step goes (from summary.json); cost of finding candidates over the number of rods, from the JSON of
-                 bench_contact (--benchmark_format=json); speed over cores, from a table of bench/scenes/nest/nest.py
+  RUN/nest.png   the bed at rest and at its highest load, stress over strain, coordination over stress and time; of the run beside it
+                 the last cycle, in grey
+  RUN/work.png   what the lid's work becomes, cycle by cycle; where the run has written contacts (output.contacts), forces in a slice
+                 of the bed and how they are distributed, at the highest load that a table has
+  RUN/cost.png   where the time of a step goes (from summary.json), and went in another program's run (--before); cost of finding
+                 candidates over the number of rods, from the JSON of bench_contact (--benchmark_format=json); speed over cores, from a
+                 table of bench/scenes/nest/nest.py
 as in the figure of nests of the Elastica++ paper (docs/references.md). Needs numpy, h5py and matplotlib.
 """
 
@@ -24,6 +28,7 @@ import numpy as np  # noqa: E402
 
 matplotlib.use("Agg")
 import matplotlib.pyplot as plt  # noqa: E402  (after the choice of Agg)
+from matplotlib.collections import LineCollection  # noqa: E402
 from matplotlib.cm import ScalarMappable  # noqa: E402
 from matplotlib.colors import Normalize  # noqa: E402
 
@@ -33,6 +38,9 @@ import packing  # noqa: E402
 from style import INK, QUIET, bare, heading  # noqa: E402  (from apps/figures)
 
 CYCLES = plt.get_cmap("viridis")
+WORK = {"friction_J": ("friction", "#b8563b"), "dashpots_J": ("dashpots of contacts", "#dfa65a"), "rods_damping_J": ("drag on rods", "#8fb0d4")}
+FORCE = "#8e2f3f"
+PUBLISHED_Z = 7  # contacts per rod under compression, in the paper
 WALL_TIME = {"rods": ("rods", "#c8a15a"), "contacts": ("contacts and search", "#3f6fa8"), "exchange": ("loads handed over", "#8fb0d4"),
              "output": ("series, frames, checkpoints", "#c9ced6")}
 PAPER = {"Elastica++ (paper)": 26, "control study (paper)": 44}  # % of the time that rods take
@@ -66,7 +74,17 @@ def axis_words(axes, x, y):
     bare(axes, "left", "bottom")
 
 
-def draw_loops(axes, run, figures):
+def last_cycle(run):
+    """Rows of its way forth and back."""
+    whole = [(up, down) for _, up, down in parts(run) if down.stop]
+    return whole[-1] if whole else (slice(0, 0), slice(0, 0))
+
+
+def draw_loops(axes, run, figures, beside):
+    if beside:
+        h0 = beside.height[loops.first_touch(beside)]
+        for rows, label in zip(last_cycle(beside), (f"{beside.summary.get('rods', 'other')} rods, last cycle", None)):
+            axes.plot((h0 - beside.height[rows]) / h0, 1e-3 * beside.lid_stress[rows], color=QUIET, lw=0.9, label=label)
     found = parts(run)
     strain = (figures["H0_m"] - run.height) / figures["H0_m"]
     stress = 1e-3 * run.lid_stress
@@ -82,7 +100,12 @@ def draw_loops(axes, run, figures):
     heading(axes, "loading (full) and unloading (dashed)")
 
 
-def draw_coordination_over_stress(axes, run):
+def draw_coordination_over_stress(axes, run, beside):
+    if beside:
+        for rows in last_cycle(beside):
+            axes.plot(1e-3 * beside.lid_stress[rows], smooth(beside["coordination[-]"])[rows], color=QUIET, lw=0.9)
+    axes.axhline(PUBLISHED_Z, color=QUIET, lw=0.7, ls=":")
+    axes.annotate("paper", (0, PUBLISHED_Z), (3, 2), textcoords="offset points", color=QUIET)
     found, z = parts(run), smooth(run["coordination[-]"])
     stress = 1e-3 * run.lid_stress
     for k, up, down in found:
@@ -117,7 +140,7 @@ def pictured(run):
     return [(rows[i], found[i][1], found[i][2]) for i in (rest, peak)]
 
 
-def draw_nest(path, run, figures):
+def draw_nest(path, run, figures, beside):
     figure = plt.figure(figsize=(9, 8.6), facecolor="white")
     chosen = pictured(run)
     rods = [frames.read_rods(file, number) for _, file, number in chosen]
@@ -132,8 +155,8 @@ def draw_nest(path, run, figures):
     bar.ax.tick_params(length=0, labelcolor=INK)
     bar.ax.set_xlabel("strain by bending [%]", color=INK, labelpad=2)
 
-    draw_loops(figure.add_axes([0.08, 0.075, 0.4, 0.42]), run, figures)
-    draw_coordination_over_stress(figure.add_axes([0.58, 0.33, 0.4, 0.165]), run)
+    draw_loops(figure.add_axes([0.08, 0.075, 0.4, 0.42]), run, figures, beside)
+    draw_coordination_over_stress(figure.add_axes([0.58, 0.33, 0.4, 0.165]), run, beside)
     draw_coordination_over_time(figure.add_axes([0.58, 0.075, 0.4, 0.14]), run)
     figure.text(0.02, 0.965, figures["title"], color=INK, fontsize=13, va="center")
     figure.text(0.02, 0.937, "; ".join(words(figures)), color=QUIET, va="center")
@@ -146,6 +169,76 @@ def words(figures):
         yield "of the lid's work " + ", ".join(f"{100 * c['psi']:.0f} %" for c in figures["cycles"]) + " are lost, cycle by cycle"
         if len(figures["cycles"]) < 4:
             yield "the bed sinks by " + ", ".join(f"{1e3 * c['residual_m']:.2f} mm" for c in figures["cycles"])
+
+
+def contacts_at_highest_load(run):
+    """Table of contacts, by heading, and lid's stress there; none where the run has written no table with contacts."""
+    best = None
+    for path in sorted(run.directory.glob("contacts_*.csv")):
+        row = int(np.argmin(np.abs(run["step"] - int(path.stem.split("_")[1]))))
+        if best is None or run.lid_stress[row] > best[1]:
+            best = path, run.lid_stress[row]
+    if best is None:
+        return None
+    with open(best[0]) as file:
+        names, *lines = file.read().splitlines()
+    return (dict(zip(names.split(","), np.loadtxt(lines, delimiter=",", ndmin=2).T)), best[1]) if lines else None
+
+
+def draw_work(axes, figures):
+    bottom = np.zeros(len(figures["cycles"]))
+    k = np.arange(1, len(bottom) + 1)
+    for key, (label, colour) in WORK.items():
+        share = 100 * np.array([c[key] / c["work_in_J"] for c in figures["cycles"]])
+        axes.bar(k, share, bottom=bottom, color=colour, width=0.6, label=label)
+        bottom += share
+    axes.plot(k, [100 * c["psi"] for c in figures["cycles"]], color=INK, marker="_", ms=26, lw=0, label="all that is not returned")
+    axes.set_xticks(k)
+    axis_words(axes, "cycle", "share of the lid's work [%]")
+    axes.legend(frameon=False, labelcolor=INK, loc="upper right", handlelength=1)
+    heading(axes, "what the lid's work becomes")
+
+
+def draw_chains(axes, contacts, radius):
+    """Contacts in the middle of the bed as bars along their forces, from axis to axis, as wide as the forces are large."""
+    place = np.stack([contacts[f"{i}[m]"] for i in "xyz"], axis=1)
+    force = np.stack([contacts[f"force_{i}[N]"] for i in "xyz"], axis=1)
+    size = np.linalg.norm(force, axis=1)
+    middle = 0.5 * (place[:, 1].min() + place[:, 1].max())
+    chosen = (np.abs(place[:, 1] - middle) < 0.1 * np.ptp(place[:, 1])) & (size > 0)
+    along = radius * force[chosen] / size[chosen, None]
+    ends = np.stack([place[chosen] - along, place[chosen] + along], axis=1)[..., [0, 2]]
+    axes.add_collection(LineCollection(1e3 * ends, linewidths=0.5 * size[chosen] / np.mean(size), colors=FORCE, alpha=0.75, capstyle="round"))
+    axes.autoscale()
+    axes.set_aspect("equal")
+    axis_words(axes, "x [mm]", "z [mm]")
+    heading(axes, "forces in a slice, a fifth of the bed thick; width: force")
+
+
+def draw_distribution(axes, contacts):
+    force = np.hypot(contacts["normal[N]"], contacts["friction[N]"])
+    over_mean = force / np.average(force)
+    density, edges = np.histogram(over_mean, bins=40, density=True)
+    centre = 0.5 * (edges[1:] + edges[:-1])
+    axes.semilogy(centre[density > 0], density[density > 0], color=FORCE, marker="o", ms=3, lw=0)
+    axes.semilogy(centre, np.exp(-centre), color=QUIET, lw=1, ls="--", label="exponential")
+    axes.set_ylim(0.5 / len(force), None)
+    axis_words(axes, "force over its mean", "probability density")
+    axes.legend(frameon=False, labelcolor=INK)
+    heading(axes, f"{len(force)} pairs of elements, mean {np.average(force):.2f} N")
+
+
+def draw_what_becomes(path, run, figures):
+    found = contacts_at_highest_load(run)
+    figure = plt.figure(figsize=(9, 6.6 if found else 3.3), facecolor="white")
+    draw_work(figure.add_axes([0.08, 0.085, 0.38, 0.33] if found else [0.08, 0.16, 0.6, 0.7]), figures)
+    if found:
+        contacts, stress = found
+        draw_distribution(figure.add_axes([0.59, 0.085, 0.38, 0.33]), contacts)
+        draw_chains(figure.add_axes([0.08, 0.55, 0.89, 0.36]), contacts, max(run.physics["rods"][0]["section"]["radius"], 1e-9))
+        figure.text(0.02, 0.965, f"{figures['title']}: {1e-3 * stress:.1f} kPa", color=INK, fontsize=13, va="center")
+    figure.savefig(path, dpi=120, pil_kwargs={"optimize": True})
+    plt.close(figure)
 
 
 def draw_split(axes, run):
@@ -215,14 +308,35 @@ def draw_scaling(axes, path):
     heading(axes, "strong scaling; squares: several ranks")
 
 
-def draw_cost(path, run, bench, scaling):
+def draw_before(axes, run, before):
+    """What an element-step costs on one core, part by part, in both."""
+    parts_of = ("rods", "contacts", "search", "exchange")
+    for y, (of, word) in enumerate(((run, "now"), (before, "before"))):
+        left = 0.0
+        steps = of.summary["element_steps"] / (of.summary["ranks"] * of.summary["threads"])
+        for k, name in enumerate(parts_of):
+            ns = 1e9 * of.summary["phases"].get(name, {"mean_s": 0})["mean_s"] / steps
+            axes.barh(y, ns, left=left, height=0.6, color=("#c8a15a", "#3f6fa8", "#8e2f3f", "#8fb0d4")[k], label=name if y == 0 else None)
+            if ns > 2:
+                axes.text(left + 0.5 * ns, y, f"{ns:.0f}", color="white", ha="center", va="center", fontweight="bold")
+            left += ns
+    axes.set_yticks([0, 1], labels=["now", "before"])
+    axes.set_xlabel("ns an element-step and core", color=INK, labelpad=3)
+    bare(axes, "bottom")
+    axes.tick_params(axis="y", length=0)
+    axes.legend(frameon=False, labelcolor=INK, ncols=4, loc="lower left", bbox_to_anchor=(0, 1.0), columnspacing=1.2, handlelength=1)
+
+
+def draw_cost(path, run, bench, scaling, before):
     more = [(draw, source) for draw, source in ((draw_search, bench), (draw_scaling, scaling)) if source]
-    height, width = (6.5 if more else 3.1), (0.39 if len(more) == 2 else 0.89)
+    height = 3.1 + (1.9 if before else 0) + (3.4 if more else 0)
     figure = plt.figure(figsize=(9, height), facecolor="white")
     draw_split(figure.add_axes([0.19, 1 - 2.55 / height, 0.78, 1.45 / height]), run)
+    if before:
+        draw_before(figure.add_axes([0.19, 1 - 4.5 / height, 0.78, 0.9 / height]), run, loops.read(before))
     figure.text(0.02, 1 - 0.3 / height, "Where the time goes", color=INK, fontsize=13, va="center")
     for k, (draw, source) in enumerate(more):
-        draw(figure.add_axes([0.09 + 0.5 * k, 0.09, width, 2.4 / height]), source)
+        draw(figure.add_axes([0.09 + 0.5 * k, 0.6 / height, 0.39 if len(more) == 2 else 0.89, 2.4 / height]), source)
     figure.savefig(path, dpi=120, pil_kwargs={"optimize": True})
     plt.close(figure)
 
@@ -231,6 +345,8 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("run", type=Path, help="directory of a run's results")
     parser.add_argument("--area", type=float, help="of the base, m^2; default: the servo's")
+    parser.add_argument("--beside", type=Path, help="another run, whose last cycle is drawn in grey")
+    parser.add_argument("--before", type=Path, help="a run of another program, to compare costs with")
     parser.add_argument("--contact-bench", type=Path, help="JSON of bench_contact")
     parser.add_argument("--scaling", type=Path, help="table of bench/scenes/nest/nest.py")
     arguments = parser.parse_args()
@@ -241,9 +357,11 @@ def main():
     (arguments.run / "loops.json").write_text(json.dumps(figures, indent=2) + "\n")
     plt.rcParams.update({"font.size": 9, "font.family": "DejaVu Sans"})
     if frames.frames(arguments.run):
-        draw_nest(arguments.run / "nest.png", run, figures)
+        draw_nest(arguments.run / "nest.png", run, figures, loops.read(arguments.beside) if arguments.beside else None)
+    if figures["cycles"]:
+        draw_what_becomes(arguments.run / "work.png", run, figures)
     if run.summary:
-        draw_cost(arguments.run / "cost.png", run, arguments.contact_bench, arguments.scaling)
+        draw_cost(arguments.run / "cost.png", run, arguments.contact_bench, arguments.scaling, arguments.before)
 
 
 if __name__ == "__main__":

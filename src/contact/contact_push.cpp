@@ -146,19 +146,24 @@ void Contacts::end_contact(const Work& work, std::uint32_t pair) {
     status_[pair] = 0;
 }
 
-/// Adds a load to an element of an own body, or defers it.
-void Contacts::exert(const Work& work, std::uint32_t slot, const ElementLoad<double>& load) {
+/// Adds loads to the nodes of an element of an own body, or defers them: to the first with the couple on the element, to the
+/// second. Share and arm of these rows are 0 and 1, and 1 and 0.
+void Contacts::exert(const Work& work, std::uint32_t slot, const LoadRow& first, const LoadRow& second) {
     const std::int32_t window = work.bodies.window_of[slot];
     if (!work.bodies.owns(static_cast<std::size_t>(window))) return;
-    const Vec3d &f = load.first, &g = load.second, &c = load.couple;
-    for (const LoadRow& row : {LoadRow{f.x, f.y, f.z, 0, c.x, c.y, c.z, 1}, LoadRow{g.x, g.y, g.z, 1, 0, 0, 0, 0}}) {
-        if (slot >= work.last_slot) {
-            work.deferring.defer(window, slot, row);
-            continue;
-        }
-        add_row(&work.load[slot], row);
-        touched_[static_cast<std::size_t>(window)] = 1;
+    if (slot >= work.last_slot) {
+        work.deferring.defer(window, slot, first);
+        work.deferring.defer(window, slot, second);
+        return;
     }
+    add_whole_row(&work.load[slot], first);
+    add_whole_row(&work.load[slot + 1], second);
+    touched_[static_cast<std::size_t>(window)] = 1;
+}
+
+void Contacts::exert(const Work& work, std::uint32_t slot, const ElementLoad<double>& load) {
+    const Vec3d &f = load.first, &g = load.second, &c = load.couple;
+    exert(work, slot, {f.x, f.y, f.z, 0, c.x, c.y, c.z, 1}, {g.x, g.y, g.z, 1, 0, 0, 0, 0});
 }
 
 void Contacts::push_touching(const Work& work, const WorkArea& area, Sums& sums) {

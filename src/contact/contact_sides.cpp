@@ -135,16 +135,22 @@ void Contacts::push_sides(const Work& work, WorkArea& area, Sums& sums) {
         }
         const Ends<W> ends = at_ends<W>(work.bodies, work.h, pair, joints, sine_squared, weight, sqrt(distance));
         sums.add(ends.stiffness, ends.elastic_energy, P(0.0), ends.viscous_work, mine);
+        const P none(0.0), one(1.0);
+        LoadRow first[2][W], second[2][W];
+        for (const int body : {0, 1}) {
+            const ElementLoad<P>& on = body ? ends.on_2 : ends.on_1;
+            store_transposed<W>(on.first, none, [&](int l) { return &first[body][l].number[0]; });
+            store_transposed<W>(on.couple, one, [&](int l) { return &first[body][l].number[4]; });
+            store_transposed<W>(on.second, one, [&](int l) { return &second[body][l].number[0]; });
+            store_transposed<W>({none, none, none}, none, [&](int l) { return &second[body][l].number[4]; });
+        }
         for (std::uint32_t l = 0; l < valid; ++l) {
             const int from = static_cast<int>(l);
             area[A::weight][at[l]] = ends.normal_weight[from];
             area[A::weight_of_all][at[l]] = ends.weight_of_all[from];
             area[A::elsewhere][at[l]] = ends.elsewhere[from];
-            const auto of = [&](const ElementLoad<P>& all) -> ElementLoad<double> {
-                return {lane(all.first, from), lane(all.second, from), lane(all.couple, from)};
-            };
-            exert(work, pair[l].a, of(ends.on_1));
-            exert(work, pair[l].b, of(ends.on_2));
+            exert(work, pair[l].a, first[0][l], second[0][l]);
+            exert(work, pair[l].b, first[1][l], second[1][l]);
         }
     }
 }

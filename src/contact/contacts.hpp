@@ -104,6 +104,7 @@ private:
     void push_sides(const Work& work, WorkArea& area, Sums& sums);
     void push_touching(const Work& work, const WorkArea& area, Sums& sums);
     void push_boxes(const Work& work, WorkArea& area);
+    void exert(const Work& work, std::uint32_t slot, const LoadRow& first, const LoadRow& second);
     void exert(const Work& work, std::uint32_t slot, const ElementLoad<double>& load);
     /// Nearest points, and the share that a pair has in a contact with its neighbours'.
     template <int W> struct Crossing {

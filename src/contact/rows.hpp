@@ -45,6 +45,10 @@ SKEIN_INLINE void add_row(ExertedLoad* at, const Pack<8>& row, double first, dou
     put(at, fma(row, halves(first, arm), pack_at<8>(at)));
     put(at + 1, fma(row, halves(second, 0), pack_at<8>(at + 1)));
 }
+/// Adds all that a row has to one slot.
+SKEIN_INLINE void add_whole_row(ExertedLoad* at, const LoadRow& row) {
+    detail::put(at, detail::pack_at<8>(at) + detail::pack_at<8>(&row));
+}
 SKEIN_INLINE void add_row(ExertedLoad* at, const LoadRow& row) {
     const double share = row.number[3], arm = row.number[7];
     add_row(at, detail::pack_at<8>(&row), 1 - share, share, arm);
