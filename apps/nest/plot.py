@@ -95,6 +95,7 @@ def draw_loops(axes, run, figures, beside):
     if found:
         axes.set_xlim(strain[found[0][1].start] - 0.25 * np.ptp(strain[found[0][1]]), None)
     axes.set_ylim(0, None)
+    axes.locator_params(axis="x", nbins=6)
     axis_words(axes, "strain (H₀ - H)/H₀", "stress on the lid [kPa]")
     axes.legend(frameon=False, labelcolor=INK, loc="upper left", handlelength=1.4)
     heading(axes, "loading (full) and unloading (dashed)")
@@ -194,6 +195,7 @@ def draw_work(axes, figures):
         bottom += share
     axes.plot(k, [100 * c["psi"] for c in figures["cycles"]], color=INK, marker="_", ms=26, lw=0, label="all that is not returned")
     axes.set_xticks(k)
+    axes.set_ylim(0, 160 * max(c["psi"] for c in figures["cycles"]))
     axis_words(axes, "cycle", "share of the lid's work [%]")
     axes.legend(frameon=False, labelcolor=INK, loc="upper right", handlelength=1)
     heading(axes, "what the lid's work becomes")
@@ -208,7 +210,7 @@ def draw_chains(axes, contacts, radius):
     chosen = (np.abs(place[:, 1] - middle) < 0.1 * np.ptp(place[:, 1])) & (size > 0)
     along = radius * force[chosen] / size[chosen, None]
     ends = np.stack([place[chosen] - along, place[chosen] + along], axis=1)[..., [0, 2]]
-    axes.add_collection(LineCollection(1e3 * ends, linewidths=0.5 * size[chosen] / np.mean(size), colors=FORCE, alpha=0.75, capstyle="round"))
+    axes.add_collection(LineCollection(1e3 * ends, linewidths=0.5 * size[chosen] / np.mean(size), colors=FORCE, alpha=0.75, capstyle="butt"))
     axes.autoscale()
     axes.set_aspect("equal")
     axis_words(axes, "x [mm]", "z [mm]")

@@ -59,7 +59,7 @@ def table(all_rows):
         line = f"{1e6 * row['dt']:>8.3g}{row['scale']:>9.3g}{row['seeds']:>7}{row['core_s']:>9.0f}"
         for key, (_, factor, _) in FIGURES.items():
             mean, spread, off = (factor * value for value in row[key])
-            line += f"{f'{mean:.4g} +- {spread:.2g}':>34}{off:>10.2g}"
+            line += f"{f'{mean:.4g} +- {spread:.2g}' if row['seeds'] > 1 else f'{mean:.4g}':>34}{off:>10.2g}"
         lines.append(line)
     return "\n".join(lines)
 
@@ -76,7 +76,7 @@ def draw(path, all_rows):
         for row in all_rows:
             mean, spread, _ = (factor * value for value in row[key])
             colour = "#b8563b" if row["scale"] == 1 else "#3f6fa8"
-            panel.errorbar(row["core_s"], mean, yerr=spread, color=colour, marker="o", capsize=3, ms=5)
+            panel.errorbar(row["core_s"], mean, yerr=spread if row["seeds"] > 1 else None, color=colour, marker="o", capsize=3, ms=5)
             panel.annotate(f"{1e6 * row['dt']:.2g} µs" + (", true inertia" if row["scale"] == 1 else ""), (row["core_s"], mean), (5, 5), textcoords="offset points", color=colour)
         panel.set_xscale("log")
         panel.margins(x=0.25, y=0.3)

@@ -55,6 +55,28 @@ class Plots(unittest.TestCase):
                 else:
                     self.assert_sentence(done, "the lid has touched no rod yet")
 
+    def test_a_nest_under_its_lid(self):
+        """Thirty rods, one fast cycle, at two steps: every picture, and a table of what the steps cost."""
+        small = ["--set=wall.lid.from=0.1", "--set=wall.lid.servo.speed=0.3", "--set=wall.lid.servo.cycles=1",
+                 "--set=rods.sticks.placement.count=30", "--set=output.trajectory=0.02", "--set=output.contacts=0.02"]
+        runs = {"4": self.directory / "nest_4us", "2": self.directory / "nest_2us"}
+        for step, out in runs.items():
+            command = [MPIRUN, "-n", "1", SKEIN, "run", str(APPS / "nest/nest_110.toml"), "--out", str(out), "-q", f"--set=time.dt={step}e-6", *small]
+            subprocess.run(command, check=True, capture_output=True, timeout=200)
+        one, other = (str(out) for out in runs.values())
+        done = subprocess.run([sys.executable, str(APPS / "nest/plot.py"), one, "--beside", other, "--before", other], capture_output=True, text=True, timeout=100)
+        self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
+        self.assertIn("1 cycles until", done.stdout)
+        for picture in ("nest.png", "work.png", "cost.png"):
+            self.assertGreater((runs["4"] / picture).stat().st_size, 10000)
+        picture = self.directory / "steps.png"
+        done = subprocess.run([sys.executable, str(APPS / "nest/steps.py"), one, other, "--to", str(picture)], capture_output=True, text=True, timeout=100)
+        self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
+        rows = [line.split() for line in done.stdout.splitlines()[1:]]
+        self.assertEqual([row[0] for row in rows], ["4", "2"])
+        self.assertEqual([float(value) for value in rows[1][5::2]], [0, 0], "the finest step is what others are compared with")
+        self.assertGreater(picture.stat().st_size, 10000)
+
     def test_results_of_another_case(self):
         for case in CASES:
             for other in set(CASES) - {case}:
