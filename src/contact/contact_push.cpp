@@ -147,13 +147,17 @@ void Contacts::end_contact(const Work& work, std::uint32_t pair) {
 }
 
 /// Adds loads to the nodes of an element of an own body, or defers them: to the first with the couple on the element, to the
-/// second. Share and arm of these rows are 0 and 1, and 1 and 0.
+/// second. Share and arm of these rows need not be set.
 void Contacts::exert(const Work& work, std::uint32_t slot, const LoadRow& first, const LoadRow& second) {
     const std::int32_t window = work.bodies.window_of[slot];
     if (!work.bodies.owns(static_cast<std::size_t>(window))) return;
     if (slot >= work.last_slot) {
-        work.deferring.defer(window, slot, first);
-        work.deferring.defer(window, slot, second);
+        const auto with = [](LoadRow row, double share, double arm) {
+            row.number[3] = share, row.number[7] = arm;
+            return row;
+        };
+        work.deferring.defer(window, slot, with(first, 0, 1));
+        work.deferring.defer(window, slot, with(second, 1, 0));
         return;
     }
     add_whole_row(&work.load[slot], first);
@@ -163,7 +167,7 @@ void Contacts::exert(const Work& work, std::uint32_t slot, const LoadRow& first,
 
 void Contacts::exert(const Work& work, std::uint32_t slot, const ElementLoad<double>& load) {
     const Vec3d &f = load.first, &g = load.second, &c = load.couple;
-    exert(work, slot, {f.x, f.y, f.z, 0, c.x, c.y, c.z, 1}, {g.x, g.y, g.z, 1, 0, 0, 0, 0});
+    exert(work, slot, {f.x, f.y, f.z, 0, c.x, c.y, c.z, 0}, {g.x, g.y, g.z, 0, 0, 0, 0, 0});
 }
 
 void Contacts::push_touching(const Work& work, const WorkArea& area, Sums& sums) {

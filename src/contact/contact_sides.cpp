@@ -135,14 +135,13 @@ void Contacts::push_sides(const Work& work, WorkArea& area, Sums& sums) {
         }
         const Ends<W> ends = at_ends<W>(work.bodies, work.h, pair, joints, sine_squared, weight, sqrt(distance));
         sums.add(ends.stiffness, ends.elastic_energy, P(0.0), ends.viscous_work, mine);
-        const P none(0.0), one(1.0);
-        LoadRow first[2][W], second[2][W];
+        LoadRow first[2][W], second[2][W]{};
         for (const int body : {0, 1}) {
             const ElementLoad<P>& on = body ? ends.on_2 : ends.on_1;
-            store_transposed<W>(on.first, none, [&](int l) { return &first[body][l].number[0]; });
-            store_transposed<W>(on.couple, one, [&](int l) { return &first[body][l].number[4]; });
-            store_transposed<W>(on.second, one, [&](int l) { return &second[body][l].number[0]; });
-            store_transposed<W>({none, none, none}, none, [&](int l) { return &second[body][l].number[4]; });
+            // What is between the vectors is nobody's; a constant there is mistaken for another lane by GCC 12.
+            store_transposed<W>(on.first, on.first.x, [&](int l) { return &first[body][l].number[0]; });
+            store_transposed<W>(on.couple, on.couple.x, [&](int l) { return &first[body][l].number[4]; });
+            store_transposed<W>(on.second, on.second.x, [&](int l) { return &second[body][l].number[0]; });
         }
         for (std::uint32_t l = 0; l < valid; ++l) {
             const int from = static_cast<int>(l);
