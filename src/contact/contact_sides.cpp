@@ -138,7 +138,8 @@ void Contacts::push_sides(const Work& work, WorkArea& area, Sums& sums) {
         LoadRow first[2][W], second[2][W]{};
         for (const int body : {0, 1}) {
             const ElementLoad<P>& on = body ? ends.on_2 : ends.on_1;
-            // What is between the vectors is nobody's; a constant there is mistaken for another lane by GCC 12.
+            // What is between the vectors is nobody's. (With a constant 0 there GCC 12 was seen to store the vector's z in its
+            // place.)
             store_transposed<W>(on.first, on.first.x, [&](int l) { return &first[body][l].number[0]; });
             store_transposed<W>(on.couple, on.couple.x, [&](int l) { return &first[body][l].number[4]; });
             store_transposed<W>(on.second, on.second.x, [&](int l) { return &second[body][l].number[0]; });

@@ -52,15 +52,24 @@ double farthest_squared(const Exposure& bodies, double gap) {
 
 } // namespace
 
-/// body(begin, end) over tiles of places, some hundreds at a time.
-template <class F> void Contacts::for_place_tiles(F&& body) const {
-    for_blocks(threads_, place_.size() * places_at_once,
-               [&](std::size_t begin, std::size_t end, std::size_t) { body(begin / places_at_once, end / places_at_once); });
+/// Runs of tiles of places: all of them, and those in which ghosts are.
+void Contacts::cut_tiles(const Exposure& bodies) {
+    constexpr std::size_t most = 128;
+    all_tiles_.clear(), ghosts_tiles_.clear();
+    for (std::size_t begin = 0; begin < place_.size(); begin += most)
+        all_tiles_.push_back({begin, std::min(begin + most, place_.size())});
+    for (std::size_t w = 0; w < bodies.window.size(); ++w) {
+        if (bodies.owns(w)) continue;
+        const std::size_t first = bodies.window[w].first_slot / places_at_once, last = (bodies.end_of(w) - 1) / places_at_once + 1;
+        if (!ghosts_tiles_.empty() && first <= ghosts_tiles_.back().end)
+            ghosts_tiles_.back().end = std::max(ghosts_tiles_.back().end, last);
+        else ghosts_tiles_.push_back({first, last});
+    }
 }
 
 /// Marks joints at which elements are bent against each other by more than a part of what lets shares fade: by e1, e2 with |e2 -
 /// e1|^2 above 1.8 b^2 (|e1|^2 + |e2|^2), the sine of half the angle is above b. Returns which lists hold.
-Contacts::Holding Contacts::survey(const Exposure& bodies) {
+Contacts::Holding Contacts::survey(const Exposure& bodies, std::span<const TileRun> runs) {
     constexpr int W = places_at_once;
     using P = Pack<W>;
     const double bend = steepest_of_bent_ * held * bodies.scene().joint_reach(); // over an element's length
@@ -68,7 +77,8 @@ Contacts::Holding Contacts::survey(const Exposure& bodies) {
     const std::size_t last = bodies.slots() - 1;
     const P from_list(farthest_squared(bodies, figures_.skin)), from_pruned(farthest_squared(bodies, margin_));
     std::atomic<bool> list = true, pruned = true;
-    for_place_tiles([&](std::size_t begin, std::size_t end) {
+    threads_.for_each(runs.size(), [&](std::size_t run, int) {
+        const auto [begin, end] = runs[run];
         const auto at = [&](std::size_t slot) { return bodies.node[std::min(slot, last)].position; };
         Vec3d before = begin > 0 ? at(begin * W) - at(begin * W - 1) : Vec3d{0, 0, 0};
         P since_list(0.0), since_pruned(0.0);
@@ -100,7 +110,8 @@ Contacts::Holding Contacts::survey(const Exposure& bodies) {
 
 /// All candidates are looked at in the next step.
 void Contacts::prune_anew(const Exposure& bodies) {
-    for_place_tiles([&](std::size_t begin, std::size_t end) {
+    threads_.for_each(all_tiles_.size(), [&](std::size_t run, int) {
+        const auto [begin, end] = all_tiles_[run];
         for (std::size_t tile = begin; tile < end; ++tile) pruned_at_[tile] = places(bodies, tile * places_at_once);
     });
     prunes_[0] = prunes_[1] = true;
@@ -108,7 +119,7 @@ void Contacts::prune_anew(const Exposure& bodies) {
 
 bool Contacts::holds(const Exposure& bodies) {
     if (!lasts()) return false;
-    const Holding holding = survey(bodies);
+    const Holding holding = survey(bodies, all_tiles_);
     if (holding.list && !holding.pruned) prune_anew(bodies);
     return holding.list;
 }
@@ -157,12 +168,8 @@ std::vector<KeptContact> Contacts::touching_pairs(const Exposure& bodies, bool o
 
 void Contacts::let_go(const Exposure& bodies) {
     if (std::exchange(may_repeat_, false))
-        for (const std::uint32_t strip : now_) {
-            const std::uint32_t begin = list_.first[deferred_.strips()[strip].first_slot],
-                                end = list_.first[deferred_.strips()[strip].last_slot];
-            std::copy(status_before_.data() + begin, status_before_.data() + end, status_.data() + begin);
-            std::copy(memory_before_.data() + begin, memory_before_.data() + end, memory_.data() + begin);
-        }
+        for (const std::uint32_t strip : now_)
+            take_back(list_.first[deferred_.strips()[strip].first_slot], list_.first[deferred_.strips()[strip].last_slot]);
     if (!list_.first.empty()) kept_ = touching_pairs(bodies, false);
 }
 
@@ -228,6 +235,7 @@ void Contacts::settle(const Exposure& bodies, std::span<const std::uint32_t> slo
     for (std::uint32_t i = 0; i < deferred_.strips().size(); ++i) (deferred_.strips()[i].needs_ghosts ? later_ : now_).push_back(i);
     place_.resize((bodies.slots() + places_at_once - 1) / places_at_once);
     pruned_at_.resize(place_.size());
+    cut_tiles(bodies);
     prune_anew(bodies);
     place_ = pruned_at_;
     pruned_.make_room(list_, deferred_.blocks().size());
@@ -286,7 +294,7 @@ void Contacts::begin(const Exposure& bodies, double time, double h, std::span<Ex
 
 void Contacts::finish(const Exposure& bodies, double h, std::span<ExertedLoad> loads) {
     may_repeat_ = false;
-    if (!later_.empty() && !survey(bodies).pruned) prune_anew(bodies); // ghosts; their owners vouch for the list
+    if (!later_.empty() && !survey(bodies, ghosts_tiles_).pruned) prune_anew(bodies); // their owners vouch for the list
     work_through(bodies, h, later_, std::exchange(prunes_[1], false), loads);
     add_deferred(bodies, loads);
     ++age_;

@@ -70,12 +70,16 @@ private:
     };
 
     static Places places(const Exposure& bodies, std::size_t first);
-    template <class F> void for_place_tiles(F&& body) const;
     /// Whether the lists have all pairs that may touch where elements are now.
     struct Holding {
         bool list, pruned;
     };
-    Holding survey(const Exposure& bodies);
+    /// Consecutive tiles of places.
+    struct TileRun {
+        std::size_t begin, end;
+    };
+    Holding survey(const Exposure& bodies, std::span<const TileRun> runs);
+    void cut_tiles(const Exposure& bodies);
     void prune_anew(const Exposure& bodies);
     double idle_share() const;
     bool rebuild_pays() const;
@@ -98,6 +102,8 @@ private:
         bool prune;         ///< all candidates are looked at
     };
     void push(const Work& work, WorkArea& area);
+    void keep_aside(std::uint32_t begin, std::uint32_t end);
+    void take_back(std::uint32_t begin, std::uint32_t end);
     template <bool prune> void find_touching(const Work& work, WorkArea& area);
     void weigh(const Work& work, WorkArea& area) const;
     void follow_springs(const Work& work, const WorkArea& area);
@@ -161,6 +167,7 @@ private:
     PairList list_;
     DeferredLoads deferred_;
     AlignedVector<Places> place_; ///< of nodes when the list was made, so many at once
+    std::vector<TileRun> all_tiles_, ghosts_tiles_;
     PrunedList pruned_;
     double margin_ = 0;               ///< m
     AlignedVector<Places> pruned_at_; ///< of nodes when pruning was last due
@@ -182,7 +189,7 @@ private:
     double steepest_of_bent_ = 0; ///< over the sum of radii: what is not bent shares all contacts of a higher sine squared
     bool may_repeat_ = false;     ///< the step that is under way, on this rank alone until ghosts arrive
     std::vector<std::uint8_t> status_before_;            ///< of pairs in now_, as that step found them
-    AlignedVector<ContactMemory<double>> memory_before_; ///< likewise
+    AlignedVector<ContactMemory<double>> memory_before_; ///< likewise, of those that touched
     std::int64_t age_ = 0;                               ///< steps since the list was made
     std::int64_t inactive_ = 0;                          ///< pairs, of all ranks, that did not touch then
     ContactFigures figures_;
