@@ -69,6 +69,7 @@ def draw(path, all_rows):
     import matplotlib
     matplotlib.use("Agg")
     import matplotlib.pyplot as plt
+    from matplotlib.ticker import FixedLocator, NullLocator, ScalarFormatter
     from style import INK, bare, heading
     plt.rcParams.update({"font.size": 9, "font.family": "DejaVu Sans"})
     figure, axes = plt.subplots(1, len(FIGURES), figsize=(9, 3.4), layout="constrained")
@@ -79,6 +80,9 @@ def draw(path, all_rows):
             panel.errorbar(row["core_s"], mean, yerr=spread if row["seeds"] > 1 else None, color=colour, marker="o", capsize=3, ms=5)
             panel.annotate(f"{1e6 * row['dt']:.2g} µs" + (", true inertia" if row["scale"] == 1 else ""), (row["core_s"], mean), (5, 5), textcoords="offset points", color=colour)
         panel.set_xscale("log")
+        panel.xaxis.set_major_locator(FixedLocator(sorted({round(row["core_s"]) for row in all_rows})))
+        panel.xaxis.set_major_formatter(ScalarFormatter())
+        panel.xaxis.set_minor_locator(NullLocator())
         panel.margins(x=0.25, y=0.3)
         panel.set_xlabel("core-seconds", color=INK)
         panel.set_ylabel(f"{word} [{unit}]", color=INK)
