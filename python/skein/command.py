@@ -1,0 +1,80 @@
+"""skein draw: pictures, movies and pages of any run's results."""
+
+import argparse
+import sys
+import time as clock
+from pathlib import Path
+
+from .needs import need
+
+
+def parser():
+    p = argparse.ArgumentParser(prog="skein draw", description="Draws what a run has written: a picture of its last frame, or of a time; a movie; a page for browsers.",
+                                epilog="examples: skein draw out/nest --colour contact_force | skein draw out/carpet --movie carpet.mp4 --every 2 | skein draw out/nest --html nest.html")
+    p.add_argument("out", type=Path, metavar="OUT", help="directory of a run's results")
+    p.add_argument("--to", type=Path, metavar="PNG", help="picture to write; default OUT/picture.png")
+    p.add_argument("--time", type=float, metavar="S", help="of the frame, s; default: the last")
+    p.add_argument("--colour", "--color", default="auto", help="by strain, curvature, bending, speed, energy, contact_force, height, radius, phase (of a beat), rod, group or magnetisation; "
+                                                              "default: curvature of one group, else the group")
+    p.add_argument("--range", nargs=2, type=float, metavar=("LOW", "HIGH"), help="of the colours, SI units")
+    p.add_argument("--group", action="append", default=[], metavar="NAME", help="only this group; may be repeated")
+    p.add_argument("--camera", type=_vector, metavar="X,Y,Z", help="direction from which to look; default: by the shape of the scene")
+    p.add_argument("--up", type=_vector, metavar="X,Y,Z", help="axis that points up; default: against gravity, else z")
+    p.add_argument("--zoom", type=float, default=1.0, help="into the middle of the picture")
+    p.add_argument("--no-walls", dest="walls", action="store_false", help="leave out walls")
+    p.add_argument("--ground", type=_ground, default="auto", metavar="yes|no|HEIGHT", help="a level plane that catches shadows; default: where rods stand or lie on one")
+    p.add_argument("--stripe", choices=("auto", "yes", "no"), default="auto", help="a dark stripe along the director d1, which shows twist; default: in scenes with the observable 'knots'")
+    p.add_argument("--size", type=_size, metavar="WxH", help="in pixels; default 1600x1200, of movies 1280x960")
+    p.add_argument("--detail", type=float, default=1.0, help="of the surfaces: 0.2 is quick, 4 fine")
+    p.add_argument("--renderer", choices=("auto", "vtk", "plain"), default="auto", help="VTK (shadows), or matplotlib alone; default: VTK where it is there")
+    p.add_argument("--no-words", dest="words", action="store_false", help="no title, time and colour bar")
+    p.add_argument("--movie", type=Path, metavar="FILE", help="write a movie, .mp4, .webm or .gif, in place of a picture")
+    p.add_argument("--every", type=int, default=1, metavar="N", help="of a movie or page: every N-th frame")
+    p.add_argument("--from", dest="first", type=float, metavar="S", help="of a movie or page: first time, s")
+    p.add_argument("--until", dest="last", type=float, metavar="S", help="of a movie or page: last time, s")
+    p.add_argument("--rate", type=float, default=25, help="of a movie: frames per second; default 25")
+    return p
+
+
+def _vector(text):
+    numbers = [float(word) for word in text.split(",")]
+    if len(numbers) != 3 or not any(numbers):
+        raise argparse.ArgumentTypeError(f"'{text}' is no direction; give x,y,z")
+    return tuple(numbers)
+
+
+def _size(text):
+    try:
+        width, height = (int(word) for word in text.split("x"))
+    except ValueError:
+        raise argparse.ArgumentTypeError(f"'{text}' is no size; give e.g. 1600x1200") from None
+    if min(width, height) < 64:
+        raise argparse.ArgumentTypeError(f"'{text}' is below 64x64")
+    return width, height
+
+
+def _ground(text):
+    return {"yes": True, "no": False, "auto": "auto"}[text] if text in ("yes", "no", "auto") else float(text)
+
+
+def main(words=None):
+    given = parser().parse_args(words)
+    need("numpy", "h5py", "matplotlib")
+    from .picture.draw import draw, movie
+    choice = {"colour": given.colour, "limits": given.range and tuple(given.range), "groups": tuple(given.group), "walls": given.walls, "ground": given.ground,
+              "stripe": {"yes": True, "no": False}.get(given.stripe, "auto"), "camera": given.camera, "up": given.up, "zoom": given.zoom, "detail": given.detail}
+    began = clock.monotonic()
+    common = {"size": given.size, "renderer": given.renderer, "words": given.words, **choice}
+    if given.movie:
+        to = movie(given.out, given.movie, every=given.every, first=given.first, last=given.last, rate=given.rate, told=_progress if sys.stderr.isatty() else None, **common)
+    else:
+        to = draw(given.out, given.to, given.time, **common)
+    print(f"{to}  ({clock.monotonic() - began:.1f} s)")
+
+
+def _progress(done, count):
+    print(f"\rframe {done} of {count}", end="\n" if done == count else "", file=sys.stderr, flush=True)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,132 @@
+"""Arrays of frames that lie across the segments of a run: opened at once, read as far as they are asked for."""
+
+from collections import OrderedDict
+from pathlib import Path
+
+import h5py
+import numpy as np
+
+MOST_OPEN = 64  # files at a time
+
+
+class Segments:
+    """Files `<kind>_<first step>.h5` of a run: steps [frames], times [frames] s, and where each frame lies."""
+
+    def __init__(self, directory, kind):
+        self.paths = sorted(Path(directory).glob(f"{kind}_*.h5"))
+        self._open = OrderedDict()
+        step, time, first = [], [], [0]
+        for number in range(len(self.paths)):
+            file = self.file(number)
+            step.append(file["step"][:])
+            time.append(file["time"][:])
+            first.append(first[-1] + len(step[-1]))
+        self.step = np.concatenate(step) if step else np.zeros(0, np.int64)
+        self.time = np.concatenate(time) if time else np.zeros(0)
+        self.first = np.array(first)  # frame with which each segment begins, and behind the last
+
+    def __len__(self):
+        return len(self.step)
+
+    def file(self, number):
+        if number not in self._open:
+            while len(self._open) >= MOST_OPEN:
+                self._open.popitem(last=False)[1].close()
+            self._open[number] = h5py.File(self.paths[number], "r")
+        self._open.move_to_end(number)
+        return self._open[number]
+
+    def close(self):
+        for file in self._open.values():
+            file.close()
+        self._open.clear()
+
+    def groups(self):
+        """Names of groups that have frames."""
+        return list(self.file(0)["groups"]) if self.paths else []
+
+    def dataset(self, group, name):
+        """Of the first segment: shapes, and what does not change."""
+        return self.file(0)[f"groups/{group}/{name}"]
+
+    def has(self, group, name):
+        return bool(self.paths) and f"groups/{group}/{name}" in self.file(0)
+
+    def array(self, group, name):
+        return FrameArray(self, f"groups/{group}/{name}")
+
+    def nearest(self, time):
+        """Number of the frame nearest to a time, s."""
+        if not len(self):
+            raise ValueError("the run has no frames")
+        return int(np.argmin(np.abs(self.time - time)))
+
+
+class FrameArray:
+    """[frames, ...] of one dataset across segments. Indexing reads what is asked for and no more: `array[-1]`, `array[::10, 5]`,
+    `array[3:5, :, -1, 2]`; np.asarray(array) reads all of it."""
+
+    def __init__(self, segments, path):
+        self._segments, self._path = segments, path
+        one = segments.file(0)[path]
+        self.shape = (len(segments), *one.shape[1:])
+        self.dtype = one.dtype
+
+    ndim = property(lambda self: len(self.shape))
+    size = property(lambda self: int(np.prod(self.shape)))
+    nbytes = property(lambda self: self.size * self.dtype.itemsize)
+
+    def __len__(self):
+        return self.shape[0]
+
+    def __repr__(self):
+        return f"<FrameArray {self._path} {self.shape} {self.dtype}, not read>"
+
+    def __array__(self, dtype=None, copy=None):
+        everything = self[:]
+        return everything if dtype is None else everything.astype(dtype, copy=False)
+
+    def __iter__(self):
+        return (self[frame] for frame in range(len(self)))
+
+    def __getitem__(self, key):
+        key = key if isinstance(key, tuple) else (key,)
+        if key and key[0] is Ellipsis:
+            key = (slice(None), *key) if len(key) <= self.ndim else key[1:]
+        first, rest = (key[0], key[1:]) if key else (slice(None), ())
+        if isinstance(first, (int, np.integer)):
+            return self._one(int(first), rest)
+        frames = np.arange(len(self))[first]
+        starts = self._segments.first
+        out, k = None, 0
+        while k < len(frames):  # runs of frames of one segment, evenly apart, are read in one go
+            number = int(np.searchsorted(starts, frames[k], side="right")) - 1
+            last = k + 1
+            apart = int(frames[last] - frames[k]) if last < len(frames) else 1
+            while last < len(frames) and starts[number] <= frames[last] < starts[number + 1] and frames[last] - frames[last - 1] == apart > 0:
+                last += 1
+            apart = max(apart, 1)
+            begin = int(frames[k] - starts[number])
+            part = (slice(begin, begin + (last - k - 1) * apart + 1, apart), *rest)
+            data = self._segments.file(number)[self._path]
+            if last - k == len(frames):
+                return data[part]
+            if out is None:
+                out = np.empty((len(frames), *data[(slice(begin, begin + 1), *rest)].shape[1:]), self.dtype)
+            data.read_direct(out, part, np.s_[k:last]) if _plain(rest) else out.__setitem__(np.s_[k:last], data[part])
+            k = last
+        if out is None:
+            out = np.empty((0, *self._segments.file(0)[self._path][(slice(0, 0), *rest)].shape[1:]), self.dtype)
+        return out
+
+    def _one(self, frame, rest):
+        frame += len(self) if frame < 0 else 0
+        if not 0 <= frame < len(self):
+            raise IndexError(f"frame {frame} of {len(self)}")
+        number = int(np.searchsorted(self._segments.first, frame, side="right")) - 1
+        return self._segments.file(number)[self._path][(frame - int(self._segments.first[number]), *rest)]
+
+
+def _plain(rest):
+    """Selections that HDF5 reads straight into their place."""
+    return all(isinstance(k, slice) for k in rest)

@@ -1,0 +1,221 @@
+"""What of a run is shown, and from where: meshes of any frame, and one camera for all."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from . import shapes
+from .camera import framed
+from .colours import BODY, Paint
+from ..needs import NotResults
+
+WIRE = np.array([0.62, 0.65, 0.70])
+GROUND = np.ones(3)  # as white as the paper: only shadows show
+OBLIQUE, ABOVE, FRONT = (-0.50, -1.75, 1.05), (-0.15, -0.85, 1.75), (-0.25, -2.0, 0.35)
+
+
+@dataclass
+class Shown:
+    """One frame."""
+    mesh: shapes.Mesh     # rods, bodies and wires
+    casts: shapes.Mesh    # coarse: what throws shadows
+    ground: shapes.Mesh   # or None
+    time: float           # s
+    radius: float         # of the thinnest rod, m
+
+
+@dataclass
+class Choice:
+    """Options of `skein draw`."""
+    colour: str = "auto"
+    limits: tuple = None       # of the colours, SI
+    groups: tuple = ()         # none: all
+    walls: bool = True
+    ground: object = "auto"    # True, False, or a height, m
+    stripe: object = "auto"    # a stripe along d1, which shows twist
+    camera: tuple = None       # direction from which to look
+    up: tuple = None
+    zoom: float = 1.0
+    detail: float = 1.0
+
+
+class View:
+    def __init__(self, results, frames, choice, aspect):
+        self.results, self.frames, self.choice = results, list(frames), choice
+        if not len(results.frames):
+            raise NotResults(f"{results.directory}: no trajectory_*.h5, so no rods to draw; set output.trajectory in the scene")
+        for name in choice.groups:
+            if name not in results.groups:
+                raise NotResults(f"{results.directory}: no group '{name}'; there are {', '.join(results.groups)}")
+        self.groups = [group for group in results.groups.values() if not choice.groups or group.name in choice.groups]
+        self.rods = [group for group in self.groups if not group.is_body]
+        self.paint = Paint(results, choice.colour, self.frames[:: max(1, len(self.frames) // 12)], choice.limits)
+        self.up_axis, self.up_sign = self._up()
+        self.up = self.up_sign * np.eye(3)[self.up_axis]
+        slots = sum(group.count * (group.elements + 1) for group in self.rods)
+        self.times = int(np.clip(choice.detail * 60000 / max(slots, 1), 1, 8))
+        self.sides = int(np.clip(6 + choice.detail * 600000 / max(slots * self.times, 1), 6, 48))
+        self._measure()
+        self.camera = framed(self._corners(), choice.camera or self._side(), self.up, aspect)
+        if choice.zoom != 1:
+            self.camera.angle = self.camera.angle / choice.zoom
+        self.ground_height = self._ground()
+
+    def _up(self):
+        if self.choice.up is not None:
+            axis = int(np.argmax(np.abs(self.choice.up)))
+            return axis, np.sign(self.choice.up[axis])
+        for load in self.results.physics.get("load", []):
+            if load["kind"] == "gravity":
+                g = np.asarray(load["acceleration"], float)
+                axis = int(np.argmax(np.abs(g)))
+                if np.abs(g[axis]) > 0.99 * np.linalg.norm(g) > 0:
+                    return axis, -np.sign(g[axis])
+        return 2, 1.0
+
+    def _nodes(self, group, frame):
+        return group.position[frame].astype(float).reshape(group.count, -1, 3)
+
+    def _measure(self):
+        """Corners of what is shown over the frames, and its thinnest rod."""
+        low, high = [], []
+        for frame in self.frames[:: max(1, len(self.frames) // 24)]:
+            for group in self.groups:
+                nodes = self._nodes(group, frame).reshape(-1, 3)
+                nodes = nodes[np.isfinite(nodes).all(axis=1)]
+                reach = self._reach(group)
+                low.append(nodes.min(axis=0) - reach)
+                high.append(nodes.max(axis=0) + reach)
+        self.low, self.high = np.min(low, axis=0), np.max(high, axis=0)
+        self.centre, self.size = 0.5 * (self.low + self.high), 0.5 * np.linalg.norm(self.high - self.low)
+        self.radius = min((float(np.min(group.radius)) for group in self.rods), default=0.02 * self.size)
+
+    @staticmethod
+    def _reach(group):
+        if not group.is_body:
+            return float(np.max(group.radius))
+        reach = [np.max(np.linalg.norm(parts[:, 0:3], axis=1) + parts[:, 6]) for name, parts in group.parts.items() if name == "capsules" and len(parts)]
+        reach += [np.max(np.linalg.norm(parts[:, 0:3], axis=1) + np.linalg.norm(parts[:, 7:10], axis=1) + parts[:, 10]) for name, parts in group.parts.items() if name == "boxes" and len(parts)]
+        return max(reach, default=0)
+
+    def _corners(self):
+        """Points that the picture shows: nodes of some frames, thickened; of very many a part."""
+        points = []
+        for frame in self.frames[:: max(1, len(self.frames) // 12)]:
+            for group in self.groups:
+                nodes = self._nodes(group, frame).reshape(-1, 3)
+                nodes = nodes[np.isfinite(nodes).all(axis=1)]
+                nodes = nodes[:: max(1, len(nodes) // 20000)]
+                reach = self._reach(group)
+                points += [nodes + reach * offset for offset in np.concatenate([np.eye(3), -np.eye(3)])]
+        return np.concatenate(points)
+
+    def _side(self):
+        """Obliquely from above; flat beds from higher up, flat curtains from the front."""
+        extent = (self.high - self.low)[[(self.up_axis + 1) % 3, (self.up_axis + 2) % 3, self.up_axis]]
+        if extent[2] < 0.08 * max(extent):
+            view = ABOVE
+        elif extent[1] < 0.12 * max(extent[0], extent[2]):
+            view = FRONT
+        elif extent[0] < 0.12 * max(extent[1], extent[2]):
+            view = (FRONT[1], FRONT[0], FRONT[2])
+        else:
+            view = OBLIQUE
+        place = np.zeros(3)
+        place[(self.up_axis + 1) % 3], place[(self.up_axis + 2) % 3], place[self.up_axis] = view[0], view[1], view[2] * self.up_sign
+        return place
+
+    def _ground(self):
+        """Height of the ground: of a wall at rest below, of a plane on which rods lie, of the feet of rods that are held there; None: there is none."""
+        if self.choice.ground is False:
+            return None
+        if self.choice.ground is not True and self.choice.ground != "auto":
+            return float(self.choice.ground)
+        axis, sign = self.up_axis, self.up_sign
+        under = sign * (self.low if sign > 0 else self.high)[axis]
+        slack = 0.02 * self.size + self.radius
+        found = []
+        for wall in self.results.physics.get("wall", []):
+            if wall["kind"] == "plane" and wall["normal"][axis] * sign > 0.99 * np.linalg.norm(wall["normal"]) and not np.any(wall["velocity"]) and not (wall.get("servo") or {}).get("speed"):
+                found.append(sign * wall["point"][axis])
+            if wall["kind"] == "box" and "xyz"[axis] + ("-" if sign > 0 else "+") not in wall["open"]:
+                found.append(sign * (wall["lower"] if sign > 0 else wall["upper"])[axis])
+        found += [sign * load["point"][axis] for load in self.results.physics.get("load", []) if load["kind"] == "anisotropic_plane"]
+        found = [height for height in found if height <= under + slack]
+        for group in self.rods:
+            feet = sign * group.origin[:, axis]
+            if group.physics["start"].startswith("clamped") and np.ptp(feet) < 1e-6 * self.size and feet.min() <= under + slack and np.ptp(group.position[self.frames[0]][:, [0, -1], axis]) > 0.1 * self.size:
+                found.append(feet.min())
+        if found:
+            return float(sign * max(found))
+        return float(sign * under) if self.choice.ground is True else None
+
+    def _striped(self, group):
+        if not self.results.frames.has(group.name, "normal"):
+            return False
+        return "link" in self.results.series.units if self.choice.stripe == "auto" else bool(self.choice.stripe)
+
+    def _rods(self, group, frame, times, sides, caps):
+        nodes = self._nodes(group, frame)
+        good = np.isfinite(nodes).all(axis=(1, 2))
+        paint = self.paint.of(group, frame)
+        radius = np.broadcast_to(group.radius, nodes.shape[:2])
+        section = group.physics["section"]
+        flat = section["radius_2"] / section["radius"] if section["kind"] == "elliptic" and section["radius_2"] > 0 else None
+        normals, striped = None, caps and self._striped(group)
+        if (flat or striped) and self.results.frames.has(group.name, "normal"):
+            normals = shapes.refined(group.normal[frame].astype(float)[good], times, group.closed)
+        elif flat:
+            flat = None  # without directors sections are drawn round
+        nodes, radius, paint = nodes[good], shapes.linear(radius[good], times), shapes.linear(paint[good], times)
+        mesh = shapes.tubes(shapes.refined(nodes, times, group.closed), radius, paint, sides, normals, flat, caps and not group.closed)
+        if striped:
+            side = np.arange(len(mesh.points)) % sides
+            mesh.colours = np.where(((side <= sides // 12) | (side >= sides - sides // 12))[:, None], 0.35 * mesh.colours, mesh.colours)
+        return mesh
+
+    def _bodies(self, group, frame):
+        place, axes = group.position[frame][:, 0].astype(float), None
+        if self.results.frames.has(group.name, "directors"):
+            axes = group.directors[frame].astype(float).reshape(group.count, 3, 3)
+        else:
+            axes = np.tile(np.eye(3), (group.count, 1, 1))
+        meshes = []
+        for part in group.parts.get("capsules", []):
+            start, end = (place + np.einsum("bij,i->bj", axes, part[k:k + 3]) for k in (0, 3))
+            meshes.append(shapes.capsules(start, end, np.full(group.count, part[6]), BODY))
+        for part in group.parts.get("boxes", []):
+            w, x, y, z = part[3:7]
+            turn = np.array([[1 - 2 * (y * y + z * z), 2 * (x * y + w * z), 2 * (x * z - w * y)],
+                             [2 * (x * y - w * z), 1 - 2 * (x * x + z * z), 2 * (y * z + w * x)],
+                             [2 * (x * z + w * y), 2 * (y * z - w * x), 1 - 2 * (x * x + y * y)]])  # rows: axes of the box
+            meshes.append(shapes.boxes(place + np.einsum("bij,i->bj", axes, part[0:3]), turn @ axes, np.tile(part[7:10] + part[10], (group.count, 1)), BODY))
+        return meshes
+
+    def _wires(self, time):
+        if not self.choice.walls:
+            return []
+        walls = self.results.walls(time)
+        if walls is None:
+            return []
+        points, polygons, number = walls
+        ends = [shapes.edges(np.asarray(points), [p for p, n in zip(polygons, number) if n == wall]) for wall in np.unique(number)]
+        ends = np.concatenate([e for e in ends if len(e)] or [np.zeros((0, 2, 3))])
+        # Planes are drawn as large as the scene needs: of what lies far out only the part beside the bodies is shown.
+        near = np.all((ends > self.centre - 1.6 * self.size) & (ends < self.centre + 1.6 * self.size), axis=(1, 2))
+        return [shapes.wires(ends[near], 0.0022 * self.size, WIRE)] if near.any() else []
+
+    def shown(self, frame):
+        time = float(self.results.time[frame])
+        bodies = [mesh for group in self.groups if group.is_body for mesh in self._bodies(group, frame)]
+        fine = [self._rods(group, frame, self.times, self.sides, True) for group in self.rods]
+        coarse = [self._rods(group, frame, 1 if self.times < 4 else 2, 6, False) for group in self.rods]
+        return Shown(shapes.Mesh.joined(fine + bodies + self._wires(time)), shapes.Mesh.joined(coarse + bodies), self._plate(), time, self.radius)
+
+    def _plate(self):
+        if self.ground_height is None:
+            return None
+        margin = 0.35 * self.size
+        mesh = shapes.plate(self.low - margin, self.high + margin, self.up_axis, self.ground_height, GROUND)
+        mesh.normals *= self.up_sign
+        return mesh
