@@ -69,5 +69,7 @@ int self_check_command(int threads, int lanes, int& argc, char**& argv);
 int check_command(SceneArguments arguments);
 int describe_command(const DescribeArguments& arguments);
 int info_command(const std::string& scene);
+/// Becomes Skein's Python package (python/), with all words behind the program's name; returns where that cannot be started.
+int draw_command(int argc, char** argv);
 
 } // namespace skein

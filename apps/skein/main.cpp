@@ -1,4 +1,4 @@
-// The driver: skein run | branch | verify | converge | plan | check | describe | info.
+// The driver: skein run | branch | verify | converge | plan | check | describe | info | draw.
 #include "commands.hpp"
 
 #include <CLI/CLI.hpp>
@@ -7,6 +7,7 @@
 #include <cstdlib>
 #include <map>
 #include <string>
+#include <string_view>
 
 namespace {
 
@@ -17,6 +18,7 @@ constexpr const char* examples = R"(Examples:
   skein branch out/farm@12800 out/finer --set time.dt=1e-4    go on from a state under other numbers; then skein run out/finer
   skein verify out/farm                           compute the segment between two checkpoints again and compare the bits
   skein converge carpet_8x8.toml --tolerance 1e-3 runs of other elements and steps: how large the errors are, and what would do
+  skein draw out/carpet_8x8 --movie carpet.mp4    a picture, a movie or a page of any run
   skein plan carpet_8x8.toml                      what will run: passes, time-step limits, memory, predicted cost
   skein describe rods.material                    the keys of a table; skein describe: all of them
 Exit codes: 0 done, 2 input, 3 stopped by a limit, 4 numerical, 5 I/O, 6 MPI or internal, 7 verify found other bits, 8 time.relax did not settle.
@@ -197,6 +199,9 @@ int main(int argc, char** argv) {
     std::string info_scene;
     CLI::App* info_command = app.add_subcommand("info", "build and machine; with a scene, the state of its results");
     info_command->add_option("SCENE", info_scene, "scene file");
+
+    app.add_subcommand("draw", "pictures, movies and pages of a run's results; draw --help");
+    if (argc > 1 && std::string_view(argv[1]) == "draw") return first_process() ? skein::draw_command(argc, argv) : 0;
 
     try {
         app.parse(argc, argv);

@@ -1,6 +1,21 @@
 """Skein from Python: scenes, runs, results and pictures. docs/python.md is the guide."""
 
-from .needs import NotResults
-from .results import Group, Results, Series, open  # noqa: A004  (as skein.open it shadows nothing of the caller's)
+from importlib import import_module
 
-__all__ = ["Group", "NotResults", "Results", "Series", "open"]
+# Where each name lives: imported when it is first used, so that a Python that lacks a package can say so.
+_HOMES = {"Group": "results", "Results": "results", "Series": "results", "open": "results",
+          "NotResults": "needs",
+          "draw": "picture.draw", "movie": "picture.draw",
+          "run": "program", "plan": "program", "RunFailed": "program"}
+
+__all__ = list(_HOMES)
+
+
+def __getattr__(name):
+    if name not in _HOMES:
+        raise AttributeError(f"module 'skein' has no attribute '{name}'")
+    return getattr(import_module(f".{_HOMES[name]}", __name__), name)
+
+
+def __dir__():
+    return sorted(__all__)

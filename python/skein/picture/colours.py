@@ -22,7 +22,11 @@ class Scale:
     ticks: list = None  # [(value, words)], where the values' own words do not do
 
     def paint(self, values):
-        return self.colours((np.asarray(values, float) - self.low) / max(self.high - self.low, 1e-300))[..., :3]
+        return self.colours(self.share(values))[..., :3]
+
+    def share(self, values):
+        """0 at the low end, 1 at the high one."""
+        return (np.asarray(values, float) - self.low) / max(self.high - self.low, 1e-300)
 
 
 def bright(name):
@@ -81,7 +85,7 @@ PREFIXES = {-9: "n", -6: "µ", -3: "m", 0: "", 3: "k", 6: "M"}
 def named(words, unit, most):
     """Words of an axis, and the factor to the unit that suits numbers up to `most`."""
     if not unit:
-        return (f"{words} [%]", 100) if 1e-4 < most < 0.5 else (f"{words} [-]", 1)
+        return (f"{words} [-]", 1) if most >= 0.5 else (f"{words} [%]", 100) if most > 1e-4 else (f"{words} [10⁻⁶]", 1e6)
     if unit in ("m", "N", "J", "m/s", "J/m"):
         power = int(np.clip(3 * np.floor(np.log10(max(most, 1e-30)) / 3), -9, 6))
         return f"{words} [{PREFIXES[power]}{unit}]", 10.0**-power
@@ -167,25 +171,28 @@ class Paint:
             late = time >= time[0] + 0.5 * (time[-1] - time[0])  # what has settled
             if late.sum() < 8:
                 raise NotResults(f"{self.results.directory}: too few frames for phases of a beat")
+            self._end = time[-1]
             self._phase[group.name] = phases(time[late] - time[-1], moved[late])
         self.scale = Scale("phase of the beat (0°: tip furthest out)", 0, 1, circle(), 360, [(k / 4, f"{90 * k}°") for k in range(5)])
 
-    def of(self, group, frame):
-        shape = (group.count, group.elements + 1)
-        if self.by in QUANTITIES:
-            return self.scale.paint(np.nan_to_num(self._values(group, frame)))
+    def _values_of(self, group, frame):
         if self.by == "phase":
             start, period = self._phase[group.name]
-            now = (start + (self.results.frames.time[frame] - self.results_end(group)) / period) % 1
-            one = self.scale.paint(now)
-        elif self.by == "magnetisation":
+            return np.broadcast_to(((start + (self.results.frames.time[frame] - self._end) / period) % 1)[:, None], (group.count, group.elements + 1))
+        return np.nan_to_num(self._values(group, frame))
+
+    def share(self, group, frame):
+        """[rods, nodes] on the scale, 0 to 1 or beyond."""
+        return self.scale.share(self._values_of(group, frame))
+
+    def of(self, group, frame):
+        """[rods, nodes, 3]."""
+        if self.scale is not None:
+            return self.scale.paint(self._values_of(group, frame))
+        if self.by == "magnetisation":
             one = 0.5 + 0.35 * group.magnetisation
         elif self.by == "rod":
             one = GROUPS[np.arange(group.count) % len(GROUPS)]
         else:
             one = np.tile(GROUPS[[g.name for g in self.results.rods].index(group.name) % len(GROUPS)], (group.count, 1))
-        return np.broadcast_to(one[:, None], (*shape, 3))
-
-    def results_end(self, group):
-        tips = self.results.tips
-        return tips.time[-1] if tips.has(group.name, "position") and len(tips) >= 8 else self.results.frames.time[-1]
+        return np.broadcast_to(one[:, None], (group.count, group.elements + 1, 3))

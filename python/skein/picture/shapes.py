@@ -105,7 +105,12 @@ def capsules(start, end, radius, colour, sides=48):
     return Mesh(points.reshape(-1, 3), normal.reshape(-1, 3), ring_faces(*points.shape[:3]), np.tile(colour, (points[..., 0].size, 1)))
 
 
-CUBE = np.array([[[-1, -1], [1, -1], [1, 1], [-1, 1]]])
+def axes_of(quaternion):
+    """Rows: axes of a frame turned by w, x, y, z."""
+    w, x, y, z = quaternion
+    return np.array([[1 - 2 * (y * y + z * z), 2 * (x * y + w * z), 2 * (x * z - w * y)],
+                     [2 * (x * y - w * z), 1 - 2 * (x * x + z * z), 2 * (y * z + w * x)],
+                     [2 * (x * z + w * y), 2 * (y * z - w * x), 1 - 2 * (x * x + y * y)]])
 
 
 def boxes(centre, axes, half, colour, times=8):

@@ -54,3 +54,12 @@ def light(points, normals, depth_from, up, sun, centre, size, pixels):
 def highlight(points, normals, eye, sun):
     half = unit(unit(np.asarray(sun)) + unit(eye - points))
     return 0.16 * np.clip(np.sum(normals * half, axis=-1), 0, 1) ** 40
+
+
+def smoothed(values, width):
+    """Light [rows, columns] of a level plate, mean over a square of 2 width + 1 points, twice: few directions give steps in shadows."""
+    for _ in range(2):
+        for axis in (0, 1):
+            padded = np.pad(values, [(width + 1, width) if a == axis else (0, 0) for a in (0, 1)], mode="edge").cumsum(axis=axis)
+            values = (np.take(padded, range(2 * width + 1, padded.shape[axis]), axis) - np.take(padded, range(padded.shape[axis] - 2 * width - 1), axis)) / (2 * width + 1)
+    return values

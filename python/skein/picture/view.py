@@ -56,10 +56,10 @@ class View:
         self.times = int(np.clip(choice.detail * 60000 / max(slots, 1), 1, 8))
         self.sides = int(np.clip(6 + choice.detail * 600000 / max(slots * self.times, 1), 6, 48))
         self._measure()
-        self.camera = framed(self._corners(), choice.camera or self._side(), self.up, aspect)
-        if choice.zoom != 1:
-            self.camera.angle = self.camera.angle / choice.zoom
         self.ground_height = self._ground()
+        corners = np.concatenate([self._corners(), self.wire_ends(float(results.time[self.frames[-1]])).reshape(-1, 3)])
+        self.camera = framed(corners, choice.camera or self._side(), self.up, aspect)
+        self.camera.angle /= choice.zoom
 
     def _up(self):
         if self.choice.up is not None:
@@ -78,14 +78,16 @@ class View:
 
     def _measure(self):
         """Corners of what is shown over the frames, and its thinnest rod."""
-        low, high = [], []
+        low, high, lowest = [], [], []
         for frame in self.frames[:: max(1, len(self.frames) // 24)]:
             for group in self.groups:
                 nodes = self._nodes(group, frame).reshape(-1, 3)
                 nodes = nodes[np.isfinite(nodes).all(axis=1)]
                 reach = self._reach(group)
+                lowest.append(np.min(self.up_sign * nodes[:, self.up_axis]))
                 low.append(nodes.min(axis=0) - reach)
                 high.append(nodes.max(axis=0) + reach)
+        self.lowest_axis = min(lowest)  # against up_sign, m
         self.low, self.high = np.min(low, axis=0), np.max(high, axis=0)
         self.centre, self.size = 0.5 * (self.low + self.high), 0.5 * np.linalg.norm(self.high - self.low)
         self.radius = min((float(np.min(group.radius)) for group in self.rods), default=0.02 * self.size)
@@ -132,8 +134,7 @@ class View:
         if self.choice.ground is not True and self.choice.ground != "auto":
             return float(self.choice.ground)
         axis, sign = self.up_axis, self.up_sign
-        under = sign * (self.low if sign > 0 else self.high)[axis]
-        slack = 0.02 * self.size + self.radius
+        under, slack = self.lowest_axis, 0.02 * self.size + self.radius
         found = []
         for wall in self.results.physics.get("wall", []):
             if wall["kind"] == "plane" and wall["normal"][axis] * sign > 0.99 * np.linalg.norm(wall["normal"]) and not np.any(wall["velocity"]) and not (wall.get("servo") or {}).get("speed"):
@@ -148,7 +149,7 @@ class View:
                 found.append(feet.min())
         if found:
             return float(sign * max(found))
-        return float(sign * under) if self.choice.ground is True else None
+        return float(sign * (under - self.radius)) if self.choice.ground is True else None
 
     def _striped(self, group):
         if not self.results.frames.has(group.name, "normal"):
@@ -174,36 +175,40 @@ class View:
             mesh.colours = np.where(((side <= sides // 12) | (side >= sides - sides // 12))[:, None], 0.35 * mesh.colours, mesh.colours)
         return mesh
 
-    def _bodies(self, group, frame):
-        place, axes = group.position[frame][:, 0].astype(float), None
+    def axes(self, group, frame):
+        """Of bodies [bodies, 3, 3], rows; those of the lab where a run keeps no directors."""
         if self.results.frames.has(group.name, "directors"):
-            axes = group.directors[frame].astype(float).reshape(group.count, 3, 3)
-        else:
-            axes = np.tile(np.eye(3), (group.count, 1, 1))
+            return group.directors[frame].astype(float).reshape(group.count, 3, 3)
+        return np.tile(np.eye(3), (group.count, 1, 1))
+
+    def _bodies(self, group, frame):
+        place, axes = group.position[frame][:, 0].astype(float), self.axes(group, frame)
         meshes = []
         for part in group.parts.get("capsules", []):
             start, end = (place + np.einsum("bij,i->bj", axes, part[k:k + 3]) for k in (0, 3))
             meshes.append(shapes.capsules(start, end, np.full(group.count, part[6]), BODY))
         for part in group.parts.get("boxes", []):
-            w, x, y, z = part[3:7]
-            turn = np.array([[1 - 2 * (y * y + z * z), 2 * (x * y + w * z), 2 * (x * z - w * y)],
-                             [2 * (x * y - w * z), 1 - 2 * (x * x + z * z), 2 * (y * z + w * x)],
-                             [2 * (x * z + w * y), 2 * (y * z - w * x), 1 - 2 * (x * x + y * y)]])  # rows: axes of the box
-            meshes.append(shapes.boxes(place + np.einsum("bij,i->bj", axes, part[0:3]), turn @ axes, np.tile(part[7:10] + part[10], (group.count, 1)), BODY))
+            meshes.append(shapes.boxes(place + np.einsum("bij,i->bj", axes, part[0:3]), shapes.axes_of(part[3:7]) @ axes, np.tile(part[7:10] + part[10], (group.count, 1)), BODY))
         return meshes
 
-    def _wires(self, time):
-        if not self.choice.walls:
-            return []
-        walls = self.results.walls(time)
+    def wire_ends(self, time):
+        """Edges [edges, 2, 3] of walls, but for those of the ground and those far out: planes are drawn as large as the scene needs."""
+        walls = self.results.walls(time) if self.choice.walls else None
         if walls is None:
-            return []
+            return np.zeros((0, 2, 3))
         points, polygons, number = walls
-        ends = [shapes.edges(np.asarray(points), [p for p, n in zip(polygons, number) if n == wall]) for wall in np.unique(number)]
-        ends = np.concatenate([e for e in ends if len(e)] or [np.zeros((0, 2, 3))])
-        # Planes are drawn as large as the scene needs: of what lies far out only the part beside the bodies is shown.
-        near = np.all((ends > self.centre - 1.6 * self.size) & (ends < self.centre + 1.6 * self.size), axis=(1, 2))
-        return [shapes.wires(ends[near], 0.0022 * self.size, WIRE)] if near.any() else []
+        points = np.asarray(points, float)
+        if self.ground_height is not None:  # it is drawn already
+            level = np.abs(points[:, self.up_axis] - self.ground_height) < self.radius
+            kept = [not level[polygon].all() for polygon in polygons]
+            polygons, number = [p for p, keep in zip(polygons, kept) if keep], number[kept]
+        ends = [shapes.edges(points, [p for p, n in zip(polygons, number) if n == wall]) for wall in np.unique(number)]
+        ends = np.concatenate([np.zeros((0, 2, 3)), *(e for e in ends if len(e))])
+        return ends[np.all(np.linalg.norm(ends - self.centre, axis=2) < 1.6 * self.size, axis=1)]
+
+    def _wires(self, time):
+        ends = self.wire_ends(time)
+        return [shapes.wires(ends, 0.0022 * self.size, WIRE)] if len(ends) else []
 
     def shown(self, frame):
         time = float(self.results.time[frame])

@@ -131,6 +131,9 @@ class Stage:
     def draw(self, view, shown):
         surface = shown.mesh if shown.ground is None else type(shown.mesh).joined([shown.mesh, shown.ground])
         bright = self._light(view, shown, surface)
+        if shown.ground is not None:
+            side = round(np.sqrt(len(shown.ground.points)))
+            bright[-side * side:] = sky.smoothed(bright[-side * side:].reshape(side, side), 2).ravel()
         colours = surface.colours * bright[:, None]
         rods = slice(0, len(shown.mesh.points))
         colours[rods] += sky.highlight(shown.mesh.points, shown.mesh.normals, view.camera.eye, self._sun(view))[:, None] * np.clip(bright[rods, None] - 0.3, 0, 1)
