@@ -55,6 +55,7 @@ class View:
         slots = sum(group.count * (group.elements + 1) for group in self.rods)
         self.times = int(np.clip(choice.detail * 60000 / max(slots, 1), 1, 8))
         self.sides = int(np.clip(6 + choice.detail * 600000 / max(slots * self.times, 1), 6, 48))
+        self.coarse = 2 if slots < 4000 else 1
         self._measure()
         self.ground_height = self._ground()
         corners = np.concatenate([self._corners(), self.wire_ends(float(results.time[self.frames[-1]])).reshape(-1, 3)])
@@ -214,7 +215,7 @@ class View:
         time = float(self.results.time[frame])
         bodies = [mesh for group in self.groups if group.is_body for mesh in self._bodies(group, frame)]
         fine = [self._rods(group, frame, self.times, self.sides, True) for group in self.rods]
-        coarse = [self._rods(group, frame, 1 if self.times < 4 else 2, 6, False) for group in self.rods]
+        coarse = [self._rods(group, frame, self.coarse, 6 if self.coarse > 1 else 5, False) for group in self.rods]
         return Shown(shapes.Mesh.joined(fine + bodies + self._wires(time)), shapes.Mesh.joined(coarse + bodies), self._plate(), time, self.radius)
 
     def _plate(self):
