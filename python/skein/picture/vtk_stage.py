@@ -10,7 +10,7 @@ import numpy as np
 
 from . import sky
 
-DEPTH_PIXELS = 1024
+DEPTH_PIXELS = {1: 576, 2: 1024}  # by samples: of movies and of pictures
 
 
 def why_not():
@@ -118,7 +118,8 @@ class Stage:
     def __init__(self, width, height, samples=2):
         self.width, self.height, self.samples = width, height, samples
         self.picture = Picture(samples * width, samples * height)
-        self.shade = Picture(DEPTH_PIXELS, DEPTH_PIXELS)
+        self.depth_pixels = DEPTH_PIXELS[min(samples, 2)]
+        self.shade = Picture(self.depth_pixels, self.depth_pixels)
         Stage._all.append(self)
 
     @staticmethod
@@ -171,4 +172,4 @@ class Stage:
             depth = self.shade.depths()
             return np.where(depth < 1, 2 * size * depth, np.inf)
 
-        return sky.light(surface.points, surface.normals, depth_from, view.up, self._sun(view), centre, size, DEPTH_PIXELS)
+        return sky.light(surface.points, surface.normals, depth_from, view.up, self._sun(view), centre, size, self.depth_pixels)
