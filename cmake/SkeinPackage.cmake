@@ -19,6 +19,14 @@ target_compile_features(skein_library PUBLIC cxx_std_20)
 target_compile_options(skein_library INTERFACE $<$<CXX_COMPILER_ID:GNU>:-Wno-psabi> -ffp-contract=off)
 target_link_libraries(skein_library PRIVATE MPI::MPI_CXX TBB::tbb hdf5::hdf5 tomlplusplus::tomlplusplus fmt::fmt)
 
+# libskein.so for programs in other languages, and the header of its functions.
+add_library(skein_shared SHARED ${CMAKE_SOURCE_DIR}/src/simulation/c_interface.cpp)
+target_link_libraries(skein_shared PRIVATE skein_simulation)
+target_link_options(skein_shared PRIVATE LINKER:--version-script=${CMAKE_CURRENT_LIST_DIR}/skein.map)
+set_target_properties(skein_shared PROPERTIES OUTPUT_NAME skein LIBRARY_OUTPUT_DIRECTORY ${CMAKE_BINARY_DIR}/lib)
+install(TARGETS skein_shared LIBRARY DESTINATION lib)
+install(FILES ${CMAKE_SOURCE_DIR}/include/skein/skein.h DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/skein)
+
 set(package ${CMAKE_INSTALL_LIBDIR}/cmake/Skein)
 install(TARGETS skein RUNTIME)
 install(TARGETS skein_library EXPORT SkeinTargets ARCHIVE FILE_SET HEADERS)

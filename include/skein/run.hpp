@@ -5,6 +5,7 @@
 #include <array>
 #include <cstdint>
 #include <memory>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -62,6 +63,17 @@ struct RodState {
     std::vector<std::array<double, 3>> spin;                    ///< of the elements, along d1, d2, d3, rad/s
 };
 
+/// A group of a scene's rods, or of its bodies.
+struct GroupInfo {
+    std::string name;
+    std::int64_t count; ///< of the whole scene
+    int nodes;          ///< of each; 1 of a body, its centre of mass
+    int elements;       ///< of each; 1 of a body, whose axes are its directors
+};
+
+/// Three numbers at each node (position, velocity) or element (spin), nine at each element (director: d1, d2, d3).
+enum class Quantity { position, velocity, director, spin };
+
 /// A run of a scene. All ranks make and call it alike, but for `rod`. Errors are thrown as std::runtime_error on all of them.
 class Run {
 public:
@@ -88,6 +100,25 @@ public:
     /// Columns of observables.csv, with units, and their values now.
     std::vector<std::string> observable_names() const;
     std::vector<double> observables() const;
+
+    /// Every contact between rods now, a line each, as contacts_<step>.csv has them; empty in scenes without.
+    std::string contacts() const;
+    /// Points of a [[table]] of the scene.
+    struct TablePoints {
+        std::vector<double> at, value;
+    };
+    TablePoints table(const std::string& name) const;
+    /// From now on the table goes linearly from its last value to `value` at `until`, and stays there; formulas that name it
+    /// follow. A scene with the points that it has in the end makes the same run. Throws where there is no such table, where it is
+    /// periodic or has points beyond the present time, or where `until` is not beyond it.
+    void drive(const std::string& table, double until, double value);
+
+    std::vector<GroupInfo> groups() const;
+    /// Numbers in a group of the rods that this rank has, rising.
+    std::vector<std::int64_t> numbers(std::size_t group) const;
+    /// Values of these rods, rod by rod along each, at the time of the run: SI units, lab frame, spin along the directors. Not
+    /// collective.
+    void read(std::size_t group, Quantity quantity, std::span<double> out) const;
 
     /// Rods that this rank has; which ones is its own affair.
     std::size_t rods() const;

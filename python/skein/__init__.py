@@ -6,7 +6,8 @@ from importlib import import_module
 _HOMES = {"Group": "results", "Results": "results", "Series": "results", "open": "results",
           "NotResults": "needs",
           "draw": "picture.draw", "movie": "picture.draw",
-          "run": "program", "plan": "program", "RunFailed": "program"}
+          "run": "program", "plan": "program", "RunFailed": "program",
+          "Simulation": "simulation"}
 
 __all__ = list(_HOMES)
 

@@ -27,10 +27,13 @@ struct FormulaTable {
     std::string file;   ///< of comma-separated values, which `at` and `value` are read from; empty as soon as they are
     std::string source; ///< file:line of the table, for messages
 
+    /// Where others drive the run (skein/run.hpp): points that this table and all its copies have in place of their own.
+    std::shared_ptr<FormulaTable> driven{};
+
     void fields(FieldVisitor& f);
 
-    double operator()(double x) const { return line(x).first; }
-    double slope(double x) const { return line(x).second; }
+    double operator()(double x) const { return (driven ? *driven : *this).line(x).first; }
+    double slope(double x) const { return (driven ? *driven : *this).line(x).second; }
 
 private:
     std::pair<double, double> line(double x) const; ///< value and slope

@@ -7,7 +7,11 @@
 #include "simulation/simulation.hpp"
 #include "simulation/summary.hpp"
 
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
 #include <algorithm>
+#include <cmath>
 #include <optional>
 #include <utility>
 
@@ -32,10 +36,17 @@ Scene Scene::from_text(const std::string& toml, const std::vector<std::string>& 
 }
 
 struct Run::Parts {
-    Parts(const SceneSpec& scene, const RunSettings& settings)
+    Parts(const SceneSpec& given, const RunSettings& settings)
         : comm(Communicator::world()), machine(machine_of(comm, settings.threads, settings.lanes)), threads(machine.threads),
-          writes(!settings.out.empty()), simulation(made(scene, settings, make_groups(scene))) {}
+          writes(!settings.out.empty()), scene(driven(given)), simulation(made(scene, settings, make_groups(scene))) {}
 
+    /// The scene with tables that this run alone may lengthen.
+    static SceneSpec driven(SceneSpec scene) {
+        for (FormulaTable& table : scene.tables) table.driven = std::make_shared<FormulaTable>(table);
+        return scene;
+    }
+
+    FormulaTable& driven_table(const std::string& name);
     Simulation made(const SceneSpec& scene, const RunSettings& settings, std::vector<RodGroup> groups) const {
         read_rods(comm, groups);
         Plan plan = make_plan(scene, groups, machine);
@@ -51,6 +62,7 @@ struct Run::Parts {
     Machine machine;
     Threads threads;
     bool writes;
+    SceneSpec scene;
     Simulation simulation;
 };
 
@@ -78,6 +90,83 @@ int Run::run() {
 std::string Run::digest() const { return digest_text(parts_->simulation.digest()); }
 std::vector<std::string> Run::observable_names() const { return parts_->simulation.names(); }
 std::vector<double> Run::observables() const { return parts_->simulation.observables(); }
+
+std::string Run::contacts() const { return parts_->simulation.contacts(); }
+
+FormulaTable& Run::Parts::driven_table(const std::string& name) {
+    std::vector<std::string> names;
+    for (const FormulaTable& table : scene.tables) {
+        if (table.name == name) return *table.driven;
+        names.push_back(table.name);
+    }
+    throw InputError(fmt::format("the scene has no table '{}'; there are: {}", name, fmt::join(names, ", ")));
+}
+
+Run::TablePoints Run::table(const std::string& name) const {
+    const FormulaTable& table = parts_->driven_table(name);
+    return {table.at, table.value};
+}
+
+void Run::drive(const std::string& name, double until, double value) {
+    FormulaTable& table = parts_->driven_table(name);
+    if (table.periodic) throw InputError(fmt::format("table '{}' is periodic: it has no end to go on from", name));
+    if (table.at.back() > time())
+        throw InputError(fmt::format("table '{}' is given up to {:.6g} s already; now is {:.6g} s", name, table.at.back(), time()));
+    if (!(until > time()) || !std::isfinite(until) || !std::isfinite(value))
+        throw InputError(fmt::format("table '{}' cannot go to {:.6g} until {:.6g} s; now is {:.6g} s", name, value, until, time()));
+    const double last = table.value.back(); // where it has stayed meanwhile
+    if (table.at.back() < time()) table.at.push_back(time()), table.value.push_back(last);
+    table.at.push_back(until), table.value.push_back(value);
+}
+
+std::vector<GroupInfo> Run::groups() const {
+    std::vector<GroupInfo> found;
+    for (int i = 0; i < static_cast<int>(parts_->scene.rods.size()); ++i) {
+        const RodGroup& group = parts_->simulation.group(i);
+        found.push_back({group.name(), group.count(), group.slots(), group.body() ? 1 : group.elements()});
+    }
+    return found;
+}
+
+std::vector<std::int64_t> Run::numbers(std::size_t group) const {
+    std::vector<std::int64_t> found;
+    for (const LocalRod& rod : parts_->simulation.rods().local())
+        if (rod.group == static_cast<int>(group)) found.push_back(rod.index);
+    std::sort(found.begin(), found.end());
+    return found;
+}
+
+void Run::read(std::size_t number, Quantity quantity, std::span<double> out) const {
+    const std::vector<std::int64_t> order = numbers(number);
+    const RodGroup& group = parts_->simulation.group(static_cast<int>(number));
+    const auto nodes = static_cast<std::size_t>(group.slots());
+    const bool at_nodes = quantity == Quantity::position || quantity == Quantity::velocity;
+    const std::size_t places = at_nodes || group.body() ? nodes : static_cast<std::size_t>(group.elements());
+    const std::size_t each = places * (quantity == Quantity::director ? 9 : 3);
+    if (out.size() != order.size() * each)
+        throw InputError(
+            fmt::format("room for {} numbers of group '{}', which has {} here", out.size(), group.name(), order.size() * each));
+    std::vector<Slot<1>> state(nodes);
+    const auto& rods = parts_->simulation.rods();
+    for (std::size_t i = 0; i < rods.local().size(); ++i) {
+        const LocalRod& rod = rods.local()[i];
+        if (rod.group != static_cast<int>(number)) continue;
+        rods.export_rod(i, state);
+        synchronise(group, state, parts_->simulation.lag());
+        double* to =
+            out.data() + static_cast<std::size_t>(std::lower_bound(order.begin(), order.end(), rod.index) - order.begin()) * each;
+        const auto put = [&to](const Vec3d& v) { *to++ = v.x, *to++ = v.y, *to++ = v.z; };
+        for (std::size_t k = 0; k < places; ++k) {
+            if (quantity == Quantity::position) put(lane(state[k].position, 0));
+            else if (quantity == Quantity::velocity) put(lane(state[k].velocity, 0));
+            else if (quantity == Quantity::spin) put(lane(state[k].spin, 0));
+            else {
+                const Mat3d axes = frame(state[k]);
+                put(axes.d1), put(axes.d2), put(axes.d3);
+            }
+        }
+    }
+}
 
 std::size_t Run::rods() const { return parts_->simulation.rods().local().size(); }
 

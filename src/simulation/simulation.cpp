@@ -378,6 +378,14 @@ void Simulation::open_polydata(const SceneSpec& scene, std::int64_t resume_step)
     if (walls_) wall_meshes_ = std::make_unique<WallMeshes>(comm_, *walls_, groups_, rods_->local());
 }
 
+std::string Simulation::contacts() const {
+    const ContactInteraction* contacts = contacts_of(interactions_);
+    std::string text;
+    if (contacts)
+        for (const std::string& part : comm_.all_gather(contacts->table())) text += part;
+    return text;
+}
+
 void Simulation::write_polydata() {
     polydata_->write(clock_.done(), clock_.time(), clock_.lag());
     if (wall_meshes_ && (wall_meshes_->move() || !polydata_->has_walls()))

@@ -93,6 +93,8 @@ public:
     /// Names and values of the series; the values are collective.
     std::vector<std::string> names() const;
     std::vector<double> observables() const;
+    /// Table of all contacts; empty where rods do not feel each other. Collective.
+    std::string contacts() const;
     /// Reason why rods of some rank became invalid since the start; empty: nothing. Collective.
     std::string failure() const { return comm_.first_text(failure_); }
 
