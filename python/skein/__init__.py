@@ -7,7 +7,8 @@ _HOMES = {"Group": "results", "Results": "results", "Series": "results", "open":
           "NotResults": "needs",
           "draw": "picture.draw", "movie": "picture.draw",
           "run": "program", "plan": "program", "RunFailed": "program",
-          "Simulation": "simulation"}
+          "Scene": "scene", "Simulation": "simulation",
+          "sweep": "sweeps", "page": "picture.page"}
 
 __all__ = list(_HOMES)
 

@@ -68,12 +68,12 @@ class Results:
 
     @property
     def title(self):
-        if "title" in self.summary:
+        if self.summary.get("title"):
             return self.summary["title"]
         for segments in (self.frames, self.tips):
             if segments.paths:
                 title = segments.file(0).attrs["title"]
-                return title.decode() if isinstance(title, bytes) else str(title)
+                return (title.decode() if isinstance(title, bytes) else str(title)) or self.directory.name
         return self.directory.name
 
     @cached_property

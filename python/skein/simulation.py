@@ -3,7 +3,6 @@
 import ctypes
 from functools import cache
 from io import StringIO
-from pathlib import Path
 
 import numpy as np
 
@@ -57,8 +56,8 @@ class Simulation:
     def __init__(self, scene, threads=0, lanes=0, **keys):
         self._run = None
         changes = [change.encode() for change in overrides(keys)]
-        file, toml = (scene.name, scene.text().encode()) if hasattr(scene, "text") else (scene, None)
-        self._run = library().skein_open(str(file).encode(), toml, (TEXT * len(changes))(*changes), len(changes), threads, lanes)
+        file = scene.saved() if hasattr(scene, "saved") else scene
+        self._run = library().skein_open(str(file).encode(), None, (TEXT * len(changes))(*changes), len(changes), threads, lanes)
         if not self._run:
             raise _failed()
         count = library().skein_group_count(self._run)
