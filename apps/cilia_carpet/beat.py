@@ -4,36 +4,20 @@ Displacements u are those of the tips from where the rods start, in rod lengths 
 fundamental of u_x over the last full turn of the field, u_x ~ |a| cos(w t + arg a), at the drive frequency w = 2 pi/T.
 """
 
-import json
 from dataclasses import dataclass
-from pathlib import Path
 
-import h5py
 import numpy as np
-import results  # from apps/figures, where plot.py looks
+import skein  # where plot.py looks
 
 SHARE_OF_A_STROKE = 0.55  # of a turn; where the slower way takes less, there is no slow stroke
 STILL = 0.01              # L; a fundamental below it has no phase to speak of (wave_xy leaves a few cilia unmagnetised)
 REPEATS = 0.02            # L; tips closer than this to where they were a turn before repeat it
 
 
-def segments(directory):
-    results.need_files(directory)
-    files = sorted(Path(directory).glob("tips_*.h5"))
-    if not files:
-        raise SystemExit(f"{directory}: no tips_*.h5; the scene needs 'tips' in [output]")
-    return files
-
-
 def period_of(directory):
-    """T of the rotating field, s, from the scene that the newest checkpoint keeps; negative where it turns the other way."""
-    results.need_files(directory)
-    files = sorted(Path(directory).glob("checkpoint_*.h5"))
-    if not files:
-        raise SystemExit(f"{directory}: no checkpoint to read the field's period from; give --period")
-    with h5py.File(files[-1]) as file:
-        scene = json.loads(file.attrs["scene"])
-    periods = [load["period"] for load in scene.get("load", []) if load["kind"] == "magnetic_field" and load["period"] != 0]
+    """T of the rotating field, s; negative where it turns the other way."""
+    loads = skein.open(directory).physics.get("load", [])
+    periods = [load["period"] for load in loads if load["kind"] == "magnetic_field" and load["period"] != 0]
     if not periods:
         raise SystemExit(f"{directory}: the scene has no rotating magnetic_field; give --period")
     return periods[0]
@@ -53,17 +37,14 @@ class Turn:
 
 
 def read_turn(directory, period):
-    time, tips = [], []
-    for path in segments(directory):
-        with h5py.File(path) as file:
-            group = next(iter(file["groups"].values()))
-            results.need_names(directory, "dataset in the first group of " + path.name + " called", group, ["magnetisation"],
-                               "its rods are not magnetised, so are no cilia")
-            title = file.attrs["title"]
-            origin, magnetisation = group["origin"][:], group["magnetisation"][:]
-            time.append(file["time"][:])
-            tips.append(group["position"][:])
-    time, tips = np.concatenate(time), np.concatenate(tips)
+    run = skein.open(directory)
+    if not len(run.tips):
+        raise SystemExit(f"{directory}: no tips_*.h5; the scene needs 'tips' in [output]")
+    group = run.rods[0]
+    if not run.tips.has(group.name, "magnetisation"):
+        raise SystemExit(f"{directory}: group '{group.name}' is not magnetised, so its rods are no cilia")
+    title, origin, magnetisation = run.title, group.origin, group.magnetisation
+    time, tips = run.tips.time, np.asarray(group.tips)
     if len(time) < 2:
         raise SystemExit(f"{directory}: one frame of tips is not a turn of the field")
     interval = time[1] - time[0]
@@ -76,7 +57,7 @@ def read_turn(directory, period):
     length = np.linalg.norm(tips[0, 0] - origin[0])  # straight at t = 0
     last, before = tips[-frames - 1:], tips[-2 * frames - 1:-frames]
     change = np.linalg.norm(last - before, axis=2) / length if len(before) == len(last) else np.empty((0, len(origin)))
-    return Turn(title.decode() if isinstance(title, bytes) else title, time[-frames - 1:], (last - origin) / length, change,
+    return Turn(title, time[-frames - 1:], (last - origin) / length, change,
                 origin, magnetisation, length, period)
 
 

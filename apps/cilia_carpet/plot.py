@@ -10,37 +10,25 @@ import json
 import sys
 from pathlib import Path
 
-sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "figures"))
-import results  # noqa: E402  (from apps/figures)
+sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "python"))
+from skein import needs  # noqa: E402  (of the checkout, as all of skein here)
 
-results.need("numpy", "h5py", "matplotlib")
+needs.need("numpy", "h5py", "matplotlib")
 import matplotlib  # noqa: E402
 import numpy as np  # noqa: E402
 
 matplotlib.use("Agg")
 import matplotlib.pyplot as plt  # noqa: E402  (after the choice of Agg)
 from matplotlib.cm import ScalarMappable  # noqa: E402
-from matplotlib.colors import ListedColormap, Normalize  # noqa: E402
+from matplotlib.colors import Normalize  # noqa: E402
 
 import beat  # noqa: E402
-import frames  # noqa: E402  (from apps/figures, as the next two)
-import tubes  # noqa: E402
-from style import INK, QUIET, bare, heading  # noqa: E402
+import skein  # noqa: E402
+from skein.picture.colours import circle  # noqa: E402
+from skein.style import INK, QUIET, bare, heading  # noqa: E402
 
 
-def colour_circle():
-    """Hues of one lightness and chroma (OKLCH, Ottosson 2020), so that no phase stands out and light and shade stay readable."""
-    hue = 2 * np.pi * (np.arange(512) / 512 + 0.08)
-    lightness, chroma = 0.70, 0.135
-    lab = np.stack([np.full_like(hue, lightness), chroma * np.cos(hue), chroma * np.sin(hue)])
-    lms = (np.array([[1, 0.3963377774, 0.2158037573], [1, -0.1055613458, -0.0638541728], [1, -0.0894841775, -1.2914855480]]) @ lab) ** 3
-    linear = np.array([[4.0767416621, -3.3077115913, 0.2309699292], [-1.2684380046, 2.6097574011, -0.3413193965],
-                       [-0.0041960863, -0.7034186147, 1.7076147010]]) @ lms
-    linear = np.clip(linear, 0, 1)
-    return ListedColormap(np.where(linear <= 0.0031308, 12.92 * linear, 1.055 * linear ** (1 / 2.4) - 0.055).T, name="circle")
-
-
-CIRCLE = colour_circle()
+CIRCLE = circle()
 
 
 def phase_at(a, time, period):
@@ -102,7 +90,7 @@ def draw_strokes(axes, turn, row, colours):
     heading(axes, "u of the front row's tips")
 
 
-def draw_arrows(axes, camera, turn, figures):
+def draw_arrows(axes, pictures, turn, figures):
     """Which way wave and slow stroke go, on the plate before the front row."""
     middle = 0.5 * (turn.origin[:, 0].min() + turn.origin[:, 0].max())
     for name, key, place in (("wave", "wave", -2.6), ("slow stroke", "slow_stroke", 2.6)):
@@ -111,11 +99,11 @@ def draw_arrows(axes, camera, turn, figures):
         direction = {"+x": 1, "-x": -1}[figures[key]]
         x = middle + turn.length * (place + 1.1 * direction * np.array([-1, 1]))
         y, z = np.full(2, turn.origin[:, 1].min() - 0.62 * turn.length), np.zeros(2)
-        tail, head = camera.project(np.stack([x, y, z], axis=1))
+        tail, head = pictures.pixels(np.stack([x, y, z], axis=1))
         axes.annotate("", head, tail, arrowprops={"arrowstyle": "-|>", "color": INK, "lw": 1.4, "shrinkA": 0, "shrinkB": 0})
         slope = (head - tail) * direction
         axes.text(*(0.5 * (tail + head)), name + "\n\n", color=INK, ha="center", va="center", rotation_mode="anchor",
-                  rotation=np.degrees(np.arctan2(slope[1], slope[0])), linespacing=0.85)
+                  rotation=np.degrees(np.arctan2(-slope[1], slope[0])), linespacing=0.85)
 
 
 def summary(figures):
@@ -127,16 +115,19 @@ def summary(figures):
 
 
 def draw_carpet(path, turn, figures, a, directory, at):
-    nodes, radius, time = frames.rods_at(directory, turn.time[0] + at * abs(turn.period))
+    run = skein.open(directory)
+    time = run.time[run.frames.nearest(turn.time[0] + at * abs(turn.period))]
+    nodes = run.rods[0].position[run.frames.nearest(time)]
     phase = phase_at(a, time, turn.period)
     row = np.flatnonzero(np.isclose(turn.origin[:, 1], turn.origin[:, 1].min()))
     row = row[np.argsort(turn.origin[row, 0])]
     colours = CIRCLE(phase[row])
 
     figure = plt.figure(figsize=(14, 7), facecolor="white")
-    view = figure.add_axes([0.01, 0.13, 0.58, 0.76])
-    camera = tubes.draw(view, nodes, radius, CIRCLE(phase)[:, :3])
-    draw_arrows(view, camera, turn, figures)
+    view = figure.add_axes([0.0, 0.12, 0.6, 0.79])
+    pictures = skein.Pictures(run, [time], (1680, 1106), colour=CIRCLE(phase)[:, :3], camera=(-0.50, -1.75, 1.05))
+    pictures.show(view)
+    draw_arrows(view, pictures, turn, figures)
     colour_bar(figure, [0.17, 0.085, 0.26, 0.016])
 
     side, above = figure.add_axes([0.61, 0.72, 0.38, 0.17]), figure.add_axes([0.61, 0.50, 0.38, 0.17])
@@ -187,7 +178,7 @@ def main():
 
     plt.rcParams.update({"font.size": 9, "font.family": "DejaVu Sans"})
     a = beat.fundamental(turn)
-    if frames.frames(arguments.out):
+    if any(arguments.out.glob("trajectory_*.h5")):
         draw_carpet(arguments.out / "carpet.png", turn, figures, a, arguments.out, arguments.turn)
     else:
         draw_phases(arguments.out / "phase.png", turn, figures, a, arguments.turn)

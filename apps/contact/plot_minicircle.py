@@ -7,53 +7,45 @@ minicircles.png into the first directory, or FILE. Needs numpy, h5py and matplot
 """
 
 import argparse
-import json
 import sys
 from pathlib import Path
 
-sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "figures"))
-import results  # noqa: E402  (from apps/figures)
+sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "python"))
+from skein import needs  # noqa: E402  (of the checkout, as all of skein here)
 
-results.need("numpy", "h5py", "matplotlib")
+needs.need("numpy", "h5py", "matplotlib")
 import matplotlib  # noqa: E402
 import numpy as np  # noqa: E402
 
 matplotlib.use("Agg")
 import matplotlib.pyplot as plt  # noqa: E402  (after the choice of Agg)
 
-import frames  # noqa: E402  (from apps/figures)
-import tubes  # noqa: E402
-from plot import LINES, ROD, series, smoothed  # noqa: E402
+import skein  # noqa: E402
+from plot import LINES, series  # noqa: E402
 
 COLOUR = dict(LINES)
 
 
 def ring_of(out):
     """Section, moduli and length of a run's ring, and its excess link in turns."""
-    results.need_files(out, "physics.json", "trajectory_*.h5")
-    rod = json.loads((out / "physics.json").read_text())["rods"][0]
+    needs.need_files(out, "physics.json", "trajectory_*.h5")
+    run = skein.open(out)
+    rod = run.rods[0].physics
     if not rod["shape"]["closed"]:
         sys.exit(f"{out}: its first rod is no ring; give results of minicircle.toml")
-    link = series(out)["link"][-1]
     length, twist = rod["shape"]["length"], rod["shape"]["rest_curvature"][2]
     return {"radius": rod["section"]["radius"], "length": length, "E": rod["material"]["youngs_modulus"],
-            "G": rod["material"]["shear_modulus"] or rod["material"]["youngs_modulus"] / 3, "excess": link - twist * length / (2 * np.pi)}
+            "G": rod["material"]["shear_modulus"] or rod["material"]["youngs_modulus"] / 3,
+            "excess": series(run)["link"][-1] - twist * length / (2 * np.pi), "writhe": series(run)["writhe"][-1], "run": run}
 
 
-def upright(nodes):
-    """About its centre, the longest extent along z and the shortest along y."""
-    centred = nodes - nodes[:-1].mean(axis=0)
-    _, _, axis = np.linalg.svd(centred[:-1], full_matrices=False)
-    turned = centred @ axis[[1, 2, 0]].T
-    return turned - 0.5 * (turned.min(axis=0) + turned.max(axis=0))
-
-
-def draw_ring(axes, nodes, radius, width, height):
-    curve = smoothed(np.vstack([nodes[-3:-1], nodes, nodes[1:3]]))[8:-7]  # smooth over the joint too
-    camera = tubes.Camera(np.zeros(3), 1.0, (0.0, -20.0, 0.0))  # far away: all to one scale
-    tubes.draw_tubes(axes, camera, curve[None] / 20, np.full(len(curve), radius) / 20, ROD[None], sky_from=height / 20)
-    axes.set(xlim=(-width / 800, width / 800), ylim=(-height / 800, height / 800), aspect="equal")
-    axes.set_axis_off()
+def sides(ring):
+    """Extents along the ring's longest and second axis, and the directions of the longest and the shortest."""
+    nodes = ring["run"].rods[0].position[-1][0, :-1].astype(float)
+    centred = nodes - nodes.mean(axis=0)
+    _, _, axis = np.linalg.svd(centred, full_matrices=False)
+    extent = np.ptp(centred @ axis.T, axis=0) + 4 * ring["radius"]
+    return extent[0], extent[1], axis[0], axis[2]
 
 
 def endless_supercoil(ring, beta):
@@ -70,21 +62,21 @@ def main():
     parser.add_argument("--to", type=Path, help="file to write")
     arguments = parser.parse_args()
 
-    runs = sorted(((ring_of(out), out) for out in arguments.out), key=lambda run: run[0]["excess"])
+    rings = sorted((ring_of(out) for out in arguments.out), key=lambda ring: ring["excess"])
     plt.rcParams.update({"font.size": 9, "font.family": "DejaVu Sans"})
-    shapes = [upright(frames.rods_at(out, 1e9)[0][0]) for _, out in runs]
-    widths = [np.ptp(nodes[:, 0]) + 4 * ring["radius"] for nodes, (ring, _) in zip(shapes, runs)]
-    height = max(np.ptp(nodes[:, 2]) + 4 * ring["radius"] for nodes, (ring, _) in zip(shapes, runs))
+    shapes = [sides(ring) for ring in rings]
+    tallest = max(shape[0] for shape in shapes)
     figure = plt.figure(figsize=(6.4, 6.0), layout="constrained")
-    grid = figure.add_gridspec(2, len(runs), height_ratios=(1, 1.2), width_ratios=widths)
-    for i, (nodes, width, (ring, _)) in enumerate(zip(shapes, widths, runs)):
+    grid = figure.add_gridspec(2, len(rings), height_ratios=(1, 1.2), width_ratios=[shape[1] for shape in shapes])
+    for i, (ring, (_, width, up, towards)) in enumerate(zip(rings, shapes)):
         axes = figure.add_subplot(grid[0, i])
-        draw_ring(axes, nodes, ring["radius"], width, height)
+        pictures = skein.Pictures(ring["run"], [1e9], (max(64, round(720 * width / tallest)), 720), colour="group", ground=False,
+                                  camera=tuple(towards), up=tuple(up), span=tallest)  # all to one scale
+        pictures.show(axes)
         axes.set_title(f"{ring['excess']:.3g}", fontsize=8)
     below = figure.add_subplot(grid[1, :])
-    excess = np.array([ring["excess"] for ring, _ in runs])
-    writhe = np.array([series(out)["writhe"][-1] for _, out in runs])
-    ring = runs[-1][0]
+    excess, writhe = (np.array([ring[name] for ring in rings]) for name in ("excess", "writhe"))
+    ring = rings[-1]
     below.plot(excess, writhe, "o-", color=COLOUR["writhe"], label="writhe")
     below.plot(excess, excess - writhe, "o-", color=COLOUR["twist"], label="elastic twist")
     ply, of_ply = endless_supercoil(ring, np.linspace(0, 0.6, 200))

@@ -11,22 +11,22 @@ import json
 import sys
 from pathlib import Path
 
-sys.path.insert(0, str(Path(__file__).resolve().parent))
-import results  # noqa: E402
+sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "python"))
+from skein import needs  # noqa: E402  (of the checkout)
 
-results.need("matplotlib")
+needs.need("matplotlib")
 import matplotlib  # noqa: E402
 
 matplotlib.use("Agg")
 import matplotlib.pyplot as plt  # noqa: E402  (after the choice of Agg)
 
-import style  # noqa: E402
+from skein import style  # noqa: E402
 
 COLOURS = ("#3b6fb6", "#c4574b", "#4f9d69", "#b08a2e", "#7d5ba6", "#2f8f9d", "#8a5a44", "#c06c9c")
 
 
 def figures_of(out):
-    results.need_files(out, "converge.json")
+    needs.need_files(out, "converge.json")
     figures = json.loads((out / "converge.json").read_text())
     if figures.get("format") != "skein-converge":
         sys.exit(f"{out}: converge.json is not from skein converge")

@@ -6,43 +6,39 @@ as the magnet comes near, in lines of its field; of flagellum.toml its shapes in
 """
 
 import argparse
-import json
 import sys
 from pathlib import Path
 
-sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "figures"))
-import results  # noqa: E402  (from apps/figures)
+sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "python"))
+from skein import needs  # noqa: E402  (of the checkout, as all of skein here)
 
-results.need("numpy", "h5py", "matplotlib")
+needs.need("numpy", "h5py", "matplotlib")
 import matplotlib  # noqa: E402
 import numpy as np  # noqa: E402
 
 matplotlib.use("Agg")
 import matplotlib.pyplot as plt  # noqa: E402  (after the choice of Agg)
 
-import frames  # noqa: E402  (from apps/figures)
-import style  # noqa: E402
-import tubes  # noqa: E402
+import skein  # noqa: E402
+from skein import style  # noqa: E402
 
 REED, ROD, FIELD, SWIMMER = np.array([0.42, 0.56, 0.30]), "#c2554a", "#cfd4db", "#3f6fa8"
 
 
 def constants_of(out):
-    results.need_files(out, "physics.json", "trajectory_*.h5")
-    constants = json.loads((out / "physics.json").read_text()).get("constants", {})
-    return {name: entry["value"] for name, entry in constants.items()}
+    needs.need_files(out, "physics.json", "trajectory_*.h5")
+    return skein.open(out).constants
 
 
 def draw_reeds(axes, out, time):
-    nodes, radius, _ = frames.rods_at(out, time)
-    tubes.draw(axes, nodes, 2 * radius, np.broadcast_to(REED, (len(nodes), 3)))
+    run = skein.open(out)
+    skein.Pictures(run, [time], (1600, 900), colour=np.tile(REED, (run.rods[0].count, 1)), camera=(-0.3, -2.0, 0.5)).show(axes)
 
 
 def draw_leaning(axes, out, travel):
-    found = frames.frames(out)
-    nodes = np.array([frames.read_rods(path, number)[0] for _, path, number in found])
-    times, place = np.array([t for t, _, _ in found]), nodes[0, :, 0, 0]
-    lean = 1e3 * (nodes[:, :, -1, 0] - nodes[:, :, 0, 0])
+    run = skein.open(out)
+    times, place = run.time, run.rods[0].position[0][:, 0, 0]
+    lean = 1e3 * (run.rods[0].position[:, :, -1, 0] - run.rods[0].position[:, :, 0, 0])
     most = np.abs(lean).max()
     picture = axes.pcolormesh(times, place, lean.T, cmap="YlGn", vmin=min(0, lean.min()), vmax=most, shading="nearest")
     axes.figure.colorbar(picture, ax=axes)
@@ -59,17 +55,17 @@ def dipole(x, z, constants):
 def draw_rod(axes, out, constants):
     x, z = np.meshgrid(np.linspace(-0.01, 0.055, 120), np.linspace(0, 0.065, 120))
     axes.streamplot(1e3 * x, 1e3 * z, *dipole(x, z, constants), color=FIELD, linewidth=0.6, arrowsize=0.6, density=1.2)
+    run = skein.open(out)
     for share in np.linspace(0, 1, 11):
-        nodes, _, _ = frames.rods_at(out, share * constants["rise"])
+        nodes = run.rods[0].position[run.frames.nearest(share * constants["rise"])]
         axes.plot(*(1e3 * nodes[0][:, [0, 2]]).T, color=ROD, linewidth=2, alpha=0.25 + 0.7 * share)
     axes.plot(1e3 * constants["reach"], 1e3 * constants["height"], "s", color=style.INK, markersize=7)
     axes.set(xlabel="x, mm", ylabel="z, mm", aspect="equal", xlim=(-10, 55), ylim=(0, 65))
 
 
 def draw_swimmer(axes, out, period):
-    found = frames.frames(out)
-    nodes = np.array([1e3 * frames.read_rods(path, number)[0][0] for _, path, number in found])
-    times = np.array([t for t, _, _ in found])
+    run = skein.open(out)
+    nodes, times = 1e3 * run.rods[0].position[:, 0], run.time
     axes.plot(*nodes[:, 0, :2].T, color=FIELD, linewidth=1)
     for share in np.linspace(0, 1, 9)[1:]:
         k = int(np.argmin(np.abs(times - (times[-1] - (1 - share) * period))))
@@ -91,7 +87,7 @@ def main():
         elif "wavelength" in constants:
             swimmer = out, constants
         else:
-            results.need_names(out, "constant", constants, ("reach", "height", "rise"), "give results of gusts.toml, magnet.toml or flagellum.toml")
+            needs.need_names(out, "constant", constants, ("reach", "height", "rise"), "give results of gusts.toml, magnet.toml or flagellum.toml")
             magnet = out, constants
 
     plt.rcParams.update({"font.size": 9, "font.family": "DejaVu Sans"})

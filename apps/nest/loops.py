@@ -20,11 +20,13 @@ import sys
 from dataclasses import dataclass
 from pathlib import Path
 
-sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "figures"))
-import results  # noqa: E402  (from apps/figures)
+sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "python"))
+from skein import needs  # noqa: E402  (of the checkout, as all of skein here)
 
-results.need("numpy")
+needs.need("numpy")
 import numpy as np  # noqa: E402
+
+import skein  # noqa: E402
 
 AROUND = 5  # rows on each side over which z is meaned
 ELASTIC = "elastic_stretch[J]", "elastic_shear[J]", "elastic_bend[J]", "elastic_twist[J]"
@@ -41,7 +43,7 @@ class Run:
     area: float    # of the base, m^2
 
     def __getitem__(self, heading):
-        results.need_names(self.directory, "columns of observables.csv called", self.column, [heading], "the scene is not a bed of rods under a lid")
+        needs.need_names(self.directory, "columns of observables.csv called", self.column, [heading], "the scene is not a bed of rods under a lid")
         return self.column[heading]
 
     def sum(self, headings):
@@ -92,21 +94,10 @@ class Run:
 
 
 def read(directory, area=None):
-    directory = Path(directory)
-    results.need_files(directory, "observables.csv", "physics.json")
-    with open(directory / "observables.csv") as file:
-        headings, *lines = file.read().splitlines()
-    if not lines:
-        raise SystemExit(f"{directory}: observables.csv has no rows yet")
-    headings, rows = headings.split(","), np.loadtxt(lines, delimiter=",", ndmin=2)
-    column = dict(zip(headings, rows.T))
-    physics = json.loads((directory / "physics.json").read_text())
-    path = directory / "summary.json"
-    summary = json.loads(path.read_text()) if path.exists() else {}
-    # A run that its lid ends does so between two rows: its last state is in the summary alone.
-    last = dict(summary.get("observables", {}), **{"step": summary.get("steps", -1), "time[s]": summary.get("time_s", -1)})
-    if last["time[s]"] > column["time[s]"][-1] and all(heading in last for heading in headings):
-        column = {heading: np.append(column[heading], last[heading]) for heading in headings}
+    found = skein.open(directory)
+    directory, physics, summary = found.directory, found.physics, found.summary
+    series = found.series
+    column = {heading: series[heading] for heading in series.headings}
     lids = [wall for wall in physics.get("wall", []) if wall.get("servo", {}).get("speed", 0) > 0]
     if not lids:
         raise SystemExit(f"{directory}: no wall of this scene has a servo, so there is no lid to measure")

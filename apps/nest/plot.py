@@ -19,23 +19,20 @@ import re
 import sys
 from pathlib import Path
 
-sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "figures"))
-import results  # noqa: E402  (from apps/figures)
+sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "python"))
+from skein import needs  # noqa: E402  (of the checkout, as all of skein here)
 
-results.need("numpy", "h5py", "matplotlib")
+needs.need("numpy", "h5py", "matplotlib")
 import matplotlib  # noqa: E402
 import numpy as np  # noqa: E402
 
 matplotlib.use("Agg")
 import matplotlib.pyplot as plt  # noqa: E402  (after the choice of Agg)
 from matplotlib.collections import LineCollection  # noqa: E402
-from matplotlib.cm import ScalarMappable  # noqa: E402
-from matplotlib.colors import Normalize  # noqa: E402
 
-import frames  # noqa: E402  (from apps/figures)
 import loops  # noqa: E402
-import packing  # noqa: E402
-from style import INK, QUIET, bare, heading  # noqa: E402  (from apps/figures)
+import skein  # noqa: E402
+from skein.style import INK, QUIET, bare, heading  # noqa: E402
 
 CYCLES = plt.get_cmap("viridis")
 WORK = {"friction_J": ("friction", "#b8563b"), "dashpots_J": ("dashpots of contacts", "#dfa65a"), "rods_damping_J": ("drag on rods", "#8fb0d4")}
@@ -134,27 +131,22 @@ def draw_coordination_over_time(axes, run):
 
 def pictured(run):
     """Rows of the series nearest to two frames: the last one before the lid touches, and that of the highest stress."""
-    found = frames.frames(run.directory)
-    rows = [int(np.argmin(np.abs(run.time - t))) for t, _, _ in found]
+    times = skein.open(run.directory).time
+    rows = [int(np.argmin(np.abs(run.time - t))) for t in times]
     before = [i for i, row in enumerate(rows) if row < loops.first_touch(run)]
     rest, peak = before[-1] if before else 0, int(np.argmax(np.minimum(run.base_stress, run.lid_stress)[rows]))
-    return [(rows[i], found[i][1], found[i][2]) for i in (rest, peak)]
+    return [(rows[i], times[i]) for i in (rest, peak)]
 
 
 def draw_nest(path, run, figures, beside):
     figure = plt.figure(figsize=(9, 8.6), facecolor="white")
     chosen = pictured(run)
-    rods = [frames.read_rods(file, number) for _, file, number in chosen]
-    most = max(packing.bending_strain(nodes, radius).max() for nodes, radius in rods)
-    top = 1.05 * max(nodes[..., 2].max() for nodes, _ in rods)
-    for (row, _, _), (nodes, radius), left, word in zip(chosen, rods, (0.015, 0.51), ("at rest", "pressed")):
+    pictures = skein.Pictures(run.directory, [time for _, time in chosen], (1020, 620), colour="bending")
+    for number, ((row, _), left, word) in enumerate(zip(chosen, (0.015, 0.51), ("at rest", "pressed"))):
         axes = figure.add_axes([left, 0.615, 0.475, 0.28])
-        packing.draw(axes, run.physics, nodes, radius, most, run.height[row], top)
+        pictures.show(axes, number)
         heading(axes, f"{word}: {run.lid_stress[row]:.0f} Pa, ⟨z⟩ = {smooth(run['coordination[-]'])[row]:.1f}", pad=2)
-    bar = figure.colorbar(ScalarMappable(Normalize(0, 100 * most), packing.BENDING), cax=figure.add_axes([0.36, 0.603, 0.28, 0.012]), orientation="horizontal")
-    bar.outline.set_visible(False)
-    bar.ax.tick_params(length=0, labelcolor=INK)
-    bar.ax.set_xlabel("strain by bending [%]", color=INK, labelpad=2)
+    pictures.bar(figure, [0.36, 0.603, 0.28, 0.012])
 
     draw_loops(figure.add_axes([0.08, 0.075, 0.4, 0.42]), run, figures, beside)
     draw_coordination_over_stress(figure.add_axes([0.58, 0.33, 0.4, 0.165]), run, beside)
@@ -174,16 +166,13 @@ def words(figures):
 
 def contacts_at_highest_load(run):
     """Table of contacts, by heading, and lid's stress there; none where the run has written no table with contacts."""
-    best = None
-    for path in sorted(run.directory.glob("contacts_*.csv")):
-        row = int(np.argmin(np.abs(run["step"] - int(path.stem.split("_")[1]))))
-        if best is None or run.lid_stress[row] > best[1]:
-            best = path, run.lid_stress[row]
-    if best is None:
+    found = skein.open(run.directory)
+    rows = {step: int(np.argmin(np.abs(run["step"] - step))) for step in found.contact_steps}
+    if not rows:
         return None
-    with open(best[0]) as file:
-        names, *lines = file.read().splitlines()
-    return (dict(zip(names.split(","), np.loadtxt(lines, delimiter=",", ndmin=2).T)), best[1]) if lines else None
+    step = max(rows, key=lambda step: run.lid_stress[rows[step]])
+    contacts = found.contacts(step)
+    return (contacts, run.lid_stress[rows[step]]) if len(contacts["rod_1"]) else None
 
 
 def draw_work(axes, figures):
@@ -358,7 +347,7 @@ def main():
     print(loops.table(figures))
     (arguments.run / "loops.json").write_text(json.dumps(figures, indent=2) + "\n")
     plt.rcParams.update({"font.size": 9, "font.family": "DejaVu Sans"})
-    if frames.frames(arguments.run):
+    if any(arguments.run.glob("trajectory_*.h5")):
         draw_nest(arguments.run / "nest.png", run, figures, loops.read(arguments.beside) if arguments.beside else None)
     if figures["cycles"]:
         draw_what_becomes(arguments.run / "work.png", run, figures)

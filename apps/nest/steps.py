@@ -11,10 +11,10 @@ import argparse
 import sys
 from pathlib import Path
 
-sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "figures"))
-import results  # noqa: E402  (from apps/figures)
+sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "python"))
+from skein import needs  # noqa: E402  (of the checkout, as all of skein here)
 
-results.need("numpy")
+needs.need("numpy")
 import numpy as np  # noqa: E402
 
 import loops  # noqa: E402
@@ -70,7 +70,7 @@ def draw(path, all_rows):
     matplotlib.use("Agg")
     import matplotlib.pyplot as plt
     from matplotlib.ticker import FixedLocator, NullLocator, ScalarFormatter
-    from style import INK, bare, heading
+    from skein.style import INK, bare, heading
     plt.rcParams.update({"font.size": 9, "font.family": "DejaVu Sans"})
     figure, axes = plt.subplots(1, len(FIGURES), figsize=(9, 3.4), layout="constrained")
     for panel, (key, (word, factor, unit)) in zip(axes, FIGURES.items()):

@@ -127,9 +127,12 @@ class Paint:
 
     def __init__(self, results, by, frames, limits=None):
         self.results, self.by = results, by
+        self.scale = None
+        if not isinstance(by, str):
+            self._given = np.asarray(by, float)  # [rods, 3] of the only group
+            return
         if by == "auto":
             self.by = by = self._fitting()
-        self.scale = None
         if by in QUANTITIES:
             self._measure(frames, limits)
         elif by == "phase":
@@ -189,7 +192,9 @@ class Paint:
         """[rods, nodes, 3]."""
         if self.scale is not None:
             return self.scale.paint(self._values_of(group, frame))
-        if self.by == "magnetisation":
+        if not isinstance(self.by, str):
+            one = self._given
+        elif self.by == "magnetisation":
             one = 0.5 + 0.35 * group.magnetisation
         elif self.by == "rod":
             one = GROUPS[np.arange(group.count) % len(GROUPS)]

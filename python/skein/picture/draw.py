@@ -32,6 +32,38 @@ def draw(run, to=None, time=None, size=None, renderer="auto", words=True, sample
     return to
 
 
+class Pictures:
+    """Images [height, width, 3] of some frames of a run, to one scale and from one side, for figures of one's own.
+
+    images, times    of the frames
+    scale            of the colours, None where they have none
+    """
+
+    def __init__(self, run, times, size=(800, 600), renderer="auto", samples=2, **choice):
+        run, choice = _asked(run, choice)
+        frames = [run.frames.nearest(time) if len(run.frames) else 0 for time in times]
+        self.width, self.height = size
+        self.view = View(run, frames, choice, self.width / self.height)
+        stage = _stage(renderer, *size, samples)
+        self.times = [float(run.time[frame]) for frame in frames]
+        self.scale = self.view.paint.scale
+        self.images = [stage.draw(self.view, self.view.shown(frame)) for frame in frames]
+
+    def show(self, axes, number=0):
+        """The image in matplotlib's axes, which then count in pixels from its upper left corner."""
+        axes.imshow(self.images[number], interpolation="antialiased")
+        axes.set_axis_off()
+
+    def pixels(self, points):
+        """Where points [points, 3] are seen: [points, 2]."""
+        place, _ = self.view.camera.project(np.asarray(points, float))
+        return 0.5 * np.array([self.width, self.height]) + 0.5 * self.height * place * [1, -1]
+
+    def bar(self, figure, place):
+        """A level colour bar."""
+        sheet.colour_bar(figure, place, self.scale)
+
+
 def movie(run, to=None, every=1, first=None, last=None, rate=25, size=None, renderer="auto", words=True, samples=1, told=None, **choice):
     """A movie, .mp4 (by ffmpeg) or .gif, of every `every`-th frame from time `first` to `last`, s; returns the path. `told(done, count)` is called
     after each frame."""

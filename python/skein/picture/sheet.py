@@ -2,7 +2,19 @@
 
 import numpy as np
 
-INK, QUIET = "#22252b", "#7a7f87"
+from ..style import INK, QUIET
+
+
+def colour_bar(figure, place, scale, size=9):
+    from matplotlib.cm import ScalarMappable
+    from matplotlib.colors import Normalize
+    axes = figure.add_axes(place)
+    bar = figure.colorbar(ScalarMappable(Normalize(scale.factor * scale.low, scale.factor * scale.high), scale.colours), cax=axes, orientation="horizontal")
+    if scale.ticks:
+        bar.set_ticks([scale.factor * value for value, _ in scale.ticks], labels=[words for _, words in scale.ticks])
+    bar.outline.set_visible(False)
+    axes.tick_params(length=0, labelcolor=INK, labelsize=size)
+    axes.set_xlabel(scale.words, color=INK, fontsize=1.1 * size, labelpad=3)
 
 
 class Sheet:
@@ -24,18 +36,7 @@ class Sheet:
         else:
             self.time.set_visible(False)
         if scale is not None and words:
-            self._bar(scale, em)
-
-    def _bar(self, scale, em):
-        from matplotlib.cm import ScalarMappable
-        from matplotlib.colors import Normalize
-        axes = self.figure.add_axes([0.36, 0.062, 0.28, 0.011])
-        bar = self.figure.colorbar(ScalarMappable(Normalize(scale.factor * scale.low, scale.factor * scale.high), scale.colours), cax=axes, orientation="horizontal")
-        if scale.ticks:
-            bar.set_ticks([scale.factor * value for value, _ in scale.ticks], labels=[words for _, words in scale.ticks])
-        bar.outline.set_visible(False)
-        axes.tick_params(length=0, labelcolor=INK, labelsize=10 * em)
-        axes.set_xlabel(scale.words, color=INK, fontsize=11 * em, labelpad=3)
+            colour_bar(self.figure, [0.36, 0.062, 0.28, 0.011], scale, 10 * em)
 
     def filled(self, image, time):
         """[height, width, 3]."""

@@ -27,7 +27,7 @@ class Shown:
 @dataclass
 class Choice:
     """Options of `skein draw`."""
-    colour: str = "auto"
+    colour: object = "auto"    # or colours of the only group's rods, [rods, 3]
     limits: tuple = None       # of the colours, SI
     groups: tuple = ()         # none: all
     walls: bool = True
@@ -36,6 +36,7 @@ class Choice:
     camera: tuple = None       # direction from which to look
     up: tuple = None
     zoom: float = 1.0
+    span: float = None         # height of the picture at its middle, m: for several runs to one scale
     detail: float = 1.0
 
 
@@ -51,7 +52,7 @@ class View:
         self.rods = [group for group in self.groups if not group.is_body]
         self.paint = Paint(results, choice.colour, self.frames[:: max(1, len(self.frames) // 12)], choice.limits)
         self.up_axis, self.up_sign = self._up()
-        self.up = self.up_sign * np.eye(3)[self.up_axis]
+        self.up = self.up_sign * np.eye(3)[self.up_axis] if choice.up is None else np.asarray(choice.up, float) / np.linalg.norm(choice.up)
         slots = sum(group.count * (group.elements + 1) for group in self.rods)
         self.times = int(np.clip(choice.detail * 60000 / max(slots, 1), 1, 8))
         self.sides = int(np.clip(6 + choice.detail * 600000 / max(slots * self.times, 1), 6, 48))
@@ -60,6 +61,9 @@ class View:
         self.ground_height = self._ground()
         corners = np.concatenate([self._corners(), self.wire_ends(float(results.time[self.frames[-1]])).reshape(-1, 3)])
         self.camera = framed(corners, choice.camera or self._side(), self.up, aspect)
+        if choice.span:
+            far = np.linalg.norm(self.camera.eye - self.camera.target)
+            self.camera.angle = 2 * np.degrees(np.arctan(0.5 * choice.span / far))
         self.camera.angle /= choice.zoom
 
     def _up(self):

@@ -1,4 +1,4 @@
-"""How figures of the apps look: two inks, few spines, headings on the left."""
+"""How figures look: two inks, few spines, headings on the left."""
 
 INK, QUIET = "#22252b", "#7a7f87"
 
