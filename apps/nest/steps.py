@@ -65,7 +65,7 @@ def table(all_rows):
 
 
 def draw(path, all_rows):
-    results.need("matplotlib")
+    needs.need("matplotlib")
     import matplotlib
     matplotlib.use("Agg")
     import matplotlib.pyplot as plt

@@ -7,6 +7,7 @@ import shutil
 import subprocess
 import sys
 import tempfile
+from contextlib import contextmanager
 from pathlib import Path
 
 HERE = Path(__file__).resolve().parent
@@ -73,6 +74,12 @@ def _launched(words, ranks, mpirun):
     return launch + words
 
 
+def environment():
+    """Of processes that are started: without what MPI, once it is at work in this process (skein.Simulation), has put there behind Python's back,
+    which would make an mpirun believe that it is part of this run."""
+    return dict(os.environ)
+
+
 def run(scene, out=None, ranks=None, threads=None, overwrite=False, until=None, quiet=False, mpirun="mpirun", flags=(), **keys):
     """Runs a scene, a file or a skein.Scene, in a process of its own, or goes on with it, and returns its results. Keys of the scene by their path:
     skein.run("carpet.toml", **{"rods.cilia.shape.elements": 50}). ranks: by mpirun; threads: per rank. Raises RunFailed with the program's message;
@@ -85,8 +92,7 @@ def run(scene, out=None, ranks=None, threads=None, overwrite=False, until=None, 
         words += ["--until", repr(float(until))] if until else []
         words += ["--overwrite"] if overwrite else []
         words += ["--quiet"] if quiet else []
-        with tempfile.TemporaryFile("w+") as errors:
-            process = subprocess.Popen(_launched(words, ranks, mpirun), stdout=subprocess.PIPE, stderr=errors, text=True)
+        with tempfile.TemporaryFile("w+") as errors, subprocess.Popen(_launched(words, ranks, mpirun), stdout=subprocess.PIPE, stderr=errors, text=True, env=environment()) as process:
             try:
                 for line in process.stdout:
                     _tell(line, quiet)
@@ -115,20 +121,17 @@ def _tell(line, quiet):
 def plan(scene, **keys):
     """What a run would do, as text. Raises RunFailed with what is wrong with the scene."""
     with as_file(scene) as path:
-        done = subprocess.run(command("plan", path, keys), capture_output=True, text=True)
+        done = subprocess.run(command("plan", path, keys), capture_output=True, text=True, env=environment())
     if done.returncode:
         raise RunFailed(done.stderr.strip(), done.returncode)
     return done.stdout
 
 
-class as_file:
-    """Path of a scene: itself, or of a Scene's text written beside the files that it names."""
-
-    def __init__(self, scene):
-        self.scene = scene
-
-    def __enter__(self):
-        return self.scene.saved() if hasattr(self.scene, "saved") else Path(self.scene)
-
-    def __exit__(self, *error):
-        return False
+@contextmanager
+def as_file(scene):
+    """Path of a scene: a file's own, or of a Scene's text in a folder that goes at the end."""
+    if not hasattr(scene, "text"):
+        yield Path(scene)
+        return
+    with tempfile.TemporaryDirectory(prefix="skein_") as folder:
+        yield scene.written(Path(folder))

@@ -1,13 +1,12 @@
 """Scenes from Python: built, checked by the program itself, written as TOML (docs/scene.md has every key)."""
 
 import subprocess
-import tempfile
 from copy import deepcopy
 from pathlib import Path
 
 import numpy as np
 
-from .program import RunFailed, _toml, command
+from .program import RunFailed, _toml, as_file, command, environment
 
 LISTS = ("rods", "bodies", "load", "damping", "contact_pair", "wall", "table")
 IN_TEXT = 32  # rods whose places are written into the scene; of more they go into an HDF5 file beside it
@@ -155,10 +154,8 @@ class Scene:
         self._folder = path.resolve().parent
         return path
 
-    def saved(self):
-        """Path of the scene as it is now: in a folder of its own, which goes with this object. Files that a scene read from a file names are found there."""
-        self._own = tempfile.TemporaryDirectory(prefix="skein_")
-        folder = Path(self._own.name)
+    def written(self, folder):
+        """Saves it into a folder of somebody else's, with the files that it names within reach; returns the path."""
         if self._folder:
             for file in self._files():
                 if (self._folder / file).exists() and file not in self._arrays:
@@ -175,8 +172,8 @@ class Scene:
 
     def check(self):
         """Raises RunFailed with all that the program finds wrong, each with the line of text() and the nearest valid key."""
-        path = self.saved()
-        done = subprocess.run(command("check", path, {}), capture_output=True, text=True)
+        with as_file(self) as path:
+            done = subprocess.run(command("check", path, {}), capture_output=True, text=True, env=environment())
         if done.returncode:
             raise RunFailed(done.stderr.strip().replace(str(path), path.name), done.returncode)
         return self

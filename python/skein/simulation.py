@@ -6,7 +6,7 @@ from io import StringIO
 
 import numpy as np
 
-from .program import RunFailed, found, overrides
+from .program import RunFailed, as_file, found, overrides
 
 TEXT, RUN, NUMBER, INTEGER, LONG = ctypes.c_char_p, ctypes.c_void_p, ctypes.c_double, ctypes.c_int, ctypes.c_int64
 DOUBLES, LONGS = ctypes.POINTER(NUMBER), ctypes.POINTER(LONG)
@@ -56,8 +56,8 @@ class Simulation:
     def __init__(self, scene, threads=0, lanes=0, **keys):
         self._run = None
         changes = [change.encode() for change in overrides(keys)]
-        file = scene.saved() if hasattr(scene, "saved") else scene
-        self._run = library().skein_open(str(file).encode(), None, (TEXT * len(changes))(*changes), len(changes), threads, lanes)
+        with as_file(scene) as file:
+            self._run = library().skein_open(str(file).encode(), None, (TEXT * len(changes))(*changes), len(changes), threads, lanes)
         if not self._run:
             raise _failed()
         count = library().skein_group_count(self._run)
