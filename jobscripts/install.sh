@@ -1,8 +1,9 @@
 #!/usr/bin/env bash
 # Installs the Debian 12 packages that Skein needs and this machine lacks.
 #
-#   bash jobscripts/install.sh [--tests] [--no-install]
+#   bash jobscripts/install.sh [--pictures] [--tests] [--no-install]
 #
+#   --pictures     also what `skein draw` has shadows, movies and pages from: VTK, a display for it, ffmpeg, three.js
 #   --tests        also what only tests and benchmarks need
 #   --no-install   only say what is missing; otherwise it is installed, as root or through sudo
 set -euo pipefail
@@ -14,19 +15,23 @@ packages=(
     libcli11-dev libtomlplusplus-dev tao-pegtl-dev libfmt-dev nlohmann-json3-dev # command line, scenes, formulas, text
     python3 python3-numpy python3-h5py python3-matplotlib                  # figures
 )
-test_packages=(libgtest-dev libbenchmark-dev clang-format-14 qemu-user binutils python3-paraview) # ParaView: a test opens results with its readers
+picture_packages=(python3-vtk9 xvfb ffmpeg libjs-three)
+test_packages=(xvfb libjs-three chromium libgtest-dev libbenchmark-dev clang-format-14 qemu-user binutils python3-paraview) # ParaView: a test opens results with its readers
 
 install=yes
 tests=no
+pictures=no
 for argument in "$@"; do
     case $argument in
     --no-install) install=no ;;
     --tests) tests=yes ;;
+    --pictures) pictures=yes ;;
     -h | --help) help; exit ;;
     *) die "unknown argument '$argument'; see --help" ;;
     esac
 done
 
+[[ $pictures == no ]] || packages+=("${picture_packages[@]}")
 [[ $tests == no ]] || packages+=("${test_packages[@]}")
 
 if ! command -v dpkg-query >/dev/null || ! command -v apt-get >/dev/null; then
@@ -43,6 +48,7 @@ for package in "${packages[@]}"; do
         echo "Not taken: $package, which excludes the python3-vtk9 that is here; the tests that open XDMF files with ParaView's readers are left out."
         continue
     fi
+    if [[ $package == python3-vtk9 ]] && { [[ $tests == yes ]] || installed python3-paraview; }; then continue; fi # ParaView brings a VTK of its own
     missing+=("$package")
 done
 if ((${#missing[@]} == 0)); then
