@@ -1,4 +1,4 @@
-"""python3 -m skein draw OUT: what the program `skein` starts for its command of this name."""
+"""The command skein where the package is installed by pip, and python3 -m skein: `draw` is done here, all else by the program."""
 
 import os
 import sys
@@ -7,12 +7,19 @@ from . import needs
 
 DEBIAN = "/usr/bin/python3"  # has the packages that jobscripts/install.sh installs, whatever python3 is first in PATH
 
-if any(needs.missing(("numpy", "h5py", "matplotlib"))) and os.path.exists(DEBIAN) and not os.environ.get("PYTHON") and os.path.realpath(sys.executable) != os.path.realpath(DEBIAN):
-    os.environ["PYTHON"] = DEBIAN
-    os.execv(DEBIAN, [DEBIAN, "-m", "skein", *sys.argv[1:]])
 
-from . import command  # noqa: E402  (needs the packages)
+def main():
+    words = sys.argv[1:]
+    if words[:1] != ["draw"]:
+        from .program import program
+        os.execv(program(), ["skein", *words])
+    lacking = any(needs.missing(("numpy", "h5py", "matplotlib")))
+    if lacking and os.path.exists(DEBIAN) and not os.environ.get("PYTHON") and os.path.realpath(sys.executable) != os.path.realpath(DEBIAN):
+        os.environ["PYTHON"] = DEBIAN
+        os.execv(DEBIAN, [DEBIAN, "-m", "skein", *words])
+    from . import command
+    command.main(words[1:])
 
-if len(sys.argv) < 2 or sys.argv[1] != "draw":
-    sys.exit("usage: python3 -m skein draw OUT; all else is done by the program skein")
-command.main(sys.argv[2:])
+
+if __name__ == "__main__":
+    main()

@@ -53,8 +53,8 @@ class Shapes(unittest.TestCase):
             place, depth = framed(points, view, (0, 0, 1), aspect).project(points)
             self.assertGreater(depth.min(), 0)
             self.assertLess(np.abs(place[:, 0]).max(), aspect)
-            self.assertLess(np.abs(place[:, 1]).max(), 1)
-            self.assertGreater(max(np.abs(place[:, 0]).max() / aspect, np.abs(place[:, 1]).max()), 0.75, "and fill it")
+            self.assertLess(np.abs(place[:, 1]).max(), 0.87)
+            self.assertGreater(max(np.abs(place[:, 0]).max() / aspect, np.ptp(place[:, 1]) / 2), 0.75, "and fill it")
 
     def test_open_ground_is_fully_lit(self):
         points, normals = np.zeros((1, 3)), np.array([[0, 0, 1.0]])
@@ -159,6 +159,14 @@ class Draw(unittest.TestCase):
             self.assertIn(text, done.stderr)
             self.assertEqual(len(done.stderr.strip().splitlines()), 1, done.stderr)
         self.assertIn("is no direction", self.command(self.out, "--camera", "1,2", code=2).stderr)
+
+    def test_a_run_with_frames_alone(self):
+        alone = self.directory.path / "alone"
+        subprocess.run([SKEIN, "run", str(self.directory.scene), "--out", str(alone), "-q", *(f"--set=output.{name}=0" for name in ("series", "tips", "contacts")),
+                        "--set=output.paraview=none"], check=True)
+        for colour in ("auto", "bending", "rod"):
+            self.command(alone, "--size", "200x150", "--renderer", "plain", "--colour", colour)
+        self.assertIn('set output.paraview = "vtp"', self.command(alone, "--colour", "speed", code=1).stderr)
 
     def test_a_run_without_frames(self):
         with_none = self.directory.path / "none"

@@ -33,22 +33,24 @@ class Camera:
         return np.stack([ray @ right / scale, ray @ up / scale], axis=-1), depth
 
 
+ABOVE, BELOW = 0.86, 0.80  # of half the picture's height, what points keep to: words stand beyond
+
+
 def framed(points, from_where, up, aspect, margin=0.06, angle=VIEW_ANGLE):
     """The camera in direction `from_where` that shows all of these points."""
     from_where, up = unit(np.asarray(from_where, float)), np.asarray(up, float)
     right = unit(np.cross(up, from_where))
     above = np.cross(from_where, right)
     across, upward, near = points @ right, points @ above, points @ from_where
-    tangent = (1 - margin) * np.tan(np.radians(0.5 * angle))
+    tangent = np.tan(np.radians(0.5 * angle))
 
-    def fit(along, slope):
-        """Least distance, and the eye's place along, from which |along - place| <= (distance - near) slope for all points."""
-        high, low = np.max(along + near * slope), np.min(along - near * slope)
-        return (high - low) / (2 * slope), 0.5 * (high + low)
-    wide, tall = fit(across, aspect * tangent), fit(upward, 0.88 * tangent)  # room for words above and below
-    distance = max(wide[0], tall[0])
+    def fit(along, far, back):
+        """Least distance, and the eye's place along, from which -(distance - near) back <= along - place <= (distance - near) far for all points."""
+        high, low = np.max(along + near * far), np.min(along - near * back)
+        return (high - low) / (far + back), (low * far + high * back) / (far + back)
+
+    wide, tall = fit(across, *[(1 - margin) * aspect * tangent] * 2), fit(upward, ABOVE * tangent, BELOW * tangent)
+    distance = max(wide[0], tall[0], near.max() + 1e-9)
     target = wide[1] * right + tall[1] * above
     middle = 0.5 * (near.min() + near.max())
-    if distance - near.max() < 1e-9:
-        distance = near.max() + 1e-9
     return Camera(target + distance * from_where, target + middle * from_where, up, angle)

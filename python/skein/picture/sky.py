@@ -11,6 +11,7 @@ from .shapes import unit
 SKY, SUN = 26, 6              # directions
 SUN_WIDTH = 0.10              # rad, half the angle over which the sun is spread
 AMBIENT, BOUNCE, SKY_SHARE, SUN_SHARE = 0.12, 0.16, 0.52, 0.50  # bounce: from the ground, to what faces down
+FILL = 0.15
 
 
 def directions(up, sun):
@@ -49,6 +50,11 @@ def light(points, normals, depth_from, up, sun, centre, size, pixels):
         seen = size - clear @ towards.astype(np.float32) < depth_from(right, above, towards)[row, column] + 1.5 * step
         found += share * np.maximum(facing, 0) * seen
     return found
+
+
+def from_the_eye(points, normals, eye):
+    """A little light from where the picture is taken: what faces the viewer is not left in the dark."""
+    return FILL * np.clip(np.sum(normals * unit(eye - points), axis=-1), 0, 1)
 
 
 def highlight(points, normals, eye, sun):

@@ -125,7 +125,7 @@ class View:
         elif extent[1] < 0.12 * max(extent[0], extent[2]):
             view = FRONT
         elif extent[0] < 0.12 * max(extent[1], extent[2]):
-            view = (FRONT[1], FRONT[0], FRONT[2])
+            view = (-FRONT[1], FRONT[0], FRONT[2])
         else:
             view = OBLIQUE
         place = np.zeros(3)
@@ -159,7 +159,9 @@ class View:
     def _striped(self, group):
         if not self.results.frames.has(group.name, "normal"):
             return False
-        return "link" in self.results.series.units if self.choice.stripe == "auto" else bool(self.choice.stripe)
+        if self.choice.stripe != "auto":
+            return bool(self.choice.stripe)
+        return (self.results.directory / "observables.csv").exists() and "link" in self.results.series.units
 
     def _rods(self, group, frame, times, sides, caps):
         nodes = self._nodes(group, frame)

@@ -135,8 +135,9 @@ class Stage:
         if shown.ground is not None:
             side = round(np.sqrt(len(shown.ground.points)))
             bright[-side * side:] = sky.smoothed(bright[-side * side:].reshape(side, side), 2).ravel()
-        colours = surface.colours * bright[:, None]
         rods = slice(0, len(shown.mesh.points))
+        bright[rods] += sky.from_the_eye(shown.mesh.points, shown.mesh.normals, view.camera.eye)
+        colours = surface.colours * bright[:, None]
         colours[rods] += sky.highlight(shown.mesh.points, shown.mesh.normals, view.camera.eye, self._sun(view))[:, None] * np.clip(bright[rods, None] - 0.3, 0, 1)
         self.picture.put(surface.points - view.centre, surface.faces, colours)
         camera = self.picture.camera

@@ -1,0 +1,66 @@
+"""docs/python.md and the README's own scene, done as they are written."""
+
+import os
+import pathlib
+import shlex
+import subprocess
+import sys
+import tempfile
+import unittest
+
+from package import MPIRUN, ROOT, SKEIN
+
+sys.path.insert(0, str(ROOT / "tests/package"))
+from pages import blocks  # noqa: E402
+
+GUIDE, README = ROOT / "docs/python.md", ROOT / "README.md"
+THREE = pathlib.Path("/usr/share/javascript/three/build/three.min.js").exists()
+
+
+class Guide(unittest.TestCase):
+    def setUp(self):
+        self._folder = tempfile.TemporaryDirectory()
+        self.folder = pathlib.Path(self._folder.name)
+        (self.folder / "filament.toml").write_text(blocks(README, "## A scene of your own", "toml")[0])
+        self.environment = dict(os.environ, PYTHONPATH=str(ROOT / "python"), PYTHON=sys.executable)
+
+    def tearDown(self):
+        self._folder.cleanup()
+
+    def done(self, *words):
+        done = subprocess.run(words, cwd=self.folder, env=self.environment, capture_output=True, text=True, timeout=250)
+        self.assertEqual(done.returncode, 0, f"{shlex.join(words)}\n{done.stdout}{done.stderr}")
+        return done.stdout
+
+    def commands(self, text):
+        """Those that need no cluster, at a small size where they draw."""
+        for line in text.splitlines():
+            words = shlex.split(line, comments=True)
+            if not words or words[0] == "sbatch" or ("--html" in words and not THREE):
+                continue
+            words = [SKEIN if word == "build/bin/skein" else MPIRUN if word == "mpirun" else word for word in words]
+            if "draw" in words:
+                words += ["--renderer", "plain", "--detail", "0.2"] + (["--every", "10"] if "--movie" in words else [])
+            yield words
+
+    def test_readme(self):
+        chapter = blocks(README, "## A scene of your own", "")
+        for words in self.commands(next(block for block in chapter if "skein draw" in block)):
+            self.done(*words)
+        for name in ("out/filament/picture.png", "filament.gif", *(["filament.html"] if THREE else [])):
+            self.assertGreater((self.folder / name).stat().st_size, 5000, name)
+        self.done(sys.executable, "-c", blocks(README, "## A scene of your own", "python")[0] + "assert tip.shape == (41, 3)")
+
+    def test_guide(self):
+        self.done(SKEIN, "run", "filament.toml", "-q", "--until", "0.2", "--set", "output.series=0.05", "--set", "output.checkpoint=0.2")
+        programs = [blocks(GUIDE, heading, "python")[0] for heading in ("## Results", "## Scenes and runs", "## A run in this process")]
+        self.done(sys.executable, "-c", programs[0])
+        said = self.done(sys.executable, "-c", "import skein\n" + programs[1] + programs[2])
+        tips = eval(said.splitlines()[-2])  # noqa: S307  (a list of numbers)
+        self.assertEqual(len(tips), 3)
+        for words in self.commands(blocks(GUIDE, "## Pictures", "")[0]):
+            self.done(*words)
+
+
+if __name__ == "__main__":
+    unittest.main()
