@@ -1,5 +1,5 @@
-#include "skein/skein.h"
 #include "skein/run.hpp"
+#include "skein/skein.h"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -57,7 +57,8 @@ const char* skein_error() { return last_error.c_str(); }
 int skein_rank() { return session().rank(); }
 int skein_ranks() { return session().ranks(); }
 
-skein_run* skein_open(const char* file, const char* toml, const char* const* overrides, int override_count, int threads, int lanes) {
+skein_run* skein_open(const char* file, const char* toml, const char* const* overrides, int override_count, int threads,
+                      int lanes) {
     return guarded(
         [&] {
             session();
@@ -78,7 +79,9 @@ double skein_time(skein_run* run) { return run->run.time(); }
 std::int64_t skein_step(skein_run* run) { return run->run.step(); }
 std::int64_t skein_steps(skein_run* run) { return run->run.steps(); }
 
-int skein_advance(skein_run* run, std::int64_t until) { return guarded([&] { return run->run.advance(until), 0; }, -1); }
+int skein_advance(skein_run* run, std::int64_t until) {
+    return guarded([&] { return run->run.advance(until), 0; }, -1);
+}
 const char* skein_digest(skein_run* run) {
     return text_of(run, [&] { return run->run.digest(); });
 }
@@ -116,7 +119,8 @@ std::int64_t skein_table(skein_run* run, const char* table, double* at, double* 
 int skein_group_count(skein_run* run) { return static_cast<int>(run->groups.size()); }
 const char* skein_group_name(skein_run* run, int group) { return run->groups[static_cast<std::size_t>(group)].name.c_str(); }
 std::int64_t skein_group_rods(skein_run* run, int group) {
-    return guarded([&] { return static_cast<std::int64_t>(run->run.numbers(static_cast<std::size_t>(group)).size()); }, std::int64_t{-1});
+    return guarded([&] { return static_cast<std::int64_t>(run->run.numbers(static_cast<std::size_t>(group)).size()); },
+                   std::int64_t{-1});
 }
 int skein_group_nodes(skein_run* run, int group) { return run->groups[static_cast<std::size_t>(group)].nodes; }
 int skein_group_elements(skein_run* run, int group) { return run->groups[static_cast<std::size_t>(group)].elements; }
@@ -132,7 +136,8 @@ int skein_numbers(skein_run* run, int group, std::int64_t* out) {
 int skein_read(skein_run* run, int group, int quantity, double* out, std::int64_t count) {
     return guarded(
         [&] {
-            run->run.read(static_cast<std::size_t>(group), static_cast<skein::Quantity>(quantity), {out, static_cast<std::size_t>(count)});
+            run->run.read(static_cast<std::size_t>(group), static_cast<skein::Quantity>(quantity),
+                          {out, static_cast<std::size_t>(count)});
             return 0;
         },
         -1);

@@ -19,7 +19,7 @@ LIBRARIES = {
     r"tao/.*": {"formula"},
     r"CLI/.*": set(),
 }
-FRONT = {"load.hpp": "loads", "run.hpp": "simulation"}  # public headers that stand for a module
+FRONT = {"load.hpp": "loads", "run.hpp": "simulation", "skein.h": "simulation"}  # public headers that stand for a module
 ONCE = (r"toml.*", r"tao/.*")  # cost seconds to compile: one source each in all
 
 
