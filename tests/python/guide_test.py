@@ -2,6 +2,7 @@
 
 import os
 import pathlib
+import re
 import shlex
 import subprocess
 import sys
@@ -44,8 +45,8 @@ class Guide(unittest.TestCase):
             yield words
 
     def test_readme(self):
-        chapter = blocks(README, "## A scene of your own", "")
-        for words in self.commands(next(block for block in chapter if "skein draw" in block)):
+        chapter = re.findall(r"(?ms)^```(\w*)\n(.*?)^```$", README.read_text().split("\n## A scene of your own\n")[1].split("\n## ")[0])
+        for words in self.commands(next(block for language, block in chapter if not language and "skein draw" in block)):
             self.done(*words)
         for name in ("out/filament/picture.png", "filament.gif", *(["filament.html"] if THREE else [])):
             self.assertGreater((self.folder / name).stat().st_size, 5000, name)
