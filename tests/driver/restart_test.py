@@ -64,12 +64,12 @@ class Restart(DriverTest):
         self.assert_same_results("killed", "whole")
 
     def test_kill_9_before_the_first_checkpoint(self):
-        late = ("--set", "time.duration=108", "--set", "output.checkpoint=0")
+        late = ("--set", "time.duration=720", "--set", "output.checkpoint=0")
         self.run_skein("whole", *late)
         killed = self.start("killed", *late, ranks=2)
         while not (self.directory / "killed/observables.csv").exists() and killed.poll() is None:
             time.sleep(0.01)
-        time.sleep(0.3)
+        time.sleep(0.1)
         os.kill(ranks_of(killed)[0], signal.SIGKILL)
         self.assertNotEqual(killed.wait(timeout=30), 0)
         killed.stdout.close()
