@@ -30,6 +30,7 @@ def parser():
     p.add_argument("--no-words", dest="words", action="store_false", help="no title, time and colour bar")
     p.add_argument("--movie", type=Path, metavar="FILE", help="write a movie, .mp4, .webm or .gif, in place of a picture")
     p.add_argument("--html", type=Path, metavar="FILE", help="write a page for browsers, that turns and plays, in place of a picture")
+    p.add_argument("--paraview", type=Path, metavar="FILE", help="write a state for ParaView (view.py) in place of a picture")
     p.add_argument("--every", type=int, metavar="N", help="of a movie or page: every N-th frame; default: all, in a page as many as fit 5 MB")
     p.add_argument("--from", dest="first", type=float, metavar="S", help="of a movie or page: first time, s")
     p.add_argument("--until", dest="last", type=float, metavar="S", help="of a movie or page: last time, s")
@@ -63,12 +64,15 @@ def main(words=None):
     need("numpy", "h5py", "matplotlib")
     from .picture.draw import draw, movie
     from .picture.page import page
+    from .picture.state import state
     choice = {"colour": given.colour, "limits": given.range and tuple(given.range), "groups": tuple(given.group), "walls": given.walls, "ground": given.ground,
               "stripe": {"yes": True, "no": False}.get(given.stripe, "auto"), "camera": given.camera, "up": given.up, "zoom": given.zoom, "detail": given.detail}
     began = clock.monotonic()
     common = {"size": given.size, "renderer": given.renderer, "words": given.words, **choice}
     if given.movie:
         to = movie(given.out, given.movie, every=given.every or 1, first=given.first, last=given.last, rate=given.rate, told=_progress if sys.stderr.isatty() else None, **common)
+    elif given.paraview:
+        to = state(given.out, given.paraview, given.time, **choice)
     elif given.html:
         to = page(given.out, given.html, every=given.every, first=given.first, last=given.last, time=given.time, **choice)
     else:

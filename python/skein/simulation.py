@@ -47,7 +47,7 @@ class Simulation:
         arm = skein.Simulation("arm.toml", **{"rods.arm.shape.elements": 40})
         arm.step(64)
         arm["arm"].position[0, -1]            # the tip, m
-        arm.drive("torque", 0.02, until=arm.time + 0.1)
+        arm.drive("torque", 0.02, until=arm.after(64))
 
     The arrays of a group are views of memory that the simulation keeps: the same arrays at every step, brought up to date when they are asked for
     after a step. Copy what is to outlast the next step. (The state itself is staggered in time and interleaved by SIMD lanes.)
@@ -99,6 +99,10 @@ class Simulation:
         """s."""
         return library().skein_time(self._run)
 
+    def after(self, steps):
+        """Time when so many more steps have been made, s, to the last bit."""
+        return (self.steps_done + steps) * self.dt
+
     @property
     def steps_done(self):
         return library().skein_step(self._run)
@@ -147,7 +151,7 @@ class Simulation:
     def drive(self, table, value, until=None):
         """Lets a [[table]] of the scene, which formulas name as a function of t, go linearly from its last value now to `value` at the time `until`, s (one
         step from now where none is given), and stay there. A scene with the points that the table has in the end repeats the run, bit for bit."""
-        until = self.time + self.dt if until is None else until
+        until = self.after(1) if until is None else until
         if library().skein_drive(self._run, table.encode(), until, value):
             raise _failed()
 

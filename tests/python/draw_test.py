@@ -142,6 +142,22 @@ class Draw(unittest.TestCase):
             self.assertGreater(np.abs(np.asarray(movie.convert("RGB")).astype(int) - first).max(), 60)
         self.assertIn("no such kind of movie", self.command(self.out, "--movie", "a.avo", code=1).stderr)
 
+    def test_a_state_for_paraview(self):
+        to = self.directory.path / "view.py"
+        self.command(self.out, "--paraview", to, "--colour", "speed", "--time", "0.1")
+        compile(to.read_text(), str(to), "exec")
+        self.assertIn("no colour 'phase' in ParaView", self.command(self.out, "--paraview", to.with_name("no.py"), "--colour", "phase", code=1).stderr)
+        if WHY_NOT or subprocess.run([sys.executable, "-c", "import paraview.simple"], capture_output=True).returncode:
+            self.skipTest("no ParaView")
+        shot = self.directory.path / "paraview.png"
+        program = f"exec(open({str(to)!r}).read()); SaveScreenshot({str(shot)!r}, view, ImageResolution=[480, 270])"
+        vtk_stage.why_not()  # there is a display from now on
+        subprocess.run([sys.executable, "-c", program], check=True, capture_output=True, timeout=200, env=dict(os.environ))
+        with Image.open(shot) as image:
+            pixels = np.asarray(image.convert("RGB")).astype(int)
+        self.assertGreater(np.sum(np.ptp(pixels, axis=2) > 40), 300, "rods have colours")
+        np.testing.assert_array_equal(pixels[3, 3], 255)
+
     def test_without_vtk_a_word_is_said(self):
         stub = self.directory.path / "stub"
         (stub / "vtkmodules").mkdir(parents=True)
