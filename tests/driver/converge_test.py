@@ -118,7 +118,7 @@ class Converge(DriverTest):
         self.assertIn(f"compared up to {min(ends):g} s", done.stdout)
 
     def test_progress(self):
-        done = self.converge("all", "--progress", "lines")
+        done = self.converge("all", "--progress", "lines", "--set", "time.duration=36")
         lines = [line for line in done.stdout.splitlines() if "ETA" in line]
         self.assertEqual([line.split("  ")[0] for line in lines],
                          [f"run {number} of 4: {n} elements" for number, n in ((1, 10), (2, 10), (3, 20), (4, 40))])

@@ -36,7 +36,7 @@ class Shapes(unittest.TestCase):
     def test_elliptic_sections_lie_along_their_directors(self):
         nodes = np.linspace([0, 0, 0], [0, 0, 1], 5)[None]
         normals = np.tile([0.6, 0.8, 0.0], (1, 5, 1))
-        mesh = shapes.tubes(nodes, np.full((1, 5), 0.1), np.ones((1, 5, 3)), 32, normals, flat=0.5, caps=False)
+        mesh = shapes.tubes(nodes, np.full((1, 5), 0.1), np.ones((1, 5, 3)), 32, normals, flat=0.5, caps=0)
         along, across = mesh.points @ [0.6, 0.8, 0], mesh.points @ [-0.8, 0.6, 0]
         self.assertAlmostEqual(along.max(), 0.1, places=6)
         self.assertAlmostEqual(across.max(), 0.05, places=6)

@@ -58,9 +58,9 @@ def carried_normals(tangent):
     return first
 
 
-def tubes(nodes, radius, colours, sides, normals=None, flat=None, caps=True):
+def tubes(nodes, radius, colours, sides, normals=None, flat=None, caps=CAP_RINGS):
     """Rods of nodes [rods, nodes, 3], radius and colours [rods, nodes(, 3)]. `normals`: d1 at nodes, from which angles count; `flat`: the semi-axis along
-    d2 over that along d1; caps: half spheres on both ends."""
+    d2 over that along d1; caps: rings of the half spheres on both ends, 0 for none."""
     tangent = unit(np.gradient(nodes, axis=1))
     first = carried_normals(tangent) if normals is None else unit(normals - np.sum(normals * tangent, axis=-1, keepdims=True) * tangent)
     second = np.cross(tangent, first)
@@ -72,12 +72,12 @@ def tubes(nodes, radius, colours, sides, normals=None, flat=None, caps=True):
     r = radius[..., None, None]
     points, normal, paint = [nodes[:, :, None] + r * ring], [out], [colours]
     if caps:
-        slope = 0.5 * np.pi * (np.arange(CAP_RINGS) + 1) / CAP_RINGS
+        slope = 0.5 * np.pi * (np.arange(caps) + 1) / caps
         c, s = np.cos(slope)[None, :, None, None], np.sin(slope)[None, :, None, None]
         for end, sign in ((-1, 1), (0, -1)):
             along = sign * tangent[:, end, None, None]
             cap = nodes[:, end, None, None] + r[:, end, None] * (c * ring[:, end, None] + min(flat, 1) * s * along), unit(c * out[:, end, None] + s * along)
-            shown = np.repeat(colours[:, end, None], CAP_RINGS, axis=1)
+            shown = np.repeat(colours[:, end, None], caps, axis=1)
             for parts, part in zip((points, normal, paint), (*cap, shown)):
                 parts.append(part) if end else parts.insert(0, part[:, ::-1])
     points, normal, paint = (np.concatenate(parts, axis=1) for parts in (points, normal, paint))
@@ -157,4 +157,4 @@ def edges(points, polygons):
 def wires(ends, radius, colour, sides=6):
     """Thin bars along edges [edges, 2, 3]."""
     count = len(ends)
-    return tubes(ends.astype(float), np.full((count, 2), radius), np.tile(colour, (count, 2, 1)), sides, caps=False)
+    return tubes(ends.astype(float), np.full((count, 2), radius), np.tile(colour, (count, 2, 1)), sides, caps=0)

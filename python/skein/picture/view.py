@@ -54,8 +54,10 @@ class View:
         self.up_axis, self.up_sign = self._up()
         self.up = self.up_sign * np.eye(3)[self.up_axis] if choice.up is None else np.asarray(choice.up, float) / np.linalg.norm(choice.up)
         slots = sum(group.count * (group.elements + 1) for group in self.rods)
+        self.apart = int(np.ceil(slots / (choice.detail * 600000)))  # nodes of very many rods that are drawn: every so-many-th
+        slots //= self.apart
         self.times = int(np.clip(choice.detail * 60000 / max(slots, 1), 1, 8))
-        self.sides = int(np.clip(6 + choice.detail * 600000 / max(slots * self.times, 1), 6, 48))
+        self.sides = int(np.clip(6 + choice.detail * 600000 / max(slots * self.times, 1), 5, 48))
         self.coarse = 2 if slots < 4000 else 1
         self._measure()
         self.ground_height = self._ground()
@@ -164,19 +166,20 @@ class View:
         return (self.results.directory / "observables.csv").exists() and "link" in self.results.series.units
 
     def _rods(self, group, frame, times, sides, caps):
-        nodes = self._nodes(group, frame)
+        drawn = np.unique(np.linspace(0, group.elements, -(-group.elements // self.apart) + 1).astype(int))
+        nodes = self._nodes(group, frame)[:, drawn]
         good = np.isfinite(nodes).all(axis=(1, 2))
-        paint = self.paint.of(group, frame)
-        radius = np.broadcast_to(group.radius, nodes.shape[:2])
+        paint = self.paint.of(group, frame)[:, drawn]
+        radius = np.broadcast_to(group.radius, (group.count, group.elements + 1))[:, drawn]
         section = group.physics["section"]
         flat = section["radius_2"] / section["radius"] if section["kind"] == "elliptic" and section["radius_2"] > 0 else None
         normals, striped = None, caps and self._striped(group)
         if (flat or striped) and self.results.frames.has(group.name, "normal"):
-            normals = shapes.refined(group.normal[frame].astype(float)[good], times, group.closed)
+            normals = shapes.refined(group.normal[frame].astype(float)[:, drawn][good], times, group.closed)
         elif flat:
             flat = None  # without directors sections are drawn round
         nodes, radius, paint = nodes[good], shapes.linear(radius[good], times), shapes.linear(paint[good], times)
-        mesh = shapes.tubes(shapes.refined(nodes, times, group.closed), radius, paint, sides, normals, flat, caps and not group.closed)
+        mesh = shapes.tubes(shapes.refined(nodes, times, group.closed), radius, paint, sides, normals, flat, 0 if group.closed else caps)
         if striped:
             side = np.arange(len(mesh.points)) % sides
             mesh.colours = np.where(((side <= sides // 12) | (side >= sides - sides // 12))[:, None], 0.35 * mesh.colours, mesh.colours)
@@ -220,8 +223,8 @@ class View:
     def shown(self, frame):
         time = float(self.results.time[frame])
         bodies = [mesh for group in self.groups if group.is_body for mesh in self._bodies(group, frame)]
-        fine = [self._rods(group, frame, self.times, self.sides, True) for group in self.rods]
-        coarse = [self._rods(group, frame, self.coarse, 6 if self.coarse > 1 else 5, False) for group in self.rods]
+        fine = [self._rods(group, frame, self.times, self.sides, shapes.CAP_RINGS if self.sides > 6 else 1) for group in self.rods]
+        coarse = [self._rods(group, frame, self.coarse, 6 if self.coarse > 1 else 4, 0) for group in self.rods]
         return Shown(shapes.Mesh.joined(fine + bodies + self._wires(time)), shapes.Mesh.joined(coarse + bodies), self._plate(), time, self.radius)
 
     def _plate(self):
