@@ -49,8 +49,22 @@ class Outside(unittest.TestCase):
         return source / "build" / name
 
     def test_no_header_is_left_behind(self):
-        headers = {path.relative_to(ROOT / "include") for path in (ROOT / "include").rglob("*.hpp")}
-        self.assertEqual(headers, {path.relative_to(self.prefix / "include") for path in self.prefix.rglob("*.hpp")})
+        headers = {path.relative_to(ROOT / "include") for path in (ROOT / "include").rglob("*.h*")}
+        self.assertEqual(headers, {path.relative_to(self.prefix / "include") for path in (self.prefix / "include").rglob("*.h*")})
+
+    def test_c_program(self):
+        source = pathlib.Path(self.folder.name, "other.c")
+        source.write_text(blocks(EMBEDDING, "## Other languages", "c")[0])
+        program = source.with_suffix("")
+        run("cc", "-Wall", "-Wextra", "-Werror", source, f"-I{self.prefix}/include", f"-L{self.prefix}/lib", f"-Wl,-rpath,{self.prefix}/lib", "-lskein", "-o", program)
+        digest = run(program, SCENE).stdout.split()[-1]
+        whole = pathlib.Path(self.folder.name, "c_run")
+        run(self.prefix / "bin/skein", "run", SCENE, "--steps", STEPS, "--out", whole, "-q")
+        self.assertEqual(digest, json.loads((whole / "summary.json").read_text())["digest"])
+        self.assertIn("no such file", run(program, "absent.toml", code=1).stderr.lower())
+
+    def test_the_package_lies_beside_the_program(self):
+        self.assertIn("usage: skein draw", run(self.prefix / "bin/skein", "draw", "--help", env=dict(os.environ, PYTHON=sys.executable)).stdout)
 
     def test_load_of_the_tour(self):
         program = self.built("wind", {
