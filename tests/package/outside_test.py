@@ -53,12 +53,13 @@ class Outside(unittest.TestCase):
         self.assertEqual(headers, {path.relative_to(self.prefix / "include") for path in (self.prefix / "include").rglob("*.h*")})
 
     def test_c_program(self):
-        source = pathlib.Path(self.folder.name, "other.c")
+        source = pathlib.Path(self.folder.name, "c/follow.c")
+        source.parent.mkdir()
         source.write_text(blocks(EMBEDDING, "## Other languages", "c")[0])
         program = source.with_suffix("")
         run("cc", "-Wall", "-Wextra", "-Werror", source, f"-I{self.prefix}/include", f"-L{self.prefix}/lib", f"-Wl,-rpath,{self.prefix}/lib", "-lskein", "-o", program)
         digest = run(program, SCENE).stdout.split()[-1]
-        whole = pathlib.Path(self.folder.name, "c_run")
+        whole = source.with_name("run")
         run(self.prefix / "bin/skein", "run", SCENE, "--steps", STEPS, "--out", whole, "-q")
         self.assertEqual(digest, json.loads((whole / "summary.json").read_text())["digest"])
         self.assertIn("no such file", run(program, "absent.toml", code=1).stderr.lower())
@@ -90,7 +91,7 @@ class Outside(unittest.TestCase):
         two = run(MPIEXEC, "-n", "2", program, SCENE, cwd=self.folder.name).stdout
         self.assertIn(f"digest {digest}", two)
         self.assertEqual(sum(line.startswith("cilia ") for line in two.splitlines()), 8)
-        self.assertFalse([name for name in os.listdir(self.folder.name) if name not in ("prefix", "follow", "wind", "out")],
+        self.assertFalse([name for name in os.listdir(self.folder.name) if name not in ("prefix", "follow", "wind", "out", "c")],
                          "a run without a directory wrote something")
         wrong = run(program, self.folder.name + "/none.toml", code=2)
         self.assertIn("there is no such file", wrong.stderr)
