@@ -12,7 +12,7 @@ import h5py
 import numpy as np
 
 from . import polydata
-from .frames import Segments
+from .frames import Segments, Snapshot
 from .needs import NotResults, need_files
 
 FIELDS = ("velocity", "strain", "curvature", "energy", "contact_force")  # of nodes, in the poly data
@@ -70,6 +70,8 @@ class Results:
     def title(self):
         if self.summary.get("title"):
             return self.summary["title"]
+        if isinstance(self.frames, Snapshot):
+            return self.frames.title or self.directory.name
         for segments in (self.frames, self.tips):
             if segments.paths:
                 title = segments.file(0).attrs["title"]
@@ -126,6 +128,15 @@ class Results:
             raise NotResults(f"{self.directory}: no checkpoint of step {step}; there are {steps or 'none'}")
         with h5py.File(self.directory / f"checkpoint_{step:012d}.h5") as file:
             return {name: _state(self.groups[name], group["state"][:]) for name, group in file["groups"].items()}
+
+    def of_checkpoint(self):
+        """The same run with its newest checkpoint as the only frame: rods without directors. Raises NotResults where there is none."""
+        if not self.checkpoints:
+            raise NotResults(f"{self.directory}: neither frames nor a checkpoint")
+        found = Results(self.directory)
+        found.frames = Snapshot(self.directory / f"checkpoint_{self.checkpoints[-1]:012d}.h5", self.physics)
+        found.groups = {name: group for name, group in found.groups.items() if not group.is_body}
+        return found
 
     def walls(self, time=None):
         """[(points [points, 3], polygons as lists of points, number of the wall of each)] nearest to a time, the last where none is given;

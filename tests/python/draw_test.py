@@ -185,8 +185,18 @@ class Draw(unittest.TestCase):
         self.assertIn('set output.paraview = "vtp"', self.command(alone, "--colour", "speed", code=1).stderr)
 
     def test_a_run_without_frames(self):
+        """Its checkpoint is drawn, as the frame of that step would be; without either that is said."""
         with_none = self.directory.path / "none"
         subprocess.run([SKEIN, "run", str(self.directory.scene), "--out", str(with_none), "-q", "--set", "output.trajectory=0"], check=True)
+        self.assertIn("its newest checkpoint", self.command(with_none, "--size", "200x150", "--renderer", "plain").stderr)
+        self.assertTrue((with_none / "picture.png").exists())
+        framed, kept = skein.open(self.out), skein.open(with_none).of_checkpoint()
+        for name in ("reeds", "flat"):
+            half_a_step = 0.5 * framed.summary["dt_s"] * np.abs(framed.state()[name]["velocity"]).max()
+            np.testing.assert_allclose(kept[name].position[0], framed[name].position[-1], rtol=0, atol=1.01 * half_a_step + 1e-7)
+            np.testing.assert_allclose(kept[name].radius, framed[name].radius)
+        for checkpoint in with_none.glob("checkpoint_*"):
+            checkpoint.unlink()
         self.assertIn("set output.trajectory", self.command(with_none, code=1).stderr)
 
     def test_python_without_numpy(self):

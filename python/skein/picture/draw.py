@@ -93,7 +93,11 @@ def _asked(run, choice):
     unknown = set(choice) - set(Choice.__dataclass_fields__)
     if unknown:
         raise TypeError(f"no choice {', '.join(sorted(unknown))}; there are {', '.join(Choice.__dataclass_fields__)}")
-    return run if isinstance(run, results_of.Results) else results_of.open(run), Choice(**choice)
+    run = run if isinstance(run, results_of.Results) else results_of.open(run)
+    if not len(run.frames) and run.checkpoints:
+        print(f"note: {run.directory} has no frames (output.trajectory); its newest checkpoint, of step {run.checkpoints[-1]}, is drawn", file=sys.stderr)
+        run = run.of_checkpoint()
+    return run, Choice(**choice)
 
 
 def _stage(renderer, width, height, samples):
