@@ -148,7 +148,8 @@ class Snapshot:
                 section, count = rods["section"], nodes.shape[1]
                 profile = np.asarray(section["profile"] or np.linspace(1, section["taper"], count - 1))
                 at_nodes = np.concatenate([profile[:1], 0.5 * (profile[1:] + profile[:-1]), profile[-1:]])
-                self._arrays[rods["name"]] = {"position": nodes[None], "origin": nodes[:, 0], "radius": section["radius"] * at_nodes}
+                radius = np.sqrt(section["radius"] * section["radius_2"]) if section["kind"] == "elliptic" else section["radius"]
+                self._arrays[rods["name"]] = {"position": nodes[None], "origin": nodes[:, 0], "radius": radius * at_nodes}
 
     def __len__(self):
         return 1

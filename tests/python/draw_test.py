@@ -14,6 +14,7 @@ from skein.picture import shapes, sky, vtk_stage
 from skein.picture.camera import framed
 from skein.picture.colours import CHOICES, phases
 from skein.picture.draw import Pictures
+from skein.picture.view import Choice, View
 
 WHY_NOT = vtk_stage.why_not()
 RENDERERS = ("plain",) if WHY_NOT else ("vtk", "plain")
@@ -102,6 +103,15 @@ class Draw(unittest.TestCase):
                             self.assertEqual(np.argmax(pixel), rod, (rod, point, pixel))
                             self.assertGreater(pixel[rod] - np.delete(pixel, rod).max(), 20)
                     np.testing.assert_array_equal(pictures.images[number][2, 2], 255)
+
+    def test_elliptic_rods_have_their_axes(self):
+        view = View(skein.open(self.out), [0], Choice(groups=("flat",), colour="group"), 1.0)
+        points = view.shown(0).mesh.points
+        normal, tangent = skein.open(self.out)["flat"].normal[0, 0, 3].astype(float), np.array([1.0, 0, 0])
+        middle = np.abs(points[:, 0] - points[:, 0].mean()) < 0.02
+        centre = points[middle].mean(axis=0)
+        for axis, extent in ((normal, 4e-3), (np.cross(tangent, normal), 2e-3)):
+            self.assertAlmostEqual(np.abs((points[middle] - centre) @ axis).max() / extent, 1, delta=0.02)
 
     def test_shadows(self):
         if WHY_NOT:

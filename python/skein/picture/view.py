@@ -173,11 +173,13 @@ class View:
         radius = np.broadcast_to(group.radius, (group.count, group.elements + 1))[:, drawn]
         section = group.physics["section"]
         flat = section["radius_2"] / section["radius"] if section["kind"] == "elliptic" and section["radius_2"] > 0 else None
+        if flat:
+            radius = radius / np.sqrt(flat)  # the file has that of the circle of equal area
         normals, striped = None, caps and self._striped(group)
         if (flat or striped) and self.results.frames.has(group.name, "normal"):
             normals = shapes.refined(group.normal[frame].astype(float)[:, drawn][good], times, group.closed)
         elif flat:
-            flat = None  # without directors sections are drawn round
+            radius, flat = radius * np.sqrt(flat), None  # without directors sections are drawn round
         nodes, radius, paint = nodes[good], shapes.linear(radius[good], times), shapes.linear(paint[good], times)
         mesh = shapes.tubes(shapes.refined(nodes, times, group.closed), radius, paint, sides, normals, flat, 0 if group.closed else caps)
         if striped:
