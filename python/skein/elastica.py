@@ -139,6 +139,10 @@ def _feature(what, cls, given, entry, features, rod, time_step):
              normal=vector("normal_direction", [0, 1, 0]), tangent=vector("tangent_direction", [0, 0, 1]))
     elif kind == "SlenderBodyTheory":
         load(kind="slender_body_drag", viscosity=float(given["dynamic_viscosity"]))
+    elif kind == "MuscleTorques":
+        wave = {"coefficients": vector("b_coeff")} if given.get("with_spline") else {"table": [1.0] * len(rod.rest_lengths)}
+        load(kind="muscle_torques", period=float(given["period"]), wave_number=float(given["wave_number"]), phase=float(given["phase_shift"]), direction=vector("direction"),
+             ramp=float(given.get("ramp_up_time", 0)), **wave)
     elif kind == "MagneticForces":
         _magnetic(given, entry, load)
     elif kind in ("FreeBC", "FreeRod"):

@@ -66,21 +66,21 @@ class Scene:
             placement |= {"kind": "file", "file": f"{self.name}_{entry['name']}.h5"}
             self._arrays[placement["file"]] = {OF_FILE[key]: value for key, value in given.items()}
 
-    def load(self, kind, **keys):
+    def load(self, kind, /, **keys):
         """Adds a [[load]]; `rods`: names of groups, else all."""
         return self.add("load", kind=kind, **keys)
 
-    def damping(self, kind, **keys):
+    def damping(self, kind, /, **keys):
         return self.add("damping", kind=kind, **keys)
 
-    def wall(self, name, kind, **keys):
+    def wall(self, name, kind, /, **keys):
         return self.add("wall", name=name, kind=kind, **keys)
 
     def table(self, name, at, value, **keys):
         """A function of time for formulas, piecewise linear through points; skein.Simulation can drive it on."""
         return self.add("table", name=name, at=np.asarray(at, float).tolist(), value=np.asarray(value, float).tolist(), **keys)
 
-    def add(self, table, **keys):
+    def add(self, table, /, **keys):
         """Appends an entry to any of the lists: rods, bodies, load, damping, contact_pair, wall, table."""
         if table not in LISTS:
             raise KeyError(f"no list '{table}' in scenes; there are {', '.join(LISTS)}")
