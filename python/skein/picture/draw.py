@@ -24,8 +24,7 @@ def draw(run, to=None, time=None, size=None, renderer="auto", words=True, sample
     run, choice = _asked(run, choice)
     frame = len(run.frames) - 1 if time is None else run.frames.nearest(time)
     width, height = size or SIZE
-    view = View(run, [frame], choice, width / height)
-    stage = _stage(renderer, width, height, samples)
+    view, stage = _staged(run, [frame], choice, renderer, width, height, samples)
     page = sheet.Sheet(width, height, run.title, view.paint.scale, words)
     to = Path(to or run.directory / "picture.png")
     _saved(to, lambda path: Image.fromarray(_one(view, stage, page, frame)).save(path, optimize=True))
@@ -43,8 +42,7 @@ class Pictures:
         run, choice = _asked(run, choice)
         frames = [run.frames.nearest(time) if len(run.frames) else 0 for time in times]
         self.width, self.height = size
-        self.view = View(run, frames, choice, self.width / self.height)
-        stage = _stage(renderer, *size, samples)
+        self.view, stage = _staged(run, frames, choice, renderer, *size, samples)
         self.times = [float(run.time[frame]) for frame in frames]
         self.scale = self.view.paint.scale
         self.images = [stage.draw(self.view, self.view.shown(frame)) for frame in frames]
@@ -75,8 +73,7 @@ def movie(run, to=None, every=1, first=None, last=None, rate=25, size=None, rend
     width, height = size or MOVIE_SIZE
     width, height = width - width % 2, height - height % 2
     write = _writer(to, width, height, rate)
-    view = View(run, frames, choice, width / height)
-    stage = _stage(renderer, width, height, samples)
+    view, stage = _staged(run, frames, choice, renderer, width, height, samples)
     page = sheet.Sheet(width, height, run.title, view.paint.scale, words)
 
     def images():
@@ -100,16 +97,19 @@ def _asked(run, choice):
     return run, Choice(**choice)
 
 
-def _stage(renderer, width, height, samples):
-    """VTK where it can, else matplotlib, and a word of why."""
+def _staged(run, frames, choice, renderer, width, height, samples):
+    """The view and what draws it: VTK where it can, else matplotlib with fewer faces, and a word of why."""
     reason = vtk_stage.why_not() if renderer != "plain" else "asked for"
     if renderer == "vtk" and reason:
         raise NotResults(f"no picture by VTK: {reason}")
+    if reason:
+        choice.detail *= plain_stage.DETAIL
+    view = View(run, frames, choice, width / height)
     if not reason:
-        return vtk_stage.Stage(width, height, samples)
+        return view, vtk_stage.Stage(width, height, samples)
     if renderer == "auto":
         print(f"note: drawn by matplotlib, without shadows: {reason}", file=sys.stderr)
-    return plain_stage.Stage(width, height)
+    return view, plain_stage.Stage(width, height)
 
 
 def _one(view, stage, page, frame):

@@ -4,6 +4,7 @@ import numpy as np
 
 from .shapes import unit
 
+DETAIL = 0.2  # of surfaces, against those for VTK: each face is a polygon of its own
 
 def why_not():
     return ""
