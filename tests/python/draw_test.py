@@ -7,7 +7,7 @@ import unittest
 
 import numpy as np
 
-from package import SKEIN, Directory, skein
+from package import APPS, SKEIN, Directory, skein
 
 from PIL import Image
 from skein.picture import shapes, sky, vtk_stage
@@ -141,6 +141,19 @@ class Draw(unittest.TestCase):
         self.command(self.out, "--size", "200x150", "--renderer", "plain")
         self.assertTrue((self.out / "picture.png").exists())
         self.assertFalse(list(self.out.glob(".part*")))
+
+    def test_every_scene_of_the_cases(self):
+        """After a few steps, from frames or the checkpoint; but for the largest, which take minutes in matplotlib."""
+        for scene in sorted(APPS.glob("*/*.toml")):
+            if scene.stem in ("farm_111797", "nest_1536", "nest_1536_published"):
+                continue
+            with self.subTest(scene=scene.name):
+                out = self.directory.path / scene.stem
+                done = subprocess.run([SKEIN, "run", str(scene), "--out", str(out), "-q", "--steps", "16"], capture_output=True, text=True, timeout=100)
+                self.assertIn(done.returncode, (0, 3), done.stderr)
+                self.command(out, "--size", "240x180", "--renderer", "plain", "--detail", "0.3")
+                with Image.open(out / "picture.png") as image:
+                    self.assertGreater(np.sum(np.asarray(image.convert("RGB")).min(axis=2) < 200), 100)
 
     def test_movie(self):
         to = self.directory.path / "movie.gif"
