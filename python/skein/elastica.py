@@ -154,15 +154,19 @@ def _feature(what, cls, given, entry, features, rod, time_step):
     elif kind == "FixedConstraint":
         ends = {0: "start", -1: "end"}
         nodes, elements = (tuple(given.get(f"constrained_{key}_idx", ())) for key in ("position", "director"))
-        if set(nodes) | set(elements) > set(ends):
-            raise NotConverted(f"{kind} between the ends")
+        if not set(nodes) | set(elements) <= set(ends):
+            _hold(entry, kind, nodes, elements, "xyz", "xyz")
+            return
         for at, end in ends.items():
             if at in nodes and at in elements:
                 entry[end] = "clamped_frozen"
             elif at in nodes:
                 entry[end] = "pinned"
             elif at in elements:
-                raise NotConverted(f"{kind} of a director alone")
+                _hold(entry, kind, (), (at,), "xyz", "xyz")
+    elif kind == "GeneralConstraint":
+        chosen = ["".join(axis for axis, held in zip("xyz", np.ravel(given.get(f"{word}_constraint_selector", [True] * 3))) if held) for word in ("translational", "rotational")]
+        _hold(entry, kind, *(tuple(given.get(f"constrained_{key}_idx", ())) for key in ("position", "director")), *chosen)
     elif kind == "AnalyticalLinearDamper":
         if "damping_constant" in given:
             damping(kind="legacy", rate=float(given["damping_constant"]))
@@ -172,6 +176,17 @@ def _feature(what, cls, given, entry, features, rod, time_step):
             damping(kind="physical", translational=float(given["translational_damping_constant"]), rotational=float(np.ravel(given["rotational_damping_constant"])[0]))
     else:
         raise NotConverted(f"{what} {kind}" + (", which removes in one step what Skein's laplacian damping removes at a rate" if kind == "LaplaceDissipationFilter" else ""))
+
+
+def _hold(entry, kind, nodes, elements, directions, axes):
+    if "hold" in entry:
+        raise NotConverted(f"{kind} beside another that holds nodes or elements")
+    hold = {}
+    if nodes and directions:
+        hold |= {"nodes": list(nodes), "directions": directions}
+    if elements and axes:
+        hold |= {"elements": list(elements), "axes": axes}
+    entry["hold"] = hold
 
 
 def _magnetic(given, entry, load):

@@ -106,40 +106,62 @@ LOADS = {"GravityForces": ({"acc_gravity": [0.3, -9.8, 1.0]}, {"kind": "gravity"
                            {"kind": "muscle_torques", "s": [(k + 1) / N for k in range(N)], "spline_at_s": [1.0] * N, **WAVE, "direction": [0, 1, 0]})}
 
 
-class Loads(unittest.TestCase):
+REPLAY = pathlib.Path(SKEIN).with_name("reference_replay")
+
+
+@unittest.skipUnless(REPLAY.exists(), "reference_replay is not built")
+class Replayed(unittest.TestCase):
     def test_every_load_is_what_reference_replay_takes_it_for(self):
         """Trajectories of the converted scene, replayed from the loads as files of recorded trajectories state them. Angular velocities part by the 1e-14 that the
         published drift adds to its angles (apps/reference_replay)."""
-        replay = pathlib.Path(SKEIN).with_name("reference_replay")
-        if not replay.exists():
-            self.skipTest("reference_replay is not built")
         for name, (given, stated) in LOADS.items():
             for clamped in (True, False):
-                with self.subTest(load=name, clamped=clamped), tempfile.TemporaryDirectory() as folder:
-                    system = straight()
+                with self.subTest(load=name, clamped=clamped):
                     forces = [dict(stated, system=0)] + ([{"kind": "gravity", "acc": [1.0, 0, 0], "system": 0}] if name == "SlenderBodyTheory" else [])
-                    case = {"format": "rod-reference 1", "case": name, "stepper": "PositionVerlet", "dt": DT, "start_time": 0.0, "systems": [system], "forces_in_order": forces,
-                            "constraints_in_order": [{"system": 0, "kind": "one_end_fixed"}] if clamped else [],
-                            "dampers_in_order": [{"system": 0, "kind": "analytical_linear", "time_step": DT, "uniform_damping_constant": 0.9}], "outputs": []}
+                    case = self.case(forces, [{"system": 0, "kind": "one_end_fixed"}] if clamped else [])
                     simulator = Simulator(dict(case, forces_in_order=[]), (0,))
                     for cls, keys in ((name, given), *([("GravityForces", {"acc_gravity": [1.0, 0, 0]})] if name == "SlenderBodyTheory" else [])):
                         feature = Feature.__new__(Feature)
                         feature._forcing_cls, feature._sys_idx, feature._args, feature._kwargs = named(cls, *keys), 0, (), keys
                         simulator._ext_forces_torques.append(feature)
-                    simulation = skein.Simulation(elastica.scene_of(simulator, DT, 1000 * DT))
-                    rod = simulation["rod_0"]
-                    for step in (1, 10, 100, 1000):
-                        simulation.step(step - simulation.steps_done)
-                        state = {"position": rod.position[0], "velocity": rod.velocity[0], "directors": rod.directors[0], "omega": rod.spin[0]}
-                        case["outputs"].append({"step": step, "time": step * DT, "systems": [{key: value.tolist() for key, value in state.items()}]})
-                    self.assertGreater(np.abs(rod.velocity).max(), 1e-3, "the load moves the rod")
-                    fields = ("position", "velocity", "directors", "omega")
-                    case["scale"] = {key: max(max(np.abs(output["systems"][0][key]).max() for output in case["outputs"]), 1e-3) for key in fields}
-                    case["roundoff_sensitivity"] = [{"step": step, **dict.fromkeys(fields, 1e-10), "omega": 1e-9} for step in (1, 10, 100, 1000)]
-                    path = pathlib.Path(folder, "case.json")
-                    path.write_text(json.dumps(case))
-                    done = subprocess.run([str(replay), str(path)], capture_output=True, text=True, timeout=100)
-                    self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
+                    self.assert_replayed(simulator, case)
+
+    def test_every_constraint_too(self):
+        general = {"translational_constraint_selector": [True, False, True], "rotational_constraint_selector": [True, True, False]}
+        cases = {"FixedConstraint": ({}, {"kind": "fixed"}), "GeneralConstraint": (general, {"kind": "general", "translation_fixed": [1, 0, 1], "rotation_fixed_lab": [1, 1, 0]})}
+        for name, (given, stated) in cases.items():
+            for nodes, elements in (((0,), (0,)), ((0, -2), (0, -1)), ((0, 4), (0, 4)), ((0, 6), ()), ((), (3,))):
+                with self.subTest(constraint=name, nodes=nodes, elements=elements):
+                    case = self.case([dict(LOADS["EndpointForces"][1], system=0)],
+                                     [{"system": 0, **stated, "position_index": list(nodes), "director_index": list(elements)}])
+                    simulator = Simulator(dict(case, constraints_in_order=[]), (0,))
+                    feature = Feature.__new__(Feature)
+                    feature._bc_cls, feature._sys_idx, feature._args, feature._kwargs = named(name), 0, (), given
+                    feature.constrained_position_idx, feature.constrained_director_idx = nodes, elements
+                    simulator._constraints_list.append(feature)
+                    self.assert_replayed(simulator, case)
+
+    def case(self, forces, constraints):
+        return {"format": "rod-reference 1", "case": "made", "stepper": "PositionVerlet", "dt": DT, "start_time": 0.0, "systems": [straight()], "forces_in_order": forces,
+                "constraints_in_order": constraints,
+                "dampers_in_order": [{"system": 0, "kind": "analytical_linear", "time_step": DT, "uniform_damping_constant": 0.9}], "outputs": []}
+
+    def assert_replayed(self, simulator, case):
+        simulation = skein.Simulation(elastica.scene_of(simulator, DT, 1000 * DT))
+        rod = simulation["rod_0"]
+        for step in (1, 10, 100, 1000):
+            simulation.step(step - simulation.steps_done)
+            state = {"position": rod.position[0], "velocity": rod.velocity[0], "directors": rod.directors[0], "omega": rod.spin[0]}
+            case["outputs"].append({"step": step, "time": step * DT, "systems": [{key: value.tolist() for key, value in state.items()}]})
+        self.assertGreater(np.abs(rod.velocity).max(), 1e-3, "the load moves the rod")
+        fields = ("position", "velocity", "directors", "omega")
+        case["scale"] = {key: max(max(np.abs(output["systems"][0][key]).max() for output in case["outputs"]), 1e-3) for key in fields}
+        case["roundoff_sensitivity"] = [{"step": step, **dict.fromkeys(fields, 1e-10), "omega": 1e-9} for step in (1, 10, 100, 1000)]
+        with tempfile.TemporaryDirectory() as folder:
+            path = pathlib.Path(folder, "case.json")
+            path.write_text(json.dumps(case))
+            done = subprocess.run([str(REPLAY), str(path)], capture_output=True, text=True, timeout=100)
+        self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
 
 
 @unittest.skipUnless((REFERENCE / "02_clamped_tip_load_dampers.json").exists(), f"no reference files in {REFERENCE}")
