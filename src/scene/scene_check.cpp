@@ -226,19 +226,17 @@ private:
 
 /// "file:line: " of the table that a path starts with.
 std::string source_prefix(const SceneSpec& scene, const std::string& path) {
-    const auto prefix = [&](const auto& specs, std::size_t skip) {
-        const std::string& source = specs.at(static_cast<std::size_t>(std::stoul(path.substr(skip)))).source;
-        return (source.empty() ? path.substr(0, path.find('.', skip)) : source) + ": ";
-    };
     for (std::size_t i = 0; i < scene.rods.size(); ++i)
         if (const std::string table = path_of_group(scene, i); path == table || path.starts_with(table + "."))
             return (scene.rods[i].source.empty() ? table : scene.rods[i].source) + ": ";
-    if (path.starts_with("table.")) return prefix(scene.tables, 6);
-    if (path.starts_with("load.")) return prefix(scene.loads, 5);
-    if (path.starts_with("damping.")) return prefix(scene.damping, 8);
-    if (path.starts_with("contact_pair.")) return prefix(scene.contact_pairs, 13);
-    if (path.starts_with("wall.")) return prefix(scene.walls, 5);
-    return scene.file.empty() ? "" : scene.file + ": ";
+    std::string prefix = scene.file.empty() ? "" : scene.file + ": ";
+    for_each_list(scene, [&](const std::string& name, const auto& specs) {
+        if (!path.starts_with(name + ".")) return;
+        const std::string number = path.substr(name.size() + 1, path.find('.', name.size() + 1) - name.size() - 1);
+        const std::string& source = specs.at(std::stoul(number)).source;
+        prefix = (source.empty() ? name + "." + number : source) + ": ";
+    });
+    return prefix;
 }
 
 } // namespace

@@ -58,9 +58,13 @@ template <class Visit> Json echo(Visit visit) {
     return echo.result();
 }
 
+template <class Spec> Json table_echo(Spec& spec) {
+    return echo([&](FieldVisitor& f) { table_fields(f, spec); });
+}
+
 /// A table of contacts, with the word where its stiffness is automatic, and only there what goes with it.
 template <class Spec> Json contact_echo(Spec& spec) {
-    Json table = echo([&](FieldVisitor& f) { spec.fields(f); });
+    Json table = table_echo(spec);
     if (spec.law.stiffness_is_automatic()) table["stiffness"] = "auto";
     else table.erase("accepted_overlap");
     return table;
@@ -75,12 +79,12 @@ std::string scene_json(const SceneSpec& scene, bool physics_only) {
     json["rods"] = json["load"] = json["damping"] = Json::array();
     for (RodSpec& rods : copy.rods) json[rods.body ? "bodies" : "rods"].push_back(echo([&](FieldVisitor& f) { rods.fields(f); }));
     for (const FormulaConstant& c : copy.constants) json["constants"][c.name] = {{"value", c.value}, {"unit", c.unit}};
-    for (FormulaTable& table : copy.tables) json["table"].push_back(echo([&](FieldVisitor& f) { table.fields(f); }));
-    for (LoadSpec& load : copy.loads) json["load"].push_back(echo([&](FieldVisitor& f) { load_fields(f, load); }));
-    for (DampingSpec& damping : copy.damping) json["damping"].push_back(echo([&](FieldVisitor& f) { damping_fields(f, damping); }));
     if (copy.contact) json["contact"] = contact_echo(*copy.contact);
-    for (ContactPair& pair : copy.contact_pairs) json["contact_pair"].push_back(contact_echo(pair));
-    for (Wall& wall : copy.walls) json["wall"].push_back(contact_echo(wall));
+    for_each_list(copy, [&](const char* name, auto& specs) {
+        for (auto& spec : specs)
+            if constexpr (requires { spec.law.stiffness_is_automatic(); }) json[name].push_back(contact_echo(spec));
+            else json[name].push_back(table_echo(spec));
+    });
     if (!scene.start.from.empty()) json["start"] = echo([&](FieldVisitor& f) { copy.start.fields(f); });
     if (!physics_only) {
         json["title"] = scene.title;

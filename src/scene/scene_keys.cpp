@@ -79,13 +79,7 @@ template <class Visit> KeyList listed(const std::string& table, Visit visit) {
 }
 
 template <class Spec> KeyList keys_of(Spec spec, const std::string& table) {
-    return listed(table, [&](FieldVisitor& f) { spec.fields(f); });
-}
-KeyList keys_of(LoadSpec spec, const std::string& table) {
-    return listed(table, [&](FieldVisitor& f) { load_fields(f, spec); });
-}
-KeyList keys_of(DampingSpec spec, const std::string& table) {
-    return listed(table, [&](FieldVisitor& f) { damping_fields(f, spec); });
+    return listed(table, [&](FieldVisitor& f) { table_fields(f, spec); });
 }
 KeyList title_key(std::string title) {
     return listed("", [&](FieldVisitor& f) { f.visit(title_field, title); });
@@ -163,12 +157,10 @@ std::string scene_toml(const SceneSpec& scene, Keys which) {
     for (const RodSpec& rods : scene.rods)
         if (rods.body) out.table("[[bodies]]", "bodies", rods, default_body());
     out.constants(scene.constants);
-    for (const FormulaTable& table : scene.tables) out.table("[[table]]", "table", table, FormulaTable{});
-    for (const LoadSpec& load : scene.loads) out.table("[[load]]", "load", load, LoadSpec{.load = make_load(load.load.number())});
-    for (const DampingSpec& damping : scene.damping) out.table("[[damping]]", "damping", damping, DampingSpec{});
     if (scene.contact) out.table("[contact]", "contact", *scene.contact, ContactSpec{});
-    for (const ContactPair& pair : scene.contact_pairs) out.table("[[contact_pair]]", "contact_pair", pair, ContactPair{});
-    for (const Wall& wall : scene.walls) out.table("[[wall]]", "wall", wall, Wall{});
+    for_each_list(scene, [&](const char* name, const auto& specs) {
+        for (const auto& spec : specs) out.table(fmt::format("[[{}]]", name), name, spec, defaults_of(spec));
+    });
     out.table("[output]", "output", scene.output, OutputSpec{});
     return out.text();
 }
@@ -179,13 +171,17 @@ std::vector<KeyEntry> all_keys() {
     append(all, keys_of(RodSpec{}, "rods"));
     append(all, keys_of(default_body(), "bodies"));
     all.push_back({"constants", constant_field, "number or table", std::string(absent), {}});
-    append(all, keys_of(FormulaTable{}, "table"));
-    for (int kind = 0; const std::string_view name : load_kinds())
-        append(all, keys_of(LoadSpec{.load = make_load(kind++)}, fmt::format("load.{}", name)));
-    append(all, keys_of(DampingSpec{}, "damping"));
     append(all, keys_of(ContactSpec{}, "contact"));
-    append(all, keys_of(ContactPair{}, "contact_pair"));
-    append(all, keys_of(Wall{}, "wall"));
+    const SceneSpec none;
+    for_each_list(none, [&](const char* name, const auto& specs) {
+        using Spec = typename std::decay_t<decltype(specs)>::value_type;
+        if constexpr (std::is_same_v<Spec, LoadSpec>) {
+            for (int kind = 0; const std::string_view load : load_kinds())
+                append(all, keys_of(LoadSpec{.load = make_load(kind++)}, fmt::format("{}.{}", name, load)));
+        } else {
+            append(all, keys_of(Spec{}, name));
+        }
+    });
     append(all, keys_of(OutputSpec{}, "output"));
     append(all, keys_of(StartSpec{}, "start"));
     return all;
@@ -198,28 +194,18 @@ std::set<std::string> changed_keys(const SceneSpec& scene) {
     add_changed(paths, scene.start, StartSpec{}, "start");
     for (std::size_t i = 0; i < scene.rods.size(); ++i)
         add_changed(paths, scene.rods[i], scene.rods[i].body ? default_body() : RodSpec{}, path_of_group(scene, i));
-    for (std::size_t i = 0; i < scene.tables.size(); ++i)
-        add_changed(paths, scene.tables[i], FormulaTable{}, fmt::format("table.{}", i));
-    for (std::size_t i = 0; i < scene.loads.size(); ++i) {
-        const LoadSpec defaults{.load = make_load(scene.loads[i].load.number())};
-        add_changed(paths, scene.loads[i], defaults, fmt::format("load.{}", i));
-    }
-    for (std::size_t i = 0; i < scene.damping.size(); ++i)
-        add_changed(paths, scene.damping[i], DampingSpec{}, fmt::format("damping.{}", i));
     if (scene.contact) add_changed(paths, *scene.contact, ContactSpec{}, "contact");
-    for (std::size_t i = 0; i < scene.contact_pairs.size(); ++i)
-        add_changed(paths, scene.contact_pairs[i], ContactPair{}, fmt::format("contact_pair.{}", i));
-    for (std::size_t i = 0; i < scene.walls.size(); ++i) add_changed(paths, scene.walls[i], Wall{}, fmt::format("wall.{}", i));
+    for_each_list(scene, [&](const char* name, const auto& specs) {
+        for (std::size_t i = 0; i < specs.size(); ++i)
+            add_changed(paths, specs[i], defaults_of(specs[i]), fmt::format("{}.{}", name, i));
+    });
     return paths;
 }
 
 std::string table_heading(const std::string& table) {
     if (table.empty()) return "top level";
     if (table.starts_with("load.")) return fmt::format("[[load]] of kind \"{}\"", table.substr(5));
-    return table == "rods" || table == "bodies" || table == "damping" || table == "contact_pair" || table == "wall" ||
-                   table == "table"
-               ? fmt::format("[[{}]]", table)
-               : fmt::format("[{}]", table);
+    return is_list(table) ? fmt::format("[[{}]]", table) : fmt::format("[{}]", table);
 }
 
 std::string bounds_text(const Field& field) {

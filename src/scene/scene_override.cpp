@@ -1,6 +1,7 @@
 #include "scene/scene_override.hpp"
 
 #include "core/nearest.hpp"
+#include "scene/scene_tables.hpp"
 #include "skein/core/error.hpp"
 
 #include <charconv>
@@ -74,9 +75,7 @@ private:
     TomlValue& step(TomlValue& at, const std::string& part, const std::string& so_far) const {
         if (auto* list = at.as<TomlArray>()) return item(*list, part, so_far);
         if (TomlEntry* entry = at.find(part)) return entry->value;
-        const bool list_of_tables = so_far.empty() && (part == "rods" || part == "bodies" || part == "load" || part == "damping" ||
-                                                       part == "contact_pair" || part == "wall");
-        if (list_of_tables) fail(fmt::format("the scene has no [[{}]] to change", part));
+        if (so_far.empty() && is_list(part)) fail(fmt::format("the scene has no [[{}]] to change", part));
         auto* table = at.as<TomlTable>();
         if (!table) fail(fmt::format("'{}' is no table: it has no '{}'", so_far, part));
         table->push_back({part, place_, TomlValue{TomlTable{}, place_}});

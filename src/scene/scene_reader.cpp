@@ -293,8 +293,7 @@ SceneSpec read_tables(const TomlValue& root, Problems& problems) {
     reader.begin(root, "", "the scene", {root.place.text, 1, 1, 1});
     reader.visit(title_field, scene.title);
     read_table(reader, problems, "time", scene.time, true);
-    const auto own_fields = [](FieldVisitor& f, auto& spec) { spec.fields(f); };
-    read_list(reader, problems, "rods", scene.rods, own_fields);
+    read_list(reader, problems, "rods", scene.rods, [](FieldVisitor& f, RodSpec& spec) { spec.fields(f); });
     std::vector<RodSpec> bodies;
     read_list(reader, problems, "bodies", bodies, [](FieldVisitor& f, RodSpec& spec) {
         spec.body.emplace();
@@ -302,14 +301,12 @@ SceneSpec read_tables(const TomlValue& root, Problems& problems) {
     });
     scene.rods.insert(scene.rods.end(), std::make_move_iterator(bodies.begin()), std::make_move_iterator(bodies.end()));
     read_constants(reader, problems, scene.constants);
-    read_list(reader, problems, "table", scene.tables, own_fields);
-    read_list(reader, problems, "load", scene.loads, load_fields);
-    read_list(reader, problems, "damping", scene.damping, damping_fields);
     if (root.find("contact")) scene.contact.emplace();
     ContactSpec none; // an absent table is known all the same
     read_table(reader, problems, "contact", scene.contact ? *scene.contact : none, false);
-    read_list(reader, problems, "contact_pair", scene.contact_pairs, own_fields);
-    read_list(reader, problems, "wall", scene.walls, own_fields);
+    for_each_list(scene, [&](const char* name, auto& specs) {
+        read_list(reader, problems, name, specs, [](FieldVisitor& f, auto& spec) { table_fields(f, spec); });
+    });
     read_table(reader, problems, "output", scene.output, false);
     read_table(reader, problems, "start", scene.start, false);
     reader.leave();

@@ -88,12 +88,9 @@ Json default_tables(int load) {
     SceneSpec scene;
     scene.start.from = "-"; // is only there where it says something
     scene.rods = {RodSpec{}, default_body()};
-    scene.tables.emplace_back();
-    scene.loads.push_back({.load = make_load(load)});
-    scene.damping.emplace_back();
     scene.contact.emplace();
-    scene.contact_pairs.emplace_back();
-    scene.walls.emplace_back();
+    for_each_list(scene, [](const char*, auto& specs) { specs.emplace_back(); });
+    scene.loads.front().load = make_load(load);
     Json json = Json::parse(scene_json(scene, false));
     json["start"]["from"] = "";
     return json;
@@ -107,18 +104,13 @@ public:
             path_ = path;
             visit();
         };
-        const auto all = [&](const char* name, auto& specs, auto fields) {
-            for (std::size_t i = 0; i < specs.size(); ++i) in(fmt::format("{}.{}", name, i), [&] { fields(*this, specs[i]); });
-        };
-        const auto own = [](FieldVisitor& f, auto& spec) { spec.fields(f); };
         in("time", [&] { scene.time.fields(*this); });
         if (scene.contact) in("contact", [&] { scene.contact->fields(*this); });
         for (std::size_t i = 0; i < scene.rods.size(); ++i) in(path_of_group(scene, i), [&] { scene.rods[i].fields(*this); });
-        all("table", scene.tables, own);
-        all("load", scene.loads, load_fields);
-        all("damping", scene.damping, damping_fields);
-        all("contact_pair", scene.contact_pairs, own);
-        all("wall", scene.walls, own);
+        for_each_list(scene, [&](const char* name, auto& specs) {
+            for (std::size_t i = 0; i < specs.size(); ++i)
+                in(fmt::format("{}.{}", name, i), [&] { table_fields(*this, specs[i]); });
+        });
     }
     bool contains(const std::string& path) const { return paths_.contains(path); }
 

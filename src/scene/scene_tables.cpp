@@ -24,6 +24,13 @@ void damping_fields(FieldVisitor& f, DampingSpec& spec) {
     f.visit({.name = "rods", .unit = "", .text = "groups it acts on; all where absent"}, spec.rods);
 }
 
+bool is_list(std::string_view name) {
+    bool found = name == "rods" || name == "bodies";
+    const SceneSpec scene;
+    for_each_list(scene, [&](std::string_view list, const auto&) { found |= name == list; });
+    return found;
+}
+
 std::optional<std::string> moved_to(std::string_view table, std::string_view key, std::string_view word) {
     if (table == "rods.material" && key == "law" && word == "rigid") return "; rigid bodies have tables of their own, [[bodies]]";
     return std::nullopt;

@@ -23,6 +23,27 @@ std::vector<Load> loads_with_formulas(const SceneSpec& scene);
 /// Keys of a [[damping]].
 void damping_fields(FieldVisitor& f, DampingSpec& spec);
 
+/// Keys of a table of one of the lists below.
+template <class Spec> void table_fields(FieldVisitor& f, Spec& spec) { spec.fields(f); }
+inline void table_fields(FieldVisitor& f, LoadSpec& spec) { load_fields(f, spec); }
+inline void table_fields(FieldVisitor& f, DampingSpec& spec) { damping_fields(f, spec); }
+
+/// Such a table, with all defaults.
+template <class Spec> Spec defaults_of(const Spec&) { return {}; }
+inline LoadSpec defaults_of(const LoadSpec& spec) { return {.load = make_load(spec.load.number())}; }
+
+/// Calls f(name, list) for each [[list]] of a scene besides rods and bodies, in the order of scene files: the one place that names
+/// them all.
+template <class Scene, class F> void for_each_list(Scene& scene, F&& f) {
+    f("table", scene.tables);
+    f("load", scene.loads);
+    f("damping", scene.damping);
+    f("contact_pair", scene.contact_pairs);
+    f("wall", scene.walls);
+}
+/// Whether a scene has a list of tables of this name.
+bool is_list(std::string_view name);
+
 /// Where what was said by a word of a key is said now, as the end of a message about that word.
 std::optional<std::string> moved_to(std::string_view table, std::string_view key, std::string_view word);
 
