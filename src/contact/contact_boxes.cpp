@@ -44,14 +44,14 @@ Contacts::BoxContact Contacts::evaluate_box(const Exposure& bodies, double h, st
     const Vec3d centre = bodies.node[box_slot].position;
     const Mat3d axes{of_box[1].velocity, of_box[1].spin, cross(of_box[1].velocity, of_box[1].spin)}; // neighbourhood/surface.hpp
     const Vec3d p = node[0].position, d = node[1].position - p;
-    const unsigned joints = bodies.joints[element];
+    const unsigned vertices = bodies.vertices[element];
     const auto nearest_between = [&](double low, double high) {
         SegmentToBox found = nearest_to_box(axes * (p + low * d - centre), axes * ((high - low) * d), box.half);
         for (double* share : {&found.s, &found.first, &found.last}) *share = low + *share * (high - low);
         return found;
     };
-    const double reach = bodies.scene().joint_reach(), seen = seen_beyond(reach);
-    SegmentToBox near = nearest_between(joints & at_start ? -seen : 0, joints & at_end ? 1 + seen : 1);
+    const double reach = bodies.scene().vertex_reach(), seen = seen_beyond(reach);
+    SegmentToBox near = nearest_between(vertices & at_start ? -seen : 0, vertices & at_end ? 1 + seen : 1);
 
     struct At {
         ContactState<Q> state;
@@ -71,13 +71,13 @@ Contacts::BoxContact Contacts::evaluate_box(const Exposure& bodies, double h, st
         out.on_box.first -= force, out.on_box.couple += f.arm_2[0] * moment - cross(arm, force);
     };
     double weight = 1;
-    if (const int side = joint_side(near.s, joints, reach); side != 0) { // the other is the nearest point of the box
+    if (const int side = vertex_side(near.s, vertices, reach); side != 0) { // the other is the nearest point of the box
         const double s = near.s;
         const BoxPoint point = nearest_on_box(axes * (p + s * d - centre), box.half);
-        const Vec3d &joint = node[side > 0].position, on_box = centre + transpose_times(axes, point.on_box);
-        const auto share =
-            joint_share<1>(reach, side > 0 ? 1 - s : s, broadcast<1>(joint), broadcast<1>(node[side <= 0].position - joint),
-                           broadcast<1>(neighbour_node(bodies, element, side > 0)->position - joint), broadcast<1>(on_box), {}, {});
+        const Vec3d &vertex = node[side > 0].position, on_box = centre + transpose_times(axes, point.on_box);
+        const auto share = vertex_share<1>(
+            reach, side > 0 ? 1 - s : s, broadcast<1>(vertex), broadcast<1>(node[side <= 0].position - vertex),
+            broadcast<1>(neighbour_node(bodies, element, side > 0)->position - vertex), broadcast<1>(on_box), {}, {});
         const double apart = sharing<1>(near.sine_squared, share.bend[0] * (node->radius + box.radius))[0];
         weight = 1 + apart * (share.weight[0] - 1);
         const double beyond = apart * share.beyond[0];
@@ -101,7 +101,7 @@ Contacts::BoxContact Contacts::evaluate_box(const Exposure& bodies, double h, st
         share = 1 - near.sine_squared / (blend * blend);
         const SegmentToBox line = nearest_between(-1, 2); // what lies beside the face, beyond the element too
         const double first = std::clamp(line.first, 0.0, 1.0), last = std::clamp(line.last, 0.0, 1.0);
-        if ((line.first < 0 && (joints & at_start)) || (line.last > 1 && (joints & at_end)))
+        if ((line.first < 0 && (vertices & at_start)) || (line.last > 1 && (vertices & at_end)))
             beside = std::max(0.0, last - first) / std::min(1.0, line.last - line.first);
         for (const double s : {first, last}) {
             const At end = at(s);

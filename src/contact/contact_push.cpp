@@ -24,13 +24,13 @@ template <bool prune> void Contacts::find_touching(const Work& work, WorkArea& a
     const Pair* const pair = prune ? &list_.pair[begin] : pruned.pair;
     const ExposedNode* const node = work.bodies.node.data();
     const ExposedMotion* const motion = work.bodies.motion.data();
-    const std::uint8_t *const status = status_.data(), *const joints = prune ? &list_.joints[begin] : pruned.joints;
+    const std::uint8_t *const status = status_.data(), *const vertices = prune ? &list_.vertices[begin] : pruned.vertices;
     const auto candidate = [begin, numbers = pruned.candidate](std::size_t k) {
         return prune ? begin + static_cast<std::uint32_t>(k) : numbers[k];
     };
     const ContactMemory<double>* const memory = remembers_ ? memory_.data() : nullptr;
     const P margin(margin_);
-    const double seen = seen_beyond(work.bodies.scene().joint_reach());
+    const double seen = seen_beyond(work.bodies.scene().vertex_reach());
     const std::uint8_t* const bent = bent_.data();
     const std::uint8_t* const has_box = has_box_.empty() ? nullptr : &has_box_[begin];
     double* number[A::numbers];
@@ -49,10 +49,10 @@ template <bool prune> void Contacts::find_touching(const Work& work, WorkArea& a
         },
         [&](std::size_t k, const CapsuleTile& tile) __attribute__((always_inline)) {
             const auto first = static_cast<std::uint32_t>(k);
-            const unsigned starts_1 = bits_of_bytes(joints + k, 0), ends_1 = bits_of_bytes(joints + k, 1),
-                           starts_2 = bits_of_bytes(joints + k, 2), ends_2 = bits_of_bytes(joints + k, 3);
-            const auto range_1 = range_with_joints<A::W>(starts_1, ends_1, seen),
-                       range_2 = range_with_joints<A::W>(starts_2, ends_2, seen);
+            const unsigned starts_1 = bits_of_bytes(vertices + k, 0), ends_1 = bits_of_bytes(vertices + k, 1),
+                           starts_2 = bits_of_bytes(vertices + k, 2), ends_2 = bits_of_bytes(vertices + k, 3);
+            const auto range_1 = range_with_vertices<A::W>(starts_1, ends_1, seen),
+                       range_2 = range_with_vertices<A::W>(starts_2, ends_2, seen);
             const auto closest = closest_points(tile.p, tile.d1, tile.q, tile.d2, range_1, range_2);
             const P reach = tile.radius_1 + tile.radius_2, squared = dot(closest.apart, closest.apart);
             const std::uint32_t left = count - first;
@@ -66,14 +66,14 @@ template <bool prune> void Contacts::find_touching(const Work& work, WorkArea& a
                     const std::size_t from = k + static_cast<std::size_t>(std::countr_zero(some));
                     pruned.candidate[within] = candidate(from);
                     pruned.pair[within] = pair[from];
-                    pruned.joints[within++] = joints[from];
+                    pruned.vertices[within++] = vertices[from];
                 }
             } else {
                 for (std::size_t l = 0; l < A::W; ++l) before |= static_cast<unsigned>(status[candidate(k + l)] & touching) << l;
                 before &= valid;
             }
             const unsigned close = bits_of(squared < reach * reach) & valid;
-            // Those that have no share, as the contact is on the other side of a joint. Where that joint is bent, weigh() looks
+            // Those that have no share, as the contact is on the other side of a vertex. Where that vertex is bent, weigh() looks
             // closer.
             const unsigned steep = close & bits_of(closest.sine_squared >= max(P(shallow * shallow), reach * P(steepest_of_bent_))),
                            at_start_1 = bits_of(closest.s <= range_1.low) & starts_1,

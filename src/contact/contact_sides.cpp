@@ -1,6 +1,6 @@
 // Near-parallel pairs: they push at the two ends of their overlap, and at the nearest points with what is left of the normal force
 // and all friction. Turning them against each other changes the shares, and with these the energy, which is a couple; so does
-// sliding, where an overlap that ends at a joint counts by its length.                                     theory.md (56b), (56e)
+// sliding, where an overlap that ends at a vertex counts by its length.                                     theory.md (56b), (56e)
 #include "contact/overlap.hpp"
 #include "contact/work_area.hpp"
 
@@ -8,15 +8,16 @@ namespace skein {
 
 using detail::across, detail::between, detail::edge;
 
-/// Of pairs by themselves; `joints`: of each, see joints_of_pair. The other numbers are those of the nearest points; where elements
-/// are not near-parallel there is nothing at the ends.
-template <int N> Contacts::Ends<N> Contacts::at_ends(const Exposure& bodies, double h, const Pair* pair, const std::uint8_t* joints,
-                                                     Pack<N> sine_squared, Pack<N> weight, Pack<N> distance) const {
+/// Of pairs by themselves; `vertices`: of each, see vertices_of_pair. The other numbers are those of the nearest points; where
+/// elements are not near-parallel there is nothing at the ends.
+template <int N> Contacts::Ends<N> Contacts::at_ends(const Exposure& bodies, double h, const Pair* pair,
+                                                     const std::uint8_t* vertices, Pack<N> sine_squared, Pack<N> weight,
+                                                     Pack<N> distance) const {
     using Q = Pack<N>;
     struct Element {
         Vec3<Q> node[2], edge, velocity[2], spin;
         Q radius, squared;
-        JointMasks<N> joints;
+        VertexMasks<N> vertices;
     } of[2];
     for (const int body : {0, 1}) {
         Element& e = of[body];
@@ -30,8 +31,8 @@ template <int N> Contacts::Ends<N> Contacts::at_ends(const Exposure& bodies, dou
             const auto next = static_cast<std::uint32_t>(i);
             e.velocity[i] = load_transposed<N>([&](int l) { return &bodies.motion[slot(l) + next].velocity.x; }).vector;
             unsigned bits = 0;
-            for (int l = 0; l < N; ++l) bits |= (joints[l] >> (2 * body + i) & 1u) << l;
-            e.joints.at[i] = where_set<N>(bits, 1.0) > Q(0.0);
+            for (int l = 0; l < N; ++l) bits |= (vertices[l] >> (2 * body + i) & 1u) << l;
+            e.vertices.at[i] = where_set<N>(bits, 1.0) > Q(0.0);
         }
         e.spin = load_transposed<N>([&](int l) { return &bodies.motion[slot(l)].spin.x; }).vector;
     }
@@ -62,8 +63,8 @@ template <int N> Contacts::Ends<N> Contacts::at_ends(const Exposure& bodies, dou
         if (any(met)) end[k].normal = select(met, across<N>(e1.edge, e2.edge), end[k].normal);
     }
     const Q energy_of_ends = half * (energy_at(end[0].distance) + energy_at(end[1].distance));
-    const Overlap<Q> overlap[2] = {overlap_on(e1.node[0], e1.edge, e2.node[0], e2.edge, same_way, e1.joints, e2.joints),
-                                   overlap_on(e2.node[0], e2.edge, e1.node[0], e1.edge, same_way, e2.joints, e1.joints)};
+    const Overlap<Q> overlap[2] = {overlap_on(e1.node[0], e1.edge, e2.node[0], e2.edge, same_way, e1.vertices, e2.vertices),
+                                   overlap_on(e2.node[0], e2.edge, e1.node[0], e1.edge, same_way, e2.vertices, e1.vertices)};
     const Q beside = half * (overlap[0].share + overlap[1].share);
     Ends<N> out{};
     out.normal_weight = (one - share) * weight;
@@ -120,20 +121,20 @@ void Contacts::push_sides(const Work& work, WorkArea& area, Sums& sums) {
         const std::uint32_t valid = std::min<std::uint32_t>(W, area.sides - i);
         std::uint32_t at[W];
         Pair pair[W];
-        std::uint8_t joints[W];
+        std::uint8_t vertices[W];
         P sine_squared, weight, distance;
         unsigned mine = 0;
         for (std::uint32_t l = 0; l < W; ++l) {
             at[l] = area.side[i + (l < valid ? l : 0)];
             pair[l] = area.pair[at[l]];
-            joints[l] = list_.joints[area.index[at[l]]];
+            vertices[l] = list_.vertices[area.index[at[l]]];
             const int to = static_cast<int>(l);
             sine_squared.set(to, area[A::sine_squared][at[l]]);
             weight.set(to, area[A::weight][at[l]]);
             distance.set(to, area[A::squared][at[l]]);
             mine |= static_cast<unsigned>(l < valid && work.bodies.owns_slot(pair[l].a)) << l;
         }
-        const Ends<W> ends = at_ends<W>(work.bodies, work.h, pair, joints, sine_squared, weight, sqrt(distance));
+        const Ends<W> ends = at_ends<W>(work.bodies, work.h, pair, vertices, sine_squared, weight, sqrt(distance));
         sums.add(ends.stiffness, ends.elastic_energy, P(0.0), ends.viscous_work, mine);
         LoadRow first[2][W], second[2][W]{};
         for (const int body : {0, 1}) {
@@ -163,7 +164,8 @@ Contacts::PairContact Contacts::evaluate_pair(const Exposure& bodies, std::uint3
     const ExposedMotion *on_a = &bodies.motion[a], *on_b = &bodies.motion[b];
     const Crossing<1> here = crossing(bodies, pair);
     const Q s = here.at.s, t = here.at.t, distance = norm(here.at.apart);
-    const Ends<1> ends = at_ends<1>(bodies, 0, &list_.pair[pair], &list_.joints[pair], here.at.sine_squared, here.weight, distance);
+    const Ends<1> ends =
+        at_ends<1>(bodies, 0, &list_.pair[pair], &list_.vertices[pair], here.at.sine_squared, here.weight, distance);
     const Vec3<Q> normal = distance[0] > 1e-150 ? (Q(1.0) / distance) * here.at.apart
                                                 : across<1>(broadcast<1>(edge(bodies, a)), broadcast<1>(edge(bodies, b)));
     const ContactState<Q> state{normal,

@@ -46,7 +46,7 @@ namespace {
 
 /// The squared distance that elements may move while no two of them, a gap apart, meet, m^2.
 double farthest_squared(const Exposure& bodies, double gap) {
-    const double half_way = 0.5 * gap / (1 + 2 * bodies.scene().joint_reach()); // of each of two, beyond joints too
+    const double half_way = 0.5 * gap / (1 + 2 * bodies.scene().vertex_reach()); // of each of two, beyond vertices too
     return half_way * half_way;
 }
 
@@ -67,12 +67,12 @@ void Contacts::cut_tiles(const Exposure& bodies) {
     }
 }
 
-/// Marks joints at which elements are bent against each other by more than a part of what lets shares fade: by e1, e2 with |e2 -
+/// Marks vertices at which elements are bent against each other by more than a part of what lets shares fade: by e1, e2 with |e2 -
 /// e1|^2 above 1.8 b^2 (|e1|^2 + |e2|^2), the sine of half the angle is above b. Returns which lists hold.
 Contacts::Holding Contacts::survey(const Exposure& bodies, std::span<const TileRun> runs) {
     constexpr int W = places_at_once;
     using P = Pack<W>;
-    const double bend = steepest_of_bent_ * held * bodies.scene().joint_reach(); // over an element's length
+    const double bend = steepest_of_bent_ * held * bodies.scene().vertex_reach(); // over an element's length
     const P by_length(1.8 * bend * bend), largest(1.8 * 0.15 * 0.15);
     const std::size_t last = bodies.slots() - 1;
     const P from_list(farthest_squared(bodies, figures_.skin)), from_pruned(farthest_squared(bodies, margin_));

@@ -4,7 +4,7 @@
 //   elements have moved half of that
 //   push, for a block of bodies, with what the stages hand on in a work area that stays in the second cache:
 //     find_touching     the candidates that touch, packed
-//     weigh             near joints: where they are, and their share                                            joints.hpp
+//     weigh             near vertices: where they are, and their share                                            vertices.hpp
 //     follow_springs    contacts that begin there go on from the springs of others
 //     push_sides        near-parallel ones: at the ends of their overlap                                        overlap.hpp
 //     push_touching     forces eight at a time; loads of both elements in order of pairs                        rows.hpp
@@ -16,10 +16,10 @@
 
 #include "contact/contact_solver.hpp"
 #include "contact/deferred_loads.hpp"
-#include "contact/joints.hpp"
 #include "contact/pair_list.hpp"
 #include "contact/pruned_list.hpp"
 #include "contact/response.hpp"
+#include "contact/vertices.hpp"
 
 #include <optional>
 
@@ -117,21 +117,21 @@ private:
         ClosestPoints<Pack<W>> at;
         Pack<W> weight;
     };
-    /// Pairs whose first element is near a joint; they are numbered so for as long as that matters.
-    template <int W> struct NearJoint {
+    /// Pairs whose first element is near a vertex; they are numbered so for as long as that matters.
+    template <int W> struct NearVertex {
         std::uint32_t slot[2][W];
         unsigned at_start[2] = {0, 0}, at_end[2] = {0, 0}; ///< where, as bits
         Pack<W> share[2], sine_squared;                    ///< places on the elements; of the angle between them
 
-        /// A pair in a lane, `turned` if its second element is to be the first; `joints` that it is near, as bits of
-        /// joints_of_pair().
-        void put(int l, Pair pair, double s, double t, unsigned joints, bool turned);
+        /// A pair in a lane, `turned` if its second element is to be the first; `vertices` that it is near, as bits of
+        /// vertices_of_pair().
+        void put(int l, Pair pair, double s, double t, unsigned vertices, bool turned);
         void load();
 
     private:
         alignas(64) double place_[2][W];
     };
-    template <int W, bool both> Crossing<W> crossing_at_joints(const Exposure& bodies, const NearJoint<W>& pairs) const;
+    template <int W, bool both> Crossing<W> crossing_at_vertices(const Exposure& bodies, const NearVertex<W>& pairs) const;
     template <bool both> bool weigh_those(const Exposure& bodies, WorkArea& area) const;
     Crossing<1> crossing(const Exposure& bodies, std::uint32_t pair) const;
     const ExposedNode* neighbour_node(const Exposure& bodies, std::uint32_t slot, bool at_end) const;
@@ -142,11 +142,11 @@ private:
         std::uint32_t pair;
         bool turned = false;
     };
-    Followed spring_at_joint(const Exposure& bodies, std::uint32_t pair, int da, int db, std::uint32_t own) const;
+    Followed spring_at_vertex(const Exposure& bodies, std::uint32_t pair, int da, int db, std::uint32_t own) const;
     Followed spring_at_seam(const Exposure& bodies, std::uint32_t pair, int da, int db, Followed otherwise) const;
     std::optional<std::uint32_t> beyond_seam(const Exposure& bodies, std::uint32_t slot, int step) const;
     template <int W> struct Ends;
-    template <int W> Ends<W> at_ends(const Exposure& bodies, double h, const Pair* pair, const std::uint8_t* joints,
+    template <int W> Ends<W> at_ends(const Exposure& bodies, double h, const Pair* pair, const std::uint8_t* vertices,
                                      Pack<W> sine_squared, Pack<W> weight, Pack<W> distance) const;
     PairContact evaluate_pair(const Exposure& bodies, std::uint32_t pair) const;
     const PartBox* box_at(const Exposure& bodies, std::uint32_t slot) const;

@@ -1,8 +1,9 @@
-// How much of an element lies beside a near-parallel other: the weight of their contact where joints end it.       theory.md (56e)
+// How much of an element lies beside a near-parallel other: the weight of their contact where vertices end it.       theory.md
+// (56e)
 //   on the line of one element: the feet f1 < f2 of the other's ends;  the overlap from max(0, f1) to min(1, f2), over min(1, f2 -
 //   f1)
 // Where it is between two free ends, of bodies that go on beyond, this is smoothed from 1 of a contact end by end: 1 - x^2 + x^3.
-// Without joints it is 1. So it has no jump, and no kink but where those of neighbours make up for it.
+// Without vertices it is 1. So it has no jump, and no kink but where those of neighbours make up for it.
 #pragma once
 
 #include "contact/compress.hpp"
@@ -15,29 +16,29 @@ template <class P> struct Overlap {
     P foot[2], change[2]; ///< where the ends of the other have their feet, the lower one first; of the share as that foot moves
 };
 
-/// Joints of eight elements or of one, as masks: at the start and at the end.
-template <int W> struct JointMasks { Mask<W> at[2]; };
+/// Vertices of eight elements or of one, as masks: at the start and at the end.
+template <int W> struct VertexMasks { Mask<W> at[2]; };
 
 /// `same_way`: both elements lead the same way.
 template <int W> SKEIN_INLINE Overlap<Pack<W>> overlap_on(const Vec3<Pack<W>>& start, const Vec3<Pack<W>>& edge,
                                                           const Vec3<Pack<W>>& other, const Vec3<Pack<W>>& edge_of_other,
-                                                          const Mask<W>& same_way, const JointMasks<W>& joints,
-                                                          const JointMasks<W>& joints_of_other) {
+                                                          const Mask<W>& same_way, const VertexMasks<W>& vertices,
+                                                          const VertexMasks<W>& vertices_of_other) {
     using P = Pack<W>;
     const P zero(0.0), one(1.0), squared = max(dot(edge, edge), P(1e-300)), from = dot(other - start, edge) / squared,
                                  to = from + dot(edge_of_other, edge) / squared;
     Overlap<P> o;
     o.foot[0] = select(same_way, from, to), o.foot[1] = select(same_way, to, from);
     const Mask<W> by_foot[2] = {o.foot[0] > zero, o.foot[1] < one},
-                  other_joined[2] = {(same_way & joints_of_other.at[0]) | ((!same_way) & joints_of_other.at[1]),
-                                     (same_way & joints_of_other.at[1]) | ((!same_way) & joints_of_other.at[0])};
-    Mask<W> at_joint = zero > zero;
-    for (const int i : {0, 1}) at_joint = at_joint | (by_foot[i] & other_joined[i]) | ((!by_foot[i]) & joints.at[i]);
-    const Mask<W> some = joints.at[0] | joints.at[1] | joints_of_other.at[0] | joints_of_other.at[1];
+                  other_joined[2] = {(same_way & vertices_of_other.at[0]) | ((!same_way) & vertices_of_other.at[1]),
+                                     (same_way & vertices_of_other.at[1]) | ((!same_way) & vertices_of_other.at[0])};
+    Mask<W> at_vertex = zero > zero;
+    for (const int i : {0, 1}) at_vertex = at_vertex | (by_foot[i] & other_joined[i]) | ((!by_foot[i]) & vertices.at[i]);
+    const Mask<W> some = vertices.at[0] | vertices.at[1] | vertices_of_other.at[0] | vertices_of_other.at[1];
     const P span = o.foot[1] - o.foot[0], shorter = max(min(one, span), P(1e-300)),
             x = max(zero, (min(one, o.foot[1]) - max(zero, o.foot[0])) / shorter);
-    o.share = select(some, select(at_joint, x, one - x * x * (one - x)), one);
-    const P slope = select(some, select(at_joint, one, x * fms(P(3.0), x, P(2.0))) / shorter, zero),
+    o.share = select(some, select(at_vertex, x, one - x * x * (one - x)), one);
+    const P slope = select(some, select(at_vertex, one, x * fms(P(3.0), x, P(2.0))) / shorter, zero),
             by_span = select(span < one, x, zero);
     const auto beside = x > zero;
     o.change[0] = select(beside, slope * (by_span - select(by_foot[0], one, zero)), zero);

@@ -1,6 +1,6 @@
 #include "contact/pair_list.hpp"
 
-#include "contact/joints.hpp"
+#include "contact/vertices.hpp"
 #include "parallel/blocks.hpp"
 
 #include <algorithm>
@@ -10,12 +10,12 @@ namespace skein {
 PairList::PairList(Candidates&& candidates, const Exposure& bodies, const Threads& threads, bool with_neighbours)
     : first(std::move(candidates.first)) {
     pair.resize(count() + padding);
-    joints.assign(count() + padding, 0);
+    vertices.assign(count() + padding, 0);
     for_blocks(threads, first.size() - 1, [&](std::size_t begin, std::size_t end, std::size_t) {
         for (std::size_t a = begin; a < end; ++a)
             for (std::size_t i = first[a]; i < first[a + 1]; ++i) {
                 pair[i] = {static_cast<std::uint32_t>(a), candidates.partner[i]};
-                joints[i] = joints_of_pair(bodies, pair[i]);
+                vertices[i] = vertices_of_pair(bodies, pair[i]);
             }
     });
     if (count() > 0) std::fill_n(pair.begin() + static_cast<std::ptrdiff_t>(count()), padding, pair[count() - 1]);

@@ -1,5 +1,5 @@
 // Candidate pairs one by one, in order, as the steps go through them until the list is rebuilt, and which pairs lie beyond the
-// joints of a pair.
+// vertices of a pair.
 #pragma once
 
 #include "contact/broad_phase.hpp"
@@ -11,9 +11,9 @@ namespace skein {
 struct PairList {
     static constexpr std::size_t padding = 72; ///< copies of a pair behind the last, for those who read in tiles and ahead
 
-    std::vector<std::uint32_t> first; ///< of the pairs whose first element is a slot's, and behind the last
-    AlignedVector<Pair> pair;         ///< rising; padded
-    std::vector<std::uint8_t> joints; ///< by pair, see joints_of_pair; padded
+    std::vector<std::uint32_t> first;   ///< of the pairs whose first element is a slot's, and behind the last
+    AlignedVector<Pair> pair;           ///< rising; padded
+    std::vector<std::uint8_t> vertices; ///< by pair, see vertices_of_pair; padded
 
     PairList() = default;
     PairList(Candidates&& candidates, const Exposure& bodies, const Threads& threads, bool with_neighbours);

@@ -44,9 +44,9 @@ struct Contacts::WorkArea {
     std::uint32_t sides = 0;
     std::vector<std::uint32_t> ended;    ///< pairs that touch no more
     std::vector<BoxContact> box_contact; ///< of the block's pairs with a box
-    /// One of them near joints: starts and ends of its elements, as bits of joints_of_pair().
+    /// One of them near vertices: starts and ends of its elements, as bits of vertices_of_pair().
     struct Near {
-        std::uint32_t which, joints;
+        std::uint32_t which, vertices;
     };
     UnsetArray<Near> near_one; ///< of one element
     UnsetArray<Near> near_two; ///< of both
@@ -146,10 +146,10 @@ struct Contacts::Sums {
     }
 };
 
-/// Where the neighbour of an element at a joint ends: its end that is not the joint.
+/// Where the neighbour of an element at a vertex ends: its end that is not the vertex.
 SKEIN_INLINE const ExposedNode* Contacts::neighbour_node(const Exposure& bodies, std::uint32_t slot, bool at_end) const {
-    const std::uint32_t joint = slot + at_end;
-    return &bodies.node[edge_[joint] == 0 ? joint + (at_end ? 1u : ~0u) : bodies.beside(slot, at_end ? 1 : -1) + at_end];
+    const std::uint32_t vertex = slot + at_end;
+    return &bodies.node[edge_[vertex] == 0 ? vertex + (at_end ? 1u : ~0u) : bodies.beside(slot, at_end ? 1 : -1) + at_end];
 }
 
 template <int N> SKEIN_INLINE ContactNumbers<Pack<N>> Contacts::numbers(const Exposure& bodies, const Pair* pair) const {

@@ -1,6 +1,7 @@
 #include "kernels/kernels.hpp"
 
 #include "core/level.hpp"
+#include "rod/clusters.hpp"
 
 #include <iterator>
 
@@ -34,6 +35,14 @@ const Kernels& kernels(int lanes) {
     return *std::end(built)[-1].kernels;
 }
 
+std::vector<LocalRod> in_tile_order(const Plan& plan, std::span<const RodGroup> groups, std::span<const LocalRod> owned,
+                                    const Threads& threads) {
+    std::vector<LocalRod> ordered;
+    for (const std::size_t i : order_of_tiles(groups, owned, kernels(plan.machine.lanes).lanes, threads.count()))
+        ordered.push_back(owned[i]);
+    return ordered;
+}
+
 Surroundings make_surroundings(const Plan& plan, std::span<const RodGroup> groups, std::span<const LocalRod> owned) {
     Surroundings around;
     if (plan.contact) {
@@ -52,6 +61,7 @@ std::unique_ptr<Rods> make_rods(const Plan& plan, std::span<const RodGroup> grou
 
 std::unique_ptr<Rods> make_rods(const Plan& plan, std::span<const RodGroup> groups, std::vector<LocalRod> owned,
                                 const Threads& threads) {
+    owned = in_tile_order(plan, groups, owned, threads);
     Surroundings around = make_surroundings(plan, groups, owned);
     return make_rods(plan, groups, std::move(owned), threads, around);
 }

@@ -15,6 +15,7 @@
 namespace skein {
 
 struct Kernels {
+    int lanes;
     std::unique_ptr<Rods> (*make_rods)(const Plan& plan, std::span<const RodGroup> groups, std::vector<LocalRod> owned,
                                        const Threads& threads, Surroundings& around);
     std::unique_ptr<ContactSolver> (*make_contacts)(ContactScene scene, const Threads& threads);
@@ -23,7 +24,11 @@ struct Kernels {
 /// Of the level with so many lanes, or of the widest that this processor runs where that is less.
 const Kernels& kernels(int lanes);
 
-/// Rods of the plan's lanes in their start state. `groups` and `threads` must outlive them.
+/// In the order of their tiles: what make_rods and make_surroundings are given.
+std::vector<LocalRod> in_tile_order(const Plan& plan, std::span<const RodGroup> groups, std::span<const LocalRod> owned,
+                                    const Threads& threads);
+
+/// Rods of the plan's lanes in their start state. `owned`: in_tile_order. `groups` and `threads` must outlive them.
 std::unique_ptr<Rods> make_rods(const Plan& plan, std::span<const RodGroup> groups, std::vector<LocalRod> owned,
                                 const Threads& threads, Surroundings& around);
 std::unique_ptr<Rods> make_rods(const Plan& plan, std::span<const RodGroup> groups, std::vector<LocalRod> owned,

@@ -5,6 +5,6 @@
 namespace skein {
 
 extern "C" const Kernels SKEIN_KERNELS;
-constinit const Kernels SKEIN_KERNELS = {make_rods_at<SKEIN_WIDTH>, make_contacts};
+constinit const Kernels SKEIN_KERNELS = {SKEIN_WIDTH, make_rods_at<SKEIN_WIDTH>, make_contacts};
 
 } // namespace skein

@@ -10,6 +10,7 @@
 #include "neighbourhood/surface.hpp"
 #include "rod/audit.hpp"
 #include "rod/body.hpp"
+#include "rod/clusters.hpp"
 #include "rod/elastic.hpp"
 #include "rod/hold.hpp"
 #include "rod/kick.hpp"
@@ -92,6 +93,7 @@ public:
     Made operator()(const pass::ApplyLoad& p) const { return make_pass<W>(parts_.plan.loads[p.number], parts_.group); }
     Made operator()(pass::Walls) const { return walls<RodNodes<W>>(); }
     Made operator()(pass::SurfaceWalls) const { return walls<SurfacePoints<W>>(); }
+    Made operator()(pass::TakeJoinedLoads) const { return std::make_unique<TakeJoinedLoadsPass<W>>(); }
     Made operator()(pass::TakeLoads) const {
         return std::make_unique<TakeLoadsPass<W>>(parts_.around.exposure, parts_.around.loads);
     }

@@ -1,6 +1,7 @@
 // From a plan to rods with their passes, at one width.
 #pragma once
 
+#include "joints/cluster_joints.hpp"
 #include "kernels/make_pass.hpp"
 #include "rod/rod_tiles.hpp"
 
@@ -33,8 +34,14 @@ template <int W> std::unique_ptr<Rods> make_rods_at(const Plan& plan, std::span<
             const AlongPassMaker<W> maker(plan, groups, family);
             programs.push_back(make_program<W>(maker.plan().program, maker));
         }
+    JointsOfAssemblies<W> joints;
+    for (std::size_t a = 0; a < plan.assemblies.size(); ++a) {
+        const std::vector<Joint>& of_copy = plan.assemblies[a].joints;
+        joints.push_back(of_copy.empty() ? nullptr
+                                         : std::make_unique<JointsOfCluster<W>>(plan.joints, of_copy, groups, static_cast<int>(a)));
+    }
     return std::make_unique<RodTiles<W>>(groups, std::move(owned), tiling, std::move(programs), threads, std::move(audits),
-                                         step_watch(plan));
+                                         step_watch(plan), std::move(joints));
 }
 
 } // namespace skein

@@ -100,7 +100,7 @@ struct MagneticField {
                 const RodGroup& group = rod.group_of(i);
                 const Quaterniond start = group.start_director(rod.index_of(i), static_cast<std::size_t>(rod.element_of(i, k)));
                 set_lane(data.moment[static_cast<std::size_t>(k)], i,
-                         group.spec().magnetisation.strength * (start * group.magnetisation(rod.index_of(i))));
+                         group.magnetisation_strength(rod.index_of(i)) * (start * group.magnetisation(rod.index_of(i))));
             }
         return data;
     }

@@ -38,7 +38,7 @@ void Exposure::lay_out(bool rates) {
         for (std::int64_t k = first; k < first + w.slots; ++k) {
             const bool before = chain == Chain::ring || (chain == Chain::open && k > 0),
                        behind = chain == Chain::ring || (chain == Chain::open && k < last_element);
-            joints.push_back(static_cast<std::uint8_t>((before ? at_start : 0) | (behind ? at_end : 0)));
+            vertices.push_back(static_cast<std::uint8_t>((before ? at_start : 0) | (behind ? at_end : 0)));
         }
     }
     node.assign(window_of.size(), {{}, -1});
@@ -105,7 +105,7 @@ void Exposure::become(Exposure&& other) {
     node.swap(other.node);
     motion.swap(other.motion);
     window_of.swap(other.window_of);
-    joints.swap(other.joints);
+    vertices.swap(other.vertices);
     window.swap(other.window);
     own.swap(other.own);
     find_own();

@@ -47,7 +47,7 @@ struct Window {
 };
 
 /// Ends at which an element is joined to another of its body.
-enum Joint : std::uint8_t { at_start = 1, at_end = 2 };
+enum Vertex : std::uint8_t { at_start = 1, at_end = 2 };
 
 /// Written by one pass and by messages, read by all interactions.
 class Exposure {
@@ -55,7 +55,7 @@ public:
     AlignedVector<ExposedNode> node;     ///< by slot
     AlignedVector<ExposedMotion> motion; ///< by slot
     std::vector<std::int32_t> window_of; ///< of each slot
-    std::vector<std::uint8_t> joints;    ///< of each slot's element, as bits of Joint
+    std::vector<std::uint8_t> vertices;  ///< of each slot's element, as bits of Vertex
     std::vector<Window> window;          ///< in rising order of slots
     std::vector<std::uint8_t> own;       ///< by window; none where all are
 
@@ -77,13 +77,13 @@ public:
     }
     /// Element of its body that a slot has.
     std::int64_t element(std::size_t slot) const { return in_scene(slot) - scene_.first_slot(at(slot).gid); }
-    /// The slot of the element before (step -1) or behind (1) that of a slot, at a joint; whoever has a pair has its neighbours.
+    /// The slot of the element before (step -1) or behind (1) that of a slot, at a vertex; whoever has a pair has its neighbours.
     std::uint32_t beside(std::size_t slot, int step) const;
     /// f(slot) for an element and those that are joined to it.
     template <class F> void with_neighbours(std::uint32_t slot, F&& f) const {
         f(slot);
-        if (joints[slot] & at_start) f(beside(slot, -1));
-        if (joints[slot] & at_end) f(beside(slot, 1));
+        if (vertices[slot] & at_start) f(beside(slot, -1));
+        if (vertices[slot] & at_end) f(beside(slot, 1));
     }
     /// The slot here of one of the scene's, if it is here.
     std::optional<std::uint32_t> find(std::int64_t in_scene) const;
@@ -164,7 +164,7 @@ public:
 
     /// Of a lane's rod among those of its group on this rank.
     static std::size_t place_in_group(const RodTile<W>& rod, int l) {
-        return rod.number * static_cast<std::size_t>(W) + static_cast<std::size_t>(std::min(l, rod.lanes - 1));
+        return rod.first + static_cast<std::size_t>(std::min(l, rod.lanes - 1));
     }
 
 private:

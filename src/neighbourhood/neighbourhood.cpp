@@ -31,9 +31,9 @@ struct Box {
 Box box_of(const Exposure& bodies, std::size_t slot) {
     Box box;
     const ExposedNode& n = bodies.node[slot];
-    const Vec3d &start = n.position, &end = bodies.node[slot + 1].position, beyond = bodies.scene().joint_reach() * (end - start);
-    box.add(bodies.joints[slot] & at_start ? start - beyond : start, n.radius);
-    box.add(bodies.joints[slot] & at_end ? end + beyond : end, n.radius);
+    const Vec3d &start = n.position, &end = bodies.node[slot + 1].position, beyond = bodies.scene().vertex_reach() * (end - start);
+    box.add(bodies.vertices[slot] & at_start ? start - beyond : start, n.radius);
+    box.add(bodies.vertices[slot] & at_end ? end + beyond : end, n.radius);
     return box;
 }
 
@@ -134,8 +134,8 @@ struct Visitors {
     std::vector<ExposedNode> nodes;
 };
 
-/// Own elements that come within `margin` of any of these boxes, and their neighbours along the body, which contacts at joints ask
-/// for.
+/// Own elements that come within `margin` of any of these boxes, and their neighbours along the body, which contacts at vertices
+/// ask for.
 Visitors visitors_to(std::span<const Box> boxes, const Exposure& bodies, std::span<const OwnBody> own, double margin) {
     Visitors visitors;
     if (boxes.empty()) return visitors;

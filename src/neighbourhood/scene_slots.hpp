@@ -32,8 +32,8 @@ public:
     /// Number of the body's block. Blocks are consecutive bodies with no more than block_slots() slots, or one body: loads of a
     /// block are summed by one task, so sums depend on the scene alone. Rising with gid.
     std::int64_t block_of(std::int64_t gid) const;
-    /// Elements reach beyond their joints by this share of their length, where they meet others.              theory.md (56c)
-    double joint_reach() const { return joint_reach_; }
+    /// Elements reach beyond their vertices by this share of their length, where they meet others.              theory.md (56c)
+    double vertex_reach() const { return vertex_reach_; }
 
     /// A sixteenth of the scene, for threads to share, but no fewer than 256 slots, so that packs are full, and no more than 1024,
     /// what contacts read and write of which fits the second cache.
@@ -53,7 +53,7 @@ private:
     std::vector<Run> runs_;
     std::int64_t bodies_ = 0, slots_ = 0;
     std::int64_t block_slots_;
-    double joint_reach_ = 0.05;
+    double vertex_reach_ = 0.05;
 };
 
 } // namespace skein

@@ -434,15 +434,46 @@ Vec3d RodGroup::pivot() const {
     return (1 / mass) * sum;
 }
 
+void RodGroup::join(std::shared_ptr<const AssemblyCopies> copies) {
+    copies_ = std::move(copies);
+    within_ = places_;
+    if (copies_->count() == 1 && copies_->turns.empty() && zero(copies_->origins.front())) return;
+    std::vector<Vec3d> origins;
+    std::vector<Quaterniond> turns;
+    const bool turned = places_.turned() || !copies_->turns.empty();
+    for (std::size_t c = 0; c < copies_->origins.size(); ++c)
+        for (std::int64_t i = 0; i < within_.count(); ++i) {
+            const Quaterniond copy = copies_->turns.empty() ? no_turn : copies_->turns[c];
+            origins.push_back(copies_->origins[c] + transpose_times(copy, within_.origin(i)));
+            if (turned) turns.push_back((within_.turned() ? within_.turn(i) : frame_) * copy);
+        }
+    if (turned && !within_.turned()) {
+        std::vector<Vec3d> own_origins;
+        for (std::int64_t i = 0; i < within_.count(); ++i) own_origins.push_back(within_.origin(i));
+        within_ = Places(std::move(own_origins), std::vector<Quaterniond>(static_cast<std::size_t>(within_.count()), frame_));
+    }
+    places_ = Places(std::move(origins), std::move(turns));
+    if (turned) frame_ = no_turn;
+    work_out_constants();
+    corner_ = places_.corner();
+}
+
+void RodGroup::start_state_in_assembly(std::int64_t i, std::span<Slot<1>> out) const {
+    if (sized()) return start_state(i, out); // of one copy
+    start_state(within_.origin(i), within_.turned() ? within_.turn(i) : no_turn, within_.turned(), out);
+}
+
 void RodGroup::start_state(std::int64_t i, std::span<Slot<1>> out) const {
     if (sized()) return single(i).start_state(i, out);
+    start_state(origin(i), turned() ? places_.turn(i) : no_turn, turned(), out);
+}
+
+void RodGroup::start_state(const Vec3d& start, const Quaterniond& turn, bool turned, std::span<Slot<1>> out) const {
     const int n = elements();
     const Vec3d turning = spec_.shape.angular_velocity;
     const bool turns = !zero(turning);
     const Vec3d about = turns ? pivot() : Vec3d{0, 0, 0};
-    const Vec3d start = origin(i);
-    const Quaterniond turn = turned() ? places_.turn(i) : no_turn;
-    const auto as_turned = [&](const Vec3d& offset) { return turned() ? transpose_times(turn, offset) : offset; };
+    const auto as_turned = [&](const Vec3d& offset) { return turned ? transpose_times(turn, offset) : offset; };
     Quaterniond before = no_turn, q = turn;
     for (int k = 0; k < slots(); ++k) {
         Slot<1>& s = out[static_cast<std::size_t>(k)];
@@ -454,7 +485,7 @@ void RodGroup::start_state(std::int64_t i, std::span<Slot<1>> out) const {
         set_lane(s.velocity, 0, holds_node(k) ? Vec3d{0, 0, 0} : velocity);
         if (k < n) {
             const Quaterniond& own = start_directors_[static_cast<std::size_t>(k)];
-            if (k == 0 || !same(own, before)) q = turned() ? own * turn : own;
+            if (k == 0 || !same(own, before)) q = turned ? own * turn : own;
             before = own;
             set_lane(s.director, 0, q);
             Vec3d spin = spec_.shape.element_spin;
@@ -469,8 +500,20 @@ void RodGroup::start_state(std::int64_t i, std::span<Slot<1>> out) const {
 }
 
 Vec3d RodGroup::magnetisation(std::int64_t i) const {
+    if (copies_ && copies_->count() > 1) {
+        const Vec3d in_copy = magnetisation_at(within_.origin(i % rods_per_copy()) - within_.corner());
+        return copies_->turns.empty() ? in_copy : transpose_times(copies_->turns[static_cast<std::size_t>(copy_of(i))], in_copy);
+    }
+    return magnetisation_at(origin(i) - corner_);
+}
+
+double RodGroup::magnetisation_strength(std::int64_t i) const {
     const Magnetisation& m = spec_.magnetisation;
-    const Vec3d place = origin(i) - corner_;
+    return m.strength * (m.scatter > 0 ? 1 + m.scatter * even_random(m.seed, copies_ ? copy_of(i) : i) : 1);
+}
+
+Vec3d RodGroup::magnetisation_at(const Vec3d& place) const {
+    const Magnetisation& m = spec_.magnetisation;
     const double px = m.wavelength_x != 0 ? m.phase + 2 * pi * place.x / m.wavelength_x : 0;
     const double py = m.wavelength_y != 0 ? m.phase + 2 * pi * place.y / m.wavelength_y : 0;
     switch (m.pattern) {

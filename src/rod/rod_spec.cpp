@@ -188,12 +188,20 @@ void Magnetisation::fields(FieldVisitor& f) {
             wavelength_x);
     f.visit({.name = "wavelength_y", .unit = "m", .text = "wave_xy: lambda_y"}, wavelength_y);
     f.visit({.name = "phase", .unit = "rad", .text = "angle of the magnetisation at the group's first corner"}, phase);
+    f.visit({.name = "scatter",
+             .unit = "-",
+             .text = "strengths differ by up to this share, at random: from rod to rod, in an assembly from copy to copy",
+             .at_least = 0,
+             .at_most = 1},
+            scatter);
+    f.visit({.name = "seed", .unit = "-", .text = "of the random numbers", .at_least = 0}, seed);
 }
 
 void RodSpec::fields(FieldVisitor& f) {
     if (body) {
         f.visit({.name = "name", .unit = "", .text = "name of the group, used by loads, outputs and messages", .required = true},
                 name);
+        f.visit({.name = "assembly", .unit = "", .text = "assembly in whose copies the bodies are, in its axes"}, assembly);
         f.visit({.name = "density", .unit = "kg/m^3", .text = "mass density of all parts", .at_least = 0}, material.density);
         body->fields(f);
         f.visit({.name = "velocity", .unit = "m/s", .text = "of the centre of mass at t = 0, lab frame"}, shape.velocity);
@@ -202,6 +210,7 @@ void RodSpec::fields(FieldVisitor& f) {
         return;
     }
     f.visit({.name = "name", .unit = "", .text = "name of the group, used by loads, outputs and messages", .required = true}, name);
+    f.visit({.name = "assembly", .unit = "", .text = "assembly in whose copies the rods are, in its axes"}, assembly);
     f.table({.name = "material", .unit = "", .text = "", .required = true}, material);
     f.table({.name = "section", .unit = "", .text = "", .required = true}, section);
     f.table({.name = "shape", .unit = "", .text = "", .required = true}, shape);

@@ -14,6 +14,7 @@
 #include <cmath>
 #include <cstdio>
 #include <iterator>
+#include <utility>
 
 namespace skein {
 
@@ -58,11 +59,12 @@ template <int W> bool valid(const RodTile<W>& tile) {
 
 } // namespace
 
-template <int W> RodTiles<W>::RodTiles(std::span<const RodGroup> groups, std::vector<LocalRod> rods, const Tiling& tiling,
-                                       std::vector<TileProgram<W>> programs, const Threads& threads,
-                                       std::vector<std::shared_ptr<EnergyBudget<W>>> audits, StepWatch watch)
+template <int W>
+RodTiles<W>::RodTiles(std::span<const RodGroup> groups, std::vector<LocalRod> rods, const Tiling& tiling,
+                      std::vector<TileProgram<W>> programs, const Threads& threads,
+                      std::vector<std::shared_ptr<EnergyBudget<W>>> audits, StepWatch watch, JointsOfAssemblies<W> joints)
     : groups_(groups), local_(std::move(rods)), programs_(std::move(programs)), audits_(std::move(audits)), threads_(threads),
-      watch_(watch), reading_(static_cast<std::size_t>(threads.count())) {
+      watch_(watch), joints_(std::move(joints)), reading_(static_cast<std::size_t>(threads.count())) {
     std::vector<Boarding> boardings = lay_out(tiling);
     take_start_states(std::move(boardings));
 
@@ -71,19 +73,94 @@ template <int W> RodTiles<W>::RodTiles(std::span<const RodGroup> groups, std::ve
     scratch_.resize(static_cast<std::size_t>(threads_.count()));
     for (auto& scratch : scratch_) scratch.resize(static_cast<std::size_t>(most_slots));
 
+    std::size_t most_joined = 0;
+    for (const Cluster& cluster : clusters_) most_joined = std::max(most_joined, cluster.slots);
+    joined_.resize(scratch_.size());
+    for (auto& joined : joined_) joined.resize(most_joined);
+
     // Tiles outside, passes inside: a tile stays in cache for all passes of all steps of the visit.
-    advance_tile_ = [this](std::size_t t, int thread) {
+    const auto advance_tile = [this](std::size_t t, int thread) {
         const RodTile<W>& tile = tiles_[t];
         SlotLoad<W>* load = scratch_[static_cast<std::size_t>(thread)].data();
-        const TilePasses<W>& program = programs_[tile.program].passes;
         for (const StepPart& part : visit_) {
             const auto [first, behind] = passes(tile.program, part.which);
-            for (const Step& step : part.steps)
-                for (std::size_t pass = first; pass < behind; ++pass) program[pass]->run(tile, load, step);
+            for (const Step& step : part.steps) run_passes(tile, load, first, behind, step);
         }
         if (check_ && !healthy(tile)) valid_.store(false, std::memory_order_relaxed);
     };
+    advance_ = [this, advance_tile](std::size_t task, int thread) {
+        if (task >= clusters_.size()) return advance_tile(alone_[task - clusters_.size()], thread);
+        const Cluster& cluster = clusters_[task];
+        for (const StepPart& part : visit_) advance(cluster, part, thread);
+        if (check_)
+            for (const std::size_t t : cluster.tiles)
+                if (!healthy(tiles_[t])) valid_.store(false, std::memory_order_relaxed);
+    };
 }
+
+template <int W> void RodTiles<W>::run_passes(const RodTile<W>& tile, SlotLoad<W>* load, std::size_t first, std::size_t behind,
+                                              const Step& step) const {
+    const TilePasses<W>& program = programs_[tile.program].passes;
+    for (std::size_t pass = first; pass < behind; ++pass) program[pass]->run(tile, load, step);
+}
+
+template <int W> void RodTiles<W>::advance(const Cluster& cluster, const StepPart& part, int thread) {
+    SlotLoad<W>* load = scratch_[static_cast<std::size_t>(thread)].data();
+    const auto with_passes = [&](Part which, auto&& f) {
+        for (const std::size_t t : cluster.tiles) {
+            const auto [first, behind] = passes(tiles_[t].program, which);
+            f(tiles_[t], first, behind);
+        }
+    };
+    for (const Step& step : part.steps) {
+        if (part.which != Part::after)
+            with_passes(Part::before, [&](const RodTile<W>& tile, std::size_t first, std::size_t behind) {
+                run_passes(tile, load, first, behind, step);
+            });
+        if (part.which == Part::before) continue;
+        const JoinedLoad<W>* joined = couple(cluster, thread);
+        with_passes(Part::after, [&](RodTile<W> tile, std::size_t first, std::size_t behind) {
+            tile.joined = joined;
+            joined += tile.last + 1;
+            run_passes(tile, load, first, behind, step);
+        });
+    }
+}
+
+template <int W> JoinedLoad<W>* RodTiles<W>::couple(const Cluster& cluster, int thread) const {
+    JoinedLoad<W>* joined = joined_[static_cast<std::size_t>(thread)].data();
+    cluster.joints->run(tiles_[cluster.tiles.front()].slot, joined, cluster.across);
+    return joined;
+}
+
+namespace {
+
+/// Of the copies of an assembly that these rods have.
+template <int W> CopyTiling copy_tiling(const AssemblyGroups& assembly, std::span<const LocalRod> rods, int threads) {
+    const int leader = assembly.groups.front()->id();
+    const auto own = std::count_if(rods.begin(), rods.end(), [&](const LocalRod& rod) { return rod.group == leader; });
+    return tile_copies(own / assembly.groups.front()->rods_per_copy(), assembly.members(), W, threads);
+}
+
+/// Of the tiles of each group that belongs to an assembly, in order; none of others.
+template <int W>
+std::vector<std::vector<int>> lanes_of_joined_tiles(std::span<const RodGroup> groups, std::span<const LocalRod> rods, int threads) {
+    std::vector<std::vector<int>> lanes(groups.size());
+    for (const AssemblyGroups& assembly : assemblies_of(groups)) {
+        const CopyTiling tiling = copy_tiling<W>(assembly, rods, threads);
+        for (const RodGroup* group : assembly.groups) {
+            std::vector<int>& of_group = lanes[static_cast<std::size_t>(group->id())];
+            const std::int64_t in_copy = group->rods_per_copy();
+            for (const int copies : tiling.across) of_group.insert(of_group.end(), static_cast<std::size_t>(in_copy), copies);
+            for (std::int64_t copy = 0; copy < tiling.within; ++copy)
+                for (std::int64_t left = in_copy; left > 0; left -= W)
+                    of_group.push_back(static_cast<int>(std::min<std::int64_t>(left, W)));
+        }
+    }
+    return lanes;
+}
+
+} // namespace
 
 template <int W> std::vector<std::string_view> RodTiles<W>::passes(std::size_t group) const { return programs_[group].names; }
 
@@ -97,19 +174,18 @@ template <int W> bool RodTiles<W>::healthy(const RodTile<W>& tile) {
 }
 
 template <int W> std::vector<typename RodTiles<W>::Boarding> RodTiles<W>::lay_out(const Tiling& tiling) {
-    std::vector<std::size_t> tiles_of_program(programs_.size(), 0), first_slot;
-    std::size_t slots = 0;
+    std::vector<std::size_t> tiles_of_program(programs_.size(), 0);
     const auto open = [&](RodTile<W> tile, std::size_t program) -> RodTile<W>& {
         tile.program = program;
         tile.number = tiles_of_program[program]++;
-        first_slot.push_back(slots);
-        slots += static_cast<std::size_t>(tile.last) + 1;
         return tiles_.emplace_back(tile);
     };
 
     place_.resize(local_.size());
+    std::vector<std::size_t> place_in_group(groups_.size(), 0);
     std::vector<std::vector<std::size_t>> pool(groups_.size()); // rods that lie along, by group
     std::vector<std::int64_t> across = tiling.across;
+    std::vector<std::vector<int>> lanes_of_tiles = lanes_of_joined_tiles<W>(groups_, local_, threads_.count());
     for (std::size_t i = 0; i < local_.size(); ++i) {
         const auto g = static_cast<std::size_t>(local_[i].group);
         if (across[g]-- <= 0) {
@@ -118,17 +194,21 @@ template <int W> std::vector<typename RodTiles<W>::Boarding> RodTiles<W>::lay_ou
             continue;
         }
         const RodGroup& group = groups_[g];
-        const bool opens = tiles_.empty() || tiles_.back().group != &group || tiles_.back().lanes == W;
+        const int most_lanes =
+            lanes_of_tiles[g].empty() || tiles_of_program[g] == 0 ? W : lanes_of_tiles[g][tiles_of_program[g] - 1];
+        const bool opens = tiles_.empty() || tiles_.back().group != &group || tiles_.back().lanes == most_lanes;
         RodTile<W>& tile = opens ? open({.slot = nullptr,
                                          .element = group.element.data(),
                                          .voronoi = group.voronoi.data(),
                                          .group = &group,
                                          .n = group.elements(),
-                                         .last = group.slots() - 1},
+                                         .last = group.slots() - 1,
+                                         .first = place_in_group[g]},
                                         g)
                                  : tiles_.back();
         if (opens) first_rod_.push_back(i);
         place_[i] = {tiles_.size() - 1, tile.lanes};
+        ++place_in_group[g];
         std::fill(tile.index + tile.lanes, tile.index + W, local_[i].index); // spare lanes repeat the last rod
         ++tile.lanes;
     }
@@ -151,9 +231,47 @@ template <int W> std::vector<typename RodTiles<W>::Boarding> RodTiles<W>::lay_ou
         if (tiles_of_program[p] == 0) programs_[p] = {};
     for (std::size_t p = 0; p < programs_.size(); ++p)
         for (auto& pass : programs_[p].passes) pass->expect(tiles_of_program[p]);
+    find_clusters();
+    const auto slots_of = [&](std::size_t t) { return static_cast<std::size_t>(tiles_[t].last) + 1; };
+    std::size_t slots = 0;
+    for (std::size_t t = 0; t < tiles_.size(); ++t) slots += slots_of(t);
     slots_ = UnsetArray<Slot<W>>(slots);
-    for (std::size_t t = 0; t < tiles_.size(); ++t) tiles_[t].slot = slots_.data() + first_slot[t];
+    Slot<W>* next_slot = slots_.data();
+    const auto give_slots = [&](std::size_t t) { tiles_[t].slot = std::exchange(next_slot, next_slot + slots_of(t)); };
+    for (const Cluster& cluster : clusters_)
+        for (const std::size_t t : cluster.tiles) give_slots(t);
+    for (const std::size_t t : alone_) give_slots(t);
     return boardings;
+}
+
+template <int W> void RodTiles<W>::find_clusters() {
+    cluster_of_.assign(tiles_.size(), SIZE_MAX);
+    std::vector<std::vector<std::size_t>> of_group(groups_.size());
+    for (std::size_t t = 0; t < tiles_.size(); ++t)
+        if (tiles_[t].group) of_group[static_cast<std::size_t>(tiles_[t].group->id())].push_back(t);
+    for (const AssemblyGroups& assembly : assemblies_of(groups_)) {
+        const auto a = static_cast<std::size_t>(assembly.assembly);
+        if (a >= joints_.size() || !joints_[a]) continue;  // of a test's rods
+        std::vector<std::size_t> taken(groups_.size(), 0); // tiles of each group
+        const CopyTiling tiling = copy_tiling<W>(assembly, local_, threads_.count());
+        const auto add = [&](bool across) {
+            Cluster& cluster = clusters_.emplace_back(Cluster{joints_[a].get(), across, {}});
+            for (const RodGroup* group : assembly.groups) {
+                const auto g = static_cast<std::size_t>(group->id());
+                const std::int64_t tiles = across ? group->rods_per_copy() : tiles_within(group->rods_per_copy(), W);
+                for (std::int64_t i = 0; i < tiles; ++i) {
+                    const std::size_t t = of_group[g][taken[g]++];
+                    cluster.tiles.push_back(t);
+                    cluster.slots += static_cast<std::size_t>(tiles_[t].last) + 1;
+                    cluster_of_[t] = clusters_.size() - 1;
+                }
+            }
+        };
+        for (std::size_t block = 0; block < tiling.across.size(); ++block) add(true);
+        for (std::int64_t copy = 0; copy < tiling.within; ++copy) add(false);
+    }
+    for (std::size_t t = 0; t < tiles_.size(); ++t)
+        if (cluster_of_[t] == SIZE_MAX) alone_.push_back(t);
 }
 
 template <int W> void RodTiles<W>::take_start_states(std::vector<Boarding> boardings) {
@@ -278,7 +396,7 @@ template <int W> bool RodTiles<W>::run(const StepPart& first, const StepPart& se
     check_ = check;
     valid_ = true;
     near_ = false;
-    threads_.for_each(tiles_.size(), advance_tile_);
+    threads_.for_each(clusters_.size() + alone_.size(), advance_);
     return valid_;
 }
 
@@ -483,6 +601,7 @@ template <int W> std::size_t RodTiles<W>::bytes() const {
     std::size_t bytes =
         slots_.size() * sizeof(Slot<W>) + tiles_.size() * sizeof(RodTile<W>) + local_.size() * (sizeof(LocalRod) + sizeof(Place));
     for (const auto& scratch : scratch_) bytes += scratch.size() * sizeof(SlotLoad<W>);
+    for (const auto& joined : joined_) bytes += joined.size() * sizeof(JoinedLoad<W>);
     for (const auto& audit : audits_) bytes += audit->bytes();
     for (const auto& strands : strands_) bytes += strands->bytes();
     return bytes;
@@ -553,6 +672,11 @@ template <int W> std::vector<PassEffect> RodTiles<W>::dissect(std::size_t i, con
     const RodTile<W>& tile = tiles_[t];
     SlotLoad<W>* load = scratch_[0].data();
     std::vector<Slot<1>> state(static_cast<std::size_t>(group.slots()));
+    RodTile<W> own = tile;
+    if (cluster_of_[t] != SIZE_MAX) {
+        const Cluster& cluster = clusters_[cluster_of_[t]];
+        own.joined = couple(cluster, 0) + (tile.slot - tiles_[cluster.tiles.front()].slot);
+    }
     std::vector<Vec3d> force(state.size()), couple(state.size());
     const TileProgram<W>& program = programs_[tile.program];
     std::vector<PassEffect> effects;
@@ -563,7 +687,7 @@ template <int W> std::vector<PassEffect> RodTiles<W>::dissect(std::size_t i, con
         std::fill(load, load + tile.n + 1, SlotLoad<W>{});
         watch.begin();
         for (std::size_t p = 0; p < effects.size(); ++p) {
-            program.passes[p]->run(tile, load, step);
+            program.passes[p]->run(own, load, step);
             for (int k = 0; k < group.slots(); ++k) {
                 const auto [row, l] = tile.strands ? tile.strands->place(first, k) : typename Strands<W>::Place{k, first};
                 const auto at = static_cast<std::size_t>(k);

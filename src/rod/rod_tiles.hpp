@@ -4,6 +4,7 @@
 
 #include "parallel/threads.hpp"
 #include "rod/audit.hpp"
+#include "rod/clusters.hpp"
 #include "rod/rods.hpp"
 #include "rod/step_watch.hpp"
 #include "rod/tiling.hpp"
@@ -26,13 +27,16 @@ template <int W> struct TileProgram {
     std::size_t before = 0;              ///< passes before rods feel each other
 };
 
+/// By number of the assembly.
+template <int W> using JointsOfAssemblies = std::vector<std::unique_ptr<ClusterJoints<W>>>;
+
 template <int W> class RodTiles final : public Rods {
 public:
-    /// `rods` as partition() orders them; one program per group across, then one per family along; one audit per group or none at
+    /// `rods` as order_of_tiles() has them; one program per group across, then one per family along; one audit per group or none at
     /// all. `tiling`: of these rods. Rods take their start state.
     RodTiles(std::span<const RodGroup> groups, std::vector<LocalRod> rods, const Tiling& tiling,
              std::vector<TileProgram<W>> programs, const Threads& threads,
-             std::vector<std::shared_ptr<EnergyBudget<W>>> audits = {}, StepWatch watch = {});
+             std::vector<std::shared_ptr<EnergyBudget<W>>> audits = {}, StepWatch watch = {}, JointsOfAssemblies<W> joints = {});
 
     bool visit(std::span<const Step> steps, bool check) override;
     void visit_before(const Step& step) override;
@@ -78,6 +82,20 @@ private:
         std::vector<std::size_t> rods; ///< places in local()
     };
     std::vector<Boarding> lay_out(const Tiling& tiling);
+    /// Tiles of a cluster, and what joins them.
+    struct Cluster {
+        const ClusterJoints<W>* joints;
+        bool across;
+        std::vector<std::size_t> tiles;
+        std::size_t slots = 0;
+    };
+    /// Tiles across of each group so far, in order, grouped by cluster.
+    void find_clusters();
+    /// A part of a step over a cluster.
+    void advance(const Cluster& cluster, const StepPart& part, int thread);
+    /// Loads of joints, by slot of the cluster.
+    JoinedLoad<W>* couple(const Cluster& cluster, int thread) const;
+    void run_passes(const RodTile<W>& tile, SlotLoad<W>* load, std::size_t first, std::size_t behind, const Step& step) const;
     void take_start_states(std::vector<Boarding> boardings);
     void take_start_states(const RodTile<W>& tile, std::size_t first_rod, std::vector<Slot<1>>& states) const;
     /// Calls f(slot of rod i, slot of its tile, lane) for each of the rod's slots.
@@ -124,16 +142,21 @@ private:
     StepWatch watch_;
     UnsetArray<Slot<W>> slots_; ///< first written by the threads that visit them
     std::vector<RodTile<W>> tiles_;
-    std::vector<std::optional<Strands<W>>> strands_;          ///< of tiles along, which come behind those across
-    std::vector<Place> place_;                                ///< of local()[i]
-    std::vector<std::size_t> first_rod_;                      ///< of each tile across, in local()
-    std::vector<std::size_t> along_;                          ///< rods that lie along, in local()
-    mutable std::vector<Reading> reading_;                    ///< per thread
-    mutable std::vector<AlignedVector<SlotLoad<W>>> scratch_; ///< per thread
-    std::array<StepPart, 2> visit_;                           ///< under way
-    bool check_ = false;                                      ///< of the visit under way
+    JointsOfAssemblies<W> joints_;
+    std::vector<Cluster> clusters_;
+    std::vector<std::size_t> alone_;                           ///< tiles of no cluster
+    std::vector<std::size_t> cluster_of_;                      ///< of each tile; none where it is alone
+    mutable std::vector<AlignedVector<JoinedLoad<W>>> joined_; ///< per thread
+    std::vector<std::optional<Strands<W>>> strands_;           ///< of tiles along, which come behind those across
+    std::vector<Place> place_;                                 ///< of local()[i]
+    std::vector<std::size_t> first_rod_;                       ///< of each tile across, in local()
+    std::vector<std::size_t> along_;                           ///< rods that lie along, in local()
+    mutable std::vector<Reading> reading_;                     ///< per thread
+    mutable std::vector<AlignedVector<SlotLoad<W>>> scratch_;  ///< per thread
+    std::array<StepPart, 2> visit_;                            ///< under way
+    bool check_ = false;                                       ///< of the visit under way
     std::atomic<bool> valid_ = true, near_ = false;
-    std::function<void(std::size_t, int)> advance_tile_;
+    std::function<void(std::size_t, int)> advance_; ///< a cluster or, behind them all, a tile
 };
 
 } // namespace skein

@@ -5,16 +5,19 @@
 #include "io/rod_file.hpp"
 #include "io/trajectory.hpp"
 #include "io/vtk_series.hpp"
+#include "joints/joint_limits.hpp"
 #include "loads/formula_load.hpp"
 #include "loads/gravity.hpp"
 #include "neighbourhood/exposure.hpp"
 #include "rod/audit.hpp"
 #include "rod/bending_shift.hpp"
 #include "rod/body_shape.hpp"
+#include "rod/clusters.hpp"
 #include "rod/law.hpp"
 #include "rod/packing.hpp"
 #include "rod/rest_curvature.hpp"
 #include "rod/rods.hpp"
+#include "scene/assembly_check.hpp"
 #include "scene/doubts.hpp"
 #include "scene/group_names.hpp"
 #include "scene/law_differences.hpp"
@@ -27,6 +30,7 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
+#include <map>
 #include <numeric>
 
 namespace skein {
@@ -119,6 +123,21 @@ void limit_by_stiffness(GroupPlan& p, const RodGroup& group) {
     limit_by_loads(p, stiff, 2 / std::sqrt(rate * rate + stiff.sum));
 }
 
+/// Joints of rods add to both.
+void limit_by_joints(GroupPlan& p, const JointBounds& joints, const Scheme& scheme) {
+    const auto limit = [&](double dt) {
+        if (dt < 0.99 * p.limits.front().dt) p.limits.insert(p.limits.begin(), {"joints", dt, joints.element});
+    };
+    if (joints.stiffness > 0) {
+        const double rate = p.limits.empty() ? 0 : 2 / p.limits.front().dt, dt = 2 / std::sqrt(rate * rate + joints.stiffness);
+        if (p.limits.empty()) p.limits.push_back({"joints", dt, joints.element});
+        else limit(dt);
+    }
+    if (joints.drag == 0) return;
+    const double fastest = p.limits.front().dt, half = 0.5 * fastest * scheme.stability * joints.drag / scheme.drag;
+    limit(fastest * (std::sqrt(1 + half * half) - half));
+}
+
 /// Calls f(law, largest overlap over the sum of radii, mass) for every contact that a group may have.
 template <class F> void with_contact_laws(const SceneSpec& scene, const RodGroup& group, F&& f) {
     if (scene.contact) f(scene.contact->law, scene.contact->overlap, reduced_mass(group, group));
@@ -175,7 +194,7 @@ std::string fault_at_start(const SceneSpec& scene, const GroupPlan& plan, const 
     return {};
 }
 
-GroupPlan plan_group(const SceneSpec& scene, const std::vector<Load>& loads, const RodGroup& group) {
+GroupPlan plan_group(const SceneSpec& scene, const std::vector<Load>& loads, const RodGroup& group, const JointBounds* joints) {
     GroupPlan p{.name = group.name(), .rods = group.count(), .elements = group.elements()};
     if (const BodyShape* body = group.body())
         p.body = fmt::format("{:.4g} kg, J = ({:.4g}, {:.4g}, {:.4g}) kg m^2, {} part{}", body->mass, body->inertia.x,
@@ -200,6 +219,7 @@ GroupPlan plan_group(const SceneSpec& scene, const std::vector<Load>& loads, con
                                    .kick = p.kick,
                                    .walls = p.walls,
                                    .coupled = scene.contact.has_value(),
+                                   .joined = joints != nullptr,
                                    .audit = scene.output.audit,
                                    .relax = scene.time.relax});
     for (std::size_t i = 0; i < p.program.size(); ++i) p.ns_per_element_step += predicted_ns(p.program[i]);
@@ -211,6 +231,7 @@ GroupPlan plan_group(const SceneSpec& scene, const std::vector<Load>& loads, con
     limit_by_contact(p, group, scene);
     limit_by_stiffness(p, group);
     limit_by_drag(p, group, scheme_of(scene.time.integrator));
+    if (joints) limit_by_joints(p, *joints, scheme_of(scene.time.integrator));
     p.tension_limit = tension_limit(group);
     if (const auto& j = group.rotary_inertia_scale; !j.empty()) {
         const auto [least, largest] = std::minmax_element(j.begin(), j.end());
@@ -428,6 +449,7 @@ void list_absent(Plan& plan, const SceneSpec& scene) {
     need(plan.cadence.tips > 0, "tips");
     need(plan.cadence.series > 0, "time series");
     need(!plan.walls.empty(), "walls");
+    need(!plan.joints.empty(), "joints");
     need(plan.contact.has_value(), "coupling between rods (messages per step: 0)");
 }
 
@@ -467,6 +489,23 @@ void refuse_boxes_that_meet(const SceneSpec& scene, std::span<const RodGroup> gr
     }
 }
 
+std::vector<AssemblyPlan> assemblies(const SceneSpec& scene, std::span<const RodGroup> groups) {
+    std::vector<AssemblyPlan> all;
+    for (const AssemblyGroups& assembly : assemblies_of(groups)) {
+        AssemblyPlan& p = all.emplace_back();
+        p.name = assembly_name(scene, assembly.assembly);
+        p.copies = assembly.groups.front()->assembly()->count();
+        for (const RodGroup* group : assembly.groups) {
+            p.rods += group->rods_per_copy();
+            p.elements += group->rods_per_copy() * group->elements();
+        }
+        p.joints = joints_of(scene.joints, groups, assembly.assembly);
+        p.joints_of_table.assign(scene.joints.size(), 0);
+        for (const Joint& joint : p.joints) ++p.joints_of_table[joint.table];
+    }
+    return all;
+}
+
 void weigh(Plan& plan, std::span<const RodGroup> groups, const SceneSpec& scene) {
     for (const RodGroup& group : groups)
         plan.mass += static_cast<double>(group.count()) * std::accumulate(group.node_mass.begin(), group.node_mass.end(), 0.0);
@@ -481,6 +520,8 @@ void weigh(Plan& plan, std::span<const RodGroup> groups, const SceneSpec& scene)
 } // namespace
 
 std::vector<RodGroup> make_groups(const SceneSpec& scene) {
+    const std::vector<int> assembly_of_group = assembly_of_groups(scene);
+    std::map<int, std::shared_ptr<const AssemblyCopies>> copies; // by assembly
     std::vector<RodGroup> groups;
     std::int64_t first = 0;
     const std::string directory = std::filesystem::path(scene.file).parent_path().string();
@@ -499,6 +540,16 @@ std::vector<RodGroup> make_groups(const SceneSpec& scene) {
             throw InputError(fmt::format("{}: file '{}' is of rods of {} elements, but shape.elements of '{}' is {}", spec.source,
                                          spec.placement.file, source->elements(), spec.name, spec.shape.elements));
         groups.emplace_back(spec, static_cast<int>(g), first, directory, &occupied, std::move(source));
+        if (const int assembly = assembly_of_group[g]; assembly >= 0) {
+            auto& of_assembly = copies[assembly];
+            const bool named = assembly < static_cast<int>(scene.assemblies.size());
+            if (!of_assembly)
+                of_assembly = std::make_shared<AssemblyCopies>(
+                    named ? copies_of(scene.assemblies[static_cast<std::size_t>(assembly)], assembly, directory)
+                          : AssemblyCopies{.number = assembly});
+            groups.back().read_all(); // joints are found where rods are
+            groups.back().join(of_assembly);
+        }
         first += groups.back().count();
         if (scene.contact || !scene.walls.empty()) groups.back().read_all(); // how hard rods press is told from all of them
         if (packed(scene.rods[g]) || std::none_of(scene.rods.begin() + static_cast<long>(g), scene.rods.end(), packed)) continue;
@@ -546,7 +597,17 @@ Plan make_plan(const SceneSpec& as_given, std::span<const RodGroup> groups, cons
     Plan plan{.title = scene.title, .machine = machine};
     double frame_values = 0, tip_values = 0, nodes = 0, lines = 0; // the last two of poly data
     const std::vector<Load> loads = loads_with_formulas(scene);
-    for (const RodGroup& group : groups) plan.groups.push_back(plan_group(scene, loads, group));
+    plan.assemblies = assemblies(scene, groups);
+    plan.joints = scene.joints;
+    std::vector<std::vector<Joint>> joints;
+    for (const AssemblyPlan& assembly : plan.assemblies) joints.push_back(assembly.joints);
+    const std::vector<JointBounds> bounds = joint_bounds(scene.joints, joints, groups);
+    for (const RodGroup& group : groups) {
+        const int assembly = group.assembly() ? group.assembly()->number : -1;
+        const bool joined = assembly >= 0 && !joints[static_cast<std::size_t>(assembly)].empty();
+        plan.groups.push_back(plan_group(scene, loads, group, joined ? &bounds[static_cast<std::size_t>(group.id())] : nullptr));
+        plan.groups.back().assembly = assembly;
+    }
     plan.contact = scene.contact;
     if (scene.contact) plan.contact_laws = contact_laws(scene, groups);
     plan.automatic_stiffness = as_given.contact && as_given.contact->law.stiffness_is_automatic();
@@ -554,6 +615,7 @@ Plan make_plan(const SceneSpec& as_given, std::span<const RodGroup> groups, cons
     if (plan.contact || !plan.walls.empty())
         plan.outlook = contact_outlook(scene, plan.contact_laws ? &*plan.contact_laws : nullptr, groups);
     if (plan.contact) refuse_boxes_that_meet(scene, groups);
+    if (!scene.joints.empty()) plan.interactions.emplace_back(interact::Joints{});
     if (plan.contact) plan.interactions.emplace_back(interact::Contacts{});
     if (!plan.walls.empty()) plan.interactions.emplace_back(interact::Walls{});
     find_families(plan, groups);

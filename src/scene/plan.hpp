@@ -5,6 +5,7 @@
 #include "contact/contact_spec.hpp"
 #include "contact/wall.hpp"
 #include "io/keeping.hpp"
+#include "joints/joint_list.hpp"
 #include "rod/kick.hpp"
 #include "rod/relaxation_outlook.hpp"
 #include "rod/step_watch.hpp"
@@ -58,7 +59,16 @@ struct GroupPlan {
     double bending_shift = 0;                                ///< what j does to the lowest bending frequency, relative, estimated
     std::vector<std::string> hints;                          ///< where numbers cost time or accuracy for nothing (numerics.md)
     std::string start, end;
-    std::string body; ///< of bodies: mass, inertia and parts
+    std::string body;  ///< of bodies: mass, inertia and parts
+    int assembly = -1; ///< of Plan::assemblies; -1: none
+};
+
+/// Rods that are joined, or copied together.
+struct AssemblyPlan {
+    std::string name;
+    std::int64_t copies = 1, rods = 0, elements = 0; ///< the last two of a copy
+    std::vector<Joint> joints;                       ///< of a copy
+    std::vector<std::size_t> joints_of_table;        ///< how many of each [[joint]]
 };
 
 /// Whole steps between two events of a kind; 0: never.
@@ -87,6 +97,8 @@ struct Plan {
     Cadence cadence;
     Keeping keeping; ///< of checkpoints
     std::vector<InteractionSpec> interactions;
+    std::vector<AssemblyPlan> assemblies;
+    std::vector<JointSpec> joints;           ///< the scene's
     std::optional<ContactSpec> contact;      ///< of rods with each other; absent: nothing is searched, kept or sent
     std::optional<ContactLaws> contact_laws; ///< by pair of groups
     bool automatic_stiffness = false;        ///< of `contact`: found from what presses

@@ -93,6 +93,17 @@ std::string wall_text(const Wall& wall, double overlap) {
     return text;
 }
 
+std::string joint_text(const JointSpec& joint, std::size_t count) {
+    const JointLaw& law = joint.law;
+    std::string text = fmt::format("{} {}, '{}' to '{}', k {:.4g} N/m", count, joint_names[static_cast<std::size_t>(joint.kind)],
+                                   joint.between[0], joint.between[1], law.stiffness);
+    if (law.damping > 0) text += fmt::format(", dashpot {:.4g} N s/m", law.damping);
+    if (law.torsional_stiffness > 0) text += fmt::format(", torsional {:.4g} N m/rad", law.torsional_stiffness);
+    if (law.torsional_damping > 0) text += fmt::format(", {:.4g} N m s/rad", law.torsional_damping);
+    if (law.repulsion > 0) text += fmt::format(", repulsion {:.4g} N/m^1.5", law.repulsion);
+    return text;
+}
+
 /// Between the passes before `expose` and those after it.
 std::string coupling_text(const Plan& p) {
     std::string text =
@@ -144,6 +155,13 @@ std::string to_text(const Plan& p) {
         for (const std::string& hint : g.hints) line("  hint", hint);
         if (std::isfinite(g.tension_limit))
             line("  tension", fmt::format("directors flip beyond dilatation e_c = {:.4g}", g.tension_limit));
+    }
+    for (const AssemblyPlan& a : p.assemblies) {
+        line("assembly", fmt::format("'{}': {}, of {} with {} elements and {}", a.name,
+                                     a.copies == 1 ? "1 copy" : fmt::format("{} copies", a.copies), counted(a.rods, "rod"),
+                                     a.elements, counted(static_cast<std::int64_t>(a.joints.size()), "joint")));
+        for (std::size_t t = 0; t < a.joints_of_table.size(); ++t)
+            if (a.joints_of_table[t] > 0) line("  joints", joint_text(p.joints[t], a.joints_of_table[t]));
     }
     if (p.contact) {
         line("contact", law_text(p.contact->law) + (p.automatic_stiffness ? " (auto)" : "") +

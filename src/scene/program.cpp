@@ -12,6 +12,7 @@ namespace {
 constexpr double drift_ns = 3.2, elliptic_drift_ns = 9, elastic_ns = 5.6, kick_ns = 1, stretched_kick_ns = 1.6;
 // Those of bench/scenes/nest: contacts at its density, half a candidate per element, with their exposure; a box with floor and lid.
 constexpr double contact_ns = 40, walls_ns = 8;
+constexpr double joints_ns = 8;                        // of the millipede: a joint to an element
 constexpr double relax_ns = 400;                       // of 64 rods of 50 elements
 constexpr double filter_ns = 9, filter_order_ns = 1.5; // by the ratio of runs with and without a filter of order 1, 2 and 4
 
@@ -41,6 +42,7 @@ double predicted_ns(const PassSpec& pass) {
     return std::visit(Overloaded{[](const pass::Drift& p) { return p.top == TopKind::circular ? drift_ns : elliptic_drift_ns; },
                                  [](pass::Elastic) { return elastic_ns; }, [](const pass::ApplyLoad& p) { return p.ns; },
                                  [](pass::Walls) { return walls_ns; }, [](pass::SurfaceWalls) { return walls_ns; },
+                                 [](pass::TakeJoinedLoads) { return joints_ns; },
                                  [](const pass::Kick& p) {
                                      const bool plain = p.kind == KickKind::undamped || p.kind == KickKind::constant_rates;
                                      return p.share * (plain ? kick_ns : stretched_kick_ns);
@@ -89,6 +91,7 @@ GroupProgram program_of(const RodGroup& group, const ProgramNeeds& needs) {
     if (audit) after.push_back(pass::AuditInner{});
     apply_loads(false);
     if (needs.relax && (needs.walls || needs.coupled)) after.push_back(pass::NoteForces{});
+    if (needs.joined) after.push_back(pass::TakeJoinedLoads{});
     if (needs.walls) after.push_back(either(body, pass::SurfaceWalls{}, pass::Walls{}));
     if (needs.coupled) after.push_back(either(body, pass::TakeSurfaceLoads{}, pass::TakeLoads{}));
     apply_loads(true);

@@ -72,6 +72,10 @@ struct SurfaceWalls {
 struct TakeLoads {
     static constexpr std::string_view name = "contact";
 };
+/// Adds those that joints have found.
+struct TakeJoinedLoads {
+    static constexpr std::string_view name = "joints";
+};
 /// Adds those on a body's surface, as force and moment.
 struct TakeSurfaceLoads {
     static constexpr std::string_view name = "contact (surface)";
@@ -121,8 +125,9 @@ struct AuditBalance {
 
 using PassSpec = std::variant<pass::Drift, pass::CloseRing, pass::AuditEnds, pass::MoveEnds, pass::Orthonormalise, pass::Expose,
                               pass::ExposeSurface, pass::Elastic, pass::Unstrained, pass::AuditInner, pass::ApplyLoad, pass::Walls,
-                              pass::SurfaceWalls, pass::TakeLoads, pass::TakeSurfaceLoads, pass::FoldRing, pass::AuditLoads,
-                              pass::Kick, pass::NoteForces, pass::Relax, pass::Filter, pass::Slide, pass::Hold, pass::AuditBalance>;
+                              pass::SurfaceWalls, pass::TakeJoinedLoads, pass::TakeLoads, pass::TakeSurfaceLoads, pass::FoldRing,
+                              pass::AuditLoads, pass::Kick, pass::NoteForces, pass::Relax, pass::Filter, pass::Slide, pass::Hold,
+                              pass::AuditBalance>;
 
 std::string_view name_of(const PassSpec& pass);
 /// Whether the pass can run over rods cut into strands (rod/strands.hpp).
@@ -146,6 +151,10 @@ namespace interact {
 struct Contacts {
     static constexpr std::string_view name = "contacts";
 };
+/// Joints of assemblies, whose forces act within visits (rod/clusters.hpp); here are their figures.
+struct Joints {
+    static constexpr std::string_view name = "joints";
+};
 /// Contacts with walls, and the servos that drive some of them.
 struct Walls {
     static constexpr std::string_view name = "walls";
@@ -154,7 +163,7 @@ struct Walls {
 } // namespace interact
 
 /// What rods do to each other between `before` and `after`, or to walls; interactions are made from these, in this order.
-using InteractionSpec = std::variant<interact::Contacts, interact::Walls>;
+using InteractionSpec = std::variant<interact::Joints, interact::Contacts, interact::Walls>;
 
 std::string_view name_of(const InteractionSpec& interaction);
 /// Expected time per element-step and core, ns: for predictions only.
@@ -167,6 +176,7 @@ struct ProgramNeeds {
     KickKind kick = KickKind::undamped;
     bool walls = false;   ///< some act on the group
     bool coupled = false; ///< rods feel each other
+    bool joined = false;
     bool audit = false;
     bool relax = false; ///< rest is wanted
 };

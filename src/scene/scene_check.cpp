@@ -2,6 +2,7 @@
 
 #include "core/nearest.hpp"
 #include "rod/rest_curvature.hpp"
+#include "scene/assembly_check.hpp"
 #include "scene/contact_check.hpp"
 #include "scene/group_names.hpp"
 #include "scene/relax_check.hpp"
@@ -49,6 +50,8 @@ public:
         }
         check_contact(scene_, *this);
         check_walls(scene_, *this);
+        check_assemblies(scene_, *this);
+        check_joints(scene_, *this);
         check_relax(scene_, loads, *this);
         return std::move(found_);
     }

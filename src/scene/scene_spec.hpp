@@ -6,7 +6,9 @@
 #include "formula/scope.hpp"
 #include "io/output_spec.hpp"
 #include "io/start_spec.hpp"
+#include "joints/joint_spec.hpp"
 #include "loads/load_spec.hpp"
+#include "skein/rod/assembly.hpp"
 #include "skein/rod/rod_spec.hpp"
 #include "time/time_spec.hpp"
 
@@ -27,6 +29,8 @@ struct SceneSpec {
     std::optional<ContactSpec> contact; ///< absent: rods do not feel each other
     std::vector<ContactPair> contact_pairs;
     std::vector<Wall> walls;
+    std::vector<AssemblySpec> assemblies;
+    std::vector<JointSpec> joints;
     OutputSpec output;
     StartSpec start;
 

@@ -40,6 +40,8 @@ template <class Scene, class F> void for_each_list(Scene& scene, F&& f) {
     f("damping", scene.damping);
     f("contact_pair", scene.contact_pairs);
     f("wall", scene.walls);
+    f("assembly", scene.assemblies);
+    f("joint", scene.joints);
 }
 /// Whether a scene has a list of tables of this name.
 bool is_list(std::string_view name);

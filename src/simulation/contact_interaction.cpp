@@ -133,7 +133,7 @@ Touch ContactInteraction::strongest_touch(std::int64_t gid) const {
     return most;
 }
 
-std::vector<Figure> ContactInteraction::figures() const {
+std::vector<Figure> ContactInteraction::figures(double) const {
     using Of = Figure::Of;
     const ContactFigures f = contacts_->figures();
     return {{"contacts[-]", Of::sum, {f.weight}},

@@ -24,7 +24,7 @@ public:
     double step_limit() const override;
     Touch strongest_touch(std::int64_t gid) const override;
     std::span<OverlapWatch> overlaps() override { return {&overlap_, 1}; }
-    std::vector<Figure> figures() const override;
+    std::vector<Figure> figures(double lag) const override;
     std::string kept_name() const override { return "contact_memory"; }
     /// Energies of all contacts; rows: the memory of each, by pair, on the rank whose block of gids has its first rod.
     KeptNumbers kept() const override;

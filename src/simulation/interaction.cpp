@@ -2,6 +2,7 @@
 
 #include "parallel/exact_sum.hpp"
 #include "simulation/contact_interaction.hpp"
+#include "simulation/joint_interaction.hpp"
 #include "simulation/wall_interaction.hpp"
 
 #include <algorithm>
@@ -10,6 +11,9 @@ namespace skein {
 
 namespace {
 
+std::unique_ptr<Interaction> make_interaction(interact::Joints, const InteractionParts& parts) {
+    return std::make_unique<JointInteraction>(parts);
+}
 std::unique_ptr<Interaction> make_interaction(interact::Contacts, const InteractionParts& parts) {
     return std::make_unique<ContactInteraction>(parts);
 }
@@ -116,15 +120,15 @@ Touch strongest_touch(const Communicator& comm, const Interactions& all, std::in
 std::vector<std::string> names_of_figures(const Interactions& all) {
     std::vector<std::string> names;
     for (const auto& one : all)
-        for (Figure& figure : one->figures()) names.push_back(std::move(figure.name));
+        for (Figure& figure : one->figures(0)) names.push_back(std::move(figure.name));
     return names;
 }
 
-std::vector<double> values_of_figures(const Communicator& comm, const Interactions& all) {
+std::vector<double> values_of_figures(const Communicator& comm, const Interactions& all, double lag) {
     std::vector<Figure> figures;
     std::vector<std::vector<double>> terms;
     for (const auto& one : all)
-        for (Figure& figure : one->figures()) {
+        for (Figure& figure : one->figures(lag)) {
             if (figure.of == Figure::Of::sum) terms.push_back(std::move(figure.terms));
             figures.push_back(std::move(figure));
         }

@@ -88,8 +88,8 @@ public:
     virtual Touch strongest_touch(std::int64_t gid) const { return static_cast<void>(gid), Touch{}; }
     /// Overlaps that it has seen on this rank. Not collective.
     virtual std::span<OverlapWatch> overlaps() { return {}; }
-    /// Its columns of the time series. Not collective.
-    virtual std::vector<Figure> figures() const { return {}; }
+    /// Its columns of the time series. `lag`: by which positions are behind the rates, s. Not collective.
+    virtual std::vector<Figure> figures(double lag) const { return static_cast<void>(lag), std::vector<Figure>(); }
 
     /// Name of its numbers in checkpoints.
     virtual std::string kept_name() const = 0;
@@ -126,7 +126,7 @@ Touch strongest_touch(const Communicator& comm, const Interactions& all, std::in
 
 /// Names and values of all columns of the time series; the values are collective.
 std::vector<std::string> names_of_figures(const Interactions& all);
-std::vector<double> values_of_figures(const Communicator& comm, const Interactions& all);
+std::vector<double> values_of_figures(const Communicator& comm, const Interactions& all, double lag);
 
 /// Something of this rank overlaps by more than the step allows for, and has not been told of.
 bool overlaps_untold(const Interactions& all);

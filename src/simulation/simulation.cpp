@@ -138,6 +138,7 @@ void Simulation::make_bodies(std::vector<LocalRod> owned) {
 
 Surroundings Simulation::make_rods_of(std::vector<LocalRod> owned) {
     rods_.reset();
+    owned = in_tile_order(plan_, groups_, owned, threads_);
     Surroundings around = make_surroundings(plan_, groups_, owned);
     if (walls_) around.walls = walls_; // their servos' state is recalled
     rods_ = make_rods(plan_, groups_, std::move(owned), threads_, around);
@@ -440,7 +441,7 @@ std::vector<double> Simulation::observables() const {
         values.insert(values.end(), {a.loads, a.walls, a.dissipated, a.defect(*audited_from_)});
     }
     const Vec3d centre{values[observed_centre], values[observed_centre + 1], values[observed_centre + 2]};
-    for (const double x : values_of_figures(comm_, interactions_)) values.push_back(x);
+    for (const double x : values_of_figures(comm_, interactions_, clock_.lag())) values.push_back(x);
     if (plan_.gravity) values.push_back(-plan_.mass * dot(*plan_.gravity, centre));
     return values;
 }

@@ -101,7 +101,7 @@ Touch WallInteraction::strongest_touch(std::int64_t gid) const {
     return most;
 }
 
-std::vector<Figure> WallInteraction::figures() const {
+std::vector<Figure> WallInteraction::figures(double) const {
     using Of = Figure::Of;
     const std::size_t count = walls_->count();
     std::vector<std::vector<double>> normal(count);

@@ -18,7 +18,7 @@ public:
     std::string invalid() const override;
     Touch strongest_touch(std::int64_t gid) const override;
     std::span<OverlapWatch> overlaps() override { return overlaps_; }
-    std::vector<Figure> figures() const override;
+    std::vector<Figure> figures(double lag) const override;
     std::string kept_name() const override { return "walls"; }
     /// Per driven wall its work, how many numbers its servo has, and these.
     KeptNumbers kept() const override;

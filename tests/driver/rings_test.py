@@ -85,7 +85,7 @@ class Rings(DriverTest):
         return numpy.concatenate([numpy.atleast_1d(table) for table in tables])
 
     def test_links_are_kept(self):
-        """Of every ring with itself and with its neighbours in the chain; there are contacts of all kinds, also by way of the closing joint."""
+        """Of every ring with itself and with its neighbours in the chain; there are contacts of all kinds, also by way of the closing vertex."""
         self.run_skein("one")
         series = self.series("one")
         self.assertGreater(series["writheturns"].max(), 4)
@@ -102,7 +102,7 @@ class Rings(DriverTest):
         apart = numpy.abs(rows["element_1"] - rows["element_2"])
         self.assertGreater(numpy.count_nonzero(~same), 3)
         self.assertGreater(numpy.count_nonzero(same & (apart <= elements / 2)), 10)
-        self.assertGreater(numpy.count_nonzero(same & (apart > elements / 2)), 10, "nearest round by way of the joint")
+        self.assertGreater(numpy.count_nonzero(same & (apart > elements / 2)), 10, "nearest round by way of the vertex")
         nearest = numpy.minimum(apart, elements - apart)[same].min()
         self.assertGreater(nearest, math.ceil(math.pi * 0.012 * 36) + 1, "neighbours have no contact")
 

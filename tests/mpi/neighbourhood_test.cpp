@@ -152,7 +152,7 @@ TEST_P(Neighbourhoods, GiveTheLoadsOfOneRank) {
             for (std::size_t a = 0; a < whole.slots(); ++a)
                 for (std::uint32_t i = pairs.first[a]; i < pairs.first[a + 1]; ++i) {
                     const std::size_t b = pairs.partner[i];
-                    if (mine(a) != mine(b)) // and its neighbours, whose joints it shares
+                    if (mine(a) != mine(b)) // and its neighbours, whose vertices it shares
                         whole.with_neighbours(mine(a) ? static_cast<std::uint32_t>(b) : static_cast<std::uint32_t>(a),
                                               [&](std::uint32_t slot) { needed.insert(slot); });
                 }

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "skein/core/quaternion.hpp"
+#include "skein/rod/assembly.hpp"
 #include "skein/rod/places.hpp"
 #include "skein/rod/rod_spec.hpp"
 #include "skein/rod/slot.hpp"
@@ -69,6 +70,16 @@ public:
     RodGroup single(std::int64_t i) const { return RodGroup(*this, i); }
     /// Of a group that is single(j): becomes single(i) of the same `group`, in the memory that it has.
     void become(const RodGroup& group, std::int64_t i);
+
+    /// Becomes part of an assembly: the rods so far stand in each of its copies. Once, before anything is read.
+    void join(std::shared_ptr<const AssemblyCopies> copies);
+    /// Null where rods are not joined to others.
+    const AssemblyCopies* assembly() const { return copies_.get(); }
+    /// Rods in a copy, those of copy c being c rods_per_copy() and on.
+    std::int64_t rods_per_copy() const { return copies_ ? count() / copies_->count() : count(); }
+    std::int64_t copy_of(std::int64_t i) const { return i / rods_per_copy(); }
+    /// State at t = 0 of rod i of a copy, in the axes of the assembly.
+    void start_state_in_assembly(std::int64_t i, std::span<Slot<1>> out) const;
 
     const RodSpec& spec() const { return spec_; }
     const std::string& name() const { return spec_.name; }
@@ -138,6 +149,7 @@ public:
     }
     /// Unit vector of rod i's magnetisation, lab components at t = 0.
     Vec3d magnetisation(std::int64_t i) const;
+    double magnetisation_strength(std::int64_t i) const; ///< A/m
     /// Centre of rod i at t = 0, the point that partitioning uses.
     Vec3d centre(std::int64_t i) const {
         const double scale = sized() ? places_.length(spec_, i) / spec_.shape.length : 1;
@@ -164,6 +176,8 @@ private:
         return turned() ? transpose_times(places_.turn(i), offset) : offset;
     }
     RodGroup(const RodGroup& group, std::int64_t i);
+    Vec3d magnetisation_at(const Vec3d& place) const;
+    void start_state(const Vec3d& start, const Quaterniond& turn, bool turned, std::span<Slot<1>> out) const;
     void work_out_constants();
     void work_out_body();
     void weigh_cells();
@@ -178,6 +192,8 @@ private:
     std::int64_t first_gid_;
     Quaterniond frame_, end_frame_;
     Places places_;
+    std::shared_ptr<const AssemblyCopies> copies_; ///< null: of no assembly
+    Places within_;                                ///< of an assembly: places in its axes
     double packed_fill_ = 0, packed_top_ = 0;
     std::vector<Vec3d> start_offsets_; ///< node positions at t = 0, relative to the origin
     std::vector<Quaterniond> start_directors_;

@@ -115,7 +115,8 @@ struct Placement {
 ///   uniform  m = M direction
 ///   wave_x   m = M (sin px, 0, cos px)                                px = phase + 2 pi x / lambda_x
 ///   wave_xy  m = M (sin px, sin py, cos px + cos py)/|...|            py = phase + 2 pi y / lambda_y
-/// in lab components at the rod's start frame; x, y are measured from the group's first corner.
+/// in lab components at the rod's start frame; x, y are measured from the group's first corner. In an assembly all this is in its
+/// axes, and of its rods alone.
 enum class MagnetisationPattern { none, uniform, wave_x, wave_xy };
 inline constexpr std::string_view magnetisation_names[] = {"none", "uniform", "wave_x", "wave_xy"};
 struct Magnetisation {
@@ -125,12 +126,15 @@ struct Magnetisation {
     double wavelength_x = 0;               ///< m; negative mirrors the wave
     double wavelength_y = 0;               ///< m
     double phase = 3.14159265358979323846; ///< rad, at the group's first corner
+    double scatter = 0;                    ///< strengths differ by up to this share, at random
+    long seed = 1;
 
     void fields(FieldVisitor& f);
 };
 
 struct RodSpec {
     std::string name;
+    std::string assembly; ///< in whose copies its rods are; empty: none
     Material material;
     Section section;
     Shape shape;

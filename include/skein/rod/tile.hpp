@@ -21,18 +21,22 @@ template <int W> struct SlotLoad {
     Pack<W> dilatation;
 };
 
+template <int W> struct JoinedLoad;
+
 template <int W> struct RodTile {
     Slot<W>* slot;                   ///< [last + 1]
     const ElementConstants* element; ///< [n]; a tile along has none, nor the next two
     const VoronoiConstants* voronoi; ///< [n - 1]
     const RodGroup* group;
-    int n;                               ///< elements, of a tile along the rows of its strands
-    std::size_t number;                  ///< of the tile within its program on this rank
-    std::int64_t index[W];               ///< number in the group of each lane's rod; spare lanes repeat the last rod
-    int lanes;                           ///< lanes that carry a rod of their own
-    int last = n;                        ///< node: of bodies 0, as their element has no second one
-    const Strands<W>* strands = nullptr; ///< of a tile along
-    std::size_t program = 0;             ///< which passes run over it
+    int n;                                 ///< elements, of a tile along the rows of its strands
+    std::size_t number;                    ///< of the tile within its program on this rank
+    std::int64_t index[W];                 ///< number in the group of each lane's rod; spare lanes repeat the last rod
+    int lanes;                             ///< lanes that carry a rod of their own
+    int last = n;                          ///< node: of bodies 0, as their element has no second one
+    const Strands<W>* strands = nullptr;   ///< of a tile along
+    std::size_t program = 0;               ///< which passes run over it
+    std::size_t first = 0;                 ///< of a tile across: its first rod among those of the group on this rank
+    const JoinedLoad<W>* joined = nullptr; ///< [last + 1], loads of joints; null where rods are not joined
 
     const RodGroup& group_of(int l) const { return strands ? strands->group(l) : *group; }
     std::int64_t index_of(int l) const { return strands ? strands->index(l) : index[l]; }

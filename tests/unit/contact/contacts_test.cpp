@@ -159,7 +159,7 @@ TEST(Contacts, ChangeWithoutJumps) {
         const Vec3d at{4 * x - 2.0011, 0, 0.09};
         return rods_between({{{-1, 0, 0}, {1, 0, 0}}, {at - Vec3d{1, 0.001, 0}, at + Vec3d{1, 0.001, 0}}}, 4, 0.05);
     };
-    const auto crossing = [](double x) { // over joints and ends
+    const auto crossing = [](double x) { // over vertices and ends
         const double at = 2.4 * (x - 0.5);
         return rods_between({{{-1, 0, 0}, {1, 0, 0}}, {{at, -1, 0.07}, {at + 0.2, 1, 0.09}}}, 4, 0.05);
     };
@@ -205,7 +205,7 @@ TEST(Contacts, StickUntilTheySlide) {
     EXPECT_GT(-(loads[2].force.x + loads[3].force.x), 0.3 * normal);
 }
 
-TEST(Contacts, KeepTheirSpringsOverJoints) {
+TEST(Contacts, KeepTheirSpringsOverVertices) {
     const Threads one(1);
     const ContactLaw law{.normal = ContactNormal::linear,
                          .stiffness = 1e5,

@@ -109,12 +109,12 @@ std::set<std::pair<int, int>> pairs_by_looking(const std::vector<Vec3d>& ring, d
     std::set<std::pair<int, int>> near;
     const int n = static_cast<int>(ring.size());
     const auto node = [&](int i) { return ring[static_cast<std::size_t>(i % n)]; };
-    const ShareRange<Pack<1>> beyond_joints{-0.05, 1.05};
+    const ShareRange<Pack<1>> beyond_vertices{-0.05, 1.05};
     for (int i = 0; i < n; ++i)
         for (int j = i + 1; j < n; ++j) {
             if (std::min(j - i, n - (j - i)) <= gap) continue;
             const auto closest = closest_points(broadcast<1>(node(i)), broadcast<1>(node(i + 1) - node(i)), broadcast<1>(node(j)),
-                                                broadcast<1>(node(j + 1) - node(j)), beyond_joints, beyond_joints);
+                                                broadcast<1>(node(j + 1) - node(j)), beyond_vertices, beyond_vertices);
             if (norm(lane(closest.apart, 0)) < 2 * radius + skin) near.emplace(i, j);
         }
     return near;
@@ -122,7 +122,7 @@ std::set<std::pair<int, int>> pairs_by_looking(const std::vector<Vec3d>& ring, d
 
 TEST(RingContacts, AreOfElementsThatAreNoNeighboursEitherWayRound) {
     const Threads one(1), three(3);
-    std::size_t over_the_joint = 0, pairs = 0;
+    std::size_t over_the_vertex = 0, pairs = 0;
     for (unsigned seed = 0; seed < 300; ++seed) {
         const int n = 8 + static_cast<int>(seed % 33);
         const Loop loop(seed);
@@ -149,11 +149,11 @@ TEST(RingContacts, AreOfElementsThatAreNoNeighboursEitherWayRound) {
                 BroadPhase::build_exhaustively(bodies.exposure(), bodies.gaps, 0.05, all);
                 ASSERT_EQ(all.count(), expected.size());
                 pairs += expected.size();
-                for (const auto& [i, j] : expected) over_the_joint += n - (j - i) < j - i;
+                for (const auto& [i, j] : expected) over_the_vertex += n - (j - i) < j - i;
             }
     }
     EXPECT_GT(pairs, 100000u);
-    EXPECT_GT(over_the_joint, pairs / 10) << "nearest round by way of the joint";
+    EXPECT_GT(over_the_vertex, pairs / 10) << "nearest round by way of the vertex";
 }
 
 /// Near-parallel elements meet at the ends of their overlap along the first of them: with the other first it is a little different.
@@ -201,7 +201,7 @@ TEST(RingContacts, DoNotDependOnWhereTheRingBegins) {
 // closes as well.
 TEST(RingContacts, KeepTheirSpringsWhereTheRingCloses) {
     const Threads one(1);
-    constexpr int n = 25, steps = 240; // odd: the two strands pass their joints at different times
+    constexpr int n = 25, steps = 240; // odd: the two strands pass their vertices at different times
     constexpr double radius = 0.05, h = 1e-4, element = 2 * pi / n;
     const Loop loop = Loop::eight(1.9 * radius);
     const ContactLaw law{.normal = ContactNormal::linear,

@@ -1,5 +1,5 @@
-// Contacts do not know the mesh: neighbouring elements share a contact near their joint, so that its force does not depend on where
-// along a rod it is, nor on how many elements the rod has.
+// Contacts do not know the mesh: neighbouring elements share a contact near their vertex, so that its force does not depend on
+// where along a rod it is, nor on how many elements the rod has.
 #include "contact/contacts.hpp"
 #include "support/exposed_bodies.hpp"
 
@@ -14,7 +14,7 @@ namespace {
 constexpr double length = 75.74e-3, radius = 1.2075e-3, diameter = 2 * radius; // of the nest's rods
 constexpr double stiffness = 3.1623e6;
 
-/// A rod bent in a plane by an angle at each joint: the middle at 0, along x there, its ends upwards where that is above 0.
+/// A rod bent in a plane by an angle at each vertex: the middle at 0, along x there, its ends upwards where that is above 0.
 std::vector<Vec3d> arc(int elements, double angle) {
     std::vector<Vec3d> nodes{{0, 0, 0}};
     for (int k = 0; k < elements; ++k) {
@@ -81,7 +81,7 @@ Range force_over_place(int elements, double bend_1, double bend_2, double angle,
     const std::vector<Vec3d> a = arc(elements, bend_1), turned = turned_about_z(arc(elements, -bend_2), angle);
     Range range;
     for (int trial = 0; trial < 60; ++trial) {
-        const auto near = [&](int every) { // a joint, or anywhere
+        const auto near = [&](int every) { // a vertex, or anywhere
             const double far = trial % every ? 0.5 : 0.08;
             return elements / 2 + far * uniform(random);
         };
@@ -97,7 +97,7 @@ Range force_over_place(int elements, double bend_1, double bend_2, double angle,
     return range;
 }
 
-TEST(Joints, DoNotShowInTheForceOfStraightRods) {
+TEST(Vertices, DoNotShowInTheForceOfStraightRods) {
     for (const int elements : {4, 8, 16, 32})
         for (const double overlap : {0.02, 0.1, 0.2})
             for (const double angle : {1.5707963267948966, 0.8, 0.3}) {
@@ -107,8 +107,8 @@ TEST(Joints, DoNotShowInTheForceOfStraightRods) {
             }
 }
 
-// Of one curvature whatever the number of elements: 0.02 rad at a joint of eight.
-TEST(Joints, HardlyShowInTheForceOfBentRods) {
+// Of one curvature whatever the number of elements: 0.02 rad at a vertex of eight.
+TEST(Vertices, HardlyShowInTheForceOfBentRods) {
     for (const int elements : {8, 16, 32})
         for (const double sign : {1.0, -1.0})
             for (const double overlap : {0.02, 0.1, 0.2})
@@ -127,7 +127,7 @@ TEST(Joints, HardlyShowInTheForceOfBentRods) {
 }
 
 // A corner that the other rod touches from outside is a contact, of one or of both elements.
-TEST(Joints, PushAtCorners) {
+TEST(Vertices, PushAtCorners) {
     for (const double bend : {0.2, 0.55, 1.0}) {
         const std::vector<Vec3d> a = arc(2, -bend); // its middle node above its ends
         const double overlap = 0.1 * diameter;
@@ -140,7 +140,7 @@ TEST(Joints, PushAtCorners) {
     }
 }
 
-TEST(Joints, CountAContactOnce) {
+TEST(Vertices, CountAContactOnce) {
     for (const int elements : {8, 32})
         for (const double shift : {0.0, 0.1, 0.25, 0.5}) {
             const double l = length / elements;
@@ -150,8 +150,8 @@ TEST(Joints, CountAContactOnce) {
         }
 }
 
-// Rods side by side push with as many contacts as elements lie beside each other, wherever their joints are.
-TEST(Joints, DoNotShowWhereRodsSlideAlongEachOther) {
+// Rods side by side push with as many contacts as elements lie beside each other, wherever their vertices are.
+TEST(Vertices, DoNotShowWhereRodsSlideAlongEachOther) {
     for (const ContactNormal normal : {ContactNormal::linear, ContactNormal::hertz})
         for (const double turn : {1.0, -1.0}) { // the second leads the same way, or the other
             const double l = length / 8, one = push(arc(8, 0), moved(arc(8, 0), {0, 0, 0.9 * diameter}), normal).force.z;
@@ -166,7 +166,7 @@ TEST(Joints, DoNotShowWhereRodsSlideAlongEachOther) {
 }
 
 // Of straight rods of several elements, crossing and side by side; in between shares are not differentiated.
-TEST(Joints, LeaveForcesMinusTheGradientOfTheEnergy) {
+TEST(Vertices, LeaveForcesMinusTheGradientOfTheEnergy) {
     std::mt19937 random(5);
     std::uniform_real_distribution<double> uniform(-1, 1);
     int near_parallel = 0;
@@ -189,7 +189,7 @@ TEST(Joints, LeaveForcesMinusTheGradientOfTheEnergy) {
     EXPECT_GT(near_parallel, 30);
 }
 
-/// A crooked rod about its middle, with a turn of up to `bend` at each joint.
+/// A crooked rod about its middle, with a turn of up to `bend` at each vertex.
 std::vector<Vec3d> crooked(int elements, double bend, double turn, std::mt19937& random) {
     std::uniform_real_distribution<double> uniform(-1, 1);
     Vec3d way{std::cos(turn), std::sin(turn), 0};
@@ -203,7 +203,7 @@ std::vector<Vec3d> crooked(int elements, double bend, double turn, std::mt19937&
 }
 
 // The energy of crooked rods has no jump on any way.
-TEST(Joints, LeaveNoJumps) {
+TEST(Vertices, LeaveNoJumps) {
     std::mt19937 random(7);
     std::uniform_real_distribution<double> uniform(-1, 1);
     int jumps = 0;
@@ -233,7 +233,7 @@ TEST(Joints, LeaveNoJumps) {
 }
 
 // Pressed by a constant force and drawn without friction over another rod, a rod stays at its height.
-TEST(Joints, AreNoBumpsOnTheWay) {
+TEST(Vertices, AreNoBumpsOnTheWay) {
     for (const int elements : {8, 32}) {
         const std::vector<Vec3d> a = arc(elements, 0), b = turned_about_z(arc(elements, 0), 1.3);
         const double l = length / elements, force = stiffness * std::pow(0.1 * diameter, 1.5);

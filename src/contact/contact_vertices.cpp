@@ -1,4 +1,4 @@
-// Contacts near joints: where they are and the share of each pair; springs that contacts go on from.
+// Contacts near vertices: where they are and the share of each pair; springs that contacts go on from.
 #include "contact/work_area.hpp"
 
 #include <algorithm>
@@ -8,24 +8,25 @@ namespace skein {
 
 using detail::edge;
 
-template <int W> SKEIN_INLINE void Contacts::NearJoint<W>::put(int l, Pair pair, double s, double t, unsigned joints, bool turned) {
+template <int W>
+SKEIN_INLINE void Contacts::NearVertex<W>::put(int l, Pair pair, double s, double t, unsigned vertices, bool turned) {
     const int first = turned, second = 1 - first;
     slot[first][l] = pair.a, slot[second][l] = pair.b;
     place_[first][l] = s, place_[second][l] = t;
-    at_start[first] |= (joints & 1) << l, at_end[first] |= (joints >> 1 & 1) << l;
-    at_start[second] |= (joints >> 2 & 1) << l, at_end[second] |= (joints >> 3 & 1) << l;
+    at_start[first] |= (vertices & 1) << l, at_end[first] |= (vertices >> 1 & 1) << l;
+    at_start[second] |= (vertices >> 2 & 1) << l, at_end[second] |= (vertices >> 3 & 1) << l;
 }
-template <int W> SKEIN_INLINE void Contacts::NearJoint<W>::load() {
+template <int W> SKEIN_INLINE void Contacts::NearVertex<W>::load() {
     for (const int i : {0, 1}) std::memcpy(&share[i], place_[i], sizeof share[i]);
 }
 
-/// Where pairs are in contact whose elements have neighbours near there, and their share. The first of each is near a joint, the
+/// Where pairs are in contact whose elements have neighbours near there, and their share. The first of each is near a vertex, the
 /// second may be only `both` are.
 template <int N, bool both>
-Contacts::Crossing<N> Contacts::crossing_at_joints(const Exposure& bodies, const NearJoint<N>& pairs) const {
+Contacts::Crossing<N> Contacts::crossing_at_vertices(const Exposure& bodies, const NearVertex<N>& pairs) const {
     using Q = Pack<N>;
     const ExposedNode* const node = bodies.node.data();
-    const double reach = bodies.scene().joint_reach();
+    const double reach = bodies.scene().vertex_reach();
     const auto load = [&](auto&& at) { return load_transposed<N>([&](int l) { return &at(l)->position.x; }); };
     struct Element {
         Vec3<Q> start, edge, end;
@@ -39,7 +40,7 @@ Contacts::Crossing<N> Contacts::crossing_at_joints(const Exposure& bodies, const
         e.start = at_start.vector, e.radius = at_start.behind;
         e.end = load([&](int l) { return node + slot[l] + 1; }).vector;
         e.edge = e.end - e.start;
-        if (i == 0 || both) e.wide = range_with_joints<N>(pairs.at_start[i], pairs.at_end[i], 2 * reach);
+        if (i == 0 || both) e.wide = range_with_vertices<N>(pairs.at_start[i], pairs.at_end[i], 2 * reach);
     }
     Q weight(1.0);
     const Q none(0.0), one(1.0), radii = element[0].radius + element[1].radius;
@@ -48,9 +49,9 @@ Contacts::Crossing<N> Contacts::crossing_at_joints(const Exposure& bodies, const
         const auto at_end = e.wide.high > one;
         const Vec3<Q> neighbour =
                           load([&](int l) { return neighbour_node(bodies, pairs.slot[i][l], pairs.at_end[i] >> l & 1); }).vector,
-                      joint = select(at_end, e.end, e.start);
-        const JointShare<Q> share = joint_share(reach, select(at_end, one - pairs.share[i], pairs.share[i]), joint,
-                                                select(at_end, -e.edge, e.edge), neighbour - joint, o.start, o.edge, o.wide);
+                      vertex = select(at_end, e.end, e.start);
+        const VertexShare<Q> share = vertex_share(reach, select(at_end, one - pairs.share[i], pairs.share[i]), vertex,
+                                                  select(at_end, -e.edge, e.edge), neighbour - vertex, o.start, o.edge, o.wide);
         const Q shared = sharing(pairs.sine_squared, share.bend * radii), beyond = shared * share.beyond;
         weight *= fma(shared, share.weight - one, one);
         e.range = {select(at_end, none, -beyond), select(at_end, one + beyond, one)};
@@ -62,27 +63,28 @@ Contacts::Crossing<N> Contacts::crossing_at_joints(const Exposure& bodies, const
 
 /// The same of a pair by itself, wherever it is.
 Contacts::Crossing<1> Contacts::crossing(const Exposure& bodies, std::uint32_t pair) const {
-    const double reach = bodies.scene().joint_reach(), seen = seen_beyond(reach);
+    const double reach = bodies.scene().vertex_reach(), seen = seen_beyond(reach);
     const auto [a, b] = list_.pair[pair];
-    const unsigned joints = list_.joints[pair];
+    const unsigned vertices = list_.vertices[pair];
     const auto anywhere =
         closest_points(broadcast<1>(bodies.node[a].position), broadcast<1>(edge(bodies, a)), broadcast<1>(bodies.node[b].position),
-                       broadcast<1>(edge(bodies, b)), range_with_joints<1>(joints & 1, joints >> 1 & 1, seen),
-                       range_with_joints<1>(joints >> 2 & 1, joints >> 3 & 1, seen));
-    const int on_1 = joint_side(anywhere.s[0], joints, reach), on_2 = joint_side(anywhere.t[0], joints >> 2, reach);
+                       broadcast<1>(edge(bodies, b)), range_with_vertices<1>(vertices & 1, vertices >> 1 & 1, seen),
+                       range_with_vertices<1>(vertices >> 2 & 1, vertices >> 3 & 1, seen));
+    const int on_1 = vertex_side(anywhere.s[0], vertices, reach), on_2 = vertex_side(anywhere.t[0], vertices >> 2, reach);
     if ((on_1 | on_2) == 0) return {anywhere, 1.0};
-    NearJoint<1> one;
+    NearVertex<1> one;
     one.sine_squared = anywhere.sine_squared;
     const bool turned = on_1 == 0;
     const auto bits = [](int side) { return side == 0 ? 0u : side < 0 ? 1u : 2u; };
     one.put(0, {a, b}, anywhere.s[0], anywhere.t[0], bits(on_1) | bits(on_2) << 2, turned);
     one.load();
-    Crossing<1> at = on_1 != 0 && on_2 != 0 ? crossing_at_joints<1, true>(bodies, one) : crossing_at_joints<1, false>(bodies, one);
+    Crossing<1> at =
+        on_1 != 0 && on_2 != 0 ? crossing_at_vertices<1, true>(bodies, one) : crossing_at_vertices<1, false>(bodies, one);
     if (turned) std::swap(at.at.s, at.at.t), at.at.apart = -at.at.apart;
     return at;
 }
 
-/// Puts contacts near joints where they are, with the share that their elements have.
+/// Puts contacts near vertices where they are, with the share that their elements have.
 template <bool both> bool Contacts::weigh_those(const Exposure& bodies, WorkArea& area) const {
     using A = WorkArea;
     constexpr int W = A::W;
@@ -93,19 +95,19 @@ template <bool both> bool Contacts::weigh_those(const Exposure& bodies, WorkArea
     bool gone = false;
     for (std::uint32_t i = 0; i < count; i += W) {
         const int valid = static_cast<int>(std::min<std::uint32_t>(W, count - i));
-        NearJoint<W> pairs;
+        NearVertex<W> pairs;
         alignas(64) double sine_squared[W], place[2][W], apart[3][W], squared[W], weight[W];
         unsigned turned = 0;
         for (int l = 0; l < W; ++l) {
-            const auto [n, joints] = near[i + static_cast<std::uint32_t>(l < valid ? l : 0)];
-            const bool on_2_only = (joints & 3) == 0;
-            pairs.put(l, area.pair[n], s[n], t[n], joints, on_2_only);
+            const auto [n, vertices] = near[i + static_cast<std::uint32_t>(l < valid ? l : 0)];
+            const bool on_2_only = (vertices & 3) == 0;
+            pairs.put(l, area.pair[n], s[n], t[n], vertices, on_2_only);
             turned |= static_cast<unsigned>(on_2_only) << l;
             sine_squared[l] = area[A::sine_squared][n];
         }
         pairs.load();
         pairs.sine_squared = detail::pack_at<W>(sine_squared);
-        const Crossing<W> here = crossing_at_joints<W, both>(bodies, pairs);
+        const Crossing<W> here = crossing_at_vertices<W, both>(bodies, pairs);
         const Vec3<P>& way = here.at.apart;
         detail::put(place[0], here.at.s), detail::put(place[1], here.at.t), detail::put(weight, here.weight);
         detail::put(apart[0], way.x), detail::put(apart[1], way.y), detail::put(apart[2], way.z);
@@ -155,7 +157,7 @@ void Contacts::weigh(const Work& work, WorkArea& area) const {
 
 /// Of a pair that did not touch: the spring of the pair at the neighbour that it shares its contact with, if that touched; else the
 /// pair's own.
-Contacts::Followed Contacts::spring_at_joint(const Exposure& bodies, std::uint32_t pair, int da, int db, std::uint32_t own) const {
+Contacts::Followed Contacts::spring_at_vertex(const Exposure& bodies, std::uint32_t pair, int da, int db, std::uint32_t own) const {
     const auto take = [&](PairList::Neighbour n, std::uint32_t else_) {
         const std::uint32_t at = n.is_candidate ? n.pair : pair;
         return n.is_candidate & ((status_[at] & touching) != 0) ? at : else_;
@@ -173,7 +175,7 @@ std::optional<std::uint32_t> Contacts::beyond_seam(const Exposure& bodies, std::
     return bodies.find(bodies.in_scene(slot) - step * (ring - 1));
 }
 
-/// The same where a ring closes at the joint: neighbours are then no neighbours by number. Elements of one ring may stand in the
+/// The same where a ring closes at the vertex: neighbours are then no neighbours by number. Elements of one ring may stand in the
 /// other order beyond, where what is 1 in the law is 2 here. `otherwise`: where none closes.
 Contacts::Followed Contacts::spring_at_seam(const Exposure& bodies, std::uint32_t pair, int da, int db, Followed otherwise) const {
     const auto [a, b] = list_.pair[pair];
@@ -192,15 +194,15 @@ Contacts::Followed Contacts::spring_at_seam(const Exposure& bodies, std::uint32_
     return from;
 }
 
-/// The spring that a contact goes on from as it begins: where it begins near a joint, that of the pair it follows.
+/// The spring that a contact goes on from as it begins: where it begins near a vertex, that of the pair it follows.
 FrictionSpring<double> Contacts::followed_spring(const Exposure& bodies, std::uint32_t pair, double s, double t) const {
     constexpr FrictionSpring<double> none{{0, 0, 0}, 0};
-    const unsigned joints = list_.joints[pair];
-    const double reach = bodies.scene().joint_reach();
-    const int da = joint_side(s, joints, reach), db = joint_side(t, joints >> 2, reach);
+    const unsigned vertices = list_.vertices[pair];
+    const double reach = bodies.scene().vertex_reach();
+    const int da = vertex_side(s, vertices, reach), db = vertex_side(t, vertices >> 2, reach);
     if ((da | db) == 0 || kinds_.friction != ContactFriction::memory) return none;
     const auto nothing = static_cast<std::uint32_t>(list_.count());
-    const Followed followed = spring_at_joint(bodies, pair, da, db, nothing);
+    const Followed followed = spring_at_vertex(bodies, pair, da, db, nothing);
     if (followed.pair == nothing) return none;
     FrictionSpring<double> spring = memory_[followed.pair].spring;
     if (followed.turned) spring.x = -spring.x;

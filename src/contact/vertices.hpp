@@ -1,0 +1,93 @@
+// Contacts near vertices, where neighbouring elements of a body share them.                                  theory.md (56c), (56d)
+//   An element reaches beyond its vertices by a share of its length, so that both neighbours see a contact at their vertex:
+//   w = u^2 (3 - 2 u),  u = (1 - x/D)/2 clamped to [0, 1],  D = that share of the shorter neighbour's length
+//   x: where the other element is nearest to the mean tangent of both neighbours, through the vertex; from there outwards
+// It is the same number for both neighbours, but for its sign, so shares sum to 1. A contact beyond the vertex is at s = 1 + x/|e|:
+// a straight neighbour sees it in the same place. At a corner that the other touches from outside both see the vertex. Where
+// elements are bent against each other by a fair part of the angle at which they cross the other, x and s disagree; x is therefore
+// held within D of (s - 1)|e|, s clamped to [0, 1]. Where they disagree by more, and where elements cross at a shallow angle, sine
+// below 0.25, a contact would go from one to the next within a step or two; there w goes over to 1, and each pushes by itself.
+#pragma once
+
+#include "contact/broad_phase.hpp"
+#include "contact/compress.hpp"
+#include "core/closest_points.hpp"
+
+namespace skein {
+
+constexpr double shallow = 0.25; ///< sine of the angle below which elements begin to push by themselves near their vertices
+constexpr double held = 0.25;    ///< by so much of D what both neighbours say of a contact's place may differ, before shares fade
+constexpr double blend = 0.05;   ///< sine of the angle below which elements meet at both ends of their overlap as well
+
+/// Elements see contacts beyond their vertices so far, over their length: there they have no share in them, whatever is rounded.
+constexpr double seen_beyond(double reach) { return (1 + held) * reach * (1 + 1e-6); }
+
+/// Where on an element a contact is: -1 and 1 near a vertex at its start and its end, 0 elsewhere, where no neighbour has a share.
+inline std::int8_t vertex_side(double s, unsigned vertices, double reach) {
+    const double near = seen_beyond(reach);
+    return static_cast<std::int8_t>(static_cast<int>((vertices & at_end) && s > 1 - near) -
+                                    static_cast<int>((vertices & at_start) && s < near));
+}
+
+/// Vertices of both elements of a pair: of the first as bits of Vertex, of the second two bits higher.
+inline std::uint8_t vertices_of_pair(const Exposure& bodies, Pair pair) {
+    return static_cast<std::uint8_t>(bodies.vertices[pair.a] | bodies.vertices[pair.b] << 2);
+}
+template <int W> ShareRange<Pack<W>> range_with_vertices(unsigned starts, unsigned ends, double reach) {
+    return {where_set<W>(starts, -reach), Pack<W>(1.0) + where_set<W>(ends, reach)};
+}
+/// Of eight pairs.
+SKEIN_INLINE ShareRange<Pack<8>> range_of_first(const std::uint8_t* vertices, double reach) {
+    return range_with_vertices<8>(bits_of_bytes(vertices, 0), bits_of_bytes(vertices, 1), reach);
+}
+SKEIN_INLINE ShareRange<Pack<8>> range_of_second(const std::uint8_t* vertices, double reach) {
+    return range_with_vertices<8>(bits_of_bytes(vertices, 2), bits_of_bytes(vertices, 3), reach);
+}
+
+/// A weight in steps of 2^-20, so that sums of them are the same in any order.
+template <int W> SKEIN_INLINE Pack<W> in_steps(Pack<W> weight) {
+    constexpr double large = 1.5 * 4294967296.0; // whose last place is such a step
+    return (weight + Pack<W>(large)) - Pack<W>(large);
+}
+
+template <class P> struct VertexShare {
+    P weight;
+    P beyond; ///< the contact is so far beyond the vertex, over the element's length; at least 0
+    P bend;   ///< sine of half the angle between both elements, over D, 1/m
+};
+
+/// `to_vertex`: way from the contact to the vertex, over the element's length, below 0 beyond; `edge`, `beyond`: of the
+/// element and of its neighbour there, both leading away from the vertex; the other element: from `start` along `other` within
+/// `range`. Cost: 90 flop, of which seven
+/// divisions and roots.
+template <int W> SKEIN_INLINE VertexShare<Pack<W>> vertex_share(double reach, Pack<W> to_vertex, const Vec3<Pack<W>>& vertex,
+                                                                const Vec3<Pack<W>>& edge, const Vec3<Pack<W>>& beyond,
+                                                                const Vec3<Pack<W>>& start, const Vec3<Pack<W>>& other,
+                                                                const ShareRange<Pack<W>>& range) {
+    using P = Pack<W>;
+    const P zero(0.0), half(0.5), one(1.0), tiny(1e-60);
+    const P length = max(norm(edge), tiny), next = max(norm(beyond), tiny), inverse = one / (length * next),
+            per_length = next * inverse, per_next = length * inverse, per_zone = P(1 / reach) * max(per_length, per_next);
+    const Vec3<P> outwards = per_next * beyond - per_length * edge, apart = vertex - start;
+    // The least of |vertex + y outwards - (start + t other)|^2; where both are parallel, which a trifle decides, y is nearest to 0.
+    const P squared = dot(outwards, outwards), a = P(1 + 2.5e-5) * squared, b = dot(outwards, other), c = dot(outwards, apart),
+            f = dot(other, apart);
+    const P t = range.clamp(fma(a, f, -(b * c)) / max(fma(a, dot(other, other), -(b * b)), tiny));
+    const P y = fma(b, t, -c) / max(a, tiny), within = -to_vertex * (length * per_zone),
+            x = within + max(min(fma(y, sqrt(squared) * per_zone, -within), P(held)), P(-held));
+    const P u = min(max(half - half * x, zero), one);
+    return {u * u * (P(3.0) - (u + u)), min(max(x, zero), one) * (P(reach) * min(one, next * per_length)),
+            sqrt(max(fnma(P(0.25), squared, one), zero)) * per_zone};
+}
+
+/// c of (56d): 1 where neighbours share contacts, 0 where each pushes by itself. `bend`: that of VertexShare times the sum of
+/// radii.
+template <int W> SKEIN_INLINE Pack<W> sharing(Pack<W> sine_squared, Pack<W> bend) {
+    using P = Pack<W>;
+    const P zero(0.0), one(1.0), steep = min(sine_squared * P(1 / (shallow * shallow)), one),
+                                 apart = min(bend / max(sine_squared, P(1e-30)), one),
+                                 bent = max(apart - P(held), zero) * P(1 / (1 - held));
+    return steep * (P(2.0) - steep) * (one - bent * bent * (P(3.0) - (bent + bent)));
+}
+
+} // namespace skein

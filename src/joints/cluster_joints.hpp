@@ -1,0 +1,284 @@
+// The joints of an assembly over a cluster of tiles (rod/clusters.hpp), table by table. In a block of copies a joint is between the
+// same slots in all lanes; in a copy by itself W joints are gathered from the lanes where their rods are. Each slot takes its loads
+// in the order of the joints either way, so the bits are the same.
+#pragma once
+
+#include "joints/joint_law.hpp"
+#include "joints/joint_list.hpp"
+#include "rod/clusters.hpp"
+
+#include <array>
+#include <bit>
+#include <cstdint>
+#include <memory>
+#include <vector>
+
+namespace skein {
+
+/// Numbers of a joint that do not change.
+template <class P> struct JointConstants {
+    P share_a, share_before_a, share_b, share_before_b;
+    Vec3<P> arm_a, axis_a, arm_b, axis_b;
+    Quaternion<P> rest;
+    P rest_distance;
+};
+inline JointConstants<double> constants_of(const Joint& joint) {
+    const JointEnd &a = joint.first, &b = joint.second;
+    return {a.share, 1 - a.share, b.share, 1 - b.share, a.arm, a.axis, b.arm, b.axis, joint.rest, joint.rest_distance};
+}
+
+/// Loads of a joint on its two elements, node by node.
+template <class P> struct JointNodeLoads { Vec3<P> force_a, force_a_next, force_b, force_b_next, couple_a, couple_b; };
+
+template <JointTurn Turn, bool Damped, bool Repels, int W>
+SKEIN_INLINE JointNodeLoads<Pack<W>> node_loads(const JointLaw& law, const JoinedElement<Pack<W>>& a,
+                                                const JoinedElement<Pack<W>>& b, const Quaternion<Pack<W>>& rest,
+                                                const Pack<W>& rest_distance) {
+    JointLoad<Pack<W>> on_b;
+    const JointLoad<Pack<W>> on_a = joint_load<Turn, Damped, Repels, W>(law, a, b, rest, rest_distance, on_b);
+    JointNodeLoads<Pack<W>> loads{a.share_before * on_a.force, a.share * on_a.force, b.share_before * on_b.force,
+                                  b.share * on_b.force,        on_a.couple,          on_b.couple};
+    if constexpr (Repels) {
+        const Vec3<Pack<W>> half_a = Pack<W>(0.5) * on_a.push, half_b = Pack<W>(0.5) * on_b.push;
+        loads.force_a += half_a, loads.force_a_next += half_a, loads.force_b += half_b, loads.force_b_next += half_b;
+    }
+    return loads;
+}
+
+/// Calls f.operator()<Turn, Damped, Repels>() as a table has them.
+template <class F> auto with_joint(const JointSpec& spec, F&& f) {
+    const auto with_turn = [&]<bool Damped, bool Repels>() {
+        switch (turn_of(spec)) {
+        case JointTurn::hinge:
+            return f.template operator()<JointTurn::hinge, Damped, Repels>();
+        case JointTurn::fixed:
+            return f.template operator()<JointTurn::fixed, Damped, Repels>();
+        case JointTurn::none:
+            break;
+        }
+        return f.template operator()<JointTurn::none, Damped, Repels>();
+    };
+    const auto with_damping = [&]<bool Repels>() {
+        return spec.law.damped() ? with_turn.template operator()<true, Repels>() : with_turn.template operator()<false, Repels>();
+    };
+    return spec.law.repulsion > 0 ? with_damping.template operator()<true>() : with_damping.template operator()<false>();
+}
+
+template <int W> class JointsOfCluster final : public ClusterJoints<W> {
+public:
+    JointsOfCluster(std::span<const JointSpec> tables, std::span<const Joint> joints, std::span<const RodGroup> groups,
+                    int assembly) {
+        for (const AssemblyGroups& one : assemblies_of(groups))
+            if (one.assembly == assembly) lay_out(one, groups.size());
+        for (std::size_t j = 0; j < joints.size(); ++j) {
+            if (runs_.empty() || joints[j].table != runs_.back().table) open(joints[j].table, tables[joints[j].table]);
+            add(joints[j]);
+        }
+    }
+
+    void run(const Slot<W>* slot, JoinedLoad<W>* load, bool across) const override {
+        std::fill_n(load, across ? across_.slots : within_.slots, JoinedLoad<W>{});
+        for (const Run& run : runs_) {
+            if (across) (this->*run.across)(run, slot, load);
+            else (this->*run.within)(run, slot, load);
+        }
+        if (!across) fill_spare_lanes(load);
+    }
+
+private:
+    using P = Pack<W>;
+    struct Run;
+    using Kernel = void (JointsOfCluster::*)(const Run&, const Slot<W>*, JoinedLoad<W>*) const;
+    struct Run {
+        std::size_t table;
+        JointLaw law;
+        Kernel across, within;
+        std::size_t first = 0, behind = 0;           ///< of joints
+        std::size_t first_pack = 0, behind_pack = 0; ///< of packs of W of them
+    };
+    /// Slots of a joint's elements: their nodes, of a body twice the same.
+    struct Slots {
+        std::uint32_t a, a_next, b, b_next;
+    };
+    /// W joints of a copy by itself; the last one fills up.
+    struct Gathered {
+        std::array<Slots, W> slots;
+        std::array<std::uint8_t, W> lane_a, lane_b;
+        int count = 0;
+        JointConstants<P> constants;
+    };
+    /// Where the slots of a group's rods are in a cluster.
+    struct Layout {
+        std::vector<std::size_t> first; ///< slot, by group
+        std::size_t slots = 0;
+    };
+    struct Spare {
+        std::size_t first, slots; ///< of a tile
+        int lanes;                ///< with rods of their own
+    };
+
+    void lay_out(const AssemblyGroups& assembly, std::size_t groups) {
+        slots_of_.assign(groups, 0), is_body_.assign(groups, false);
+        across_.first.assign(groups, 0), within_.first.assign(groups, 0);
+        for (const RodGroup* group : assembly.groups) {
+            const auto g = static_cast<std::size_t>(group->id());
+            const auto slots = static_cast<std::size_t>(group->slots());
+            const std::int64_t rods = group->rods_per_copy(), tiles = tiles_within(rods, W);
+            slots_of_[g] = slots, is_body_[g] = !group->strained();
+            across_.first[g] = across_.slots, within_.first[g] = within_.slots;
+            across_.slots += static_cast<std::size_t>(rods) * slots;
+            within_.slots += static_cast<std::size_t>(tiles) * slots;
+            if (const int lanes = static_cast<int>(rods - (tiles - 1) * W); lanes < W)
+                spare_.push_back({within_.slots - slots, slots, lanes});
+        }
+    }
+
+    void open(std::size_t table, const JointSpec& spec) {
+        runs_.push_back(with_joint(spec, [&]<JointTurn Turn, bool Damped, bool Repels>() {
+            return Run{table, spec.law, &JointsOfCluster::template run_across<Turn, Damped, Repels>,
+                       &JointsOfCluster::template run_within<Turn, Damped, Repels>};
+        }));
+        runs_.back().first = runs_.back().behind = slots_across_.size();
+        runs_.back().first_pack = runs_.back().behind_pack = gathered_.size();
+    }
+    void add(const Joint& joint) {
+        Run& run = runs_.back();
+        slots_across_.push_back(slots(joint, across_, 1));
+        constants_.push_back(constants_of(joint));
+        run.behind = slots_across_.size();
+        if (run.behind_pack == run.first_pack || gathered_.back().count == W) gathered_.emplace_back(), ++run.behind_pack;
+        Gathered& pack = gathered_.back();
+        for (int l = pack.count; l < W; ++l) {
+            const auto at = static_cast<std::size_t>(l);
+            pack.slots[at] = slots(joint, within_, W);
+            pack.lane_a[at] = static_cast<std::uint8_t>(joint.first.rod % W);
+            pack.lane_b[at] = static_cast<std::uint8_t>(joint.second.rod % W);
+            set(pack.constants, l, constants_.back());
+        }
+        ++pack.count;
+    }
+
+    Slots slots(const Joint& joint, const Layout& layout, std::int64_t rods_of_tile) const {
+        const auto node = [&](const JointEnd& end, int next) {
+            const auto g = static_cast<std::size_t>(end.group);
+            return static_cast<std::uint32_t>(layout.first[g] + static_cast<std::size_t>(end.rod / rods_of_tile) * slots_of_[g] +
+                                              static_cast<std::size_t>(end.element) +
+                                              (is_body_[g] ? 0u : static_cast<unsigned>(next)));
+        };
+        return {node(joint.first, 0), node(joint.first, 1), node(joint.second, 0), node(joint.second, 1)};
+    }
+    static void set(JointConstants<P>& all, int l, const JointConstants<double>& one) {
+        all.share_a.set(l, one.share_a), all.share_before_a.set(l, one.share_before_a);
+        all.share_b.set(l, one.share_b), all.share_before_b.set(l, one.share_before_b);
+        set_lane(all.arm_a, l, one.arm_a), set_lane(all.axis_a, l, one.axis_a);
+        set_lane(all.arm_b, l, one.arm_b), set_lane(all.axis_b, l, one.axis_b);
+        set_lane(all.rest, l, one.rest);
+        all.rest_distance.set(l, one.rest_distance);
+    }
+
+    template <JointTurn Turn, bool Damped, bool Repels>
+    void run_across(const Run& run, const Slot<W>* slot, JoinedLoad<W>* load) const {
+        for (std::size_t j = run.first; j < run.behind; ++j) {
+            const Slots& s = slots_across_[j];
+            const JointConstants<double>& c = constants_[j];
+            const auto element = [&](std::uint32_t at, std::uint32_t next, double share, double before, const Vec3d& arm,
+                                     const Vec3d& axis) {
+                const Slot<W>&first = slot[at], &second = slot[next];
+                return JoinedElement<P>{first.position, second.position, first.velocity, second.velocity,   first.director,
+                                        first.spin,     P(share),        P(before),      broadcast<W>(arm), broadcast<W>(axis)};
+            };
+            const JointNodeLoads<P> loads = node_loads<Turn, Damped, Repels, W>(
+                run.law, element(s.a, s.a_next, c.share_a, c.share_before_a, c.arm_a, c.axis_a),
+                element(s.b, s.b_next, c.share_b, c.share_before_b, c.arm_b, c.axis_b), broadcast<W>(c.rest), P(c.rest_distance));
+            load[s.a].force += loads.force_a;
+            load[s.a_next].force += loads.force_a_next;
+            load[s.a].couple += loads.couple_a;
+            load[s.b].force += loads.force_b;
+            load[s.b_next].force += loads.force_b_next;
+            load[s.b].couple += loads.couple_b;
+        }
+    }
+
+    /// Number `first` and on of a slot, a vector, of the lanes that at(l) points to.
+    template <class At> SKEIN_INLINE static Vec3<P> gathered(std::size_t first, At&& at) {
+        std::array<double, W> x, y, z;
+        for (std::size_t l = 0; l < W; ++l) {
+            const double* from = at(l) + first * W;
+            x[l] = from[0], y[l] = from[W], z[l] = from[2 * W];
+        }
+        return {std::bit_cast<P>(x), std::bit_cast<P>(y), std::bit_cast<P>(z)};
+    }
+    template <class At> SKEIN_INLINE static P gathered_number(std::size_t number, At&& at) {
+        std::array<double, W> x;
+        for (std::size_t l = 0; l < W; ++l) x[l] = at(l)[number * W];
+        return std::bit_cast<P>(x);
+    }
+
+    template <JointTurn Turn, bool Damped, bool Repels>
+    void run_within(const Run& run, const Slot<W>* slot, JoinedLoad<W>* load) const {
+        for (std::size_t i = run.first_pack; i < run.behind_pack; ++i) {
+            const Gathered& g = gathered_[i];
+            const JointConstants<P>& c = g.constants;
+            const auto element = [&](std::uint32_t Slots::*at, std::uint32_t Slots::*next, const std::array<std::uint8_t, W>& lane,
+                                     P share, P before, const Vec3<P>& arm, const Vec3<P>& axis) {
+                const auto first = [&](std::size_t l) { return reinterpret_cast<const double*>(slot + g.slots[l].*at) + lane[l]; };
+                const auto second = [&](std::size_t l) {
+                    return reinterpret_cast<const double*>(slot + g.slots[l].*next) + lane[l];
+                };
+                JoinedElement<P> e{gathered(0, first),
+                                   gathered(0, second),
+                                   {},
+                                   {},
+                                   {gathered_number(6, first), gathered(7, first)},
+                                   {},
+                                   share,
+                                   before,
+                                   arm,
+                                   axis};
+                if constexpr (Damped)
+                    e.velocity = gathered(3, first), e.next_velocity = gathered(3, second), e.spin = gathered(10, first);
+                return e;
+            };
+            const JointNodeLoads<P> loads = node_loads<Turn, Damped, Repels, W>(
+                run.law, element(&Slots::a, &Slots::a_next, g.lane_a, c.share_a, c.share_before_a, c.arm_a, c.axis_a),
+                element(&Slots::b, &Slots::b_next, g.lane_b, c.share_b, c.share_before_b, c.arm_b, c.axis_b), c.rest,
+                c.rest_distance);
+            for (int lane = 0; lane < g.count; ++lane) {
+                const auto l = static_cast<std::size_t>(lane);
+                const auto add = [&](std::uint32_t at, std::uint8_t to_lane, std::size_t first, const Vec3<P>& v) {
+                    double* to = reinterpret_cast<double*>(load + at) + to_lane + first * W;
+                    to[0] += v.x[lane], to[W] += v.y[lane], to[2 * W] += v.z[lane];
+                };
+                add(g.slots[l].a, g.lane_a[l], 0, loads.force_a);
+                add(g.slots[l].a_next, g.lane_a[l], 0, loads.force_a_next);
+                add(g.slots[l].a, g.lane_a[l], 3, loads.couple_a);
+                add(g.slots[l].b, g.lane_b[l], 0, loads.force_b);
+                add(g.slots[l].b_next, g.lane_b[l], 0, loads.force_b_next);
+                add(g.slots[l].b, g.lane_b[l], 3, loads.couple_b);
+            }
+        }
+    }
+
+    /// Spare lanes of a tile do what its last rod does.
+    void fill_spare_lanes(JoinedLoad<W>* load) const {
+        for (const Spare& tile : spare_)
+            for (std::size_t k = tile.first; k < tile.first + tile.slots; ++k) {
+                auto* numbers = reinterpret_cast<double*>(load + k);
+                for (std::size_t number = 0; number < 6; ++number)
+                    for (int l = tile.lanes; l < W; ++l)
+                        numbers[number * W + static_cast<std::size_t>(l)] =
+                            numbers[number * W + static_cast<std::size_t>(tile.lanes) - 1];
+            }
+    }
+
+    std::vector<std::size_t> slots_of_; ///< by group
+    std::vector<bool> is_body_;         ///< by group: its node has no next
+    Layout across_, within_;
+    std::vector<Spare> spare_;
+    std::vector<Run> runs_;
+    std::vector<Slots> slots_across_;
+    std::vector<JointConstants<double>> constants_;
+    AlignedVector<Gathered> gathered_;
+};
+
+} // namespace skein

@@ -1,0 +1,34 @@
+// The joints of one copy of an assembly: which elements they join, and where.
+#pragma once
+
+#include "joints/joint_spec.hpp"
+#include "skein/rod/rod_group.hpp"
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+namespace skein {
+
+/// One side of a joint: a point that moves with an element, between its nodes and off its axis.
+struct JointEnd {
+    int group;
+    std::int64_t rod; ///< in the copy
+    int element;
+    double share; ///< of the second node in the point's place; of a body 0
+    Vec3d arm;    ///< from there to the point, body, m
+    Vec3d axis;   ///< of a hinge, body
+};
+
+struct Joint {
+    std::size_t table; ///< number of its [[joint]]
+    JointEnd first, second;
+    Quaterniond rest;     ///< C of a fixed joint: Q2 = C Q1 at the start
+    double rest_distance; ///< of the elements' centres at the start, m
+};
+
+/// Joints of an assembly by number, in the order of the scene's tables and within one by rods and elements. `groups`: of the scene.
+/// Throws InputError, with the table's line, where nothing is joined, or rods have no element there.
+std::vector<Joint> joints_of(std::span<const JointSpec> tables, std::span<const RodGroup> groups, int assembly);
+
+} // namespace skein

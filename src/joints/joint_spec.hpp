@@ -1,0 +1,47 @@
+// What a scene says of joints: which rods of an assembly are joined, where, and how.
+#pragma once
+
+#include "skein/core/fields.hpp"
+
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace skein {
+
+/// spherical: two points stay together. hinge: so do two directions. fixed: so do both frames. side_by_side: the sides of elements
+/// that lie beside each other. tip_to_side: an end of a rod and the side of another, and the direction of the end.
+enum class JointKind { spherical, hinge, fixed, side_by_side, tip_to_side };
+inline constexpr std::string_view joint_names[] = {"spherical", "hinge", "fixed", "side_by_side", "tip_to_side"};
+
+/// Which rods of both groups are joined, by their numbers in a copy: same i and i, next i and i + 1, listed.
+enum class JointPairs { same, next, listed };
+inline constexpr std::string_view joint_pairs_names[] = {"same", "next", "listed"};
+
+/// Springs and dashpots of a joint.                                                                      theory.md (75)-(78)
+struct JointLaw {
+    double stiffness = 0;           ///< k, N/m
+    double damping = 0;             ///< nu, N s/m
+    double torsional_stiffness = 0; ///< k_t, N m/rad
+    double torsional_damping = 0;   ///< nu_t, N m s/rad
+    double repulsion = 0;           ///< k_r, N/m^1.5
+
+    bool damped() const { return damping > 0 || torsional_damping > 0; }
+    bool turns() const { return torsional_stiffness > 0 || torsional_damping > 0; }
+};
+
+struct JointSpec {
+    JointKind kind = JointKind::spherical;
+    std::vector<std::string> between; ///< two groups, or a group and itself
+    JointPairs pairs = JointPairs::same;
+    std::vector<long> first, second; ///< listed: numbers of rods
+    std::vector<double> at{1, 0};    ///< places on both, over the length; of a body unused
+    Vec3d axis{0, 0, 0};             ///< of a hinge, at the start, in the axes of the assembly
+    double gap = 0;                  ///< m: elements whose surfaces are farther apart are not side by side; 0: 1 % of their radii
+    JointLaw law;
+    std::string source; ///< file:line of the table, for messages
+
+    void fields(FieldVisitor& f);
+};
+
+} // namespace skein

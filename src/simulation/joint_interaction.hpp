@@ -1,0 +1,26 @@
+// Joints as an interaction: their forces act within visits to clusters (joints/cluster_joints.hpp); here their energy and the gaps
+// that their springs leave are read.
+#pragma once
+
+#include "simulation/interaction.hpp"
+
+namespace skein {
+
+class JointInteraction final : public Interaction {
+public:
+    explicit JointInteraction(const InteractionParts& parts) : plan_(parts.plan), groups_(parts.groups), rods_(&parts.rods) {}
+
+    void follow(const InteractionParts& parts) override { rods_ = &parts.rods; }
+    std::vector<Figure> figures(double lag) const override;
+    std::string kept_name() const override { return "joints"; }
+    /// Joints remember nothing.
+    KeptNumbers kept() const override { return {.name = kept_name(), .numbers = {}, .sums = 0, .columns = 0, .rows = {}}; }
+    void recall(const KeptNumbers&) override {}
+
+private:
+    const Plan& plan_;
+    std::span<const RodGroup> groups_;
+    const Rods* rods_;
+};
+
+} // namespace skein
