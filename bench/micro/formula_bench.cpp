@@ -109,14 +109,14 @@ int main(int argc, char** argv) {
     const std::vector<std::pair<Load, Load>> twins = {
         {Gravity{{0.3, 1, -9.81}}, force({"0.3", "1", "-9.81"}, FormulaPer::mass)},
         {UniformForce{.force = {8, 0, -1}}, force({"8", "0", "-1"}, rod)},
-        {UniformForce{.force = {8, 0, -1}, .ramp = 2}, force({"8*ramp(t, 2)", "0", "-1*ramp(t, 2)"}, rod)},
+        {UniformForce{.force = {8, 0, -1}, .ramp = {2}}, force({"8*ramp(t, 2)", "0", "-1*ramp(t, 2)"}, rod)},
         {UniformCouple{.couple = {1, 2, 3}}, couple({"1", "2", "3"})},
-        {UniformCouple{.couple = {1, 2, 3}, .ramp = 5}, couple({"1*ramp(t, 5)", "2*ramp(t, 5)", "3*ramp(t, 5)"})},
+        {UniformCouple{.couple = {1, 2, 3}, .ramp = {5}}, couple({"1*ramp(t, 5)", "2*ramp(t, 5)", "3*ramp(t, 5)"})},
         {EndForce{.start = {0, 4, 3}}, force({"0", "4", "3"}, length, FormulaAt::start)},
-        {EndForce{.end = {-4, 0, 0.5}, .ramp = 2}, force({"-4*ramp(t, 2)", "0", "0.5*ramp(t, 2)"}, length, at_end)},
+        {EndForce{.end = {-4, 0, 0.5}, .ramp = {2}}, force({"-4*ramp(t, 2)", "0", "0.5*ramp(t, 2)"}, length, at_end)},
         {SinusoidalEndForce{.end = 3, .period = 4}, force({"3*cos(2*pi/4*t)", "3*sin(2*pi/4*t)", "0"}, length, at_end)},
         {MagneticField{.constant = {0, 8e-4, 0.01}}, MagneticFormula{{"0", "8e-4", "0.01"}}},
-        {MagneticField{.constant = {0, 8e-4, 0}, .rotating = 0.08, .period = 72, .ramp = 10},
+        {MagneticField{.constant = {0, 8e-4, 0}, .rotating = 0.08, .period = 72, .ramp = {10}},
          MagneticFormula{{"ramp(t, 10)*0.08*sin(2*pi/72*t)", "8e-4*ramp(t, 10)", "ramp(t, 10)*0.08*cos(2*pi/72*t)"}}}};
     fmt::print("{}, {} lanes, {} elements\n{:<24}{:>10}{:>10}{:>8}{:>12}\n", processor(), W, elements, "load", "named ns",
                "formula", "ratio", "difference");

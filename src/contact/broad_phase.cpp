@@ -26,7 +26,8 @@ Vec3d most_of(const Vec3d& a, const Vec3d& b) { return {std::max(a.x, b.x), std:
 
 /// Elements that may touch, by what they are and not where.
 bool may_touch(const Exposure& c, const SelfGaps& gaps, std::uint32_t a, std::uint32_t b) {
-    if (c.window_of[a] != c.window_of[b]) return true; // of two bodies, or ghosts both: one body has one owner
+    if (c.window_of[a] != c.window_of[b])
+        return c.kin_of(a) != c.kin_of(b); // of two bodies, or ghosts both: one body has one owner
     return gaps[static_cast<std::size_t>(c.at(a).group)].may_touch(static_cast<std::int32_t>(a), static_cast<std::int32_t>(b));
 }
 
@@ -229,7 +230,7 @@ void BroadPhase::fill_grids(const Exposure& bodies, const SelfGaps& gaps) {
             x_[i] = sphere.x, y_[i] = sphere.y, z_[i] = sphere.z, reach_[i] = sphere.reach;
             slot_[i] = static_cast<std::uint32_t>(s);
             const bool touches_itself = gaps[static_cast<std::size_t>(bodies.at(s).group)].touches_itself();
-            body_[i] = touches_itself ? -1 - static_cast<std::int32_t>(s) : bodies.window_of[s];
+            body_[i] = touches_itself ? -1 - static_cast<std::int32_t>(s) : bodies.kin_of(s);
         }
     });
 }

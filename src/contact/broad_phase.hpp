@@ -102,7 +102,8 @@ private:
     AlignedVector<Sphere> sphere_; ///< by slot
     // By cell.
     AlignedVector<float> x_, y_, z_, reach_;
-    AlignedVector<std::int32_t> body_; ///< elements with the same one do not touch: windows, or slots where a body touches itself
+    AlignedVector<std::int32_t>
+        body_; ///< elements with the same one do not touch: Exposure::kin_of, or slots where a body touches itself
     AlignedVector<std::uint32_t> slot_;
     std::vector<std::uint32_t> cell_of_, place_, cell_begin_;
     struct Near {

@@ -100,6 +100,12 @@ void Wall::fields(FieldVisitor& f) {
     f.visit({.name = "open", .unit = "", .text = "box: sides left open, of x-, x+, y-, y+, z-, z+"}, open);
     law.fields(f);
     f.visit({.name = "rods", .unit = "", .text = "groups it acts on; all where absent"}, rods);
+    f.choice(
+        {.name = "touches",
+         .unit = "",
+         .text = "what of the rods touches it: their surface, with round ends, or their axis, as if they were cut off flat and had "
+                 "no width"},
+        touches, wall_touch_names);
     f.visit({.name = "velocity", .unit = "m/s", .text = "at which it moves steadily; with a servo the direction of its way forth"},
             velocity);
     f.visit({.name = "from", .unit = "s", .text = "time from which it moves", .at_least = 0}, from);

@@ -14,6 +14,9 @@ enum class WallKind { plane, tube, ball, box };
 inline constexpr std::string_view wall_names[] = {"plane", "tube", "ball", "box"};
 enum class WallSide { inside, outside };
 inline constexpr std::string_view wall_side_names[] = {"inside", "outside"};
+/// What of a rod touches a wall: its surface, round at the ends, or its axis, as that of a leg which is cut off flat.
+enum class WallTouch { surface, axis };
+inline constexpr std::string_view wall_touch_names[] = {"surface", "axis"};
 
 /// A wall that goes forth until a watched wall is pressed, back until it is relieved, and so on (servo.hpp). None where speed is 0.
 struct ServoSpec {
@@ -44,8 +47,9 @@ struct Wall {
     Vec3d lower{0, 0, 0}, upper{0, 0, 0}; ///< corners of a box, m
     std::vector<std::string> open;        ///< sides that a box lacks
     std::vector<std::string> rods;        ///< groups it acts on; empty: all
-    Vec3d velocity{0, 0, 0};              ///< m/s
-    double from = 0;                      ///< s: when it begins to move
+    WallTouch touches = WallTouch::surface;
+    Vec3d velocity{0, 0, 0}; ///< m/s
+    double from = 0;         ///< s: when it begins to move
     ContactLaw law;
     ServoSpec servo;
     std::string source; ///< file:line of the table, for messages

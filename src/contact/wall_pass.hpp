@@ -24,6 +24,7 @@ struct WallNow {
     Vec3d point, direction; ///< normal or axis
     double level;           ///< direction.point
     double radius;
+    double width; ///< of rods, over their own: 0 where their axis touches
     Vec3d velocity;
     ContactKinds kinds;
     ContactNumbers<double> law;
@@ -55,6 +56,7 @@ public:
                                                                             direction,
                                                                             dot(direction, point),
                                                                             wall.radius,
+                                                                            wall.touches == WallTouch::axis ? 0.0 : 1.0,
                                                                             state.velocity,
                                                                             {wall.law.normal, wall.law.friction},
                                                                             law_[i].at(step.time).numbers()};
@@ -92,7 +94,7 @@ public:
                 unsigned now = 0;
                 if (contacts.near[w]) {
                     const Surface s = surface(wall[w], at);
-                    now = bits_of(radius > s.distance);
+                    now = bits_of(P(wall[w].width) * radius > s.distance);
                     for (unsigned bits = now; bits != 0; bits &= bits - 1) {
                         const int l = std::countr_zero(bits);
                         if (batch.count == Batch::most || (batch.count > 0 && !alike(wall[batch.touch[0].wall], wall[w])))
@@ -191,12 +193,14 @@ private:
         constexpr int N = Batch::most;
         using Q = Pack<N>;
         typename Points::template Touching<N> points;
-        NumberLanes<N> distance, law[7], stiffness, weight;
+        NumberLanes<N> distance, radius, law[7], stiffness, weight;
         VectorLanes<N> towards, velocity, spring, viscous_part;
         for (int n = 0; n < N; ++n) { // spare lanes repeat the first
             const Touch& touch = batch.touch[n < batch.count ? n : 0];
             const WallNow& one = wall[touch.wall];
             points.put(n, points_, rod, touch.point, touch.lane);
+            radius.at[n] = points.radius.at[n];
+            points.radius.at[n] *= one.width;
             distance.at[n] = touch.distance;
             towards.put(n, touch.towards);
             velocity.put(n, one.velocity);
@@ -221,7 +225,7 @@ private:
         NumberLanes<N> friction_work, viscous_work, normal, energy, overlap, slope;
         force.take(out.on_1), friction_work.take(out.friction_work), viscous_work.take(out.viscous_work);
         normal.take(out.normal), energy.take(out.elastic_energy), slope.take(out.stiffness);
-        overlap.take(max(state.radius_1 - state.distance, Q(0.0)) / (state.radius_1 + state.radius_1));
+        overlap.take(max(state.radius_1 - state.distance, Q(0.0)) / (radius.pack() + radius.pack()));
         for (int n = 0; n < batch.count; ++n) {
             const Touch& touch = batch.touch[n];
             const int l = touch.lane;

@@ -1,4 +1,4 @@
-// Couples on the first and last elements, fixed in the lab or in the element's axes (a follower), ramped up linearly. theory.md
+// Couples on the first and last elements, fixed in the lab or in the element's axes (a follower), with a ramp. theory.md
 // (33a)
 //   c_0 += r(t) Q_0 C_start,  c_{n-1} += r(t) Q_{n-1} C_end        [N m] body; C lab
 //   c_0 += r(t) C_start,      c_{n-1} += r(t) C_end                [N m] body; C body
@@ -20,21 +20,21 @@ struct EndCouple {
     Vec3d start{0, 0, 0};             ///< N m, on element 0
     Vec3d end{0, 0, 0};               ///< N m, on element n - 1
     LoadFrame frame = LoadFrame::lab; ///< of `start` and `end`
-    double ramp = 0;                  ///< s
+    Ramp ramp;
 
     void fields(FieldVisitor& f) {
         f.visit({.name = "start", .unit = "N m", .text = "couple on the first element"}, start);
         f.visit({.name = "end", .unit = "N m", .text = "couple on the last element"}, end);
         f.choice({.name = "frame", .unit = "", .text = "of `start` and `end`: body turns with the element (a follower couple)"},
                  frame, load_frame_names);
-        f.visit({.name = "ramp", .unit = "s", .text = "linear rise from 0", .at_least = 0}, ramp);
+        ramp.fields(f);
     }
     void check(RodSpecs, Objections& objections) const {
         if (zero(start) && zero(end)) objections.add("", "an end_couple needs 'start' or 'end' [N m]: both are 0");
     }
 
     template <int W, class Map = Across<W>> void add(const RodTile<W>& rod, SlotLoad<W>* load, const Step& step) const {
-        const double r = ramp_at(step.time, ramp);
+        const double r = ramp.at(step.time);
         add_to<Map>(rod, load, false, r * start);
         add_to<Map>(rod, load, true, r * end);
     }

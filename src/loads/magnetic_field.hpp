@@ -25,9 +25,8 @@ struct MagneticField {
     Vec3d sine_axis{1, 0, 0};   ///< u, lab
     Vec3d cosine_axis{0, 0, 1}; ///< v, lab
     double period = 0;          ///< T, s; negative turns the other way
-    double ramp = 0;            ///< s
-    double onset = 0;           ///< s
-    double until = 0;           ///< s; 0: the field stays
+    Ramp ramp;
+    double until = 0; ///< s; 0: the field stays
 
     void fields(FieldVisitor& f) {
         f.visit({.name = "constant", .unit = "T", .text = "B0, constant part, lab frame"}, constant);
@@ -35,15 +34,13 @@ struct MagneticField {
         f.visit({.name = "sine_axis", .unit = "-", .text = "u: the rotating part is B (u sin wt + v cos wt)"}, sine_axis);
         f.visit({.name = "cosine_axis", .unit = "-", .text = "v"}, cosine_axis);
         f.visit({.name = "period", .unit = "s", .text = "2 pi/w; a negative one turns the other way"}, period);
-        f.visit({.name = "ramp", .unit = "s", .text = "linear rise of the whole field from 0, and fall to it", .at_least = 0},
-                ramp);
-        f.visit({.name = "onset", .unit = "s", .text = "no field before", .at_least = 0}, onset);
+        ramp.fields(f);
         f.visit({.name = "until", .unit = "s", .text = "the field falls from then on; 0: it stays", .at_least = 0}, until);
     }
     static bool acts_on(const RodSpec& rods) { return rods.magnetisation.pattern != MagnetisationPattern::none; }
     void check(RodSpecs groups, Objections& objections) const {
-        if (until > 0 && until <= onset)
-            objections.add("until", "'until' " + number_text(until) + " s is not after 'onset' " + number_text(onset) + " s");
+        if (until > 0 && until <= ramp.onset)
+            objections.add("until", "'until' " + number_text(until) + " s is not after 'onset' " + number_text(ramp.onset) + " s");
         if (!groups.empty() && std::none_of(groups.begin(), groups.end(), [](const RodSpec* rods) { return acts_on(*rods); }))
             objections.add("", "none of the groups that this magnetic_field acts on has a [rods.magnetisation]");
         if (rotating == 0) {
@@ -60,9 +57,8 @@ struct MagneticField {
 
     /// r(t).
     double share(double time) const {
-        if (time < onset) return 0;
-        if (until > 0 && time > until) return ramp > 0 ? std::max(0.0, 1 - (time - until) / ramp) : 0.0;
-        return ramp_at(time - onset, ramp);
+        if (until > 0 && time > until) return ramp.duration > 0 ? 1 - ramp_at(time - until, ramp.duration, ramp.shape) : 0;
+        return ramp.at(time);
     }
     /// b(t), T, lab.
     Vec3d at(double time) const {

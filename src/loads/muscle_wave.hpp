@@ -29,7 +29,7 @@ struct MuscleWave {
     double phase = 0;                 ///< phi, rad
     Vec3d direction{0, 0, 1};         ///< d
     LoadFrame frame = LoadFrame::lab; ///< of d
-    double ramp = 0;                  ///< s
+    Ramp ramp;
 
     void fields(FieldVisitor& f) {
         f.visit({.name = "amplitude", .unit = "N m", .text = "A, couple", .required = true}, amplitude);
@@ -46,7 +46,7 @@ struct MuscleWave {
                   .unit = "",
                   .text = "of `direction`: body axes (d1, d2, d3) turn with the rod, which muscles in it act about"},
                  frame, load_frame_names);
-        f.visit({.name = "ramp", .unit = "s", .text = "linear rise from 0", .at_least = 0}, ramp);
+        ramp.fields(f);
     }
     void check(RodSpecs groups, Objections& objections) const {
         if (wavelength == 0) objections.add("wavelength", "'wavelength' of a muscle_wave cannot be 0");

@@ -12,16 +12,16 @@ namespace skein {
 struct UniformCouple {
     static constexpr std::string_view kind = "uniform_couple";
     Vec3d couple{0, 0, 0}; ///< total on each rod, N m, lab
-    double ramp = 0;       ///< s
+    Ramp ramp;
 
     void fields(FieldVisitor& f) {
         f.visit({.name = "couple", .unit = "N m", .text = "total couple on each rod, lab frame", .required = true}, couple);
-        f.visit({.name = "ramp", .unit = "s", .text = "linear rise from 0", .at_least = 0}, ramp);
+        ramp.fields(f);
     }
 
     template <int W, class Map = Across<W>> void add(const RodTile<W>& rod, SlotLoad<W>* load, const Step& step) const {
         const auto c = broadcast<W>(couple);
-        const auto per_length = ramp_at(step.time, ramp) / Map::length(rod);
+        const auto per_length = ramp.at(step.time) / Map::length(rod);
         for (int k = 0; k < rod.n; ++k)
             load[k].couple = fma(Pack<W>(per_length * Map::element(rod, k).rest_length), rod.slot[k].director * c, load[k].couple);
     }

@@ -12,16 +12,16 @@ namespace skein {
 struct UniformForce {
     static constexpr std::string_view kind = "uniform_force";
     Vec3d force{0, 0, 0}; ///< total on each rod, N, lab
-    double ramp = 0;      ///< s
+    Ramp ramp;
 
     void fields(FieldVisitor& f) {
         f.visit({.name = "force", .unit = "N", .text = "total force on each rod, lab frame", .required = true}, force);
-        f.visit({.name = "ramp", .unit = "s", .text = "linear rise from 0", .at_least = 0}, ramp);
+        ramp.fields(f);
     }
 
     template <int W, class Map = Across<W>> void add(const RodTile<W>& rod, SlotLoad<W>* load, const Step& step) const {
         const auto f = broadcast<W>(force);
-        const auto per_length = ramp_at(step.time, ramp) / Map::length(rod);
+        const auto per_length = ramp.at(step.time) / Map::length(rod);
         for (int i = 0; i <= rod.last; ++i) load[i].force = fma(Pack<W>(per_length * Map::node_length(rod, i)), f, load[i].force);
     }
 };

@@ -49,9 +49,9 @@ public:
         if (frame_ == LoadFrame::body) parts_.back() = m;
         else add(parts_.size() - 1, m, -1);
     }
-    void prepare(std::span<const Step> steps, double period, double ramp) {
+    void prepare(std::span<const Step> steps, double period, const Ramp& ramp) {
         for (const Step& step : steps) {
-            const double angle = 2 * std::numbers::pi / period * step.time, r = ramp_at(step.time, ramp);
+            const double angle = 2 * std::numbers::pi / period * step.time, r = ramp.at(step.time);
             sine_[step.slot] = r * std::sin(angle);
             cosine_[step.slot] = r * std::cos(angle);
         }

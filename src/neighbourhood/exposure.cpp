@@ -3,6 +3,7 @@
 #include "neighbourhood/surface.hpp"
 
 #include <algorithm>
+#include <unordered_map>
 
 namespace skein {
 
@@ -40,6 +41,11 @@ void Exposure::lay_out(bool rates) {
                        behind = chain == Chain::ring || (chain == Chain::open && k < last_element);
             vertices.push_back(static_cast<std::uint8_t>((before ? at_start : 0) | (behind ? at_end : 0)));
         }
+    }
+    if (scene_.has_kin()) {
+        std::unordered_map<std::int64_t, std::int32_t> first;
+        for (std::size_t i = 0; i < window.size(); ++i)
+            kin.push_back(first.emplace(scene_.kin_of(window[i].gid), static_cast<std::int32_t>(i)).first->second);
     }
     node.assign(window_of.size(), {{}, -1});
     if (rates) motion.assign(window_of.size(), {});
@@ -108,6 +114,7 @@ void Exposure::become(Exposure&& other) {
     vertices.swap(other.vertices);
     window.swap(other.window);
     own.swap(other.own);
+    kin.swap(other.kin);
     find_own();
 }
 

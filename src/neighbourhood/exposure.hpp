@@ -58,6 +58,7 @@ public:
     std::vector<std::uint8_t> vertices;  ///< of each slot's element, as bits of Vertex
     std::vector<Window> window;          ///< in rising order of slots
     std::vector<std::uint8_t> own;       ///< by window; none where all are
+    std::vector<std::int32_t> kin; ///< by window: the first of its copy of an assembly here; none where there are no assemblies
 
     /// Own bodies, in any order; radii are set, places and rates are not.
     Exposure(std::span<const RodGroup> groups, std::span<const LocalRod> bodies);
@@ -69,6 +70,11 @@ public:
     const Window& at(std::size_t slot) const { return window[static_cast<std::size_t>(window_of[slot])]; }
     std::uint32_t end_of(std::size_t number) const { return window[number].first_slot + window[number].slots; }
     bool owns(std::size_t number) const { return own.empty() || own[number] != 0; }
+    /// A number that slots share which never touch: of their body, or of its copy of an assembly.
+    std::int32_t kin_of(std::size_t slot) const {
+        const std::int32_t number = window_of[slot];
+        return kin.empty() ? number : kin[static_cast<std::size_t>(number)];
+    }
     bool owns_slot(std::size_t slot) const { return owns(static_cast<std::size_t>(window_of[slot])); }
     const SceneSlots& scene() const { return scene_; }
     std::int64_t in_scene(std::size_t slot) const {

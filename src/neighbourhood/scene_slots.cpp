@@ -16,6 +16,12 @@ std::vector<SceneSlots::Alike> alike(std::span<const RodGroup> groups) {
     for (const RodGroup& group : groups) {
         const Chain chain = !group.strained() ? Chain::none : group.closed() ? Chain::ring : Chain::open;
         all.push_back({group.count(), group.exposed_slots(), chain});
+        if (!group.assembly()) continue;
+        const RodGroup& first = *std::find_if(groups.begin(), groups.end(), [&](const RodGroup& other) {
+            return other.assembly() && other.assembly()->number == group.assembly()->number;
+        });
+        all.back().first_kin = first.first_gid();
+        all.back().kin_per_copy = first.rods_per_copy(), all.back().per_copy = group.rods_per_copy();
     }
     return all;
 }
@@ -33,9 +39,10 @@ SceneSlots::SceneSlots(std::span<const Alike> groups) {
     for (const auto& group : groups) all += group.bodies * group.slots;
     block_slots_ = std::clamp<std::int64_t>(all / 16, 256, 1024);
     std::int64_t block = 0, room = 0; // in the last block
-    for (const auto& [bodies, slots, chain] : groups) {
+    for (const auto& [bodies, slots, chain, first_kin, kin_per_copy, per_copy] : groups) {
         const std::int64_t first = bodies_;
-        groups_.push_back({first, slots_, slots, chain});
+        groups_.push_back({first, slots_, slots, chain, first_kin, kin_per_copy, per_copy});
+        has_kin_ |= first_kin >= 0;
         bodies_ += bodies;
         slots_ += bodies * slots;
         const std::int64_t joining = std::min(room / slots, bodies), // the block that the group before has begun
@@ -67,6 +74,11 @@ Chain SceneSlots::chain_of(std::int64_t gid) const { return at(gid).chain; }
 std::int64_t SceneSlots::gid_at(std::int64_t slot) const {
     const Group& g = last_before(groups_, slot, &Group::first_slot);
     return g.first_gid + (slot - g.first_slot) / g.slots;
+}
+
+std::int64_t SceneSlots::kin_of(std::int64_t gid) const {
+    const Group& g = at(gid);
+    return g.first_kin < 0 ? gid : g.first_kin + (gid - g.first_gid) / g.per_copy * g.kin_per_copy;
 }
 
 std::int64_t SceneSlots::block_of(std::int64_t gid) const {

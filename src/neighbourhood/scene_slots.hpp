@@ -18,6 +18,8 @@ public:
     struct Alike {
         std::int64_t bodies, slots;
         Chain chain = Chain::open;
+        std::int64_t first_kin = -1, kin_per_copy = 0,
+                     per_copy = 0; ///< of an assembly: its first body, see kin_of; bodies in a copy
     };
     explicit SceneSlots(std::span<const Alike> groups);
     explicit SceneSlots(std::span<const RodGroup> groups);
@@ -29,6 +31,10 @@ public:
     std::int64_t slots_of(std::int64_t gid) const;
     Chain chain_of(std::int64_t gid) const;
     std::int64_t gid_at(std::int64_t slot) const;
+    /// Whether some bodies belong to assemblies. Those of one copy do not touch each other.
+    bool has_kin() const { return has_kin_; }
+    /// The same number for all bodies of a copy of an assembly: gid of its first one; of a body of none its own.
+    std::int64_t kin_of(std::int64_t gid) const;
     /// Number of the body's block. Blocks are consecutive bodies with no more than block_slots() slots, or one body: loads of a
     /// block are summed by one task, so sums depend on the scene alone. Rising with gid.
     std::int64_t block_of(std::int64_t gid) const;
@@ -43,6 +49,7 @@ private:
     struct Group {
         std::int64_t first_gid, first_slot, slots; ///< the last of one body
         Chain chain;
+        std::int64_t first_kin, kin_per_copy, per_copy;
     };
     /// Blocks of so many bodies each; bodies of later groups may fill up the last.
     struct Run {
@@ -54,6 +61,7 @@ private:
     std::int64_t bodies_ = 0, slots_ = 0;
     std::int64_t block_slots_;
     double vertex_reach_ = 0.05;
+    bool has_kin_ = false;
 };
 
 } // namespace skein

@@ -2,6 +2,7 @@
 
 #include "core/hilbert.hpp"
 #include "rod/cell_turn.hpp"
+#include "rod/clusters.hpp"
 #include "rod/time_limits.hpp"
 #include "skein/core/error.hpp"
 
@@ -30,6 +31,11 @@ const RodGroup& group_of(std::span<const RodGroup> groups, std::int64_t gid) {
     const auto after = std::upper_bound(groups.begin(), groups.end(), gid,
                                         [](std::int64_t g, const RodGroup& group) { return g < group.first_gid(); });
     return *(after - 1);
+}
+
+const AssemblyGroups& assembly_of(const RodGroup& group, const std::vector<AssemblyGroups>& assemblies) {
+    return *std::find_if(assemblies.begin(), assemblies.end(),
+                         [&](const AssemblyGroups& a) { return a.assembly == group.assembly()->number; });
 }
 
 /// The smallest cube with its sides along the axes that holds every rod's centre.
@@ -120,15 +126,36 @@ int piece_of(std::span<const Keyed> cuts, const Keyed& rod) {
     return static_cast<int>(std::upper_bound(cuts.begin(), cuts.end(), rod) - cuts.begin());
 }
 
-/// This rank's index block of every group, where rods start. Whose block a rod is in changes nothing.
+/// This rank's index block of every group, where rods start. Whose block a rod is in changes nothing. The first rod of a copy of an
+/// assembly stands for all of it.
 std::vector<WeighedRod> index_block(const Communicator& comm, std::span<const RodGroup> groups) {
     std::vector<WeighedRod> rods;
+    const std::vector<AssemblyGroups> assemblies = assemblies_of(groups);
     for (const RodGroup& group : groups) {
-        const std::int64_t end = block_begin(group.count(), comm.rank() + 1, comm.size());
-        for (std::int64_t i = block_begin(group.count(), comm.rank(), comm.size()); i < end; ++i)
-            rods.push_back({group.first_gid() + i, group.centre(i), group.elements()});
+        std::int64_t units = group.count(), rods_of_unit = 1, weight = group.elements();
+        if (group.assembly()) {
+            const AssemblyGroups& whole = assembly_of(group, assemblies);
+            if (whole.groups.front() != &group) continue;
+            units = group.assembly()->count(), rods_of_unit = group.rods_per_copy(), weight = whole.elements_per_copy();
+        }
+        const std::int64_t end = block_begin(units, comm.rank() + 1, comm.size());
+        for (std::int64_t unit = block_begin(units, comm.rank(), comm.size()); unit < end; ++unit) {
+            const std::int64_t i = unit * rods_of_unit;
+            rods.push_back({group.first_gid() + i, group.centre(i), weight});
+        }
     }
     return rods;
+}
+
+/// Calls f(group, index) for the rods that one of index_block stands for.
+template <class F>
+void for_rods_of(std::span<const RodGroup> groups, const std::vector<AssemblyGroups>& assemblies, std::int64_t gid, F&& f) {
+    const RodGroup& group = group_of(groups, gid);
+    const std::int64_t index = gid - group.first_gid();
+    if (!group.assembly()) return f(group, index);
+    const std::int64_t copy = group.copy_of(index);
+    for (const RodGroup* member : assembly_of(group, assemblies).groups)
+        for (std::int64_t i = 0; i < member->rods_per_copy(); ++i) f(*member, copy * member->rods_per_copy() + i);
 }
 
 std::vector<Keyed> send_to_owners(const Communicator& comm, std::span<const Keyed> rods, std::span<const Keyed> cuts) {
@@ -203,10 +230,11 @@ void keep_own_rods(const Communicator& comm, std::span<RodGroup> groups, std::sp
 std::vector<LocalRod> partition(const Communicator& comm, std::span<const RodGroup> groups) {
     const Curve curve(comm, index_block(comm, groups));
     std::vector<LocalRod> local;
-    for (const Keyed& rod : send_to_owners(comm, curve.rods(), curve.cuts(comm.size()))) {
-        const RodGroup& group = group_of(groups, rod.gid);
-        local.push_back({rod.gid, group.id(), rod.gid - group.first_gid()});
-    }
+    const std::vector<AssemblyGroups> assemblies = assemblies_of(groups);
+    for (const Keyed& rod : send_to_owners(comm, curve.rods(), curve.cuts(comm.size())))
+        for_rods_of(groups, assemblies, rod.gid, [&](const RodGroup& group, std::int64_t i) {
+            local.push_back({group.first_gid() + i, group.id(), i});
+        });
     std::stable_sort(local.begin(), local.end(), [](const LocalRod& a, const LocalRod& b) { return a.group < b.group; });
     return local;
 }
@@ -216,7 +244,11 @@ std::vector<int> owners(std::span<const RodGroup> groups, int ranks) {
     const Curve curve(alone, index_block(alone, groups));
     const auto cuts = curve.cuts(ranks);
     std::vector<int> owner(static_cast<std::size_t>(rods_of(groups)));
-    for (const Keyed& rod : curve.rods()) owner[static_cast<std::size_t>(rod.gid)] = piece_of(cuts, rod);
+    const std::vector<AssemblyGroups> assemblies = assemblies_of(groups);
+    for (const Keyed& rod : curve.rods())
+        for_rods_of(groups, assemblies, rod.gid, [&](const RodGroup& group, std::int64_t i) {
+            owner[static_cast<std::size_t>(group.first_gid() + i)] = piece_of(cuts, rod);
+        });
     return owner;
 }
 

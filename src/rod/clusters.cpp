@@ -46,6 +46,12 @@ std::int64_t AssemblyGroups::rods_per_copy() const {
     return rods;
 }
 
+std::int64_t AssemblyGroups::elements_per_copy() const {
+    std::int64_t elements = 0;
+    for (const RodGroup* group : groups) elements += group->rods_per_copy() * group->elements();
+    return elements;
+}
+
 std::vector<AssemblyGroups> assemblies_of(std::span<const RodGroup> groups) {
     std::map<int, AssemblyGroups> found;
     for (const RodGroup& group : groups) {

@@ -39,6 +39,7 @@ struct AssemblyGroups {
 
     std::vector<MemberRods> members() const;
     std::int64_t rods_per_copy() const;
+    std::int64_t elements_per_copy() const;
 };
 std::vector<AssemblyGroups> assemblies_of(std::span<const RodGroup> groups);
 

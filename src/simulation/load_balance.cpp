@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <numeric>
 
 namespace skein {
@@ -97,7 +98,7 @@ bool LoadBalance::memory_suffices(const Rods& rods) const {
     return comm_.min(spare) > 0;
 }
 
-std::vector<Assignment> LoadBalance::assign(const Rods& rods, const Interactions& all) const {
+std::vector<Assignment> LoadBalance::assign(std::span<const RodGroup> groups, const Rods& rods, const Interactions& all) const {
     const std::vector<double> cost = when_ == Balance::automatic ? costs(work_of_rods(rods, all)) : std::vector<double>();
     const double mine = sum_of(cost), whole = sum_of(of_ranks(comm_, std::span(&mine, 1)));
     std::vector<WeighedRod> weighed(rods.local().size());
@@ -110,7 +111,24 @@ std::vector<Assignment> LoadBalance::assign(const Rods& rods, const Interactions
                       cost.empty() ? made_up(local.gid, figures_.migrations)
                                    : std::max<std::int64_t>(1, std::llround(units * cost[i] / whole))};
     });
-    return skein::assign(comm_, weighed);
+    // The first rod of a copy of an assembly stands for all of it.
+    const SceneSlots scene(groups);
+    if (!scene.has_kin()) return skein::assign(comm_, weighed);
+    std::map<std::int64_t, WeighedRod> copies;
+    for (const WeighedRod& rod : weighed) {
+        const std::int64_t kin = scene.kin_of(rod.gid);
+        WeighedRod& copy = copies.try_emplace(kin, WeighedRod{kin, rod.centre, 0}).first->second;
+        if (kin == rod.gid) copy.centre = rod.centre;
+        copy.weight += rod.weight;
+    }
+    std::vector<WeighedRod> together;
+    for (const auto& [kin, copy] : copies) together.push_back(copy);
+    const std::vector<Assignment> of_copies = skein::assign(comm_, together);
+    std::map<std::int64_t, Assignment> by_kin;
+    for (std::size_t i = 0; i < together.size(); ++i) by_kin.emplace(together[i].gid, of_copies[i]);
+    std::vector<Assignment> assigned;
+    for (const WeighedRod& rod : weighed) assigned.push_back(by_kin.at(scene.kin_of(rod.gid)));
+    return assigned;
 }
 
 void LoadBalance::moved(double seconds, std::int64_t bodies, std::int64_t step) {

@@ -41,7 +41,7 @@ public:
     /// Whether bodies are to move at the next rebuild: the same on all ranks.
     bool due() const { return due_; }
     /// New owners of this rank's rods. Collective.
-    std::vector<Assignment> assign(const Rods& rods, const Interactions& all) const;
+    std::vector<Assignment> assign(std::span<const RodGroup> groups, const Rods& rods, const Interactions& all) const;
     /// They own them from `step` on: it took `seconds` of this rank, and so many bodies moved. Collective.
     void moved(double seconds, std::int64_t bodies, std::int64_t step);
     /// Bodies stay where they are from now on: a failure is looked for.

@@ -1,5 +1,7 @@
 #include "simulation/migration.hpp"
 
+#include "rod/clusters.hpp"
+
 #include <algorithm>
 #include <bit>
 #include <cstring>
@@ -39,7 +41,8 @@ std::vector<Migration::Layout> Migration::layouts(const Communicator& comm, std:
     return layouts;
 }
 
-Migration::Migration(const Communicator& comm, std::span<RodGroup> groups, const Rods& rods, std::span<const Assignment> assigned)
+Migration::Migration(const Communicator& comm, std::span<RodGroup> groups, const Rods& rods, std::span<const Assignment> assigned,
+                     int lanes, int threads)
     : layout_(layouts(comm, groups, rods)) {
     for (const RodGroup& group : groups) first_gid_.push_back(group.first_gid());
     const auto local = rods.local();
@@ -94,11 +97,11 @@ Migration::Migration(const Communicator& comm, std::span<RodGroup> groups, const
     leave = {};
     come_.resize(bytes.size() / sizeof(double));
     if (!come_.empty()) std::memcpy(come_.data(), bytes.data(), bytes.size());
-    find_owned();
+    find_owned(groups, lanes, threads);
     keep_places(groups);
 }
 
-void Migration::find_owned() {
+void Migration::find_owned(std::span<const RodGroup> groups, int lanes, int threads) {
     struct Found {
         int group;
         const double* record;
@@ -114,9 +117,12 @@ void Migration::find_owned() {
     std::sort(found.begin(), found.end(), [](const Found& a, const Found& b) {
         return std::tuple(a.group, key_of(a.record), gid_of(a.record)) < std::tuple(b.group, key_of(b.record), gid_of(b.record));
     });
-    for (const auto& [group, record] : found) {
-        owned_.push_back({gid_of(record), group, gid_of(record) - first_gid_[static_cast<std::size_t>(group)]});
-        record_.push_back(record);
+    std::vector<LocalRod> along_curve;
+    for (const auto& [group, record] : found)
+        along_curve.push_back({gid_of(record), group, gid_of(record) - first_gid_[static_cast<std::size_t>(group)]});
+    for (const std::size_t i : order_of_tiles(groups, along_curve, lanes, threads)) {
+        owned_.push_back(along_curve[i]);
+        record_.push_back(found[i].record);
     }
 }
 

@@ -14,10 +14,11 @@ namespace skein {
 class Migration {
 public:
     /// Sends the state of rods to the ranks that are to own them, and with it what `groups` know of single rods (see
-    /// keep_own_rods). `assigned`: of rods.local(). Collective.
-    Migration(const Communicator& comm, std::span<RodGroup> groups, const Rods& rods, std::span<const Assignment> assigned);
+    /// keep_own_rods). `assigned`: of rods.local(). `lanes`, `threads`: of the tiles. Collective.
+    Migration(const Communicator& comm, std::span<RodGroup> groups, const Rods& rods, std::span<const Assignment> assigned,
+              int lanes, int threads);
 
-    /// Rods of this rank from now on, ordered by group and, within a group, along the curve.
+    /// Rods of this rank from now on, in the order of their tiles.
     const std::vector<LocalRod>& owned() const { return owned_; }
     /// State of owned()[i], as it was sent.
     std::span<const Slot<1>> state(std::size_t i) const;
@@ -36,7 +37,7 @@ private:
         std::size_t length() const { return head + state + budget + memory + places; }
     };
     std::vector<Layout> layouts(const Communicator& comm, std::span<const RodGroup> groups, const Rods& rods) const;
-    void find_owned();
+    void find_owned(std::span<const RodGroup> groups, int lanes, int threads);
     void keep_places(std::span<RodGroup> groups) const;
 
     std::vector<Layout> layout_;          ///< by group

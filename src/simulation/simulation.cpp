@@ -149,11 +149,11 @@ Surroundings Simulation::make_rods_of(std::vector<LocalRod> owned) {
 
 void Simulation::move_bodies(const Step& step) {
     const double began = wall_seconds();
-    const std::vector<Assignment> assigned = balance_.assign(*rods_, interactions_);
+    const std::vector<Assignment> assigned = balance_.assign(groups_, *rods_, interactions_);
     const std::int64_t moving = Migration::count(comm_, assigned);
     if (moving > 0 || options_.balance == Balance::always) {
         const std::vector<KeptNumbers> kept = skein::kept(interactions_);
-        const Migration migration(comm_, groups_, *rods_, assigned);
+        const Migration migration(comm_, groups_, *rods_, assigned, kernels(plan_.machine.lanes).lanes, threads_.count());
         const Surroundings around = make_rods_of(migration.owned());
         migration.put_into(*rods_);
         rods_->begin_within(step);

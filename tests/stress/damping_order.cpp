@@ -23,8 +23,8 @@ std::vector<Slot<1>> end_state(const Damping& damping, std::int64_t steps, doubl
     scene.rods = {rod};
     scene.time = {.duration = duration, .dt = duration / static_cast<double>(steps)};
     scene.loads.push_back(
-        {.load = MuscleWave{.amplitude = 0.5, .period = 0.13, .wavelength = 1.2, .direction = {0.3, 1, 0.2}, .ramp = 0.1}});
-    scene.loads.push_back({.load = EndForce{.end = {0.4, 1.0, -0.3}, .ramp = 0.2}});
+        {.load = MuscleWave{.amplitude = 0.5, .period = 0.13, .wavelength = 1.2, .direction = {0.3, 1, 0.2}, .ramp = {0.1}}});
+    scene.loads.push_back({.load = EndForce{.end = {0.4, 1.0, -0.3}, .ramp = {0.2}}});
     scene.damping.push_back({.damping = damping});
     test::Stage stage(scene, 1);
     limit = stage.plan.limit;

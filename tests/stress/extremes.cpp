@@ -98,7 +98,7 @@ TEST(Stretch, FollowsTheLawFromThreeTenthsToThree) {
         scene.rods.push_back(rod);
         const double axial = rod.material.youngs_modulus * pi * rod.section.radius * rod.section.radius;
         scene.loads.push_back(
-            {.load = EndForce{.end = {0, 0, axial * (1 - 1 / e)}, .ramp = 1}, .rods = {rod.name}}); // EA (e - 1)/e
+            {.load = EndForce{.end = {0, 0, axial * (1 - 1 / e)}, .ramp = {1}}, .rods = {rod.name}}); // EA (e - 1)/e
     }
     scene.time = {.duration = 12, .e_min = 0.25};
     scene.damping = {{.damping = {.kind = DampingKind::uniform, .rate = 40}}};

@@ -34,12 +34,13 @@ Curve motion(double length, double youngs) {
     rod.magnetisation = {.pattern = MagnetisationPattern::uniform, .strength = youngs};
     scene.rods = {rod};
     scene.time = {.duration = duration * time};
-    scene.loads = {
-        {.load = Gravity{.acceleration = (length / (time * time)) * Vec3d{1e-3, 0, -1e-3}}},
-        {.load = EndForce{.end = (youngs * length * length) * Vec3d{0, 2e-7, 0}, .ramp = 20 * time}},
-        {.load = MagneticField{.rotating = 1e-4, .period = 30 * time, .ramp = 5 * time}},
-        {.load = MuscleWave{
-             .amplitude = 1e-7 * youngs * length * length * length, .period = 17 * time, .wavelength = length, .ramp = 5 * time}}};
+    scene.loads = {{.load = Gravity{.acceleration = (length / (time * time)) * Vec3d{1e-3, 0, -1e-3}}},
+                   {.load = EndForce{.end = (youngs * length * length) * Vec3d{0, 2e-7, 0}, .ramp = {20 * time}}},
+                   {.load = MagneticField{.rotating = 1e-4, .period = 30 * time, .ramp = {5 * time}}},
+                   {.load = MuscleWave{.amplitude = 1e-7 * youngs * length * length * length,
+                                       .period = 17 * time,
+                                       .wavelength = length,
+                                       .ramp = {5 * time}}}};
     scene.damping = {{.damping = {.kind = DampingKind::uniform, .rate = 0.02 / time}}};
     test::Stage stage(scene, 1);
     Curve curve{.steps = stage.plan.steps};

@@ -24,8 +24,8 @@ inline SceneSpec scene(long n) {
     const double omega =
         0.5 * std::numbers::pi * (1 - (end_load + load) / area); // of the first axial wave, slower by the largest stretch
     return coming_to_rest(clamped_unit_rod(n, radius), omega,
-                          {{.load = UniformForce{.force = {0, 0, load}, .ramp = 2 / omega}},
-                           {.load = EndForce{.end = {0, 0, end_load}, .ramp = 2 / omega}}});
+                          {{.load = UniformForce{.force = {0, 0, load}, .ramp = {2 / omega}}},
+                           {.load = EndForce{.end = {0, 0, end_load}, .ramp = {2 / omega}}}});
 }
 
 } // namespace skein::test::axial_stretching

@@ -112,13 +112,13 @@ inline std::vector<LoadExample> load_examples() {
                        return u;
                    }});
 
-    const UniformForce force{.force = {0.3, -0.2, -0.5}, .ramp = 2};
+    const UniformForce force{.force = {0.3, -0.2, -0.5}, .ramp = {2}};
     all.push_back({force, [](Load& l, const Turn& t) { l.as<UniformForce>().force = t.direction(l.as<UniformForce>().force); },
                    false,
                    [=](const RodGroup& group, const State& s, double time) {
                        double u = 0;
                        for (std::size_t k = 0; k + 1 < s.size(); ++k)
-                           u -= ramp_at(time, force.ramp) * group.element[k].rest_length / group.spec().shape.length *
+                           u -= force.ramp.at(time) * group.element[k].rest_length / group.spec().shape.length *
                                 dot(force.force, 0.5 * (at(s, k) + at(s, k + 1)));
                        return u;
                    }});
@@ -126,7 +126,7 @@ inline std::vector<LoadExample> load_examples() {
     all.push_back({UniformCouple{.couple = {0.1, -0.3, 0.2}},
                    [](Load& l, const Turn& t) { l.as<UniformCouple>().couple = t.direction(l.as<UniformCouple>().couple); }});
 
-    const EndForce ends{.start = {0.3, 0.1, -0.2}, .end = {-0.2, 0.4, -0.1}, .ramp = 3};
+    const EndForce ends{.start = {0.3, 0.1, -0.2}, .end = {-0.2, 0.4, -0.1}, .ramp = {3}};
     all.push_back({ends,
                    [](Load& l, const Turn& t) {
                        EndForce& e = l.as<EndForce>();
@@ -134,15 +134,15 @@ inline std::vector<LoadExample> load_examples() {
                    },
                    false,
                    [=](const RodGroup&, const State& s, double time) {
-                       return -ramp_at(time, ends.ramp) * (dot(ends.start, at(s, 0)) + dot(ends.end, at(s, s.size() - 1)));
+                       return -ends.ramp.at(time) * (dot(ends.start, at(s, 0)) + dot(ends.end, at(s, s.size() - 1)));
                    }});
 
     for (const LoadFrame frame : {LoadFrame::lab, LoadFrame::body})
-        all.push_back(
-            {EndCouple{.start = {0.1, 0.2, -0.3}, .end = {0.3, -0.1, 0.2}, .frame = frame, .ramp = 2}, [](Load& l, const Turn& t) {
-                 EndCouple& e = l.as<EndCouple>();
-                 if (e.frame == LoadFrame::lab) e.start = t.direction(e.start), e.end = t.direction(e.end);
-             }});
+        all.push_back({EndCouple{.start = {0.1, 0.2, -0.3}, .end = {0.3, -0.1, 0.2}, .frame = frame, .ramp = {2}},
+                       [](Load& l, const Turn& t) {
+                           EndCouple& e = l.as<EndCouple>();
+                           if (e.frame == LoadFrame::lab) e.start = t.direction(e.start), e.end = t.direction(e.end);
+                       }});
 
     const MagneticField field{.constant = {0.01, 0.02, -0.05}, .rotating = 0.08, .period = 7};
     all.push_back({field,

@@ -46,7 +46,7 @@ public:
         const MuscleTorques muscles{.coefficients = {3.4e-3, 3.3e-3, 4.2e-3, 2.6e-3, 3.6e-3, 3.5e-3},
                                     .period = period,
                                     .wave_number = 2 * std::numbers::pi,
-                                    .ramp = period};
+                                    .ramp = {period}};
         program_.push_back(std::make_unique<LoadPass<MuscleTorques, 1>>(muscles, group));
         const PlaneFriction floor{
             .stiffness = 1, .damping = 1e-6, .kinetic_forward = mu, .kinetic_backward = 1.5 * mu, .kinetic_sideways = 2 * mu};

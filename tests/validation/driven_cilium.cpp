@@ -27,7 +27,7 @@ std::vector<Vec3d> tips(DampingKind damping, const Window& window, double share,
     scene.damping[0].damping.kind = damping;
     const double limit = time_limits(make_groups(scene)[0]).front().dt, interval = (window.end - window.begin) / 8;
     const double coarse = interval / std::ceil(interval / (0.9 * limit));
-    scene.loads[0].load.as<MagneticField>().ramp = window.ramp;
+    scene.loads[0].load.as<MagneticField>().ramp = {window.ramp};
     scene.time = {.duration = window.end, .dt = share * coarse, .damping = scheme};
     test::Stage stage(scene);
     dt = stage.plan.dt;

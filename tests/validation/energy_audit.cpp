@@ -115,7 +115,7 @@ TEST(EnergyAudit, DrivenDampedCiliaBalance) {
         SceneSpec scene = test::cilia_scene(2);
         scene.rods[0].magnetisation.strength = 5781.25;
         scene.damping[0].damping.kind = kind;
-        scene.loads[0].load.as<MagneticField>().ramp = 3.6;
+        scene.loads[0].load.as<MagneticField>().ramp = {3.6};
         study(table, kind == DampingKind::uniform ? "cilia, uniform" : "cilia, legacy", scene, 8192, 1e-6);
     }
     SceneSpec scene = ramped(EndKind::clamped, Law::incompressible, true);

@@ -21,7 +21,7 @@ SceneSpec scene() {
         }
     const double first_frequency = test::cantilever_frequency(scene.rods[0]);
     scene.time = {.duration = 20 / first_frequency};
-    scene.loads.push_back({.load = MagneticField{.constant = test::magnetising_field, .ramp = 1 / first_frequency}});
+    scene.loads.push_back({.load = MagneticField{.constant = test::magnetising_field, .ramp = {1 / first_frequency}}});
     scene.damping.push_back({.damping = {.kind = DampingKind::uniform, .rate = 2 * first_frequency}});
     return scene;
 }

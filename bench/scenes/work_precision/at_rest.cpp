@@ -42,7 +42,7 @@ double magnetised_deflection(Law law) { return norm(magnetised_tip(law) - Vec3d{
 SceneSpec magnetised_scene(long n) {
     const RodSpec rod = test::magnetised_rod(1, n);
     const double omega = test::cantilever_frequency(rod);
-    return test::coming_to_rest(rod, omega, {{.load = MagneticField{.constant = test::magnetising_field, .ramp = 1 / omega}}});
+    return test::coming_to_rest(rod, omega, {{.load = MagneticField{.constant = test::magnetising_field, .ramp = {1 / omega}}}});
 }
 
 double stretched(Law law) { return test::axial_stretching::place(law, 1) - 1; }

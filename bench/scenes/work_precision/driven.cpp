@@ -11,7 +11,7 @@ Outcome cilium(const Config& config, const Rung& rung) {
     constexpr double begin = 36, interval = 4.5;
     SceneSpec scene = test::cilia_scene(8, rung.n);
     scene.rods[0].magnetisation.strength = 5781.25;
-    scene.loads[0].load.as<MagneticField>().ramp = 9;
+    scene.loads[0].load.as<MagneticField>().ramp = {9};
     scene.time = {.duration = begin + 8 * interval};
     configure(scene, config, rung, interval);
     test::Stage stage(scene, 8);

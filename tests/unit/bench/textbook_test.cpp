@@ -40,7 +40,7 @@ void expect_same(long elements, std::int64_t steps, std::int64_t batch, double t
     Shape& shape = scene.rods[0].shape;
     shape.start_curvature = Vec3d{0.4, -0.3, 0.5};
     shape.element_spin = {0.1, 0.2, 0.3};
-    scene.loads[0].load.as<MagneticField>().ramp = 0;
+    scene.loads[0].load.as<MagneticField>().ramp = {0};
     test::Stage stage(scene);
     TextbookRods textbook(stage.groups[0], stage.plan.groups[0], stage.plan.dt, 11, build);
 

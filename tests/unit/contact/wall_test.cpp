@@ -236,7 +236,7 @@ TEST(Walls, HoldARodOnAnIncline) {
         law.damping = 0.1;
         law.tangential_damping = 0.1;
         // Tilted slowly: under a load that comes at once springs swing beyond it and let go.
-        const UniformForce fall{.force = {mass_of(group) * gravity * std::sin(slope), 0, 0}, .ramp = 0.5};
+        const UniformForce fall{.force = {mass_of(group) * gravity * std::sin(slope), 0, 0}, .ramp = {0.5}};
         Stage<1> tilted(group, {lying(group, k, gravity * std::cos(slope))}, {floor_of(law)}, {0, 0, -gravity * std::cos(slope)},
                         1e-5, 0, {fall});
         tilted.advance(100000);

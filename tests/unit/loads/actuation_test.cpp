@@ -64,7 +64,7 @@ TEST(EndCouple, ActsOnTheEndElementsAlone) {
     const RodGroup group(test::crooked_rod(6), 0, 0, "");
     test::State state = test::shaken_state(group, 0.01, 0.4, 1);
     for (const LoadFrame frame : {LoadFrame::lab, LoadFrame::body}) {
-        const EndCouple load{.start = {1, 2, 3}, .end = {-4, 5, 6}, .frame = frame, .ramp = 2};
+        const EndCouple load{.start = {1, 2, 3}, .end = {-4, 5, 6}, .frame = frame, .ramp = {2}};
         std::vector<SlotLoad<1>> out(state.size(), SlotLoad<1>{});
         make_pass<1>(load, group)->run(test::tile_of(group, state), out.data(), Step{.index = 1, .dt = 1, .time = 0.5});
         for (std::size_t k = 0; k < 6; ++k) {

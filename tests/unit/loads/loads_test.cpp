@@ -49,7 +49,7 @@ TEST(Loads, GravityIsTheWeightOfEveryNode) {
 
 TEST(Loads, UniformForceSharesItsTotalByLength) {
     const RodGroup group(test::simple_rod(4), 0, 0, "");
-    const Loaded r = apply(UniformForce{.force = {8, 0, 0}, .ramp = 2}, group, 1);
+    const Loaded r = apply(UniformForce{.force = {8, 0, 0}, .ramp = {2}}, group, 1);
     expect_near(r.total_force(), {4, 0, 0}, 1e-14);
     EXPECT_NEAR(r.force(0).x, 0.5, 1e-15);
     EXPECT_NEAR(r.force(2).x, 1.0, 1e-15);
@@ -66,7 +66,7 @@ TEST(Loads, UniformCoupleIsFixedInTheLab) {
 TEST(Loads, EndForcesRiseWithTheirRamp) {
     const RodGroup group(test::simple_rod(4), 0, 0, "");
     for (const auto& [t, r] : {std::pair{0.0, 0.0}, std::pair{0.5, 0.25}, std::pair{2.0, 1.0}, std::pair{9.0, 1.0}}) {
-        const Loaded l = apply(EndForce{.start = {0, 0, 3}, .end = {-4, 0, 0}, .ramp = 2}, group, t);
+        const Loaded l = apply(EndForce{.start = {0, 0, 3}, .end = {-4, 0, 0}, .ramp = {2}}, group, t);
         expect_near(l.force(0), {0, 0, 3 * r}, 1e-15);
         expect_near(l.force(4), {-4 * r, 0, 0}, 1e-15);
         expect_near(l.force(2), {0, 0, 0}, 1e-15);
@@ -78,7 +78,7 @@ TEST(Loads, MagneticFieldTurnsTheMomentTowardsItself) {
         RodSpec spec = straight ? test::simple_rod() : test::crooked_rod();
         spec.magnetisation = {.pattern = MagnetisationPattern::uniform, .strength = 5e3, .direction = {1, 2, 2}};
         const RodGroup group(spec, 0, 0, "");
-        const MagneticField field{.constant = {0, 8e-4, 0}, .rotating = 0.08, .period = 72, .ramp = 10};
+        const MagneticField field{.constant = {0, 8e-4, 0}, .rotating = 0.08, .period = 72, .ramp = {10}};
         const double t = 5, angle = 2 * std::numbers::pi * t / 72;
         const Vec3d b = 0.5 * Vec3d{0.08 * std::sin(angle), 8e-4, 0.08 * std::cos(angle)};
         const Loaded r = apply(field, group, t);
@@ -113,7 +113,7 @@ TEST(Loads, MuscleWaveIsInternal) {
                           .wavelength = 0.8,
                           .phase = 0.4,
                           .direction = {0, 0, 1},
-                          .ramp = 4};
+                          .ramp = {4}};
     const double t = 1.3;
     const Loaded r = apply(wave, group, t);
     Vec3d total{0, 0, 0};

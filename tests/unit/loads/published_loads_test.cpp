@@ -143,7 +143,7 @@ TEST(MuscleTorques, AreThePublishedFormula) {
     const State state = test::shaken_state(group, 0.01, 0.3, 1);
     const double t = 0.7;
     for (const bool spline : {false, true}) {
-        MuscleTorques load{.period = 2, .wave_number = 5, .phase = 0.4, .direction = {0, 0.6, 0.8}, .ramp = 2.8};
+        MuscleTorques load{.period = 2, .wave_number = 5, .phase = 0.4, .direction = {0, 0.6, 0.8}, .ramp = {2.8}};
         if (spline) load.coefficients = {0, 3, 1, 2, 0.5};
         else load.table = {1, 2, 3, 4, 5, 6};
         const Tile<1> out = apply(load, group, state, t);
@@ -181,19 +181,18 @@ TEST(MuscleTorques, MirrorTheMuscleWave) {
 }
 
 TEST(MagneticField, RisesAndFallsByItsRamp) {
-    const MagneticField field{.constant = {0, 0, 4}, .ramp = 0.5, .onset = 1, .until = 3};
+    const MagneticField field{.constant = {0, 0, 4}, .ramp = {0.5, 1}, .until = 3};
     for (const auto& [t, share] :
          {std::pair{0.5, 0.0}, {1.0, 0.0}, {1.25, 0.5}, {1.5, 1.0}, {3.0, 1.0}, {3.125, 0.75}, {3.5, 0.0}, {9.0, 0.0}})
         expect_near(field.at(t), {0, 0, 4 * share}, 1e-15);
-    const MagneticField cut_short{
-        .constant = {0, 0, 1}, .ramp = 2, .onset = 0, .until = 1}; // as published: from half up, down from 1
+    const MagneticField cut_short{.constant = {0, 0, 1}, .ramp = {2, 0}, .until = 1}; // as published: from half up, down from 1
     EXPECT_DOUBLE_EQ(cut_short.at(1).z, 0.5);
     EXPECT_DOUBLE_EQ(cut_short.at(1.5).z, 0.75);
     const MagneticField sudden{.constant = {0, 0, 1}, .onset = 1, .until = 2};
     EXPECT_EQ(sudden.at(0.99).z, 0);
     EXPECT_EQ(sudden.at(1.5).z, 1);
     EXPECT_EQ(sudden.at(2.01).z, 0);
-    const MagneticField plain{.constant = {0, 0, 1}, .ramp = 0.3};
+    const MagneticField plain{.constant = {0, 0, 1}, .ramp = {0.3}};
     for (const double t : {0.0, 0.1, 0.3, 5.0}) EXPECT_EQ(plain.at(t).z, ramp_at(t, 0.3));
 }
 
@@ -205,7 +204,7 @@ TEST(PublishedLoads, EightLanesHaveTheBitsOfOne) {
     for (unsigned i = 0; i < 8; ++i) states.push_back(test::shaken_state(group, 0.02, 0.4, 1, i + 1));
     const Load loads[] = {SinusoidalEndForce{.start = 2, .end = 1}, SlenderBodyDrag{.viscosity = 0.1},
                           MuscleTorques{.coefficients = {0, 1, 2, 0}, .period = 1, .wave_number = 6},
-                          MagneticField{.constant = {0, 0, 0.1}, .ramp = 2, .onset = 0.1, .until = 0.3}};
+                          MagneticField{.constant = {0, 0, 0.1}, .ramp = {2, 0.1}, .until = 0.3}};
     const auto compare = [&](auto wide_pass, auto narrow_pass, const std::string& name) {
         Tile<8> wide(group, states);
         wide.run(*wide_pass, 0.37);

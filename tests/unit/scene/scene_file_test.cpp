@@ -67,7 +67,7 @@ TEST_F(GoodScene, LoadsDampingAndOutput) {
     ASSERT_EQ(scene.loads.size(), 3u);
     const auto& field = scene.loads[0].load.as<MagneticField>();
     EXPECT_EQ(field.rotating, 0.08);
-    EXPECT_EQ(field.ramp, 36.0);
+    EXPECT_EQ(field.ramp.duration, 36.0);
     EXPECT_EQ(scene.loads[0].rods, (std::vector<std::string>{"cilia"}));
     EXPECT_EQ(scene.loads[0].source, good_scene + ":45");
     EXPECT_EQ(scene.loads[1].load.as<Gravity>().acceleration.z, -9.81);

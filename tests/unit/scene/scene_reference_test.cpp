@@ -41,7 +41,7 @@ TEST(SceneReference, StatesUnitDefaultAndMeaning) {
 }
 
 TEST(DescribeKey, OneKey) {
-    EXPECT_EQ(describe_key("load.end_force.ramp"), "load.end_force.ramp [s]: linear rise from 0; at least 0 (number, default 0)\n");
+    EXPECT_EQ(describe_key("load.end_force.ramp"), "load.end_force.ramp [s]: rise from 0; at least 0 (number, default 0)\n");
     EXPECT_EQ(describe_key("time.duration"), "time.duration [s]: time to simulate; above 0 (number, required)\n");
 }
 

@@ -60,16 +60,16 @@ SceneSpec mixed(Law law, Integrator integrator = Integrator::verlet) {
     scene.loads.push_back({.load = Gravity{}});
     scene.loads.push_back({.load = UniformForce{.force = {0.01, 0, 0}}});
     scene.loads.push_back({.load = UniformCouple{.couple = {0, 1e-4, 0}}, .rods = {"rod 5", "rod 17"}});
-    scene.loads.push_back({.load = EndForce{.start = {0, 0, 0.01}, .end = {0, 0.02, 0}, .ramp = 0.1}});
+    scene.loads.push_back({.load = EndForce{.start = {0, 0, 0.01}, .end = {0, 0.02, 0}, .ramp = {0.1}}});
     for (const LoadFrame frame : {LoadFrame::lab, LoadFrame::body}) {
-        scene.loads.push_back({.load = EndCouple{.start = {1e-4, 0, 0}, .end = {0, 2e-4, 1e-4}, .frame = frame, .ramp = 0.1}});
+        scene.loads.push_back({.load = EndCouple{.start = {1e-4, 0, 0}, .end = {0, 2e-4, 1e-4}, .frame = frame, .ramp = {0.1}}});
         scene.loads.push_back({.load = MuscleWave{.amplitude = 1e-3, .period = 0.5, .wavelength = 1, .frame = frame},
                                .rods = {"rod 5", "rod 9", "sliding", "rod 6"}});
     }
     scene.loads.push_back(
         {.load = SinusoidalEndForce{.start = 0.01, .end = -0.02, .hold = 0.05, .period = 0.3}, .rods = {"rod 6"}});
     scene.loads.push_back(
-        {.load = MuscleTorques{.coefficients = {0, 1e-3, 2e-3, 1e-3, 0}, .period = 0.4, .wave_number = 6, .ramp = 0.1},
+        {.load = MuscleTorques{.coefficients = {0, 1e-3, 2e-3, 1e-3, 0}, .period = 0.4, .wave_number = 6, .ramp = {0.1}},
          .rods = {"rod 17"}});
     scene.tables.push_back({.name = "gust", .at = {0, 0.1, 0.3}, .value = {0, 1, 0.5}, .periodic = true});
     scene.loads.push_back({.load = FormulaLoad{.force = {"1e-3*sin(20*t - 3*s)*x", "-0.01*vy*gust(t)", "1e-3*exp(-(1*z)^2)*rod/L"},

@@ -126,7 +126,7 @@ TEST(TumblingRods, GainTheWorkOfEndCouples) {
             SceneSpec scene = test::flying_rod(false, 1);
             scene.rods[0].shape.start_curvature = Vec3d{0.2, 0.1, 0.1};
             scene.loads = {
-                {.load = EndCouple{.start = {0.01, 0.02, -0.01}, .end = {-0.02, 0.01, 0.03}, .frame = frame, .ramp = 0.02}}};
+                {.load = EndCouple{.start = {0.01, 0.02, -0.01}, .end = {-0.02, 0.01, 0.03}, .frame = frame, .ramp = {0.02}}}};
             scene.output.audit = true;
             scene.time.dt = 0.04 / steps;
             test::Stage stage(scene, 1);

@@ -37,7 +37,7 @@ SceneSpec everything() {
     scene.loads.push_back({.load = Gravity{}});
     scene.loads.push_back({.load = UniformForce{.force = {0.01, 0, 0}}});
     scene.loads.push_back({.load = UniformCouple{.couple = {0, 1e-4, 0}}, .rods = {"crooked"}});
-    scene.loads.push_back({.load = EndForce{.end = {0, 0.02, 0}, .ramp = 0.1}, .rods = {"flat"}});
+    scene.loads.push_back({.load = EndForce{.end = {0, 0.02, 0}, .ramp = {0.1}}, .rods = {"flat"}});
     for (const LoadFrame frame : {LoadFrame::lab, LoadFrame::body}) {
         scene.loads.push_back({.load = EndCouple{.end = {0, 2e-4, 1e-4}, .frame = frame}, .rods = {"crooked", "flat"}});
         scene.loads.push_back(
@@ -49,7 +49,7 @@ SceneSpec everything() {
     scene.loads.push_back({.load = SinusoidalEndForce{.start = 0.01, .end = -0.02, .hold = 0.05, .period = 0.3}, .rods = {"flat"}});
     scene.loads.push_back({.load = SlenderBodyDrag{.viscosity = 0.02}, .rods = {"crooked", "flat"}});
     scene.loads.push_back(
-        {.load = MuscleTorques{.coefficients = {0, 1e-3, 2e-3, 1e-3, 0}, .period = 0.4, .wave_number = 6, .ramp = 0.1},
+        {.load = MuscleTorques{.coefficients = {0, 1e-3, 2e-3, 1e-3, 0}, .period = 0.4, .wave_number = 6, .ramp = {0.1}},
          .rods = {"crooked"}});
     scene.damping = {{.damping = {.kind = DampingKind::legacy, .rate = 0.5}, .rods = {"cilia"}},
                      {.damping = {.kind = DampingKind::laplacian, .rate = 20, .order = 2}, .rods = {"cilia", "flat"}},
