@@ -168,7 +168,8 @@ class Scene:
 
     def _files(self):
         entries = [group.get("placement", {}) for key in ("rods", "bodies") for group in self._tree.get(key, [])] + self._tree.get("table", [])
-        return [entry["file"] for entry in entries if entry.get("file")]
+        entries += [assembly.get("placement", {}) for assembly in self._tree.get("assembly", [])]
+        return [entry["file"] for entry in entries if entry.get("file")] + self._tree.get("include", [])
 
     def check(self):
         """Raises RunFailed with all that the program finds wrong, each with the line of text() and the nearest valid key."""

@@ -88,10 +88,13 @@ SKEIN_INLINE JointLoad<Pack<W>> joint_load(const JointLaw& law, const JoinedElem
     other = {-force, {}, b.director * (-on_b)};
     if constexpr (Repels) {
         const Vec3<P> c = half * ((b.node + b.next) - (a.node + a.next));
-        const P distance = sqrt(dot(c, c)), closer = max(rest_distance - distance, P(0.0)), root = sqrt(closer);
-        const Vec3<P> push = (P(law.repulsion) * (closer * root) / max(distance, P(1e-300))) * c;
-        load.push = -push, other.push = push;
-        if (figures) energy += P(0.4 * law.repulsion) * (closer * closer * root);
+        const P squared = dot(c, c);
+        if (any(squared < rest_distance * rest_distance)) { // else not even a root
+            const P distance = sqrt(squared), closer = max(rest_distance - distance, P(0.0)), root = sqrt(closer);
+            const Vec3<P> push = (P(law.repulsion) * (closer * root) / max(distance, P(1e-300))) * c;
+            load.push = -push, other.push = push;
+            if (figures) energy += P(0.4 * law.repulsion) * (closer * closer * root);
+        }
     }
     if (figures) *figures = {energy + P(0.5 * law.stiffness) * dot(apart, apart), sqrt(dot(apart, apart))};
     return load;

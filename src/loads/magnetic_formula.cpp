@@ -53,8 +53,7 @@ DragRate MagneticFormula::largest_stiffness(const RodGroup& group) const {
     for (std::size_t i = 3; i < nodes_.size(); ++i)
         for (const Variable axis : {Variable::x, Variable::y, Variable::z})
             second.push_back(reading.graph.derivative(nodes_[i], axis));
-    const Magnetisation& m = group.spec().magnetisation;
-    const double strength = m.strength * (1 + m.scatter), density = group.spec().material.density;
+    const double strength = group.largest_magnetisation(), density = group.spec().material.density;
     return reading.largest(group, true, [&](const std::vector<double>& values, int k) {
         const auto size = [&](const std::vector<int>& of, std::size_t first, std::size_t count) {
             double sum = 0;

@@ -508,8 +508,15 @@ Vec3d RodGroup::magnetisation(std::int64_t i) const {
 }
 
 double RodGroup::magnetisation_strength(std::int64_t i) const {
-    const Magnetisation& m = spec_.magnetisation;
-    return m.strength * (m.scatter > 0 ? 1 + m.scatter * even_random(m.seed, copies_ ? copy_of(i) : i) : 1);
+    const double strength = spec_.magnetisation.strength;
+    if (!copies_ || copies_->magnetisation.empty()) return strength;
+    return strength * copies_->magnetisation[static_cast<std::size_t>(copy_of(i))];
+}
+
+double RodGroup::largest_magnetisation() const {
+    const double strength = spec_.magnetisation.strength;
+    if (!copies_ || copies_->magnetisation.empty()) return strength;
+    return strength * *std::max_element(copies_->magnetisation.begin(), copies_->magnetisation.end());
 }
 
 Vec3d RodGroup::magnetisation_at(const Vec3d& place) const {

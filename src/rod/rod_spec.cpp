@@ -188,13 +188,6 @@ void Magnetisation::fields(FieldVisitor& f) {
             wavelength_x);
     f.visit({.name = "wavelength_y", .unit = "m", .text = "wave_xy: lambda_y"}, wavelength_y);
     f.visit({.name = "phase", .unit = "rad", .text = "angle of the magnetisation at the group's first corner"}, phase);
-    f.visit({.name = "scatter",
-             .unit = "-",
-             .text = "strengths differ by up to this share, at random: from rod to rod, in an assembly from copy to copy",
-             .at_least = 0,
-             .at_most = 1},
-            scatter);
-    f.visit({.name = "seed", .unit = "-", .text = "of the random numbers", .at_least = 0}, seed);
 }
 
 void RodSpec::fields(FieldVisitor& f) {

@@ -85,7 +85,8 @@ void check_assemblies(const SceneSpec& scene, Objections& objections) {
         RodSpec placed;
         placed.placement = spec.placement;
         check_placement(placed, table);
-        if (zero(spec.scatter)) table.unused({"seed"}, "without 'scatter'");
+        if (zero(spec.scatter) && spec.magnetisation_scatter == 0)
+            table.unused({"seed"}, "without 'scatter' or 'magnetisation_scatter'");
     }
     for (std::size_t i = 0; i < scene.rods.size(); ++i) {
         if (scene.rods[i].assembly.empty()) continue;

@@ -4,6 +4,7 @@
 #include "scene/scene_check.hpp"
 #include "scene/scene_override.hpp"
 #include "scene/scene_reader.hpp"
+#include "scene/scene_tables.hpp"
 #include "skein/core/error.hpp"
 
 #include <algorithm>
@@ -81,6 +82,48 @@ void add_contradictions(const SceneSpec& scene, const TomlValue& root, Problems&
     for (const Contradiction& c : contradictions(scene, given)) problems.add(part_of(nearest_place(root, c.path), c), c.message);
 }
 
+bool lists_tables(const TomlValue& value) {
+    const auto* list = value.as<TomlArray>();
+    return list && (list->empty() || list->front().as<TomlTable>());
+}
+
+/// Tables of another file become part of this one: lists of tables stand before its own, and where both set a key, its own counts.
+void merge(TomlValue& own, TomlValue&& other) {
+    for (TomlEntry& entry : *other.as<TomlTable>()) {
+        TomlEntry* const same = own.find(entry.key);
+        if (!same) {
+            own.as<TomlTable>()->push_back(std::move(entry));
+        } else if (lists_tables(same->value) && lists_tables(entry.value)) {
+            auto &mine = *same->value.as<TomlArray>(), &theirs = *entry.value.as<TomlArray>();
+            mine.insert(mine.begin(), std::make_move_iterator(theirs.begin()), std::make_move_iterator(theirs.end()));
+        } else if (same->value.as<TomlTable>() && entry.value.as<TomlTable>()) {
+            merge(same->value, std::move(entry.value));
+        }
+    }
+}
+
+/// The files that a scene includes, last first, so that a later one counts before an earlier one.
+void include_files(TomlValue& root, const std::string& file) {
+    const TomlEntry* entry = root.find(include_field.name);
+    const auto* names = entry ? entry->value.as<TomlArray>() : nullptr;
+    if (!names) return; // none, or something that the reader will refuse
+    const std::vector<TomlValue> listed(*names);
+    for (auto name = listed.rbegin(); name != listed.rend(); ++name) {
+        const auto* text = name->as<std::string>();
+        if (!text) return;
+        const std::string path = (std::filesystem::path(file).parent_path() / *text).string();
+        try {
+            const std::string included = read_scene_text(path);
+            TomlValue other = parse_toml(included, source_text(path, included));
+            if (other.find(include_field.name))
+                throw InputError(fmt::format("{} includes other files, and is included here", path));
+            merge(root, std::move(other));
+        } catch (const InputError& error) {
+            throw InputError(message_at(name->place, fmt::format("'include': {}", error.what())));
+        }
+    }
+}
+
 /// Throws IoError naming the file and what is wrong with it.
 void read_table(const std::string& path, FormulaTable& table) {
     CsvTable file = read_csv(path);
@@ -137,6 +180,7 @@ SceneSpec read_scene(const std::string& file, const std::vector<std::string>& ov
 
 SceneSpec parse_scene(const std::string& file, const std::string& text, const std::vector<std::string>& overrides) {
     TomlValue root = parse_toml(text, source_text(file, text));
+    include_files(root, file);
     for (const std::string& override : overrides) apply_override(root, override);
     Problems problems;
     SceneSpec scene = read_tables(root, problems);

@@ -166,7 +166,9 @@ std::string scene_toml(const SceneSpec& scene, Keys which) {
 }
 
 std::vector<KeyEntry> all_keys() {
-    KeyList all = title_key("");
+    std::vector<std::string> none_included;
+    KeyList all = listed("", [&](FieldVisitor& f) { f.visit(include_field, none_included); });
+    append(all, title_key(""));
     append(all, keys_of(TimeSpec{}, "time"));
     append(all, keys_of(RodSpec{}, "rods"));
     append(all, keys_of(default_body(), "bodies"));

@@ -291,6 +291,8 @@ SceneSpec read_tables(const TomlValue& root, Problems& problems) {
     SceneSpec scene;
     TomlReader reader(problems);
     reader.begin(root, "", "the scene", {root.place.text, 1, 1, 1});
+    std::vector<std::string> included; // they are part of the tree
+    reader.visit(include_field, included);
     reader.visit(title_field, scene.title);
     read_table(reader, problems, "time", scene.time, true);
     read_list(reader, problems, "rods", scene.rods, [](FieldVisitor& f, RodSpec& spec) { spec.fields(f); });

@@ -9,6 +9,12 @@
 
 namespace skein {
 
+inline constexpr Field include_field{
+    .name = "include",
+    .unit = "",
+    .text =
+        "files beside this one whose tables are part of the scene: their lists stand before its own, and where both set a key, the "
+        "scene's counts"};
 inline constexpr Field title_field{.name = "title", .unit = "", .text = "what the scene shows, for summaries and pictures"};
 
 /// Keys of a [[load]]: kind, rods, and the load's own. Where a visitor changes the kind, the load starts from its defaults.

@@ -13,10 +13,11 @@ namespace skein {
 
 struct AssemblySpec {
     std::string name;
-    Placement placement;    ///< of the copies: where the origin of the assembly's axes is, and their d1 and d3
-    Vec3d scatter{0, 0, 0}; ///< m: copies are moved by up to so much, at random, lab
-    long seed = 1;          ///< of the random numbers
-    std::string source;     ///< file:line of the table, for messages
+    Placement placement;              ///< of the copies: where the origin of the assembly's axes is, and their d1 and d3
+    Vec3d scatter{0, 0, 0};           ///< m: copies are moved by up to so much, at random, lab
+    double magnetisation_scatter = 0; ///< share: the strengths of copies differ by up to so much, at random
+    long seed = 1;                    ///< of the random numbers
+    std::string source;               ///< file:line of the table, for messages
 
     void fields(FieldVisitor& f);
 };
@@ -26,6 +27,8 @@ struct AssemblyCopies {
     int number = 0; ///< of the assembly in the scene
     std::vector<Vec3d> origins{{0, 0, 0}};
     std::vector<Quaterniond> turns; ///< from the lab's axes to the copy's; empty: none is turned
+
+    std::vector<double> magnetisation; ///< over that of the group; empty: all alike
 
     std::int64_t count() const { return static_cast<std::int64_t>(origins.size()); }
 };

@@ -150,6 +150,7 @@ public:
     /// Unit vector of rod i's magnetisation, lab components at t = 0.
     Vec3d magnetisation(std::int64_t i) const;
     double magnetisation_strength(std::int64_t i) const; ///< A/m
+    double largest_magnetisation() const;                ///< of all rods, A/m
     /// Centre of rod i at t = 0, the point that partitioning uses.
     Vec3d centre(std::int64_t i) const {
         const double scale = sized() ? places_.length(spec_, i) / spec_.shape.length : 1;

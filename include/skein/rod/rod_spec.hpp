@@ -126,8 +126,6 @@ struct Magnetisation {
     double wavelength_x = 0;               ///< m; negative mirrors the wave
     double wavelength_y = 0;               ///< m
     double phase = 3.14159265358979323846; ///< rad, at the group's first corner
-    double scatter = 0;                    ///< strengths differ by up to this share, at random
-    long seed = 1;
 
     void fields(FieldVisitor& f);
 };
