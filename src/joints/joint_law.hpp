@@ -1,4 +1,4 @@
-// What a joint does to the two elements it joins, W at a time.                                            theory.md (75)-(78)
+// What a joint does to the two elements it joins, W at a time.                                            theory.md (69)-(72)
 //   x = (1 - s) x_k + s x_{k+1} + r,  r = Q^T a     v = (1 - s) v_k + s v_{k+1} + w x r         a point of each; d = x2 - x1
 //   F = k d + nu u,  u = v2 - v1 - (w1 + w2) x d/2                 on 1 and -F on 2, both halfway between the points
 //   hinge   T = k_t n1 x n2 + nu_t (1 - n1 n1^T) (w2 - w1)         on 1 and -T on 2

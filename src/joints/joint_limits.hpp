@@ -8,7 +8,7 @@
 
 namespace skein {
 
-/// Bounds of the squares of frequencies that joints add to a group's, and of the rates at which they slow it down.   theory.md (79)
+/// Bounds of the squares of frequencies that joints add to a group's, and of the rates at which they slow it down.   theory.md (73)
 struct JointBounds {
     double stiffness = 0; ///< 1/s^2
     double drag = 0;      ///< 1/s

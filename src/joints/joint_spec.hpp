@@ -18,7 +18,7 @@ inline constexpr std::string_view joint_names[] = {"spherical", "hinge", "fixed"
 enum class JointPairs { same, next, listed };
 inline constexpr std::string_view joint_pairs_names[] = {"same", "next", "listed"};
 
-/// Springs and dashpots of a joint.                                                                      theory.md (75)-(78)
+/// Springs and dashpots of a joint.                                                                      theory.md (69)-(72)
 struct JointLaw {
     double stiffness = 0;           ///< k, N/m
     double damping = 0;             ///< nu, N s/m

@@ -123,11 +123,11 @@ struct AuditBalance {
 
 } // namespace pass
 
-using PassSpec = std::variant<pass::Drift, pass::CloseRing, pass::AuditEnds, pass::MoveEnds, pass::Orthonormalise, pass::Expose,
-                              pass::ExposeSurface, pass::Elastic, pass::Unstrained, pass::AuditInner, pass::ApplyLoad, pass::Walls,
-                              pass::SurfaceWalls, pass::TakeJoinedLoads, pass::TakeLoads, pass::TakeSurfaceLoads, pass::FoldRing,
-                              pass::AuditLoads, pass::Kick, pass::NoteForces, pass::Relax, pass::Filter, pass::Slide, pass::Hold,
-                              pass::AuditBalance>;
+using PassSpec =
+    std::variant<pass::Drift, pass::CloseRing, pass::AuditEnds, pass::MoveEnds, pass::Orthonormalise, pass::Expose,
+                 pass::ExposeSurface, pass::Elastic, pass::Unstrained, pass::AuditInner, pass::ApplyLoad, pass::TakeJoinedLoads,
+                 pass::Walls, pass::SurfaceWalls, pass::TakeLoads, pass::TakeSurfaceLoads, pass::FoldRing, pass::AuditLoads,
+                 pass::Kick, pass::NoteForces, pass::Relax, pass::Filter, pass::Slide, pass::Hold, pass::AuditBalance>;
 
 std::string_view name_of(const PassSpec& pass);
 /// Whether the pass can run over rods cut into strands (rod/strands.hpp).

@@ -6,6 +6,14 @@
 
 namespace skein {
 
+/// Energies of the joints of own rods, J, and the widest gap between their points, m.
+struct JointsNow {
+    std::vector<double> energies;
+    double gap = 0;
+};
+/// `lag`: by which positions are behind the rates, s. This rank alone.
+JointsNow joints_now(const Plan& plan, std::span<const RodGroup> groups, const Rods& all, double lag);
+
 class JointInteraction final : public Interaction {
 public:
     explicit JointInteraction(const InteractionParts& parts) : plan_(parts.plan), groups_(parts.groups), rods_(&parts.rods) {}

@@ -159,7 +159,7 @@ TEST(Migration, takes_all_along_that_steps_depend_on) {
             assigned.push_back({h, seed == 2 ? 0 : static_cast<int>(h % static_cast<unsigned>(field.comm.size()))});
             leave += assigned.back().rank != field.comm.rank();
         }
-        const Migration migration(field.comm, field.groups, *field.rods, assigned);
+        const Migration migration(field.comm, field.groups, *field.rods, assigned, 1, 1);
         EXPECT_EQ(Migration::count(field.comm, assigned), field.comm.sum(leave));
         field.make(migration.owned());
         migration.put_into(*field.rods);
@@ -223,7 +223,7 @@ TEST(LoadBalance, relieves_the_rank_that_has_the_heap) {
     EXPECT_GT(balance.figures().imbalance, 1.3);
     ASSERT_TRUE(balance.due());
 
-    const std::vector<Assignment> assigned = balance.assign(*field.rods, field.interactions);
+    const std::vector<Assignment> assigned = balance.assign(field.groups, *field.rods, field.interactions);
     const double passes = 120 * (field.passes(0) + field.passes(1)), of_pair = 4 * passes / sum;
     std::vector<double> cost(static_cast<std::size_t>(field.comm.size()), 0.0), before;
     double mine = 0, heaviest = 0;

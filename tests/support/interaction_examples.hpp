@@ -22,7 +22,9 @@ struct InteractionExample {
     double lost = 2e-6;       ///< of the energy, at most, where nothing takes any
 };
 
-static_assert(std::variant_size_v<InteractionSpec> == 2, "rods and bodies that touch, walls: a new interaction needs examples");
+static_assert(
+    std::variant_size_v<InteractionSpec> == 3,
+    "rods and bodies that touch, walls, and joints (tests/unit/simulation/joints_test.cpp): a new interaction needs examples");
 static_assert(std::size(wall_names) == 4, "a new kind of wall needs an example");
 
 /// Half a metre long, its middle at `middle`, in motion.

@@ -188,7 +188,7 @@ TEST(MagneticField, RisesAndFallsByItsRamp) {
     const MagneticField cut_short{.constant = {0, 0, 1}, .ramp = {2, 0}, .until = 1}; // as published: from half up, down from 1
     EXPECT_DOUBLE_EQ(cut_short.at(1).z, 0.5);
     EXPECT_DOUBLE_EQ(cut_short.at(1.5).z, 0.75);
-    const MagneticField sudden{.constant = {0, 0, 1}, .onset = 1, .until = 2};
+    const MagneticField sudden{.constant = {0, 0, 1}, .ramp = {0, 1}, .until = 2};
     EXPECT_EQ(sudden.at(0.99).z, 0);
     EXPECT_EQ(sudden.at(1.5).z, 1);
     EXPECT_EQ(sudden.at(2.01).z, 0);

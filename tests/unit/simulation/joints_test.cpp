@@ -1,0 +1,220 @@
+// What must hold of every kind of joint: it carries no momentum, springs keep energy and dashpots take it, the automatic step bears
+// any stiffness, and bits do not depend on lanes, threads or the protocol.
+#include "simulation/joint_interaction.hpp"
+#include "support/meeting.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <numbers>
+
+namespace skein {
+namespace {
+
+using test::Meeting;
+using test::simple_rod;
+
+RodSpec stick(const std::string& name, const Vec3d& origin, const Vec3d& tangent) {
+    RodSpec rod = simple_rod(8);
+    rod.name = name;
+    rod.material.youngs_modulus = 1e7;
+    rod.shape.length = 0.8;
+    rod.section.radius = 0.02;
+    rod.placement.origin = origin, rod.placement.tangent = tangent;
+    return rod;
+}
+
+struct JointExample {
+    std::string name;
+    SceneSpec scene;
+};
+
+static_assert(std::size(joint_names) == 5, "a new kind of joint needs an example");
+
+/// Two rods, or a rod and a body, that fly and turn, joined in every way.
+std::vector<JointExample> joint_examples(double stiffness = 1e4, double damping = 0) {
+    std::vector<JointExample> all;
+    const auto add = [&](const std::string& name, RodSpec first, RodSpec second, JointSpec joint) {
+        SceneSpec scene;
+        first.shape.velocity = {0.3, -0.2, 0.5}, first.shape.angular_velocity = {0.4, 2, -1};
+        scene.rods = {first, second};
+        joint.between = {first.name, second.name};
+        joint.law.stiffness = stiffness, joint.law.damping = damping;
+        scene.joints = {joint};
+        scene.time.duration = 1;
+        all.push_back({name, scene});
+    };
+    const RodSpec along = stick("along", {0, 0, 0}, {1, 0, 0}), on = stick("on", {0.8, 0, 0}, {0.6, 0.8, 0}),
+                  beside = stick("beside", {0.1, 0.04, 0}, {1, 0, 0}), up = stick("up", {0.45, 0, 0.02}, {0, 0, 1});
+    const double turning = stiffness * 1e-2;
+    add("spherical", along, on, {.kind = JointKind::spherical});
+    add("spherical, in the middle", along, stick("on", {0.3, 0, 0.1}, {0, 1, 0}), {.kind = JointKind::spherical, .at = {0.4, 0.3}});
+    add("hinge", along, on,
+        {.kind = JointKind::hinge,
+         .axis = {0, 0, 1},
+         .law = {.torsional_stiffness = turning, .torsional_damping = 0.01 * damping}});
+    add("fixed", along, on,
+        {.kind = JointKind::fixed, .law = {.torsional_stiffness = turning, .torsional_damping = 0.01 * damping}});
+    add("side by side", along, beside, {.kind = JointKind::side_by_side, .law = {.repulsion = 20 * stiffness}});
+    add("tip to side", up, along,
+        {.kind = JointKind::tip_to_side, .at = {0, 0}, .law = {.torsional_stiffness = turning, .repulsion = stiffness}});
+    RodSpec ball = test::rigid_body(0, 0.1);
+    ball.name = "ball", ball.placement.origin = {0.9, 0, 0};
+    add("a body, fixed", along, ball, {.kind = JointKind::fixed, .law = {.torsional_stiffness = turning}});
+    return all;
+}
+
+double joint_energy(const Meeting& stage) {
+    double sum = 0;
+    for (const double energy : joints_now(stage.plan, stage.groups, *stage.rods, stage.clock.lag()).energies) sum += energy;
+    return sum;
+}
+
+TEST(Joints, CarryNoMomentum) {
+    for (const double damping : {0.0, 5.0})
+        for (const JointExample& e : joint_examples(1e4, damping)) {
+            Meeting stage(e.scene);
+            const test::Momenta before = stage.momenta();
+            stage.advance(2000);
+            const test::Momenta after = stage.momenta();
+            EXPECT_LT(norm(after.linear - before.linear), 1e-13 * norm(before.linear) * 10) << e.name;
+            EXPECT_LT(norm(after.angular - before.angular), 1e-12 * (norm(before.angular) + norm(before.linear))) << e.name;
+        }
+}
+
+TEST(Joints, KeepEnergyUnlessTheyAreDamped) {
+    for (const double damping : {0.0, 5.0})
+        for (const JointExample& e : joint_examples(1e4, damping)) {
+            Meeting stage(e.scene);
+            const double start = stage.energy() + joint_energy(stage);
+            double least = start, most = start;
+            for (int part = 0; part < 40; ++part) {
+                stage.advance(200);
+                const double now = stage.energy() + joint_energy(stage);
+                least = std::min(least, now), most = std::max(most, now);
+            }
+            if (damping == 0) EXPECT_LT(most - least, 3e-2 * start) << e.name; // of the step, which is the longest
+            else EXPECT_LT(least, 0.999 * start) << e.name;
+            EXPECT_LT(most, 1.03 * start) << e.name << ", damping " << damping;
+        }
+}
+
+TEST(Joints, OfAnyStiffnessBearTheAutomaticStep) {
+    for (const double stiffness : {1e2, 1e4, 1e6, 1e8, 1e10})
+        for (const JointExample& e : joint_examples(stiffness)) {
+            Meeting stage(e.scene);
+            const double start = stage.energy();
+            stage.advance(3000);
+            EXPECT_LT(stage.energy(), 1.1 * start) << e.name << ", k = " << stiffness;
+        }
+}
+
+/// A chain of two rods in copies, some of them turned.
+SceneSpec chains(long copies) {
+    SceneSpec scene;
+    RodSpec first = stick("first", {0, 0, 0}, {1, 0, 0}), second = stick("second", {0.8, 0, 0}, {0.6, 0.8, 0});
+    first.assembly = second.assembly = "chain";
+    first.shape.velocity = {0, 0, 1};
+    scene.rods = {first, second};
+    AssemblySpec assembly{.name = "chain"};
+    assembly.placement = {.kind = PlacementKind::line, .normal = Vec3d{0, 1, 0}, .counts = {copies}, .spacing = {3}};
+    scene.assemblies = {assembly};
+    scene.joints = {{.kind = JointKind::fixed,
+                     .between = {"first", "second"},
+                     .law = {.stiffness = 1e5, .damping = 3, .torsional_stiffness = 50, .torsional_damping = 0.1}}};
+    scene.loads = {{.load = make_load(0)}};
+    scene.time.duration = 0.05;
+    return scene;
+}
+
+std::uint64_t digest_of(const SceneSpec& scene, int lanes, int threads, int together) {
+    const auto groups = make_groups(scene);
+    const Plan plan = make_plan(scene, groups, {1, threads, threads, lanes, {}, Mapping::automatic});
+    const Threads team(threads);
+    const auto rods = make_rods(plan, groups, test::all_rods(groups), team);
+    Clock clock(plan.dt, 0);
+    while (clock.done() < 200) {
+        const auto steps = clock.next(200, together);
+        EXPECT_TRUE(rods->visit(steps, true));
+        clock.advance(steps);
+    }
+    return rods->digest();
+}
+
+TEST(Joints, HaveTheSameBitsInAnyLanesAndVisits) {
+    for (const long copies : {1L, 2L, 5L, 11L}) {
+        const SceneSpec scene = chains(copies);
+        const std::uint64_t expected = digest_of(scene, 1, 1, 1);
+        for (const int lanes : {1, 2, 4, 8})
+            for (const int threads : {1, 2})
+                EXPECT_EQ(digest_of(scene, lanes, threads, 64), expected) << copies << " copies, " << lanes << " lanes";
+    }
+}
+
+TEST(Joints, MoveCopiesThatAreAlikeAlike) {
+    SceneSpec scene = chains(11);
+    scene.assemblies[0].placement = {.kind = PlacementKind::list, .origins = std::vector<Vec3d>(11, Vec3d{0.1, 0.2, 0.3})};
+    Meeting stage(scene, 8);
+    stage.advance(300);
+    for (std::size_t i = 1; i < stage.rods->local().size(); ++i) {
+        if (stage.rods->local()[i].group != stage.rods->local()[i - 1].group) continue;
+        const auto a = stage.state(i - 1), b = stage.state(i);
+        for (std::size_t k = 0; k < a.size(); ++k) EXPECT_EQ(norm(lane(a[k].position, 0) - lane(b[k].position, 0)), 0) << i;
+    }
+}
+
+// Two thin stiff rods hang by a pin and a joint: angles after a fall obey the equations of two rigid rods.
+std::array<double, 4> double_pendulum(double time, double length, double radius, double g) {
+    std::array<double, 4> y{0, 0, 0, 0}; // angles from the horizontal, down, and rates
+    const int steps = 20000;
+    const double h = time / steps;
+    const auto rate = [&](const std::array<double, 4>& s) {
+        // M (a1, a2) = f of two uniform rods of length l; angles from the vertical are pi/2 - s.
+        const double t1 = std::numbers::pi / 2 - s[0], t2 = std::numbers::pi / 2 - s[1], w1 = -s[2], w2 = -s[3],
+                     c = std::cos(t1 - t2), sine = std::sin(t1 - t2);
+        const double f1 = -0.5 * sine * w2 * w2 - 1.5 * g / length * std::sin(t1),
+                     f2 = 0.5 * sine * w1 * w1 - 0.5 * g / length * std::sin(t2);
+        const double thick = radius * radius / (4 * length * length), m11 = 4.0 / 3 + thick, m12 = 0.5 * c, m22 = 1.0 / 3 + thick,
+                     det = m11 * m22 - m12 * m12;
+        return std::array<double, 4>{s[2], s[3], -(m22 * f1 - m12 * f2) / det, -(m11 * f2 - m12 * f1) / det};
+    };
+    const auto moved = [](const std::array<double, 4>& s, double by, const std::array<double, 4>& r) {
+        return std::array<double, 4>{s[0] + by * r[0], s[1] + by * r[1], s[2] + by * r[2], s[3] + by * r[3]};
+    };
+    for (int i = 0; i < steps; ++i) {
+        const auto k1 = rate(y), k2 = rate(moved(y, h / 2, k1)), k3 = rate(moved(y, h / 2, k2)), k4 = rate(moved(y, h, k3));
+        for (std::size_t j = 0; j < 4; ++j) y[j] += h / 6 * (k1[j] + 2 * k2[j] + 2 * k3[j] + k4[j]);
+    }
+    return y;
+}
+
+TEST(Joints, LetADoublePendulumFall) {
+    constexpr double length = 1, radius = 0.05, g = 9.81, time = 0.5;
+    const auto expected = double_pendulum(time, length, radius, g);
+    const Vec3d joint{std::cos(expected[0]), 0, -std::sin(expected[0])};
+    const Vec3d end = joint + Vec3d{std::cos(expected[1]), 0, -std::sin(expected[1])};
+    const auto error = [&](long elements) {
+        SceneSpec scene;
+        RodSpec upper = simple_rod(static_cast<int>(elements));
+        upper.shape.length = length, upper.shape.elements = elements, upper.section.radius = radius;
+        upper.material.youngs_modulus = 4e9, upper.material.density = 1000;
+        upper.placement.tangent = {1, 0, 0};
+        upper.name = "upper", upper.start = EndKind::pinned;
+        RodSpec lower = upper;
+        lower.name = "lower", lower.start = EndKind::free, lower.placement.origin = {length, 0, 0};
+        scene.rods = {upper, lower};
+        scene.joints = {{.kind = JointKind::spherical, .between = {"upper", "lower"}, .law = {.stiffness = 1e7}}};
+        scene.loads = {{.load = make_load(0)}};
+        scene.time.duration = time;
+        Meeting stage(scene);
+        stage.advance(stage.plan.steps);
+        const auto tip = stage.state(1).back();
+        return norm(lane(tip.position, 0) - end);
+    };
+    const double coarse = error(8), fine = error(16);
+    EXPECT_LT(fine, 3e-3);
+    EXPECT_GT(std::log2(coarse / fine), 1.8) << coarse << " " << fine;
+}
+
+} // namespace
+} // namespace skein
