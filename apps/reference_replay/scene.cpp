@@ -1,5 +1,6 @@
 #include "scene.hpp"
 
+#include "joints.hpp"
 #include "loads.hpp"
 #include "rod_body_contact.hpp"
 #include "rod_rod_contact.hpp"
@@ -45,7 +46,7 @@ template <class Kind> Kind& Scene::system(const Entry& number, const char* what)
 Rod& Scene::open_rod(const Entry& number) {
     Rod& rod = system<Rod>(number, "a rod");
     if (rod.group.closed())
-        throw NotBuilt("contact on a ring (" + number.path() + ")"); // published codes have no node after the last
+        throw NotBuilt("contact or joint of a ring (" + number.path() + ")"); // published codes have no node after the last
     return rod;
 }
 
@@ -67,6 +68,14 @@ Scene::Load Scene::load_of(const Entry& e) {
     if (on_plane)
         return [&rod = open_rod(e["system"]), &plane = system<Plane>(e["other"], "a plane"),
                 friction = PlaneFriction(e)](const Step&) { friction.add(rod, plane); };
+    if (kind == "free_joint" || kind == "hinge_joint" || kind == "fixed_joint") {
+        Rod &a = open_rod(e["system"]), &b = open_rod(e["other"]);
+        return [&a, &b, joint = PointJoint(e, a, b)](const Step&) { joint.add(a, b); };
+    }
+    if (kind == "surface_joint_side_by_side") {
+        Rod &a = open_rod(e["system"]), &b = open_rod(e["other"]);
+        return [&a, &b, joint = SideJoint(e, a, b)](const Step&) { joint.add(a, b); };
+    }
     if (e.has("other")) throw NotBuilt("'" + kind + "' between systems (" + e.path() + ")");
     System& on = systems_[place(e["system"])];
     if (Rod* rod = std::get_if<Rod>(&on)) return load_on_rod(e, *rod);

@@ -84,11 +84,19 @@ void ContactLaw::fields(FieldVisitor& f) {
               .unit = "",
               .text = "memory: a tangential spring that slides at mu N (Cundall, Strack); regularised: mu_k N u_t/max(|u_t|, "
                       "slip_speed); published: none below "
-                      "slip_speed, mu_k N from 1.5 times that on"},
+                      "slip_speed, mu_k N from 1.5 times that on; anisotropic, of walls: regularised, with coefficients forward, "
+                      "backward and sideways"},
              friction, contact_friction_names);
     f.visit({.name = "static_friction", .unit = "-", .text = "mu_s of memory", .at_least = 0}, static_friction);
     f.visit({.name = "kinetic_friction", .unit = "-", .text = "mu_k; below 0: as static_friction", .at_least = -1},
             kinetic_friction);
+    f.visit({.name = "kinetic_backward",
+             .unit = "-",
+             .text = "anisotropic: mu_k of motion against the tangent; kinetic_friction is that along it",
+             .at_least = 0},
+            kinetic_backward);
+    f.visit({.name = "kinetic_sideways", .unit = "-", .text = "anisotropic: mu_k of motion across the tangent", .at_least = 0},
+            kinetic_sideways);
     f.visit({.name = "tangential_share",
              .unit = "-",
              .text = "memory: stiffness of the tangential spring over the normal one's",
@@ -96,7 +104,7 @@ void ContactLaw::fields(FieldVisitor& f) {
             tangential_share);
     f.visit({.name = "tangential_damping", .unit = "N s/m", .text = "memory: of the tangential spring", .at_least = 0},
             tangential_damping);
-    f.visit({.name = "slip_speed", .unit = "m/s", .text = "regularised, published", .at_least = 0}, slip_speed);
+    f.visit({.name = "slip_speed", .unit = "m/s", .text = "regularised, published, anisotropic", .at_least = 0}, slip_speed);
     f.visit({.name = "soft_until", .unit = "s", .text = "until then soft_stiffness and soft_damping hold", .at_least = 0},
             soft_until);
     f.visit({.name = "soft_stiffness", .unit = "N/m, N/m^1.5", .text = "k at the beginning", .at_least = 0}, soft_stiffness);

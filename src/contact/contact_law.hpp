@@ -11,6 +11,7 @@
 #include "skein/core/fields.hpp"
 #include "skein/core/pack.hpp"
 
+#include <algorithm>
 #include <cassert>
 #include <string_view>
 #include <vector>
@@ -19,8 +20,12 @@ namespace skein {
 
 enum class ContactNormal { linear, hertz };
 inline constexpr std::string_view contact_normal_names[] = {"linear", "hertz"};
-enum class ContactFriction { none, memory, regularised, published };
-inline constexpr std::string_view contact_friction_names[] = {"none", "memory", "regularised", "published"};
+enum class ContactFriction { none, memory, regularised, published, anisotropic };
+inline constexpr std::string_view contact_friction_names[] = {"none", "memory", "regularised", "published", "anisotropic"};
+/// Whether friction is a function of the speed of slip, below which it vanishes.
+inline bool slips_always(ContactFriction friction) {
+    return friction != ContactFriction::none && friction != ContactFriction::memory;
+}
 
 /// What the forces of a contact are made of. P: double, or a pack where it differs from pair to pair.
 template <class P> struct ContactNumbers {
@@ -51,12 +56,13 @@ struct ContactLaw {
     double accepted_overlap = 0.05; ///< over the diameter, of the contact that bears most; of an automatic stiffness
     double damping = 0;             ///< c, N s/m or N s/m^1.5
     ContactFriction friction = ContactFriction::none;
-    double static_friction = 0;    ///< mu_s
-    double kinetic_friction = -1;  ///< mu_k; below 0: mu_s
-    double tangential_share = 0.8; ///< kappa
-    double tangential_damping = 0; ///< c_t, N s/m
-    double slip_speed = 0;         ///< v_s, m/s
-    double soft_until = 0;         ///< s
+    double static_friction = 0;                        ///< mu_s
+    double kinetic_friction = -1;                      ///< mu_k; below 0: mu_s
+    double kinetic_backward = 0, kinetic_sideways = 0; ///< mu_k of anisotropic friction against a rod's tangent and across
+    double tangential_share = 0.8;                     ///< kappa
+    double tangential_damping = 0;                     ///< c_t, N s/m
+    double slip_speed = 0;                             ///< v_s, m/s
+    double soft_until = 0;                             ///< s
     double soft_stiffness = 0, soft_damping = 0;
     double friction_from = 0;   ///< s
     double restitution = 0;     ///< e; 0: stiffness and damping as they are
@@ -68,6 +74,11 @@ struct ContactLaw {
     static constexpr double automatic = -1;
     bool stiffness_is_automatic() const { return stiffness < 0; }
     double kinetic() const { return kinetic_friction < 0 ? static_friction : kinetic_friction; }
+    /// A coefficient of anisotropic friction over that forward; 1 of other laws.
+    double over_forward(double coefficient) const {
+        return friction == ContactFriction::anisotropic ? coefficient / kinetic_friction : 1;
+    }
+    double largest_kinetic() const { return std::max({kinetic(), kinetic_backward, kinetic_sideways}); }
     /// With k and c for this restitution and time of bodies whose effective mass m1 m2/(m1 + m2) is known, kg. Itself without.
     ContactLaw resolved(double effective_mass) const;
     /// The law at a time: soft or final stiffness, with or without friction; mu_k always a number.

@@ -85,9 +85,9 @@ double contact_limit(const ContactMobility& of, const ContactLaw& law, double st
 }
 
 double least_slip_speed(const ContactMobility& of, const ContactLaw& law, double force, int bodies, double dt) {
-    if (law.friction != ContactFriction::regularised && law.friction != ContactFriction::published) return 0;
+    if (!slips_always(law.friction)) return 0;
     const double steepness = law.friction == ContactFriction::published ? 2 : 1;
-    return 0.5 * dt * steepness * law.kinetic() * force * bodies * of.tangential;
+    return 0.5 * dt * steepness * law.largest_kinetic() * force * bodies * of.tangential;
 }
 
 TimeLimit contact_time_limit(const RodGroup& group, const ContactLaw& law, double share) {

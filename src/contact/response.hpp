@@ -8,6 +8,8 @@
 //                 T = T* while |T*| <= mu_s N;  else T = mu_k N T*/|T*| and x = -T/k_t: a contact that slides has no dashpot
 //   regularised   T = -mu_k N u_t/max(|u_t|, v_s)
 //   published     T = -(1 - f) mu_k N u_t/|u_t|,  f = 1 up to v_s, 0 from 1.5 v_s on, linear between
+//   anisotropic   T = -N (mu u_a a + mu_side u_b b)/max(|u_t|, v_s),  a: the rod's axis in the plane, b = n x a, u_a and u_b along
+//                 them, mu = mu_k where u_a > 0, else that backward
 //   on 1: force -N n + T, couple a1 x T;  on 2: force N n - T, couple -a2 x T
 // A contact pushes, whatever its dashpot says. Where k_t rises with the overlap the pull of the spring stays and its length falls,
 // so that no energy comes from nowhere; where k_t falls the length stays. Energy: springs store k g^2/2 (Hertz 2 k g^2.5/5) and k_t
@@ -69,6 +71,12 @@ template <class P> struct ContactForce {
     P friction_work, viscous_work; ///< J, in this step
 };
 
+/// How a rod lies on a wall whose friction depends on its direction.
+template <class P> struct Lie {
+    Vec3<P> axis;         ///< of the rod, lab
+    P backward, sideways; ///< coefficients over that forward
+};
+
 struct ContactKinds {
     ContactNormal normal;
     ContactFriction friction;
@@ -86,12 +94,22 @@ template <class P> SKEIN_INLINE P normal_energy(ContactNormal normal, P stiffnes
     return normal == ContactNormal::hertz ? P(0.4) * (sqrt(depth) * spring) : P(0.5) * spring;
 }
 
+/// What friction acts along, times a length: the slip itself, or with its parts forward, backward and sideways weighed.
+template <class P> SKEIN_INLINE Vec3<P> weighed_slip(const Vec3<P>& slip, const Vec3<P>& n, const Lie<P>* lie) {
+    if (!lie) return slip;
+    const Vec3<P> flat = lie->axis - dot(lie->axis, n) * n;
+    const P squared = max(dot(flat, flat), P(1e-300)), along = dot(slip, flat) / squared;
+    const P weight = select(along > P(0.0), P(1.0), lie->backward);
+    return lie->sideways * slip + ((weight - lie->sideways) * along) * flat;
+}
+
 /// `elsewhere`: normal force at the other points of this contact, which friction counts too. `memory`: as the contact left it, 0 of
 /// a new one, but for the spring of another that it goes on from, with weight 0; then as it leaves it now, 0 where nothing touches.
-template <int W>
-SKEIN_INLINE ContactForce<Pack<W>> contact_force(ContactKinds kinds, const ContactNumbers<Pack<W>>& law,
-                                                 const ContactState<Pack<W>>& in, double h, ContactMemory<Pack<W>>& memory,
-                                                 const ContactWeight<Pack<W>>& weight = {}, Pack<W> elsewhere = 0.0) {
+template <int W> SKEIN_INLINE ContactForce<Pack<W>> contact_force(ContactKinds kinds, const ContactNumbers<Pack<W>>& law,
+                                                                  const ContactState<Pack<W>>& in, double h,
+                                                                  ContactMemory<Pack<W>>& memory,
+                                                                  const ContactWeight<Pack<W>>& weight = {},
+                                                                  Pack<W> elsewhere = 0.0, const Lie<Pack<W>>* lie = nullptr) {
     using P = Pack<W>;
     const P zero(0.0), half(0.5), one(1.0), tiny(1e-150), step(h);
     const P overlap = in.radius_1 + in.radius_2 - in.distance, depth = max(overlap, zero);
@@ -146,10 +164,10 @@ SKEIN_INLINE ContactForce<Pack<W>> contact_force(ContactKinds kinds, const Conta
     } else if (kinds.friction != ContactFriction::none) {
         const P speed = norm(tangential);
         P share = law.kinetic_friction * pressed /
-                  max(speed, max(kinds.friction == ContactFriction::regularised ? law.slip_speed : zero, tiny));
+                  max(speed, max(kinds.friction == ContactFriction::published ? zero : law.slip_speed, tiny));
         if (kinds.friction == ContactFriction::published)
             share *= min(max((speed - law.slip_speed) / max(half * law.slip_speed, tiny), zero), one);
-        friction = -(share * tangential);
+        friction = -(share * weighed_slip(tangential, n, lie));
         now.viscous_part = friction;
         out.friction_work = -dot(memory.viscous_part + friction, half_way);
     }

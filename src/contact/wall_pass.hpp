@@ -28,6 +28,7 @@ struct WallNow {
     Vec3d velocity;
     ContactKinds kinds;
     ContactNumbers<double> law;
+    double backward, sideways; ///< coefficients of anisotropic friction over that forward
 };
 
 template <int W, class Points = RodNodes<W>> class WallPass final : public TilePass<W> {
@@ -59,7 +60,9 @@ public:
                                                                             wall.touches == WallTouch::axis ? 0.0 : 1.0,
                                                                             state.velocity,
                                                                             {wall.law.normal, wall.law.friction},
-                                                                            law_[i].at(step.time).numbers()};
+                                                                            law_[i].at(step.time).numbers(),
+                                                                            wall.law.over_forward(wall.law.kinetic_backward),
+                                                                            wall.law.over_forward(wall.law.kinetic_sideways)};
             }
     }
 
@@ -193,7 +196,7 @@ private:
         constexpr int N = Batch::most;
         using Q = Pack<N>;
         typename Points::template Touching<N> points;
-        NumberLanes<N> distance, radius, law[7], stiffness, weight;
+        NumberLanes<N> distance, radius, law[7], stiffness, weight, backward, sideways;
         VectorLanes<N> towards, velocity, spring, viscous_part;
         for (int n = 0; n < N; ++n) { // spare lanes repeat the first
             const Touch& touch = batch.touch[n < batch.count ? n : 0];
@@ -209,15 +212,17 @@ private:
             viscous_part.put(n, last.viscous_part), weight.at[n] = last.weight;
             const auto numbers = std::bit_cast<std::array<double, 7>>(one.law);
             for (std::size_t i = 0; i < numbers.size(); ++i) law[i].at[n] = numbers[i];
+            backward.at[n] = one.backward, sideways.at[n] = one.sideways;
         }
         ContactState<Q> state{};
         points.describe(state);
         state.normal = towards.pack(), state.distance = distance.pack(), state.velocity_2 = velocity.pack();
         ContactMemory<Q> memory{{spring.pack(), stiffness.pack()}, viscous_part.pack(), weight.pack()};
+        const ContactKinds kinds = wall[batch.touch[0].wall].kinds;
+        const Lie<Q> lie{points.axis(), backward.pack(), sideways.pack()};
         const ContactForce<Q> out = contact_force<N>(
-            wall[batch.touch[0].wall].kinds,
-            {law[0].pack(), law[1].pack(), law[2].pack(), law[3].pack(), law[4].pack(), law[5].pack(), law[6].pack()}, state, h,
-            memory);
+            kinds, {law[0].pack(), law[1].pack(), law[2].pack(), law[3].pack(), law[4].pack(), law[5].pack(), law[6].pack()}, state,
+            h, memory, {}, Q(0.0), kinds.friction == ContactFriction::anisotropic ? &lie : nullptr);
         points.push(out.on_1, out.arm_1 * out.moment);
         spring.take(memory.spring.x), stiffness.take(memory.spring.stiffness);
         viscous_part.take(memory.viscous_part), weight.take(memory.weight);

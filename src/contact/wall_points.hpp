@@ -84,6 +84,8 @@ public:
             state.spin_1 = Pack<N>(0.5) * (transpose_times(director[0].pack(), spin[0].pack()) +
                                            transpose_times(director[1].pack(), spin[1].pack()));
         }
+        /// Of the rod there: the sum of its elements' tangents.
+        Vec3<Pack<N>> axis() const { return third_director(director[0].pack()) + third_director(director[1].pack()); }
         /// A force and a couple in the lab, which add() gives to the rod of each.
         void push(const Vec3<Pack<N>>& force, const Vec3<Pack<N>>& couple) {
             force_.take(force);
@@ -141,6 +143,7 @@ public:
             state.velocity_1 = velocity.pack() + transpose_times(q, cross(spin.pack(), place.pack()));
             state.spin_1 = transpose_times(q, spin.pack());
         }
+        Vec3<Pack<N>> axis() const { return third_director(director.pack()); }
         void push(const Vec3<Pack<N>>& force, const Vec3<Pack<N>>& couple) {
             const Quaternion<Pack<N>> q = director.pack();
             force_.take(force);

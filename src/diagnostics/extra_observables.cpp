@@ -53,6 +53,18 @@ void add_knots(ExtraFigures& f, const RodGroup& group, std::span<const Slot<1>> 
         writhe(with_end_segments(node, group.spec().shape.length, EndSegments::next_tangent), Curve::open);
 }
 
+/// Of the angle in the plane, cos 2a and sin 2a without the angle.
+void add_order(ExtraFigures& f, std::span<const Slot<1>> state) {
+    const Vec3d way = lane(state.back().position, 0) - lane(state.front().position, 0);
+    const double squared = way.x * way.x + way.y * way.y;
+    if (!(squared > 0)) return;
+    const double cosine = (way.x * way.x - way.y * way.y) / squared;
+    f.sum[ExtraFigures::along_axes] = std::abs(cosine);
+    f.sum[ExtraFigures::cosine] = cosine;
+    f.sum[ExtraFigures::sine] = 2 * way.x * way.y / squared;
+    f.sum[ExtraFigures::directed] = 1;
+}
+
 } // namespace
 
 std::vector<std::string> extra_names(const ObservableSets& sets) {
@@ -64,6 +76,7 @@ std::vector<std::string> extra_names(const ObservableSets& sets) {
     add(sets.curvature,
         {"mean_bend_curvature[1/m]", "max_bend_curvature[1/m]", "mean_twist_per_length[rad/m]", "max_twist_per_length[rad/m]"});
     add(sets.knots, {"twist[turns]", "writhe[turns]", "link[turns]"});
+    add(sets.order, {"axis_order[-]", "nematic_order[-]"});
     return names;
 }
 
@@ -72,6 +85,7 @@ ExtraFigures extra_figures(const RodGroup& group, std::span<const Slot<1>> state
     if (sets.angular_momentum) add_angular_momentum(f, group, state);
     if (sets.curvature) add_curvature(f, group, state);
     if (sets.knots && group.strained()) add_knots(f, group, state);
+    if (sets.order && group.strained() && !group.closed()) add_order(f, state);
     return f;
 }
 
@@ -93,7 +107,9 @@ std::vector<double> extra_values(const Communicator& comm, std::span<const Extra
     const double length = sum[F::cell_length] > 0 ? sum[F::cell_length] : 1; // rods of one element have no cell
     add(sets.angular_momentum, {sum[F::angular_x], sum[F::angular_y], sum[F::angular_z]});
     add(sets.curvature, {sum[F::bend_length] / length, extreme[F::bend], sum[F::twist_length] / length, extreme[F::twist_rate]});
+    const double directed = std::max(sum[F::directed], 1.0);
     add(sets.knots, {sum[F::twist], sum[F::writhe], sum[F::twist] + sum[F::writhe]});
+    add(sets.order, {sum[F::along_axes] / directed, std::hypot(sum[F::cosine], sum[F::sine]) / directed});
     return values;
 }
 

@@ -27,8 +27,8 @@ RodEnergy rod_energy(const RodGroup& group, std::span<const Slot<1>> state, doub
 std::vector<std::string> observable_names(const ObservableSets& sets = {});
 
 /// Where some of them stand in it: the first are energies, which add up to the whole.
-inline constexpr std::size_t observed_energies = 6, observed_centre = 9, observed_speed = 12, observed_axial_strain = 13,
-                             observed_turn_per_cell = 14;
+inline constexpr std::size_t observed_translation = 0, observed_energies = 6, observed_centre = 9, observed_speed = 12,
+                             observed_axial_strain = 13, observed_turn_per_cell = 14;
 /// Kinetic and elastic energy of the scene, J, from what `observe` returned.
 double observed_energy(std::span<const double> observed);
 

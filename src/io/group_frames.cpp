@@ -38,6 +38,10 @@ struct Tip {
     template <class T> static void fill(const RodCopy& rod, T* out) { put(out, rod.state.back().position); }
 };
 
+struct Start {
+    template <class T> static void fill(const RodCopy& rod, T* out) { put(out, rod.state.front().position); }
+};
+
 struct Directors {
     template <class T> static void fill(const RodCopy& rod, T* out) {
         for (const Mat3d& q : rod.frames) out = put(put(put(out, q.d1), q.d2), q.d3);
@@ -51,7 +55,11 @@ struct Normals {
 };
 
 std::vector<FrameField> fields_of(FrameKind kind, const OutputSpec& spec, const RodGroup& group) {
-    if (kind == FrameKind::tips) return {field<Tip>("position", {3})};
+    if (kind == FrameKind::tips) {
+        std::vector<FrameField> ends{field<Tip>("position", {3})};
+        if (spec.both_ends) ends.push_back(field<Start>("start", {3}));
+        return ends;
+    }
     const auto nodes = static_cast<std::uint64_t>(group.slots());
     std::vector<FrameField> fields{field<Positions>("position", {nodes, 3})};
     if (spec.directors) {

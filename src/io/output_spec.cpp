@@ -15,6 +15,7 @@ void OutputSpec::fields(FieldVisitor& f) {
                  "HDF5 files alone; none: neither; auto: vtp up to 100000 nodes, xdmf beyond"},
         paraview, paraview_names);
     f.visit({.name = "tips", .unit = "s", .text = "interval of frames of every rod's last node; 0: none", .at_least = 0}, tips);
+    f.visit({.name = "both_ends", .unit = "", .text = "frames of tips hold every rod's first node too"}, both_ends);
     f.visit({.name = "series", .unit = "s", .text = "interval of the time series of observables; 0: none", .at_least = 0}, series);
     f.visit(
         {.name = "contacts",
@@ -23,9 +24,10 @@ void OutputSpec::fields(FieldVisitor& f) {
              "interval of tables of all contacts between rods (CSV): who, where, force, overlap, friction spring, slip; 0: none",
          .at_least = 0},
         contacts);
-    f.visit(
-        {.name = "observables", .unit = "", .text = "added to the series: any of \"angular_momentum\", \"curvature\", \"knots\""},
-        observables);
+    f.visit({.name = "observables",
+             .unit = "",
+             .text = "added to the series: any of \"angular_momentum\", \"curvature\", \"knots\", \"order\""},
+            observables);
     f.visit(
         {.name = "audit",
          .unit = "",
@@ -42,6 +44,12 @@ void OutputSpec::fields(FieldVisitor& f) {
                      "none",
              .at_least = 0},
             checkpoint_wall);
+    f.visit({.name = "frames_wall",
+             .unit = "s",
+             .text = "interval of wall time in which frames and the series are put into files that others can read while the run "
+                     "goes on; 0: at checkpoints alone",
+             .at_least = 0},
+            frames_wall);
     f.visit({.name = "keep", .unit = "-", .text = "how many of the newest checkpoints stay", .at_least = 1}, keep);
     f.visit({.name = "milestones", .unit = "", .text = "older checkpoints stay at doubling ages, a dozen in a month"}, milestones);
     f.visit(

@@ -19,7 +19,7 @@ enum class FrameKind { trajectory, tips };
 inline constexpr std::string_view frame_kind_names[] = {"trajectory", "tips"};
 
 /// What a scene may add to its observables.
-inline constexpr std::string_view observable_set_names[] = {"angular_momentum", "curvature", "knots"};
+inline constexpr std::string_view observable_set_names[] = {"angular_momentum", "curvature", "knots", "order"};
 
 /// Intervals in simulated seconds, but where wall time is said, rounded to whole steps; 0 switches an output off: it is then not
 /// opened, called or allocated.
@@ -29,12 +29,14 @@ struct OutputSpec {
     Precision precision = Precision::single;
     ParaView paraview = ParaView::automatic;
     double tips = 0;                      ///< last node of every rod, into HDF5
+    bool both_ends = false;               ///< and the first one
     double series = 0;                    ///< observables.csv
     std::vector<std::string> observables; ///< sets beyond energies, momentum and extremes
     bool audit = false;                   ///< energy audit
     double contacts = 0;                  ///< all contacts with their forces, into tables
     double checkpoint = 0;                ///< 0: none by simulated time
     double checkpoint_wall = 900;         ///< of wall time; 0: none by it
+    double frames_wall = 0;               ///< of wall time after which frames can be read; 0: at checkpoints
     long keep = 2;                        ///< newest checkpoints
     bool milestones = true;               ///< and older ones at doubling ages
     std::vector<std::string> progress;    ///< columns of the series that the progress line shows

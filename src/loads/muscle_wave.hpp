@@ -12,6 +12,8 @@
 #include "skein/core/fields.hpp"
 #include "skein/loads/load.hpp"
 
+#include <algorithm>
+#include <functional>
 #include <numbers>
 #include <span>
 #include <string>
@@ -23,7 +25,8 @@ struct MuscleWave {
     static constexpr std::string_view kind = "muscle_wave", label = "muscles";
     static constexpr bool for_rigid_bodies = false;
     double amplitude = 0;             ///< A, N m
-    std::vector<double> profile;      ///< A_j/A of every vertex (elements - 1, in a ring elements); empty: 1
+    std::vector<double> profile;      ///< A_j/A of every vertex (elements - 1, in a ring elements), or at these places; empty: 1
+    std::vector<double> profile_at;   ///< places over the length, rising
     double period = 0;                ///< T, s
     double wavelength = 0;            ///< lambda, m
     double phase = 0;                 ///< phi, rad
@@ -36,8 +39,13 @@ struct MuscleWave {
         f.visit({.name = "profile",
                  .unit = "-",
                  .text = "A of every inner vertex (elements - 1; a ring has elements, the last where it closes) over `amplitude`; "
-                         "empty: 1"},
+                         "with `profile_at` at those places; empty: 1"},
                 profile);
+        f.visit({.name = "profile_at",
+                 .unit = "-",
+                 .text = "places of `profile` over the length of the rod, rising: linear between them, and as at the nearest one "
+                         "beyond; so a profile fits any number of elements"},
+                profile_at);
         f.visit({.name = "period", .unit = "s", .text = "T", .required = true, .above = 0}, period);
         f.visit({.name = "wavelength", .unit = "m", .text = "lambda; negative: towards the start", .required = true}, wavelength);
         f.visit({.name = "phase", .unit = "rad", .text = "phi"}, phase);
@@ -51,6 +59,15 @@ struct MuscleWave {
     void check(RodSpecs groups, Objections& objections) const {
         if (wavelength == 0) objections.add("wavelength", "'wavelength' of a muscle_wave cannot be 0");
         if (zero(direction)) objections.add("direction", "'direction' has no direction");
+        if (!profile_at.empty()) {
+            if (profile_at.size() != profile.size())
+                objections.add("profile_at", "'profile_at' needs a place for every value of 'profile': it has " +
+                                                 std::to_string(profile_at.size()) + ", which has " +
+                                                 std::to_string(profile.size()));
+            if (std::adjacent_find(profile_at.begin(), profile_at.end(), std::greater_equal<>()) != profile_at.end())
+                objections.add("profile_at", "'profile_at' must rise");
+            return;
+        }
         if (profile.empty()) return;
         for (const RodSpec* rods : groups) {
             const bool ring = rods->shape.closed;
@@ -60,25 +77,35 @@ struct MuscleWave {
         }
     }
     std::string refine(const Shape& was, const Shape& now) {
-        if (profile.empty()) return {};
+        if (profile.empty() || !profile_at.empty()) return {};
         profile = between(vertices_of(was), profile, vertices_of(now), was.closed);
         return "'profile' is taken as linear between vertices";
     }
 
     /// What the wave is behind by at arc length s, rad.
     double phase_at(double s) const { return 2 * std::numbers::pi / wavelength * s - phase; }
+    /// A/A_0 of vertex j >= 1, which is at arc length s of a rod of this length.
+    double share(int j, double s, double length) const {
+        if (profile.empty()) return 1;
+        if (profile_at.empty()) return profile[static_cast<std::size_t>(j - 1)];
+        const auto after = std::lower_bound(profile_at.begin(), profile_at.end(), s / length);
+        if (after == profile_at.begin()) return profile.front();
+        if (after == profile_at.end()) return profile.back();
+        const auto i = static_cast<std::size_t>(after - profile_at.begin());
+        const double way = (s / length - profile_at[i - 1]) / (profile_at[i] - profile_at[i - 1]);
+        return (1 - way) * profile[i - 1] + way * profile[i];
+    }
     void bind_group(const RodGroup& group) {
         const int n = group.elements(), last = group.closed() ? n : n - 1;
         wave.resize(n, frame);
-        double s = 0;
+        double s = 0, length = 0;
+        for (const ElementConstants& e : group.element) length += e.rest_length;
         for (int j = 1; j <= last; ++j) {
             s += group.element[static_cast<std::size_t>(j - 1)].rest_length;
-            wave.set(j % n, amplitude * (profile.empty() ? 1.0 : profile[static_cast<std::size_t>(j - 1)]), phase_at(s));
+            wave.set(j % n, amplitude * share(j, s, length), phase_at(s));
         }
-        if (group.spec().start == EndKind::clamped)
-            wave.set_start(amplitude * (profile.empty() ? 1.0 : profile.front()), phase_at(0));
-        if (group.spec().end == EndKind::clamped)
-            wave.set_end(amplitude * (profile.empty() ? 1.0 : profile.back()), phase_at(s + group.element.back().rest_length));
+        if (group.spec().start == EndKind::clamped) wave.set_start(amplitude * share(1, 0, length), phase_at(0));
+        if (group.spec().end == EndKind::clamped) wave.set_end(amplitude * share(last, length, length), phase_at(length));
     }
     void prepare(std::span<const Step> steps) { wave.prepare(steps, period, ramp); }
     VertexWave wave;

@@ -149,13 +149,15 @@ PackedRods pack(const Packing& p, double length, double radius, std::vector<Caps
     const long patience = region.grows() ? std::max(1L, p.attempts / 100) : p.attempts;
     Random random(p.seed);
     std::vector<Vec3d> centres, directions;
+    const auto draw_direction_that_fits = [&] {
+        for (long attempt = 0; attempt < p.attempts; ++attempt)
+            if (const Vec3d direction = draw_direction(p, random); region.holds(0.5 * length * direction)) return direction;
+        throw InputError(fmt::format("{}: none of {} directions drawn lets a rod of length {:g} m fit into the region to pack, "
+                                     "whatever else is there: enlarge it, or change 'elevation' or 'azimuth'",
+                                     where, p.attempts, length));
+    };
     while (centres.size() < count) {
-        const Vec3d direction = draw_direction(p, random), half = 0.5 * length * direction;
-        if (!region.holds(half))
-            throw InputError(fmt::format("{}: a rod of length {:g} m at an elevation of {:.1f} deg does not fit into the region to "
-                                         "pack, whatever else is there: enlarge it, or narrow "
-                                         "'elevation' or 'azimuth'",
-                                         where, length, std::asin(direction.z) * 180 / pi));
+        const Vec3d direction = draw_direction_that_fits(), half = 0.5 * length * direction;
         std::optional<Capsule> place;
         for (long attempt = 0; !place; ++attempt) {
             stop_where_asked("rods were packed");

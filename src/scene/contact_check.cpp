@@ -35,8 +35,11 @@ void law(const ContactLaw& law, double assumed, Objections& objections) {
         objections.unused({"static_friction", "kinetic_friction", "friction_from"}, "without 'friction'");
     else if (law.static_friction <= 0 && law.kinetic_friction <= 0)
         objections.add("", "friction needs 'static_friction' or 'kinetic_friction'");
-    const bool slips = law.friction == ContactFriction::regularised || law.friction == ContactFriction::published;
-    if (slips && law.slip_speed <= 0) objections.add("", "this friction needs 'slip_speed' [m/s]");
+    if (slips_always(law.friction) && law.slip_speed <= 0) objections.add("", "this friction needs 'slip_speed' [m/s]");
+    if (law.friction != ContactFriction::anisotropic)
+        objections.unused({"kinetic_backward", "kinetic_sideways"}, "without friction = \"anisotropic\"");
+    else if (law.kinetic_friction <= 0)
+        objections.add("", "anisotropic friction needs 'kinetic_friction', of motion along the tangent, above 0");
     if (law.soft_until == 0) objections.unused({"soft_stiffness", "soft_damping"}, "without 'soft_until' [s]");
 }
 
@@ -73,6 +76,7 @@ void check_contact(const SceneSpec& scene, Objections& objections) {
     }
     TableObjections contact(objections, "contact");
     law(scene.contact->law, scene.contact->overlap, contact);
+    if (scene.contact->law.friction == ContactFriction::anisotropic) contact.add("friction", "anisotropic friction is for walls");
     if (!scene.contact->self) contact.unused({"self_gap"}, "without 'self'");
     if (scene.time.integrator != Integrator::verlet)
         contact.add("", "contact needs integrator = \"verlet\": the kicks of \"pefrl\" go backwards too");

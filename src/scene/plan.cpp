@@ -432,8 +432,8 @@ void choose_step(Plan& plan, const SceneSpec& scene) {
 
 Cadence cadence_of(const OutputSpec& out, double dt) {
     const auto steps = [&](double interval) { return interval > 0 ? std::max<std::int64_t>(1, std::llround(interval / dt)) : 0; };
-    return {steps(out.trajectory), steps(out.tips),       steps(out.series),
-            steps(out.contacts),   steps(out.checkpoint), out.checkpoint_wall};
+    return {steps(out.trajectory), steps(out.tips),     steps(out.series), steps(out.contacts),
+            steps(out.checkpoint), out.checkpoint_wall, out.frames_wall};
 }
 
 void list_absent(Plan& plan, const SceneSpec& scene) {
@@ -507,8 +507,11 @@ std::vector<AssemblyPlan> assemblies(const SceneSpec& scene, std::span<const Rod
 }
 
 void weigh(Plan& plan, std::span<const RodGroup> groups, const SceneSpec& scene) {
-    for (const RodGroup& group : groups)
-        plan.mass += static_cast<double>(group.count()) * std::accumulate(group.node_mass.begin(), group.node_mass.end(), 0.0);
+    for (const RodGroup& group : groups) {
+        const double mass =
+            static_cast<double>(group.count()) * std::accumulate(group.node_mass.begin(), group.node_mass.end(), 0.0);
+        plan.mass += mass, plan.mass_radius += mass * group.element.front().radius;
+    }
     if (!scene.contact && scene.walls.empty()) return;
     int found = 0;
     for (const LoadSpec& l : scene.loads)
@@ -639,7 +642,7 @@ Plan make_plan(const SceneSpec& as_given, std::span<const RodGroup> groups, cons
         frame_values += of_all(3 * group.slots() + (scene.output.directors ? 9 * p.elements + 3 * group.slots() : 0));
         nodes += of_all(group.body() ? 2 * group.body()->line.size() : static_cast<std::size_t>(group.slots()));
         lines += of_all(group.body() ? group.body()->line.size() : 1);
-        tip_values += of_all(3);
+        tip_values += of_all(scene.output.both_ends ? 6 : 3);
     }
     for (const InteractionSpec& interaction : plan.interactions)
         ns += predicted_ns(interaction) * static_cast<double>(plan.elements) /

@@ -75,6 +75,7 @@ struct AssemblyPlan {
 struct Cadence {
     std::int64_t trajectory = 0, tips = 0, series = 0, contacts = 0, checkpoint = 0;
     double checkpoint_wall = 0; ///< s of wall time; 0: none by it
+    double frames_wall = 0;     ///< s of wall time; 0: with checkpoints
 };
 
 /// Of a rank's share: up to this a copy of the state is kept in memory, unless a run says otherwise.
@@ -105,6 +106,7 @@ struct Plan {
     ContactOutlook outlook;                  ///< of contacts and walls, where there are any
     std::vector<Wall> walls;                 ///< planes, tubes and balls: boxes are taken apart
     double mass = 0;                         ///< of all rods, kg
+    double mass_radius = 0;                  ///< sum of masses times radii, kg m
     std::optional<Vec3d> gravity;            ///< that of rods which touch something, where it is one for all; m/s^2
     bool audit = false;                      ///< energy audit
     std::vector<std::string> observables;    ///< sets that the scene adds to the series

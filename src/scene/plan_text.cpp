@@ -65,6 +65,8 @@ std::string law_text(const ContactLaw& law) {
     if (law.friction != ContactFriction::none)
         text += fmt::format(", friction {} {:g} / {:g}", contact_friction_names[static_cast<std::size_t>(law.friction)],
                             law.static_friction, law.kinetic());
+    if (law.friction == ContactFriction::anisotropic)
+        text += fmt::format(" / {:g} / {:g}", law.kinetic_backward, law.kinetic_sideways);
     if (law.soft_until > 0) text += fmt::format(", soft until {:g} s", law.soft_until);
     if (law.friction_from > 0) text += fmt::format(", friction from {:g} s", law.friction_from);
     return text;

@@ -51,7 +51,7 @@ bool by_formula(const Load& load, Variable v) {
 void contact_law(const ContactLaw& law, Objections& table) {
     if (law.soft_until > 0) table.add("soft_until", "time.relax needs contacts that do not change with time");
     if (law.friction_from > 0) table.add("friction_from", "time.relax needs contacts that do not change with time");
-    if (law.friction == ContactFriction::regularised || law.friction == ContactFriction::published)
+    if (slips_always(law.friction))
         table.add("friction", "time.relax needs friction that holds what is at rest: \"memory\", or none");
 }
 

@@ -53,7 +53,7 @@ Simulation::Simulation(const Communicator& comm, const Threads& threads, const S
                        Plan plan, RunOptions options)
     : comm_(comm), threads_(threads), groups_(std::move(groups)), plan_(std::move(plan)),
       options_(std::move(options)), sets_{scene.output.observes("angular_momentum"), scene.output.observes("curvature"),
-                                          scene.output.observes("knots")},
+                                          scene.output.observes("knots"), scene.output.observes("order")},
       physics_(physics_json(with_stiffnesses(scene, groups_), groups_, plan_.dt)), settings_(settings_json(scene)),
       output_(output_json(scene)), started_(options_.began > 0 ? options_.began : wall_seconds()),
       checkpoints_(plan_.cadence.checkpoint_wall, started_, plan_.state_bytes / plan_.machine.ranks),
@@ -346,6 +346,9 @@ Simulation::Verdict Simulation::agree() {
         const auto visits = static_cast<std::int64_t>(std::min(1e9, speed * seconds / tick_multiple));
         next_tick_ = clock_.done() + tick_multiple * comm_.broadcast(std::max<std::int64_t>(1, visits));
         if (checkpoints_.every() > 0) save_now_ = comm_.broadcast(static_cast<std::int64_t>(checkpoints_.due())) != 0;
+        if (plan_.cadence.frames_wall > 0)
+            close_now_ =
+                comm_.broadcast(static_cast<std::int64_t>(wall_seconds() - frames_closed_ >= plan_.cadence.frames_wall)) != 0;
         balance_.look(timers_, *rods_, interactions_, clock_.done(), last_step_ - clock_.done());
         if (!progress_columns_.empty()) show_now_ = comm_.broadcast(static_cast<std::int64_t>(progress_->due(clock_.done()))) != 0;
     }
@@ -403,7 +406,8 @@ void Simulation::write_due() {
                        contacts_of(interactions_)->table());
     }
     if (clock_.done() > 0 && (due(plan_.cadence.checkpoint) || save_now_)) checkpoint();
-    save_now_ = false;
+    else if (close_now_) close_files();
+    save_now_ = close_now_ = false;
 }
 
 bool Simulation::due(std::int64_t every) const { return every > 0 && clock_.done() % every == 0; }
@@ -431,6 +435,7 @@ std::vector<std::string> Simulation::names() const {
     if (plan_.audit) all.insert(all.end(), std::begin(audit_names), std::end(audit_names));
     for (std::string& name : names_of_figures(interactions_)) all.push_back(std::move(name));
     if (plan_.gravity) all.emplace_back("potential[J]");
+    if (plan_.gravity && sets_.order) all.emplace_back("agitation[-]");
     return all;
 }
 
@@ -443,6 +448,7 @@ std::vector<double> Simulation::observables() const {
     const Vec3d centre{values[observed_centre], values[observed_centre + 1], values[observed_centre + 2]};
     for (const double x : values_of_figures(comm_, interactions_, clock_.lag())) values.push_back(x);
     if (plan_.gravity) values.push_back(-plan_.mass * dot(*plan_.gravity, centre));
+    if (plan_.gravity && sets_.order) values.push_back(values[observed_translation] / (norm(*plan_.gravity) * plan_.mass_radius));
     return values;
 }
 
@@ -506,14 +512,17 @@ void Simulation::warn_of_strain() {
 
 void Simulation::checkpoint() {
     if (last_checkpoint_ == clock_.done()) return;
-    {
-        const auto timing = timers_.time(Phase::output);
-        for (FrameWriter* frames : {trajectory_.get(), tips_.get()})
-            if (frames) frames->close_segment();
-        if (polydata_) polydata_->flush();
-        if (plan_.cadence.series > 0) on_root(comm_, [&] { series_->flush(); });
-    }
+    close_files();
     keep_state();
+}
+
+void Simulation::close_files() {
+    const auto timing = timers_.time(Phase::output);
+    for (FrameWriter* frames : {trajectory_.get(), tips_.get()})
+        if (frames) frames->close_segment();
+    if (polydata_) polydata_->flush();
+    if (plan_.cadence.series > 0) on_root(comm_, [&] { series_->flush(); });
+    frames_closed_ = wall_seconds();
 }
 
 void Simulation::keep_state() {

@@ -142,6 +142,8 @@ private:
     void begin_audit(std::optional<double> audited_from);
     void write_due();
     void checkpoint();
+    /// So that others can read what the run has written so far.
+    void close_files();
     void sample();
     /// Observables of this step, once. Collective.
     void look();
@@ -207,7 +209,8 @@ private:
     Timers timers_;
     double started_, setup_s_ = 0;
     CheckpointClock checkpoints_;
-    bool save_now_ = false, saving_ = false, idle_ = false;
+    bool save_now_ = false, close_now_ = false, saving_ = false, idle_ = false;
+    double frames_closed_ = 0;                    ///< wall time
     std::unique_ptr<ResultsDirectory> directory_; ///< root only; null where nothing is written
     std::unique_ptr<Rods> rods_;
     std::shared_ptr<Walls> walls_;                 ///< null where there are none

@@ -418,7 +418,7 @@ class Motions(Replay):
                 content[key].append({"system": 0, **values})
             return change
         for name, change in (("cone", system("cone")), ("body_plane_contact", entry("forces_in_order", kind="body_plane_contact", k=1.0, nu=0.0)),
-                             ("hinge_joint", entry("forces_in_order", kind="hinge_joint", other=0, index=0, other_index=0)),
+                             ("ball_joint", entry("forces_in_order", kind="ball_joint", other=0, index=0, other_index=0)),
                              ("spring", entry("constraints_in_order", kind="spring")), ("rayleigh", entry("dampers_in_order", kind="rayleigh")),
                              ("Euler", lambda content: content.update(stepper="Euler"))):
             content = copy.deepcopy(free_case())
