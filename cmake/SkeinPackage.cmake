@@ -4,7 +4,7 @@ include(GNUInstallDirs)
 include(CMakePackageConfigHelpers)
 
 set(objects "")
-foreach(module core formula parallel time rod neighbourhood loads contact partition diagnostics io scene kernels simulation)
+foreach(module IN LISTS SKEIN_MODULES)
   list(APPEND objects $<TARGET_OBJECTS:skein_${module}>)
 endforeach()
 set_source_files_properties(${SKEIN_JOINED_KERNELS} PROPERTIES EXTERNAL_OBJECT ON GENERATED ON)

@@ -74,9 +74,10 @@ def draw_formation(axes, walk):
     for place, colour, words in ((start, QUIET, "start"), (end, COLOURS["legs"], f"after {walk.cycles} cycles")):
         for x, y in place:
             axes.add_patch(plt.Rectangle((x - walk.length / 2, y - walk.width / 2), walk.length, walk.width, color=colour, lw=0, alpha=0.75))
-        axes.text(place[:, 0].mean(), place[:, 1].max() + walk.length, words, ha="center", color=colour)
+        axes.plot([], [], color=colour, lw=6, alpha=0.75, label=words)
     axes.set_aspect("equal")
     axes.autoscale_view()
+    axes.legend(frameon=False, loc="lower center")
     axes.set_xlabel("x [m]", color=INK)
     axes.set_ylabel("y [m]", color=INK)
     bare(axes, "left", "bottom")

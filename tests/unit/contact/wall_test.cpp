@@ -276,6 +276,35 @@ TEST(Walls, LetARodRollUntilItSlips) {
     }
 }
 
+TEST(Walls, HoldASlidingSnakeLessAlongItThanAcross) {
+    const double k = 1e5, h = 1e-5;
+    const RodGroup group(lying_rod(radius), 0, 0, "");
+    ContactLaw law{
+        .normal = ContactNormal::linear, .stiffness = k, .friction = ContactFriction::anisotropic, .kinetic_friction = 0.2};
+    law.kinetic_backward = 0.3, law.kinetic_sideways = 0.5, law.slip_speed = 1e-3;
+    const auto slowed = [&](const Vec3d& speed, const Vec3d& spin = {0, 0, 0}, int steps = 10) {
+        State state = lying(group, k, gravity);
+        for (Slot<1>& s : state) set_lane(s.velocity, 0, speed), set_lane(s.spin, 0, spin);
+        Stage<1> stage(group, {state}, {floor_of(law)}, {0, 0, -gravity}, h);
+        stage.advance(steps);
+        EXPECT_GE(stage.figures().friction_work, 0);
+        return (1 / (steps * h)) * (velocity(group, stage.state()) - speed);
+    };
+    const double g = gravity;
+    EXPECT_NEAR(slowed({1, 0, 0}).x, -0.2 * g, 1e-3 * g);
+    EXPECT_NEAR(slowed({-1, 0, 0}).x, 0.3 * g, 1e-3 * g);
+    EXPECT_NEAR(slowed({0, 1, 0}).y, -0.5 * g, 1e-3 * g);
+    EXPECT_NEAR(slowed({0, -1, 0}).y, 0.5 * g, 1e-3 * g);
+    const Vec3d aslant = slowed({0.6, 0.8, 0}); // shares of the slip, each with its own coefficient
+    EXPECT_NEAR(aslant.x, -0.2 * 0.6 * g, 1e-3 * g);
+    EXPECT_NEAR(aslant.y, -0.5 * 0.8 * g, 1e-3 * g);
+    EXPECT_NEAR(slowed({5e-4, 0, 0}, {0, 0, 0}, 1).x, -0.5 * 0.2 * g, 1e-3 * g); // half the slip speed, half the friction
+    // A rod that spins about its axis slips sideways: its frame is d3 = x, so body spin about d3 turns the lowest line along +-y.
+    const Vec3d rolled = slowed({0, 0, 0}, {0, 0, 100});
+    EXPECT_NEAR(std::abs(rolled.y), 0.5 * g, 2e-2 * g);
+    EXPECT_NEAR(rolled.x, 0, 1e-4 * g);
+}
+
 TEST(Walls, OfATubeHoldARodAtItsLowestLine) {
     const RodGroup group(lying_rod(0), 0, 0, "");
     Wall tube;
@@ -372,8 +401,9 @@ TEST(Walls, GiveTheSameBitsInAllLanes) {
                    .friction = ContactFriction::memory,
                    .static_friction = 0.5,
                    .kinetic_friction = 0.4};
-    law.slip_speed = 1e-2;
-    for (const ContactFriction friction : {ContactFriction::none, ContactFriction::memory, ContactFriction::regularised}) {
+    law.slip_speed = 1e-2, law.kinetic_backward = 0.7, law.kinetic_sideways = 1.1;
+    for (const ContactFriction friction :
+         {ContactFriction::none, ContactFriction::memory, ContactFriction::regularised, ContactFriction::anisotropic}) {
         law.friction = friction;
         expect_lanes_alike<2>(law);
         expect_lanes_alike<4>(law);
@@ -416,7 +446,8 @@ TEST(Walls, TakeWhatRodsGive) {
 
 TEST(Walls, CloseTheEnergyAccount) {
     for (const ContactNormal normal : {ContactNormal::linear, ContactNormal::hertz})
-        for (const ContactFriction friction : {ContactFriction::memory, ContactFriction::regularised}) {
+        for (const ContactFriction friction :
+             {ContactFriction::memory, ContactFriction::regularised, ContactFriction::anisotropic}) {
             RodSpec spec = lying_rod(radius + 0.002, 8, Law::linear);
             spec.shape.velocity = {0.3, 0.5, -1};
             const RodGroup group(spec, 0, 0, "");
@@ -426,6 +457,8 @@ TEST(Walls, CloseTheEnergyAccount) {
                            .friction = friction,
                            .static_friction = 0.3,
                            .kinetic_friction = 0.3,
+                           .kinetic_backward = 0.5,
+                           .kinetic_sideways = 0.2,
                            .tangential_damping = 1,
                            .slip_speed = 0.01};
             Stage<1> stage(group, {start(group)}, {floor_of(law)}, {0, 0, -gravity}, 5e-7);

@@ -115,7 +115,38 @@ TEST(ExtraObservables, WhatIsNotAskedForIsNotThere) {
     for (const double value : nothing.sum) EXPECT_EQ(value, 0);
     EXPECT_TRUE(extra_names({}).empty());
     EXPECT_EQ(extra_names({.knots = true}).size(), 3u);
-    EXPECT_EQ(extra_names({true, true, true}).size(), 10u);
+    EXPECT_EQ(extra_names({true, true, true, true}).size(), 12u);
+}
+
+TEST(ExtraObservables, OrderIsThatOfDirectionsInThePlane) {
+    const auto order = [&](const std::vector<double>& degrees) { // S and S_2 of the sums
+        F all;
+        for (const double angle : degrees) {
+            RodSpec spec = test::simple_rod(6);
+            const double a = angle * pi / 180;
+            spec.placement.tangent = {std::cos(a), std::sin(a), 0.3}; // heights do not count
+            const RodGroup group(spec, 0, 0, "");
+            std::vector<Slot<1>> state(7);
+            group.start_state(0, state);
+            const F one = extra_figures(group, state, {.order = true});
+            for (std::size_t s = 0; s < all.sum.size(); ++s) all.sum[s] += one.sum[s];
+        }
+        const double rods = all.sum[F::directed];
+        EXPECT_EQ(rods, static_cast<double>(degrees.size()));
+        return std::array{all.sum[F::along_axes] / rods, std::hypot(all.sum[F::cosine], all.sum[F::sine]) / rods};
+    };
+    const auto expect = [&](const std::vector<double>& degrees, double along_axes, double one_line) {
+        const auto found = order(degrees);
+        EXPECT_NEAR(found[0], along_axes, 1e-12);
+        EXPECT_NEAR(found[1], one_line, 1e-12);
+    };
+    expect({0, 90, 180, 270}, 1, 0);
+    expect({30, 30, 210}, 0.5, 1);
+    expect({45, 135}, 0, 0);
+    expect({0, 0, 90}, 1, 1.0 / 3);
+    std::vector<double> even;
+    for (int i = 0; i < 3600; ++i) even.push_back(0.1 * i);
+    EXPECT_NEAR(order(even)[0], 2 / pi, 1e-5);
 }
 
 } // namespace

@@ -4,6 +4,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 
@@ -126,6 +127,19 @@ TEST(Loads, MuscleWaveIsInternal) {
     };
     expect_near(r.couple(5), r.director(5) * Vec3d{0, 0, at(5)}, 1e-15);
     expect_near(r.couple(2), r.director(2) * Vec3d{0, 0, at(2) - at(3)}, 1e-15);
+}
+
+TEST(Loads, AmplitudesOfMusclesAtPlacesFitAnyElements) {
+    // Linear from (0.2, 1) to (0.6, 3), and as there before and beyond.
+    MuscleWave through{.amplitude = 0.3, .profile = {1, 3}, .profile_at = {0.2, 0.6}, .period = 2, .wavelength = 0.8};
+    for (const int n : {4, 6, 11}) {
+        const RodGroup group(test::simple_rod(n), 0, 0, "");
+        MuscleWave sampled = through;
+        sampled.profile_at.clear(), sampled.profile.clear();
+        for (int j = 1; j < n; ++j) sampled.profile.push_back(std::clamp(1 + 2 * (j / double(n) - 0.2) / 0.4, 1.0, 3.0));
+        const Loaded one = apply(through, group, 1.3), other = apply(sampled, group, 1.3);
+        for (std::size_t k = 0; k < static_cast<std::size_t>(n); ++k) expect_near(one.couple(k), other.couple(k), 1e-15);
+    }
 }
 
 } // namespace

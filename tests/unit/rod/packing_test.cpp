@@ -196,8 +196,17 @@ TEST(Packing, SaysHowManyFitted) {
 }
 
 TEST(Packing, SaysWhatNeverFits) {
-    EXPECT_NE(refusal(box(100, {0.1, 0.1, 0.02})).find("fit into the region to pack"), std::string::npos);
+    EXPECT_NE(refusal(box(100, {0.05, 0.05, 0.02})).find("fit into the region to pack"), std::string::npos);
     EXPECT_NE(refusal(cylinder(1, 0.01, 0.05)).find("fit into the region to pack"), std::string::npos);
+}
+
+TEST(Packing, DrawsDirectionsUntilOneFits) {
+    // Half as wide as rods are long: those within 30 degrees of x fit at most.
+    Packing p = box(40, {2 * length, 0.5 * length, 1});
+    p.elevation = {0, 0};
+    const auto rods = packed(p);
+    ASSERT_EQ(rods.size(), 40u);
+    for (const Capsule& rod : rods) EXPECT_LT(std::abs(rod.end.y - rod.start.y), 0.5 * length);
 }
 
 TEST(Packing, GroupsStartStraightInFramesOfTheirOwn) {

@@ -57,8 +57,9 @@ TEST(SceneRefine, EveryListOfNumbersHasARuleOrNeedsNone) {
     const std::set<std::string> ruled = {
         "profile", "table", "length_profile", "rest_curvature_profile", "start_curvature_profile", "nodes", "elements"};
     const std::set<std::string> of_something_else = {
-        "coefficients", "shear_factors", "bending_stiffness", "counts", "spacing",     "origins",  "tangents",
-        "normals",      "elevation",     "azimuth",           "times",  "translation", "rotation", "magnetisation"};
+        "coefficients", "shear_factors", "bending_stiffness", "counts",        "spacing",
+        "origins",      "tangents",      "normals",           "elevation",     "azimuth",
+        "times",        "translation",   "rotation",          "magnetisation", "profile_at"};
     Lists lists;
     RodSpec rods;
     rods.fields(lists);

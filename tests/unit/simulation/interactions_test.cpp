@@ -16,7 +16,7 @@ using test::Turn;
 constexpr std::int64_t meeting_steps = 8000;
 
 static_assert(std::size(contact_normal_names) == 2, "a new law of the normal force needs numbers in law_of, and is elastic or not");
-static_assert(std::size(contact_friction_names) == 4, "a new law of friction needs numbers in law_of");
+static_assert(std::size(contact_friction_names) == 5, "a new law of friction needs numbers in law_of");
 
 ContactLaw law_of(ContactNormal normal, ContactFriction friction) {
     const bool hertz = normal == ContactNormal::hertz;
@@ -25,6 +25,7 @@ ContactLaw law_of(ContactNormal normal, ContactFriction friction) {
     law.static_friction = 0.5, law.kinetic_friction = 0.4;
     if (friction == ContactFriction::memory) law.tangential_damping = 2;
     else law.slip_speed = 0.05;
+    if (friction == ContactFriction::anisotropic) law.kinetic_backward = 0.6, law.kinetic_sideways = 0.2; // of walls
     return law;
 }
 std::vector<ContactLaw> all_laws() {

@@ -1,6 +1,6 @@
 // What must hold of every kind of joint: it carries no momentum, springs keep energy and dashpots take it, the automatic step bears
 // any stiffness, and bits do not depend on lanes, threads or the protocol.
-#include "simulation/joint_interaction.hpp"
+#include "support/joint_examples.hpp"
 #include "support/meeting.hpp"
 
 #include <gtest/gtest.h>
@@ -11,58 +11,11 @@
 namespace skein {
 namespace {
 
+using test::joint_examples;
+using test::JointExample;
 using test::Meeting;
 using test::simple_rod;
-
-RodSpec stick(const std::string& name, const Vec3d& origin, const Vec3d& tangent) {
-    RodSpec rod = simple_rod(8);
-    rod.name = name;
-    rod.material.youngs_modulus = 1e7;
-    rod.shape.length = 0.8;
-    rod.section.radius = 0.02;
-    rod.placement.origin = origin, rod.placement.tangent = tangent;
-    return rod;
-}
-
-struct JointExample {
-    std::string name;
-    SceneSpec scene;
-};
-
-static_assert(std::size(joint_names) == 5, "a new kind of joint needs an example");
-
-/// Two rods, or a rod and a body, that fly and turn, joined in every way.
-std::vector<JointExample> joint_examples(double stiffness = 1e4, double damping = 0) {
-    std::vector<JointExample> all;
-    const auto add = [&](const std::string& name, RodSpec first, RodSpec second, JointSpec joint) {
-        SceneSpec scene;
-        first.shape.velocity = {0.3, -0.2, 0.5}, first.shape.angular_velocity = {0.4, 2, -1};
-        scene.rods = {first, second};
-        joint.between = {first.name, second.name};
-        joint.law.stiffness = stiffness, joint.law.damping = damping;
-        scene.joints = {joint};
-        scene.time.duration = 1;
-        all.push_back({name, scene});
-    };
-    const RodSpec along = stick("along", {0, 0, 0}, {1, 0, 0}), on = stick("on", {0.8, 0, 0}, {0.6, 0.8, 0}),
-                  beside = stick("beside", {0.1, 0.04, 0}, {1, 0, 0}), up = stick("up", {0.45, 0, 0.02}, {0, 0, 1});
-    const double turning = stiffness * 1e-2;
-    add("spherical", along, on, {.kind = JointKind::spherical});
-    add("spherical, in the middle", along, stick("on", {0.3, 0, 0.1}, {0, 1, 0}), {.kind = JointKind::spherical, .at = {0.4, 0.3}});
-    add("hinge", along, on,
-        {.kind = JointKind::hinge,
-         .axis = {0, 0, 1},
-         .law = {.torsional_stiffness = turning, .torsional_damping = 0.01 * damping}});
-    add("fixed", along, on,
-        {.kind = JointKind::fixed, .law = {.torsional_stiffness = turning, .torsional_damping = 0.01 * damping}});
-    add("side by side", along, beside, {.kind = JointKind::side_by_side, .law = {.repulsion = 20 * stiffness}});
-    add("tip to side", up, along,
-        {.kind = JointKind::tip_to_side, .at = {0, 0}, .law = {.torsional_stiffness = turning, .repulsion = stiffness}});
-    RodSpec ball = test::rigid_body(0, 0.1);
-    ball.name = "ball", ball.placement.origin = {0.9, 0, 0};
-    add("a body, fixed", along, ball, {.kind = JointKind::fixed, .law = {.torsional_stiffness = turning}});
-    return all;
-}
+using test::stick;
 
 double joint_energy(const Meeting& stage) {
     double sum = 0;

@@ -1,0 +1,75 @@
+"""Copies of a robot that touch each other: nothing in the results tells on how many ranks and threads they were computed, where
+copies went, nor where the run was interrupted."""
+
+import pathlib
+import unittest
+
+from driver import SEARCH, DriverTest
+
+PARTS = pathlib.Path(__file__).resolve().parents[2] / "apps/millipede"
+
+# In a row along their bodies, a sixth of a diameter into each other.
+SWARM = f"""
+include = ["{PARTS}/bot.part", "{PARTS}/drive.part"]
+[time]
+duration = 100.0
+dt = 2e-3
+[[assembly]]
+name = "bot"
+scatter = [0.0, 0.0, 0.01]
+magnetisation_scatter = 0.01
+[assembly.placement]
+kind = "line"
+normal = [1.0, 0.0, 0.0]
+counts = [5]
+spacing = [7.75]
+[contact]
+law = "linear"
+stiffness = 1e4
+damping = 100.0
+[output]
+series = 0.1
+trajectory = 0.2
+tips = 0.2
+both_ends = true
+directors = false
+checkpoint = 0.4
+"""
+
+
+class Joints(DriverTest):
+    def test_robots_that_touch(self):
+        self.scene.write_text(SWARM)
+        steps = ["--steps", "500"]
+        self.run_skein("one", *steps)
+        self.assertGreater(self.series("one")["contact_energyJ"][-1], 0)
+        self.assertGreater(self.series("one")["joint_energyJ"][-1], 0)
+        self.assertLess(max(self.series("one")["joint_gapm"]), 0.1 * 0.15)  # of the radius
+        for ranks, threads in ((1, 2), (2, 1), (3, 1), (7, 1)):  # two ranks of seven have no robot
+            out = f"{ranks}x{threads}"
+            self.run_skein(out, *steps, "--balance", "always", ranks=ranks, threads=threads)
+            if ranks > 1:
+                self.assertGreater(self.summary(out)["balance"]["migrations"], 0)
+            self.assertEqual(self.digest(out), self.digest("one"), out)
+            self.assert_same_series(out, "one")
+            self.assert_same_frames(out, "one", "legs")
+        for lanes in ("1", "2", "4"):
+            self.run_skein("lanes" + lanes, *steps, "--lanes", lanes)
+            self.assertEqual(self.digest("lanes" + lanes), self.digest("one"), lanes)
+        self.run_skein("parts", "--steps", "111", ranks=3)
+        self.run_skein("parts", "--steps", "400", ranks=2)
+        self.run_skein("parts", *steps)
+        self.assertEqual(self.digest("parts"), self.digest("one"))
+        self.assert_same_series("parts", "one", besides=SEARCH)
+
+    def test_robots_by_themselves(self):
+        """Without contact they take many steps in a visit, or one."""
+        self.scene.write_text(SWARM.replace("[contact]\nlaw = \"linear\"\nstiffness = 1e4\ndamping = 100.0\n", ""))
+        self.run_skein("one", "--steps", "300")
+        for name, more in (("synchronous", ["--protocol", "synchronous"]), ("ranks", [])):
+            self.run_skein(name, "--steps", "300", *more, ranks=3)
+            self.assertEqual(self.digest(name), self.digest("one"), name)
+
+
+if __name__ == "__main__":
+    unittest.main()
