@@ -14,7 +14,7 @@ from driver import SKEIN
 from faults import ALL, FaultTest
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
-LARGE = {"farm_111797", "nest_1536", "nest_1536_published"}  # as others, with more rods
+LARGE = {"farm_111797", "nest_1536", "nest_1536_published", "pit_4096", "pit_16384", "swarm_224"}  # as others, with more rods
 VALUES = ("0", "-1", "1", "2", "1e300", "-1e300", "1e-300", "nan", "-inf", "0x10", "999999999999", "99999999999999999999", "1e18", '"word"', '""', "[]", "[1, 2]", "[[1]]",
           "{}", "true", "1979-05-27", "''' '''")
 BYTES = ("\0", "\x7f", "\ufffd", '"', "'", "[", "]", "{", "}", "=", ".", ",", "#", "\n", "\t", "e", "-", "9", "\\")
