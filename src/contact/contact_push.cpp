@@ -289,6 +289,7 @@ void Contacts::take_back(std::uint32_t begin, std::uint32_t end) {
 void Contacts::push(const Work& work, WorkArea& area) {
     const ContactBlock& block = work.block;
     work.figures = {};
+    if (!block.paired) return; // its bodies are marked as untouched since the list was made
     std::fill(touched_.begin() + block.first_window, touched_.begin() + block.last_window, std::uint8_t{0});
     std::fill(work.load + block.first_slot, work.load + block.last_slot, ExertedLoad{});
     const std::uint32_t begin = list_.first[block.first_slot], end = list_.first[block.last_slot];

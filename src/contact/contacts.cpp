@@ -56,14 +56,19 @@ double farthest_squared(const Exposure& bodies, double gap) {
 void Contacts::cut_tiles(const Exposure& bodies) {
     constexpr std::size_t most = 128;
     all_tiles_.clear(), ghosts_tiles_.clear();
-    for (std::size_t begin = 0; begin < place_.size(); begin += most)
-        all_tiles_.push_back({begin, std::min(begin + most, place_.size())});
+    auto block = deferred_.blocks().begin();
+    for (std::size_t begin = 0; begin < place_.size(); begin += most) {
+        TileRun run{begin, std::min(begin + most, place_.size()), false};
+        while (block->last_slot <= begin * places_at_once) ++block;
+        for (auto b = block; b != deferred_.blocks().end() && b->first_slot < run.end * places_at_once; ++b) run.paired |= b->paired;
+        all_tiles_.push_back(run);
+    }
     for (std::size_t w = 0; w < bodies.window.size(); ++w) {
         if (bodies.owns(w)) continue;
         const std::size_t first = bodies.window[w].first_slot / places_at_once, last = (bodies.end_of(w) - 1) / places_at_once + 1;
         if (!ghosts_tiles_.empty() && first <= ghosts_tiles_.back().end)
             ghosts_tiles_.back().end = std::max(ghosts_tiles_.back().end, last);
-        else ghosts_tiles_.push_back({first, last});
+        else ghosts_tiles_.push_back({first, last, true});
     }
 }
 
@@ -78,7 +83,16 @@ Contacts::Holding Contacts::survey(const Exposure& bodies, std::span<const TileR
     const P from_list(farthest_squared(bodies, figures_.skin)), from_pruned(farthest_squared(bodies, margin_));
     std::atomic<bool> list = true, pruned = true;
     threads_.for_each(runs.size(), [&](std::size_t run, int) {
-        const auto [begin, end] = runs[run];
+        const auto [begin, end, paired] = runs[run];
+        if (!paired) {
+            P farthest(0.0);
+            for (std::size_t tile = begin; tile < end; ++tile) {
+                const Vec3<P> way = places(bodies, tile * W) - place_[tile];
+                farthest = max(farthest, dot(way, way));
+            }
+            if (any(!(farthest < from_list))) list.store(false, std::memory_order_relaxed);
+            return;
+        }
         const auto at = [&](std::size_t slot) { return bodies.node[std::min(slot, last)].position; };
         Vec3d before = begin > 0 ? at(begin * W) - at(begin * W - 1) : Vec3d{0, 0, 0};
         P since_list(0.0), since_pruned(0.0);
@@ -111,7 +125,8 @@ Contacts::Holding Contacts::survey(const Exposure& bodies, std::span<const TileR
 /// All candidates are looked at in the next step.
 void Contacts::prune_anew(const Exposure& bodies) {
     threads_.for_each(all_tiles_.size(), [&](std::size_t run, int) {
-        const auto [begin, end] = all_tiles_[run];
+        const auto [begin, end, paired] = all_tiles_[run];
+        if (!paired) return;
         for (std::size_t tile = begin; tile < end; ++tile) pruned_at_[tile] = places(bodies, tile * places_at_once);
     });
     prunes_[0] = prunes_[1] = true;
@@ -236,8 +251,10 @@ void Contacts::settle(const Exposure& bodies, std::span<const std::uint32_t> slo
     place_.resize((bodies.slots() + places_at_once - 1) / places_at_once);
     pruned_at_.resize(place_.size());
     cut_tiles(bodies);
+    for_blocks(threads_, place_.size(), [&](std::size_t begin, std::size_t end, std::size_t) {
+        for (std::size_t tile = begin; tile < end; ++tile) place_[tile] = places(bodies, tile * places_at_once);
+    });
     prune_anew(bodies);
-    place_ = pruned_at_;
     pruned_.make_room(list_, deferred_.blocks().size());
     bent_.assign(place_.size() * places_at_once, 1);
     edge_.assign(place_.size() * places_at_once, 0);

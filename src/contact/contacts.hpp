@@ -77,6 +77,7 @@ private:
     /// Consecutive tiles of places.
     struct TileRun {
         std::size_t begin, end;
+        bool paired; ///< some pair may have an element of them
     };
     Holding survey(const Exposure& bodies, std::span<const TileRun> runs);
     void cut_tiles(const Exposure& bodies);

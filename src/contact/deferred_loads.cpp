@@ -1,6 +1,7 @@
 #include "contact/deferred_loads.hpp"
 
 #include <algorithm>
+#include <atomic>
 #include <utility>
 
 namespace skein {
@@ -18,18 +19,23 @@ void DeferredLoads::cut_blocks(const PairList& list, const Exposure& bodies, con
     std::int64_t last = -1;
     for (std::uint32_t w = 0; w < bodies.window.size(); ++w) {
         const std::int64_t block = bodies.scene().block_of(bodies.window[w].gid);
-        if (block != last) blocks_.push_back({w, w, bodies.window[w].first_slot, 0, false});
+        if (block != last) blocks_.push_back({w, w, bodies.window[w].first_slot, 0, false, false});
         last = block;
         blocks_.back().last_window = w + 1;
         blocks_.back().last_slot = bodies.end_of(w);
         block_of_window_.push_back(static_cast<std::uint32_t>(blocks_.size()) - 1);
     }
-    if (!bodies.own.empty())
-        threads.for_each(blocks_.size(), [&](std::size_t number, int) {
-            ContactBlock& block = blocks_[number];
-            for (std::uint32_t i = list.first[block.first_slot]; i < list.first[block.last_slot] && !block.needs_ghosts; ++i)
-                block.needs_ghosts = !bodies.owns_slot(list.pair[i].a) || !bodies.owns_slot(list.pair[i].b);
-        });
+    threads.for_each(blocks_.size(), [&](std::size_t number, int) {
+        ContactBlock& block = blocks_[number];
+        const auto pair = [](ContactBlock& one) { std::atomic_ref(one.paired).store(true, std::memory_order_relaxed); };
+        const std::uint32_t begin = list.first[block.first_slot], end = list.first[block.last_slot];
+        if (begin != end) pair(block);
+        for (std::uint32_t i = begin; i < end; ++i) {
+            const std::uint32_t b = list.pair[i].b;
+            if (b >= block.last_slot) pair(blocks_[block_of_window_[static_cast<std::size_t>(bodies.window_of[b])]]);
+            if (!bodies.own.empty()) block.needs_ghosts |= !bodies.owns_slot(list.pair[i].a) || !bodies.owns_slot(b);
+        }
+    });
 }
 
 /// Strips have about as many pairs each; where one thread does all, they are as long as they can be.

@@ -21,6 +21,7 @@ namespace skein {
 struct ContactBlock {
     std::uint32_t first_window, last_window, first_slot, last_slot;
     bool needs_ghosts; ///< some of its pairs have an element of a ghost
+    bool paired;       ///< some pair, of any block, has an element of it: nothing is exerted on the others
 };
 
 /// Consecutive blocks and their slots, of which all need ghosts or none does; the last ones are behind.

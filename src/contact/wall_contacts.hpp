@@ -60,6 +60,7 @@ public:
         std::vector<std::uint8_t> near;              ///< [wall]: the tile's box is within reach at this step
         std::vector<std::uint8_t> held;              ///< [wall]: some point touched at the last step
         std::vector<std::size_t> looked_at;          ///< walls, in this step
+        std::vector<std::uint8_t> left, taken;       ///< [wall]: lanes of a point that touch it, to be worked on and under work
         int lanes = 0;                               ///< that have rods of their own
 
         ContactMemory<double>& memory_at(int point, std::size_t wall, int lane) {
@@ -114,6 +115,8 @@ public:
         contacts.touched.assign(points_ * acting_.size(), 0);
         contacts.near.assign(acting_.size(), 0);
         contacts.held.assign(acting_.size(), 0);
+        contacts.left.assign(acting_.size(), 0);
+        contacts.taken.assign(acting_.size(), 0);
         contacts.lanes = rod.lanes;
     }
     TileContacts& of_tile(std::size_t tile) { return tiles_[tile]; }

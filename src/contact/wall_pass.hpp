@@ -7,9 +7,11 @@
 // per tube 19, per ball 10; 250 per node and wall that touch.
 #pragma once
 
+#include "contact/compress.hpp"
 #include "contact/contact_limits.hpp"
 #include "contact/wall_contacts.hpp"
 #include "contact/wall_points.hpp"
+#include "neighbourhood/transposed.hpp"
 
 #include <array>
 #include <bit>
@@ -88,30 +90,21 @@ public:
         }
         if (contacts.looked_at.empty()) return;
 
-        Batch batch;
         for (int i = 0; i < points_.count(rod); ++i) {
             const Vec3<P> at = points_.position(rod, i);
-            const P radius(points_.radius(rod, i));
+            const double radius = points_.radius(rod, i);
+            unsigned some = 0;
             for (const std::size_t w : contacts.looked_at) {
                 std::uint8_t& touched = contacts.touched[static_cast<std::size_t>(i) * acting() + w];
                 unsigned now = 0;
-                if (contacts.near[w]) {
-                    const Surface s = surface(wall[w], at);
-                    now = bits_of(P(wall[w].width) * radius > s.distance);
-                    for (unsigned bits = now; bits != 0; bits &= bits - 1) {
-                        const int l = std::countr_zero(bits);
-                        if (batch.count == Batch::most || (batch.count > 0 && !alike(wall[batch.touch[0].wall], wall[w])))
-                            push(rod, load, step.kick, wall, contacts, batch);
-                        batch.touch[batch.count++] = {i, l, w, s.distance[l], lane(s.towards, l)};
-                        __builtin_prefetch(&contacts.memory_at(i, w, l), 1);
-                    }
-                }
+                if (contacts.near[w]) now = bits_of(P(wall[w].width * radius) > surface(wall[w], at).distance);
                 for (unsigned gone = touched & ~now; gone != 0; gone &= gone - 1) contacts.let_go(i, w, std::countr_zero(gone));
-                touched = static_cast<std::uint8_t>(now);
+                touched = contacts.left[w] = static_cast<std::uint8_t>(now);
                 contacts.held[w] = static_cast<std::uint8_t>(contacts.held[w] | (now != 0));
+                some |= now;
             }
+            while (some != 0) some = push(rod, load, step.kick, wall, contacts, i, at, radius);
         }
-        if (batch.count > 0) push(rod, load, step.kick, wall, contacts, batch);
     }
 
 private:
@@ -126,19 +119,6 @@ private:
     };
     std::size_t acting() const { return contacts_->acting().size(); }
 
-    /// A point of one lane that touches a wall.
-    struct Touch {
-        int point, lane;
-        std::size_t wall;
-        double distance;
-        Vec3d towards; ///< the wall
-    };
-    /// Walls of one kind of law, points in order.
-    struct Batch {
-        static constexpr int most = 8;
-        Touch touch[most];
-        int count = 0;
-    };
     static bool alike(const WallNow& x, const WallNow& y) {
         return x.kinds.normal == y.kinds.normal && x.kinds.friction == y.kinds.friction;
     }
@@ -190,62 +170,99 @@ private:
         return {P(sign) * (P(wall.radius) - from), (P(sign) / max(from, P(1e-300))) * y};
     }
 
-    /// Forces of a batch, which is empty then; sums run from first to last.
-    [[gnu::noinline]] void push(const RodTile<W>& rod, SlotLoad<W>* load, double h, const WallNow* wall, TileContacts& contacts,
-                                Batch& batch) const {
-        constexpr int N = Batch::most;
-        using Q = Pack<N>;
-        typename Points::template Touching<N> points;
-        NumberLanes<N> distance, radius, law[7], stiffness, weight, backward, sideways;
-        VectorLanes<N> towards, velocity, spring, viscous_part;
-        for (int n = 0; n < N; ++n) { // spare lanes repeat the first
-            const Touch& touch = batch.touch[n < batch.count ? n : 0];
-            const WallNow& one = wall[touch.wall];
-            points.put(n, points_, rod, touch.point, touch.lane);
-            radius.at[n] = points.radius.at[n];
-            points.radius.at[n] *= one.width;
-            distance.at[n] = touch.distance;
-            towards.put(n, touch.towards);
-            velocity.put(n, one.velocity);
-            const ContactMemory<double>& last = contacts.memory_at(touch.point, touch.wall, touch.lane);
-            spring.put(n, last.spring.x), stiffness.at[n] = last.spring.stiffness;
-            viscous_part.put(n, last.viscous_part), weight.at[n] = last.weight;
-            const auto numbers = std::bit_cast<std::array<double, 7>>(one.law);
-            for (std::size_t i = 0; i < numbers.size(); ++i) law[i].at[n] = numbers[i];
-            backward.at[n] = one.backward, sideways.at[n] = one.sideways;
+    /// The walls that lanes of a point touch, each its own.
+    struct WallOfLanes {
+        Vec3<P> towards{}, velocity{};
+        P distance{}, width{}, backward{}, sideways{};
+        ContactNumbers<P> law{};
+        ContactMemory<double>* memory[W];
+        unsigned lanes = 0;
+
+        void take(const WallNow& wall, const Surface& s, unsigned some) {
+            const Mask<W> there = where_set<W>(some, 1.0) > P(0.0);
+            const auto put = [&](auto& to, const auto& from) { to = lanes == 0 ? from : select(there, from, to); };
+            put(towards, s.towards), put(distance, s.distance);
+            put(velocity, broadcast<W>(wall.velocity)), put(width, P(wall.width));
+            put(backward, P(wall.backward)), put(sideways, P(wall.sideways));
+            const auto numbers = wall.law.as<P>();
+            put(law.stiffness, numbers.stiffness), put(law.damping, numbers.damping);
+            put(law.static_friction, numbers.static_friction), put(law.kinetic_friction, numbers.kinetic_friction);
+            put(law.tangential_stiffness, numbers.tangential_stiffness), put(law.tangential_damping, numbers.tangential_damping);
+            put(law.slip_speed, numbers.slip_speed);
+            lanes |= some;
         }
-        ContactState<Q> state{};
-        points.describe(state);
-        state.normal = towards.pack(), state.distance = distance.pack(), state.velocity_2 = velocity.pack();
-        ContactMemory<Q> memory{{spring.pack(), stiffness.pack()}, viscous_part.pack(), weight.pack()};
-        const ContactKinds kinds = wall[batch.touch[0].wall].kinds;
-        const Lie<Q> lie{points.axis(), backward.pack(), sideways.pack()};
-        const ContactForce<Q> out = contact_force<N>(
-            kinds, {law[0].pack(), law[1].pack(), law[2].pack(), law[3].pack(), law[4].pack(), law[5].pack(), law[6].pack()}, state,
-            h, memory, {}, Q(0.0), kinds.friction == ContactFriction::anisotropic ? &lie : nullptr);
-        points.push(out.on_1, out.arm_1 * out.moment);
-        spring.take(memory.spring.x), stiffness.take(memory.spring.stiffness);
-        viscous_part.take(memory.viscous_part), weight.take(memory.weight);
-        VectorLanes<N> force;
-        NumberLanes<N> friction_work, viscous_work, normal, energy, overlap, slope;
-        force.take(out.on_1), friction_work.take(out.friction_work), viscous_work.take(out.viscous_work);
-        normal.take(out.normal), energy.take(out.elastic_energy), slope.take(out.stiffness);
-        overlap.take(max(state.radius_1 - state.distance, Q(0.0)) / (radius.pack() + radius.pack()));
-        for (int n = 0; n < batch.count; ++n) {
-            const Touch& touch = batch.touch[n];
-            const int l = touch.lane;
-            points.add(n, rod, load, touch.point, l);
-            contacts.memory_at(touch.point, touch.wall, l) = {{spring[n], stiffness.at[n]}, viscous_part[n], weight.at[n]};
-            const auto add = [&](P& to, double more) { to.set(l, to[l] + more); };
-            const auto raise = [&](P& to, double other) { to.set(l, std::max(to[l], other)); };
-            typename WallContactTiles<W>::Work& work = contacts.work[touch.wall];
-            add(work.friction, friction_work.at[n]), add(work.viscous, viscous_work.at[n]);
-            Entry& e = contacts.entry[touch.wall];
-            add_to_lane(e.force, l, -force[n]);
-            add(e.normal, normal.at[n]), add(e.touching, 1), add(e.elastic_energy, energy.at[n]);
-            raise(e.max_overlap, overlap.at[n]), raise(e.stiffness, slope.at[n]);
+    };
+
+    /// Takes for each lane the first wall left whose kind of law is that of the first one of all, if no other is to come before it.
+    WallOfLanes take_walls(const WallNow* wall, TileContacts& contacts, int point, const Vec3<P>& at) const {
+        WallOfLanes one;
+        static thread_local ContactMemory<double> none;
+        none = {};
+        std::fill_n(one.memory, W, &none);
+        const WallNow* first = nullptr;
+        unsigned waiting = 0;
+        for (const std::size_t w : contacts.looked_at) {
+            const unsigned left = contacts.left[w];
+            contacts.taken[w] = 0;
+            if (left == 0) continue;
+            if (!first) first = &wall[w];
+            const unsigned now = alike(*first, wall[w]) ? left & ~(one.lanes | waiting) : 0;
+            waiting |= left & ~now;
+            contacts.left[w] = static_cast<std::uint8_t>(left & ~now);
+            contacts.taken[w] = static_cast<std::uint8_t>(now);
+            if (now == 0) continue;
+            one.take(wall[w], surface(wall[w], at), now);
+            for (unsigned bits = now; bits != 0; bits &= bits - 1) {
+                const int l = std::countr_zero(bits);
+                one.memory[l] = &contacts.memory_at(point, w, l);
+            }
         }
-        batch.count = 0;
+        return one;
+    }
+
+    /// Forces of a point that some lanes have left to push with. Returns which have more.
+    [[gnu::noinline]] unsigned push(const RodTile<W>& rod, SlotLoad<W>* load, double h, const WallNow* wall, TileContacts& contacts,
+                                    int point, const Vec3<P>& at, double radius) const {
+        const WallOfLanes one = take_walls(wall, contacts, point, at);
+        const Mask<W> lanes = where_set<W>(one.lanes, 1.0) > P(0.0);
+        ContactState<P> state{};
+        points_.describe(rod, point, state);
+        state.normal = one.towards, state.velocity_2 = one.velocity;
+        state.radius_1 = one.width * P(radius);
+        state.distance = select(lanes, one.distance, state.radius_1);
+        const auto spring = load_transposed<W>([&](int l) { return &one.memory[l]->spring.x.x; }),
+                   viscous_part = load_transposed<W>([&](int l) { return &one.memory[l]->viscous_part.x; });
+        ContactMemory<P> memory{{spring.vector, spring.behind}, viscous_part.vector, viscous_part.behind};
+        unsigned more = 0;
+        ContactKinds kinds{};
+        for (const std::size_t w : contacts.looked_at) {
+            more |= contacts.left[w];
+            if (contacts.taken[w] != 0) kinds = wall[w].kinds;
+        }
+        const Lie<P> lie{points_.axis(rod, point), one.backward, one.sideways};
+        const ContactForce<P> out = contact_force<W>(kinds, one.law, state, h, memory, {}, P(0.0),
+                                                     kinds.friction == ContactFriction::anisotropic ? &lie : nullptr);
+        points_.push(rod, load, point, lanes, out.on_1, out.arm_1 * out.moment);
+        const P none(0.0);
+        const Vec3<P> nowhere{none, none, none};
+        store_transposed<W>(select(lanes, memory.spring.x, nowhere), select(lanes, memory.spring.stiffness, none),
+                            [&](int l) { return &one.memory[l]->spring.x.x; });
+        store_transposed<W>(select(lanes, memory.viscous_part, nowhere), select(lanes, memory.weight, none),
+                            [&](int l) { return &one.memory[l]->viscous_part.x; });
+        const P overlap = max(state.radius_1 - state.distance, none) / P(radius + radius);
+        for (const std::size_t w : contacts.looked_at) {
+            if (contacts.taken[w] == 0) continue;
+            const Mask<W> these = where_set<W>(contacts.taken[w], 1.0) > none;
+            const auto raise = [&](P& to, const P& other) { to = select(these, max(to, other), to); };
+            typename WallContactTiles<W>::Work& work = contacts.work[w];
+            add_where(these, work.friction, out.friction_work), add_where(these, work.viscous, out.viscous_work);
+            Entry& e = contacts.entry[w];
+            add_where(these, e.force, -out.on_1);
+            add_where(these, e.normal, out.normal), add_where(these, e.touching, P(1.0));
+            add_where(these, e.elastic_energy, out.elastic_energy);
+            raise(e.max_overlap, overlap), raise(e.stiffness, out.stiffness);
+        }
+        return more;
     }
 
     std::shared_ptr<const Walls> walls_;
