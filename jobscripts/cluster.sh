@@ -46,3 +46,17 @@ end_or_requeue() {
     fi
     exit "$code"
 }
+
+# run_on_nodes SCENE [SKEIN OPTIONS...]: a job of Slurm that takes a scene as far as its time goes, on all that it was given.
+run_on_nodes() {
+    local scene=$1 threads=${SLURM_CPUS_PER_TASK:-1}
+    shift
+    need_program "$skein"
+    say "job $SLURM_JOB_ID, start $((${SLURM_RESTART_COUNT:-0} + 1)), $SLURM_NTASKS ranks x $threads threads on $SLURM_JOB_NODELIST"
+    # A build that computes wrong on one of these nodes must not run there.
+    mpirun -n "$SLURM_NNODES" --map-by ppr:1:node --bind-to none "$skein" check --self --threads 1 || exit 4
+    # mpirun takes hosts and slots from Slurm; each rank gets its own cores. Where Open MPI is built with Slurm's PMIx, this does the same:
+    #   srun --mpi=pmix --cpus-per-task="$threads" --cpu-bind=cores "$skein" run ...
+    run_until_asked mpirun -n "$SLURM_NTASKS" --map-by "slot:PE=$threads" --bind-to core "$skein" run "$scene" --threads "$threads" "$@"
+    end_or_requeue
+}

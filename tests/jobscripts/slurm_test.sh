@@ -106,6 +106,20 @@ wait_for() { # what, command...
 has_checkpoint() { compgen -G "$work/$1/checkpoint_*.h5" >/dev/null; }
 quiet_outputs=(--set output.checkpoint=0 --set output.trajectory=0 --set output.tips=0 --set output.series=0)
 
+# The scripts of the other cases go on as that of the cilia does: a scene of theirs, whole and in two jobs.
+in_two_jobs() { # NAME SCENE OPTIONS...
+    local name=$1 scene=$2 code=0 id
+    shift 2
+    mpirun -n 2 "$SKEIN" run "$scene" "$@" --steps 400 --out "$work/$name.whole" --quiet || fail "$name by itself"
+    for steps in 150 400; do
+        id=$(submit "$name.log" --ntasks-per-node=2 --time=10 "$script" "$scene" "$@" --steps "$steps" --out "$work/$name.parts" --quiet)
+        finished "$id" || { cat "$work/$name.log"; fail "$name, to step $steps"; }
+    done
+    same_digest "$name.parts" "$name.whole"
+}
+job_pit() { in_two_jobs pit "$root/apps/active_matter/pit_96.toml"; }
+job_swarm() { in_two_jobs swarm "$root/apps/millipede/one_bot.toml"; }
+
 # A job that meets its time limit goes back into the queue; one that is killed with all its processes is submitted again.
 job_cilia() {
     local long=(--set time.duration=7.2e5 "${quiet_outputs[@]}" --set output.checkpoint_wall=3) code=0 id steps state
