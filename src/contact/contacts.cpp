@@ -60,7 +60,8 @@ void Contacts::cut_tiles(const Exposure& bodies) {
     for (std::size_t begin = 0; begin < place_.size(); begin += most) {
         TileRun run{begin, std::min(begin + most, place_.size()), false};
         while (block->last_slot <= begin * places_at_once) ++block;
-        for (auto b = block; b != deferred_.blocks().end() && b->first_slot < run.end * places_at_once; ++b) run.paired |= b->paired;
+        for (auto b = block; b != deferred_.blocks().end() && b->first_slot < run.end * places_at_once; ++b)
+            run.paired |= b->paired;
         all_tiles_.push_back(run);
     }
     for (std::size_t w = 0; w < bodies.window.size(); ++w) {

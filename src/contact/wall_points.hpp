@@ -43,8 +43,7 @@ public:
         const auto [before, after] = around(rod, i);
         const Slot<W>&one = rod.slot[before], &other = rod.slot[after];
         state.velocity_1 = rod.slot[i].velocity;
-        state.spin_1 =
-            P(0.5) * (transpose_times(one.director, one.spin) + transpose_times(other.director, other.spin));
+        state.spin_1 = P(0.5) * (transpose_times(one.director, one.spin) + transpose_times(other.director, other.spin));
     }
     /// Of the rod there: the sum of its elements' tangents.
     SKEIN_INLINE Vec3<P> axis(const RodTile<W>& rod, int i) const {
