@@ -21,9 +21,11 @@ namespace fs = std::filesystem;
 /// Names of files that a scene takes, as seen from another folder.
 void move_to(SceneSpec& scene, const fs::path& folder) {
     const fs::path was = fs::path(scene.file).parent_path();
-    for (RodSpec& rods : scene.rods)
-        if (std::string& file = rods.placement.file; !file.empty() && fs::path(file).is_relative())
-            file = fs::proximate(was / file, folder).string();
+    const auto move = [&](std::string& file) {
+        if (!file.empty() && fs::path(file).is_relative()) file = fs::proximate(was / file, folder).string();
+    };
+    for (RodSpec& rods : scene.rods) move(rods.placement.file);
+    for (AssemblySpec& assembly : scene.assemblies) move(assembly.placement.file);
     scene.file = (folder / "scene.toml").string();
 }
 

@@ -23,6 +23,46 @@ template <int W> SKEIN_INLINE void compress_store(double* to, unsigned bits, con
     }
 }
 
+/// The same of eight numbers in memory.
+SKEIN_INLINE void compress_store(std::uint32_t* to, unsigned bits, const std::uint32_t* from) {
+#if defined(__AVX512VL__)
+    _mm256_storeu_si256(
+        reinterpret_cast<__m256i*>(to),
+        _mm256_maskz_compress_epi32(static_cast<__mmask8>(bits), _mm256_loadu_si256(reinterpret_cast<const __m256i*>(from))));
+#else
+    for (; bits != 0; bits &= bits - 1) *to++ = from[std::countr_zero(bits)];
+#endif
+}
+SKEIN_INLINE void compress_store(std::uint8_t* to, unsigned bits, const std::uint8_t* from) {
+#if defined(__AVX512VL__)
+    std::uint64_t eight, mask = _pdep_u64(bits, 0x0101010101010101u) * 0xff;
+    std::memcpy(&eight, from, 8);
+    eight = _pext_u64(eight, mask);
+    std::memcpy(to, &eight, 8);
+#else
+    for (; bits != 0; bits &= bits - 1) *to++ = from[std::countr_zero(bits)];
+#endif
+}
+/// Stores first + i for each bit i of eight that is set, without gaps.
+SKEIN_INLINE void store_places(std::uint32_t* to, unsigned bits, std::uint32_t first) {
+#if defined(__AVX512VL__)
+    const __m256i all = _mm256_add_epi32(_mm256_set1_epi32(static_cast<int>(first)), _mm256_setr_epi32(0, 1, 2, 3, 4, 5, 6, 7));
+    _mm256_storeu_si256(reinterpret_cast<__m256i*>(to), _mm256_maskz_compress_epi32(static_cast<__mmask8>(bits), all));
+#else
+    for (; bits != 0; bits &= bits - 1) *to++ = first + static_cast<std::uint32_t>(std::countr_zero(bits));
+#endif
+}
+/// Bits among others, which are all that is left of these.
+SKEIN_INLINE unsigned bits_among(unsigned bits, unsigned others) {
+#if defined(__AVX512VL__)
+    return _pext_u32(bits, others);
+#else
+    unsigned among = 0, at = 0;
+    for (; others != 0; others &= others - 1, ++at) among |= (bits >> std::countr_zero(others) & 1u) << at;
+    return among;
+#endif
+}
+
 /// A number in the lanes whose bits are set, 0 in the others.
 template <int W> SKEIN_INLINE Pack<W> where_set(unsigned bits, double value) {
 #if defined(__AVX512F__)

@@ -10,6 +10,20 @@ namespace skein {
 
 using detail::across, detail::between, detail::edge;
 
+namespace {
+
+/// Of eight pairs those whose bits are set, without gaps.
+SKEIN_INLINE void compress_pairs(Pair* to, unsigned bits, const Pair* from) {
+    static_assert(sizeof(Pair) == sizeof(double));
+    Pack<8> pairs;
+    std::memcpy(&pairs, from, sizeof pairs);
+    alignas(64) double packed[8];
+    compress_store(packed, bits, pairs);
+    std::memcpy(to, packed, sizeof packed);
+}
+
+} // namespace
+
 /// The pairs of a block that touch: among all candidates, of which the pruned list then takes those within its margin, or among
 /// that.
 template <bool prune> void Contacts::find_touching(const Work& work, WorkArea& area) {
@@ -36,7 +50,7 @@ template <bool prune> void Contacts::find_touching(const Work& work, WorkArea& a
     double* number[A::numbers];
     for (int i = 0; i < A::numbers; ++i) number[i] = area.number[i].data();
     std::uint32_t *const index = area.index.data(), *const side = area.side.data();
-    A::Near *const near_one = area.near_one.data(), *const near_two = area.near_two.data();
+    const A::NearColumns near_one = area.near_one.columns(), near_two = area.near_two.columns();
     Pair* const touching_pair = area.pair.data();
     std::uint32_t n = 0, sides = 0, ones = 0, twos = 0, within = 0;
     unsigned begins = 0;
@@ -62,12 +76,11 @@ template <bool prune> void Contacts::find_touching(const Work& work, WorkArea& a
             if constexpr (prune) {
                 before = bits_of_bytes(status + begin + k) & valid;
                 const P wide = reach + margin;
-                for (unsigned some = bits_of(squared < wide * wide) & valid; some != 0; some &= some - 1) {
-                    const std::size_t from = k + static_cast<std::size_t>(std::countr_zero(some));
-                    pruned.candidate[within] = candidate(from);
-                    pruned.pair[within] = pair[from];
-                    pruned.vertices[within++] = vertices[from];
-                }
+                const unsigned some = bits_of(squared < wide * wide) & valid;
+                store_places(pruned.candidate + within, some, begin + first);
+                compress_pairs(pruned.pair + within, some, pair + k);
+                compress_store(pruned.vertices + within, some, vertices + k);
+                within += static_cast<std::uint32_t>(std::popcount(some));
             } else {
                 for (std::size_t l = 0; l < A::W; ++l) before |= static_cast<unsigned>(status[candidate(k + l)] & touching) << l;
                 before &= valid;
@@ -98,35 +111,32 @@ template <bool prune> void Contacts::find_touching(const Work& work, WorkArea& a
             keep(A::x, closest.apart.x), keep(A::y, closest.apart.y), keep(A::z, closest.apart.z);
             keep(A::sine_squared, closest.sine_squared);
             keep(A::radius_1, tile.radius_1), keep(A::radius_2, tile.radius_2);
-            const auto packed_at = [&](unsigned bit) { return n + static_cast<std::uint32_t>(std::popcount(touch & (bit - 1))); };
             const auto both_long = min(dot(tile.d1, tile.d1), dot(tile.d2, tile.d2)) > P(0.0);
-            for (unsigned bits = bits_of((closest.sine_squared < P(blend * blend)) & both_long) & touch; bits != 0;
-                 bits &= bits - 1)
-                side[sides++] = packed_at(bits & -bits);
+            const unsigned beside = bits_of((closest.sine_squared < P(blend * blend)) & both_long) & touch;
+            store_places(side + sides, bits_among(beside, touch), n);
+            sides += static_cast<std::uint32_t>(std::popcount(beside));
             const P early(seen), late(1 - seen);
             const unsigned near[4] = {bits_of(closest.s < early) & starts_1, bits_of(closest.s > late) & ends_1,
                                       bits_of(closest.t < early) & starts_2, bits_of(closest.t > late) & ends_2},
                            near_1 = near[0] | near[1], near_2 = near[2] | near[3];
-            const auto note = [&](unsigned bits, A::Near* to, std::uint32_t& count) {
-                for (bits &= touch; bits != 0; bits &= bits - 1) {
-                    const int l = std::countr_zero(bits);
-                    const unsigned at =
-                        (near[0] >> l & 1) | (near[1] >> l & 1) << 1 | (near[2] >> l & 1) << 2 | (near[3] >> l & 1) << 3;
-                    to[count++] = {packed_at(bits & -bits), at};
-                }
+            const std::uint64_t at =
+                bytes_of_bits(near[0]) | bytes_of_bits(near[1]) << 1 | bytes_of_bits(near[2]) << 2 | bytes_of_bits(near[3]) << 3;
+            const auto note = [&](unsigned bits, A::NearColumns to, std::uint32_t& count) {
+                store_places(to.which + count, bits_among(bits, touch), n);
+                compress_store(to.vertices + count, bits, reinterpret_cast<const std::uint8_t*>(&at));
+                count += static_cast<std::uint32_t>(std::popcount(bits));
             };
-            note(near_1 ^ near_2, near_one, ones);
-            note(near_1 & near_2, near_two, twos);
-            for (unsigned some = touch; some != 0; some &= some - 1) {
-                const std::size_t at = k + static_cast<std::size_t>(std::countr_zero(some));
-                const Pair both = pair[at];
-                index[n] = candidate(at);
-                touching_pair[n] = both;
-                __builtin_prefetch(&motion[both.b]);
-                __builtin_prefetch(&motion[both.b + 1]);
-                if (memory) __builtin_prefetch(&memory[index[n]], 1);
-                ++n;
+            note((near_1 ^ near_2) & touch, near_one, ones);
+            note(near_1 & near_2 & touch, near_two, twos);
+            if constexpr (prune) store_places(index + n, touch, begin + first);
+            else compress_store(index + n, touch, pruned.candidate + k);
+            compress_pairs(touching_pair + n, touch, pair + k);
+            for (std::size_t l = 0; l < A::W; ++l) {
+                __builtin_prefetch(&motion[pair[k + l].b]);
+                __builtin_prefetch(&motion[pair[k + l].b + 1]);
+                if (memory) __builtin_prefetch(&memory[candidate(k + l)], 1);
             }
+            n += static_cast<std::uint32_t>(std::popcount(touch));
         });
     if (prune) {
         pruned.count = within;

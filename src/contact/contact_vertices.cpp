@@ -89,7 +89,7 @@ template <bool both> bool Contacts::weigh_those(const Exposure& bodies, WorkArea
     using A = WorkArea;
     constexpr int W = A::W;
     using P = Pack<W>;
-    const A::Near* const near = (both ? area.near_two : area.near_one).data();
+    const A::NearColumns near = (both ? area.near_two : area.near_one).columns();
     const std::uint32_t count = both ? area.twos : area.ones;
     double *const s = area[A::s], *const t = area[A::t];
     bool gone = false;
@@ -99,7 +99,8 @@ template <bool both> bool Contacts::weigh_those(const Exposure& bodies, WorkArea
         alignas(64) double sine_squared[W], place[2][W], apart[3][W], squared[W], weight[W];
         unsigned turned = 0;
         for (int l = 0; l < W; ++l) {
-            const auto [n, vertices] = near[i + static_cast<std::uint32_t>(l < valid ? l : 0)];
+            const std::uint32_t at = i + static_cast<std::uint32_t>(l < valid ? l : 0), n = near.which[at];
+            const unsigned vertices = near.vertices[at];
             const bool on_2_only = (vertices & 3) == 0;
             pairs.put(l, area.pair[n], s[n], t[n], vertices, on_2_only);
             turned |= static_cast<unsigned>(on_2_only) << l;
@@ -113,7 +114,7 @@ template <bool both> bool Contacts::weigh_those(const Exposure& bodies, WorkArea
         detail::put(apart[0], way.x), detail::put(apart[1], way.y), detail::put(apart[2], way.z);
         detail::put(squared, dot(way, way));
         for (int l = 0; l < valid; ++l) {
-            const std::uint32_t n = near[i + static_cast<std::uint32_t>(l)].which;
+            const std::uint32_t n = near.which[i + static_cast<std::uint32_t>(l)];
             const int first = static_cast<int>(turned >> l & 1);
             const double radii = area[A::radius_1][n] + area[A::radius_2][n], sign = first ? -1 : 1;
             s[n] = place[first][l], t[n] = place[1 - first][l];

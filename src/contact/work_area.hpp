@@ -44,19 +44,27 @@ struct Contacts::WorkArea {
     std::uint32_t sides = 0;
     std::vector<std::uint32_t> ended;    ///< pairs that touch no more
     std::vector<BoxContact> box_contact; ///< of the block's pairs with a box
-    /// One of them near vertices: starts and ends of its elements, as bits of vertices_of_pair().
-    struct Near {
-        std::uint32_t which, vertices;
+    /// Those near vertices: starts and ends of their elements, as bits of vertices_of_pair().
+    struct NearColumns {
+        std::uint32_t* which;
+        std::uint8_t* vertices;
     };
-    UnsetArray<Near> near_one; ///< of one element
-    UnsetArray<Near> near_two; ///< of both
+    struct Near {
+        UnsetArray<std::uint32_t> which;
+        UnsetArray<std::uint8_t> vertices;
+
+        void need(std::size_t pairs) { which.need(pairs), vertices.need(pairs); }
+        NearColumns columns() { return {which.data(), vertices.data()}; }
+    };
+    Near near_one; ///< of one element
+    Near near_two; ///< of both
     std::uint32_t ones = 0, twos = 0;
 
     /// Room for this many pairs, of which none is there.
     void clear(std::size_t pairs) {
         for (UnsetArray<double>& of : number) of.need(pairs + 2 * W);
         for (UnsetArray<std::uint32_t>* of : {&index, &side}) of->need(pairs + 2 * W);
-        for (UnsetArray<Near>* of : {&near_one, &near_two}) of->need(pairs + 2 * W);
+        for (Near* of : {&near_one, &near_two}) of->need(pairs + 2 * W);
         pair.need(pairs + 2 * W);
         count = ones = twos = sides = 0;
         begins = false;

@@ -2,9 +2,10 @@
 copies went, nor where the run was interrupted."""
 
 import pathlib
+import subprocess
 import unittest
 
-from driver import SEARCH, DriverTest
+from driver import SEARCH, SKEIN, DriverTest
 
 PARTS = pathlib.Path(__file__).resolve().parents[2] / "apps/millipede"
 
@@ -69,6 +70,16 @@ class Joints(DriverTest):
         for name, more in (("synchronous", ["--protocol", "synchronous"]), ("ranks", [])):
             self.run_skein(name, "--steps", "300", *more, ranks=3)
             self.assertEqual(self.digest(name), self.digest("one"), name)
+
+    def test_branch_of_copies_by_a_mask(self):
+        """A branch lies elsewhere than its scene, whose mask it needs too."""
+        (self.directory / "two.pbm").write_text("P1\n2 1\n1 1\n")
+        self.scene.write_text(SWARM.replace('kind = "line"\nnormal = [1.0, 0.0, 0.0]\ncounts = [5]\nspacing = [7.75]', 'kind = "mask"\nfile = "two.pbm"\nspacing = [7.75, 7.75]'))
+        self.run_skein("parent", "--steps", "20")
+        subprocess.run([SKEIN, "branch", self.directory / "parent", self.directory / "branch"], check=True, capture_output=True)
+        self.run_skein("whole", "--steps", "30")
+        subprocess.run([SKEIN, "run", self.directory / "branch", "--steps", "30", "--quiet"], check=True, capture_output=True)
+        self.assertEqual(self.digest("branch"), self.digest("whole"))
 
 
 if __name__ == "__main__":
