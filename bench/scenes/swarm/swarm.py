@@ -46,7 +46,7 @@ def main():
             for kind, (protocol, with_contact) in KINDS.items():
                 for layout in arguments.layouts:
                     ranks, threads = layout.split("x")
-                    subprocess.run(["mpirun", "-n", ranks, "--oversubscribe", str(arguments.skein), "run", str(folder / f"{with_contact}.toml"), "--out", str(folder / "out"),
+                    subprocess.run(["mpirun", "-n", ranks, "--oversubscribe", "--bind-to", "none", str(arguments.skein), "run", str(folder / f"{with_contact}.toml"), "--out", str(folder / "out"),
                                     "--overwrite", "--steps", str(arguments.steps), "--threads", threads, "--protocol", protocol, "--no-checkpoint", "--rewind", "never", "--quiet"],
                                    check=True, stdout=subprocess.DEVNULL)
                     summary = json.loads((folder / "out/summary.json").read_text())
