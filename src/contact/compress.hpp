@@ -6,8 +6,22 @@
 #include <bit>
 #include <cstdint>
 #include <cstring>
+#include <type_traits>
 
 namespace skein {
+
+/// Bit i: whether a bit of byte i is set, of eight bytes.
+inline unsigned bits_of_bytes(const std::uint8_t* bytes, int bit = 0) {
+    std::uint64_t eight;
+    std::memcpy(&eight, bytes, 8);
+    return static_cast<unsigned>((eight >> bit & 0x0101010101010101u) * 0x0102040810204080u >> 56);
+}
+
+/// The other way round: 1 in the bytes whose bits are set.
+inline std::uint64_t bytes_of_bits(unsigned bits) {
+    const std::uint64_t spread = (bits & 0x7fu) * 0x0002040810204081u & 0x0101010101010101u;
+    return spread | static_cast<std::uint64_t>(bits >> 7 & 1u) << 56;
+}
 
 /// Stores the lanes whose bits are set, without gaps. `to` has room for all.
 template <int W> SKEIN_INLINE void compress_store(double* to, unsigned bits, const Pack<W>& from) {
@@ -23,7 +37,16 @@ template <int W> SKEIN_INLINE void compress_store(double* to, unsigned bits, con
     }
 }
 
-/// The same of eight numbers in memory.
+/// The same of eight numbers in memory; `to` may be before `from` in one array.
+template <class T>
+requires(sizeof(T) == sizeof(double) && std::is_trivially_copyable_v<T>) SKEIN_INLINE
+    void compress_store(T* to, unsigned bits, const T* from) {
+    Pack<8> numbers;
+    std::memcpy(&numbers, from, sizeof numbers);
+    alignas(64) double packed[8];
+    compress_store(packed, bits, numbers);
+    std::memcpy(to, packed, sizeof packed);
+}
 SKEIN_INLINE void compress_store(std::uint32_t* to, unsigned bits, const std::uint32_t* from) {
 #if defined(__AVX512VL__)
     _mm256_storeu_si256(
@@ -35,7 +58,7 @@ SKEIN_INLINE void compress_store(std::uint32_t* to, unsigned bits, const std::ui
 }
 SKEIN_INLINE void compress_store(std::uint8_t* to, unsigned bits, const std::uint8_t* from) {
 #if defined(__AVX512VL__)
-    std::uint64_t eight, mask = _pdep_u64(bits, 0x0101010101010101u) * 0xff;
+    std::uint64_t eight, mask = bytes_of_bits(bits) * 0xff;
     std::memcpy(&eight, from, 8);
     eight = _pext_u64(eight, mask);
     std::memcpy(to, &eight, 8);
@@ -74,19 +97,6 @@ template <int W> SKEIN_INLINE Pack<W> where_set(unsigned bits, double value) {
     Pack<W> lanes(0.0);
     for (int lane = 0; lane < W; ++lane) lanes.set(lane, bits >> lane & 1 ? value : 0);
     return lanes;
-}
-
-/// Bit i: whether a bit of byte i is set, of eight bytes.
-inline unsigned bits_of_bytes(const std::uint8_t* bytes, int bit = 0) {
-    std::uint64_t eight;
-    std::memcpy(&eight, bytes, 8);
-    return static_cast<unsigned>((eight >> bit & 0x0101010101010101u) * 0x0102040810204080u >> 56);
-}
-
-/// The other way round: 1 in the bytes whose bits are set.
-inline std::uint64_t bytes_of_bits(unsigned bits) {
-    const std::uint64_t spread = (bits & 0x7fu) * 0x0002040810204081u & 0x0101010101010101u;
-    return spread | static_cast<std::uint64_t>(bits >> 7 & 1u) << 56;
 }
 
 } // namespace skein

@@ -10,20 +10,6 @@ namespace skein {
 
 using detail::across, detail::between, detail::edge;
 
-namespace {
-
-/// Of eight pairs those whose bits are set, without gaps.
-SKEIN_INLINE void compress_pairs(Pair* to, unsigned bits, const Pair* from) {
-    static_assert(sizeof(Pair) == sizeof(double));
-    Pack<8> pairs;
-    std::memcpy(&pairs, from, sizeof pairs);
-    alignas(64) double packed[8];
-    compress_store(packed, bits, pairs);
-    std::memcpy(to, packed, sizeof packed);
-}
-
-} // namespace
-
 /// The pairs of a block that touch: among all candidates, of which the pruned list then takes those within its margin, or among
 /// that.
 template <bool prune> void Contacts::find_touching(const Work& work, WorkArea& area) {
@@ -78,7 +64,7 @@ template <bool prune> void Contacts::find_touching(const Work& work, WorkArea& a
                 const P wide = reach + margin;
                 const unsigned some = bits_of(squared < wide * wide) & valid;
                 store_places(pruned.candidate + within, some, begin + first);
-                compress_pairs(pruned.pair + within, some, pair + k);
+                compress_store(pruned.pair + within, some, pair + k);
                 compress_store(pruned.vertices + within, some, vertices + k);
                 within += static_cast<std::uint32_t>(std::popcount(some));
             } else {
@@ -130,7 +116,7 @@ template <bool prune> void Contacts::find_touching(const Work& work, WorkArea& a
             note(near_1 & near_2 & touch, near_two, twos);
             if constexpr (prune) store_places(index + n, touch, begin + first);
             else compress_store(index + n, touch, pruned.candidate + k);
-            compress_pairs(touching_pair + n, touch, pair + k);
+            compress_store(touching_pair + n, touch, pair + k);
             for (std::size_t l = 0; l < A::W; ++l) {
                 __builtin_prefetch(&motion[pair[k + l].b]);
                 __builtin_prefetch(&motion[pair[k + l].b + 1]);

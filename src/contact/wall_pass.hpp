@@ -176,7 +176,8 @@ private:
         P distance{}, width{}, backward{}, sideways{};
         ContactNumbers<P> law{};
         ContactMemory<double>* memory[W];
-        unsigned lanes = 0;
+        ContactKinds kinds{};
+        unsigned lanes = 0, more = 0; ///< of them; and those that touch walls beside these
 
         void take(const WallNow& wall, const Surface& s, unsigned some) {
             const Mask<W> there = where_set<W>(some, 1.0) > P(0.0);
@@ -200,14 +201,13 @@ private:
         none = {};
         std::fill_n(one.memory, W, &none);
         const WallNow* first = nullptr;
-        unsigned waiting = 0;
         for (const std::size_t w : contacts.looked_at) {
             const unsigned left = contacts.left[w];
             contacts.taken[w] = 0;
             if (left == 0) continue;
             if (!first) first = &wall[w];
-            const unsigned now = alike(*first, wall[w]) ? left & ~(one.lanes | waiting) : 0;
-            waiting |= left & ~now;
+            const unsigned now = alike(*first, wall[w]) ? left & ~(one.lanes | one.more) : 0;
+            one.more |= left & ~now;
             contacts.left[w] = static_cast<std::uint8_t>(left & ~now);
             contacts.taken[w] = static_cast<std::uint8_t>(now);
             if (now == 0) continue;
@@ -217,6 +217,7 @@ private:
                 one.memory[l] = &contacts.memory_at(point, w, l);
             }
         }
+        one.kinds = first->kinds;
         return one;
     }
 
@@ -233,15 +234,9 @@ private:
         const auto spring = load_transposed<W>([&](int l) { return &one.memory[l]->spring.x.x; }),
                    viscous_part = load_transposed<W>([&](int l) { return &one.memory[l]->viscous_part.x; });
         ContactMemory<P> memory{{spring.vector, spring.behind}, viscous_part.vector, viscous_part.behind};
-        unsigned more = 0;
-        ContactKinds kinds{};
-        for (const std::size_t w : contacts.looked_at) {
-            more |= contacts.left[w];
-            if (contacts.taken[w] != 0) kinds = wall[w].kinds;
-        }
         const Lie<P> lie{points_.axis(rod, point), one.backward, one.sideways};
-        const ContactForce<P> out = contact_force<W>(kinds, one.law, state, h, memory, {}, P(0.0),
-                                                     kinds.friction == ContactFriction::anisotropic ? &lie : nullptr);
+        const ContactForce<P> out = contact_force<W>(one.kinds, one.law, state, h, memory, {}, P(0.0),
+                                                     one.kinds.friction == ContactFriction::anisotropic ? &lie : nullptr);
         points_.push(rod, load, point, lanes, out.on_1, out.arm_1 * out.moment);
         const P none(0.0);
         const Vec3<P> nowhere{none, none, none};
@@ -262,7 +257,7 @@ private:
             add_where(these, e.elastic_energy, out.elastic_energy);
             raise(e.max_overlap, overlap), raise(e.stiffness, out.stiffness);
         }
-        return more;
+        return one.more;
     }
 
     std::shared_ptr<const Walls> walls_;

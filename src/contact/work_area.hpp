@@ -85,12 +85,8 @@ struct Contacts::WorkArea {
     /// Of the pack at `from`, those whose bits are set, one after another from `to` on, which is not behind it.
     void keep(std::uint32_t from, unsigned bits, std::uint32_t to) {
         for (int i = 0; i < weight_of_all; ++i) compress_store(number[i].data() + to, bits, pack(static_cast<Number>(i), from));
-        Pack<W> pairs;
-        std::memcpy(&pairs, pair.data() + from, sizeof pairs);
-        alignas(64) std::array<double, W> packed;
-        compress_store(packed.data(), bits, pairs);
-        std::memcpy(pair.data() + to, packed.data(), sizeof packed);
-        for (; bits != 0; bits &= bits - 1) index[to++] = index[from + static_cast<std::uint32_t>(std::countr_zero(bits))];
+        compress_store(pair.data() + to, bits, pair.data() + from);
+        compress_store(index.data() + to, bits, index.data() + from);
     }
     /// The last pack is filled up with its first.
     void fill_up() {

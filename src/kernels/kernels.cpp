@@ -35,35 +35,36 @@ const Kernels& kernels(int lanes) {
     return *std::end(built)[-1].kernels;
 }
 
-std::vector<LocalRod> in_tile_order(const Plan& plan, std::span<const RodGroup> groups, std::span<const LocalRod> owned,
-                                    const Threads& threads) {
-    std::vector<LocalRod> ordered;
-    for (const std::size_t i : order_of_tiles(groups, owned, kernels(plan.machine.lanes).lanes, threads.count()))
-        ordered.push_back(owned[i]);
-    return ordered;
-}
+namespace {
 
-Surroundings make_surroundings(const Plan& plan, std::span<const RodGroup> groups, std::span<const LocalRod> owned) {
+/// `owned`: in the order of their tiles.
+Surroundings make_surroundings(const Plan& plan, std::span<const RodGroup> groups, std::span<const LocalRod> owned,
+                               std::shared_ptr<Walls> walls) {
     Surroundings around;
     if (plan.contact) {
         around.exposure = std::make_shared<Exposure>(groups, owned);
         around.loads = std::make_shared<SlotLoads>();
     }
     if (plan.relax) around.residual = std::make_shared<RelaxationResidual>(groups.size());
-    if (!plan.walls.empty()) around.walls = std::make_shared<Walls>(plan.walls);
+    if (!plan.walls.empty()) around.walls = walls ? std::move(walls) : std::make_shared<Walls>(plan.walls);
     return around;
 }
 
-std::unique_ptr<Rods> make_rods(const Plan& plan, std::span<const RodGroup> groups, std::vector<LocalRod> owned,
+} // namespace
+
+std::unique_ptr<Rods> make_rods(const Plan& plan, std::span<const RodGroup> groups, std::span<const LocalRod> owned,
                                 const Threads& threads, Surroundings& around) {
-    return kernels(plan.machine.lanes).make_rods(plan, groups, std::move(owned), threads, around);
+    const Kernels& of_plan = kernels(plan.machine.lanes);
+    std::vector<LocalRod> ordered;
+    for (const std::size_t i : order_of_tiles(groups, owned, of_plan.lanes, threads.count())) ordered.push_back(owned[i]);
+    around = make_surroundings(plan, groups, ordered, std::move(around.walls));
+    return of_plan.make_rods(plan, groups, std::move(ordered), threads, around);
 }
 
-std::unique_ptr<Rods> make_rods(const Plan& plan, std::span<const RodGroup> groups, std::vector<LocalRod> owned,
+std::unique_ptr<Rods> make_rods(const Plan& plan, std::span<const RodGroup> groups, std::span<const LocalRod> owned,
                                 const Threads& threads) {
-    owned = in_tile_order(plan, groups, owned, threads);
-    Surroundings around = make_surroundings(plan, groups, owned);
-    return make_rods(plan, groups, std::move(owned), threads, around);
+    Surroundings around;
+    return make_rods(plan, groups, owned, threads, around);
 }
 
 } // namespace skein

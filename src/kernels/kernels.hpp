@@ -17,6 +17,7 @@ namespace skein {
 struct Kernels {
     int lanes;
     std::unique_ptr<Rods> (*make_rods)(const Plan& plan, std::span<const RodGroup> groups, std::vector<LocalRod> owned,
+    /// `owned`: in the order of their tiles.
                                        const Threads& threads, Surroundings& around);
     std::unique_ptr<ContactSolver> (*make_contacts)(ContactScene scene, const Threads& threads);
 };
@@ -24,14 +25,12 @@ struct Kernels {
 /// Of the level with so many lanes, or of the widest that this processor runs where that is less.
 const Kernels& kernels(int lanes);
 
-/// In the order of their tiles: what make_rods and make_surroundings are given.
-std::vector<LocalRod> in_tile_order(const Plan& plan, std::span<const RodGroup> groups, std::span<const LocalRod> owned,
-                                    const Threads& threads);
-
-/// Rods of the plan's lanes in their start state. `owned`: in_tile_order. `groups` and `threads` must outlive them.
-std::unique_ptr<Rods> make_rods(const Plan& plan, std::span<const RodGroup> groups, std::vector<LocalRod> owned,
+/// Rods of the plan's lanes in their start state, put in the order of their tiles. `groups` and `threads` must outlive them.
+/// `around` becomes what they share with interactions; walls that are there go on.
+std::unique_ptr<Rods> make_rods(const Plan& plan, std::span<const RodGroup> groups, std::span<const LocalRod> owned,
                                 const Threads& threads, Surroundings& around);
-std::unique_ptr<Rods> make_rods(const Plan& plan, std::span<const RodGroup> groups, std::vector<LocalRod> owned,
+/// The same of rods by themselves.
+std::unique_ptr<Rods> make_rods(const Plan& plan, std::span<const RodGroup> groups, std::span<const LocalRod> owned,
                                 const Threads& threads);
 
 } // namespace skein

@@ -7,7 +7,6 @@
 #include "scene/plan.hpp"
 
 #include <memory>
-#include <span>
 #include <vector>
 
 namespace skein {
@@ -20,7 +19,5 @@ struct Surroundings {
     std::shared_ptr<RelaxationResidual> residual;                   ///< where rods relax
     std::vector<std::shared_ptr<const WallContacts>> wall_contacts; ///< by group, once the rods are made; null where no wall acts
 };
-/// `owned`: rods of this rank, as make_rods is given them.
-Surroundings make_surroundings(const Plan& plan, std::span<const RodGroup> groups, std::span<const LocalRod> owned);
 
 } // namespace skein

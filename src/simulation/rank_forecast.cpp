@@ -33,9 +33,7 @@ class Trial {
 public:
     Trial(const Plan& plan, std::span<const RodGroup> groups)
         : plan_(plan), comm_(Communicator::alone()), threads_(1), clock_(plan.dt, 0, plan.integrator) {
-        const std::vector<LocalRod> rods = in_tile_order(plan, groups, all_rods(groups), threads_);
-        around_ = make_surroundings(plan, groups, rods);
-        rods_ = make_rods(plan, groups, rods, threads_, around_);
+        rods_ = make_rods(plan, groups, all_rods(groups), threads_, around_);
         if (around_.exposure) neighbourhood_ = std::make_unique<Neighbourhood>(comm_, threads_, around_.exposure);
         interactions_ = make_interactions({comm_, threads_, plan, groups, *rods_, around_});
     }

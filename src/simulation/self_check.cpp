@@ -68,9 +68,8 @@ std::uint64_t self_check(const Communicator& comm, const Threads& threads, int l
     const SceneSpec scene = self_check_scene();
     const std::vector<RodGroup> groups = make_groups(scene);
     const Plan plan = make_plan(scene, groups, {.ranks = comm.size(), .threads = threads.count(), .lanes = lanes});
-    std::vector<LocalRod> owned = in_tile_order(plan, groups, partition(comm, groups), threads);
-    Surroundings around = make_surroundings(plan, groups, owned);
-    const std::unique_ptr<Rods> rods = make_rods(plan, groups, std::move(owned), threads, around);
+    Surroundings around;
+    const std::unique_ptr<Rods> rods = make_rods(plan, groups, partition(comm, groups), threads, around);
     Neighbourhood neighbourhood(comm, threads, around.exposure);
     const Interactions interactions = make_interactions({comm, threads, plan, groups, *rods, around});
     Timers timers;

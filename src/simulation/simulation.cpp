@@ -72,7 +72,7 @@ Simulation::Simulation(const Communicator& comm, const Threads& threads, const S
     std::vector<LocalRod> own = partition(comm_, groups_);
     keep_own_rods(comm_, groups_, own);
     const double began = wall_seconds();
-    make_bodies(std::move(own));
+    make_bodies(own);
     balance_.expect(2 * (wall_seconds() - began)); // making them anew, and sending them
 
     std::vector<std::string> kept = kept_names(interactions_);
@@ -128,20 +128,18 @@ Simulation::Simulation(const Communicator& comm, const Threads& threads, const S
 
 Simulation::~Simulation() = default;
 
-void Simulation::make_bodies(std::vector<LocalRod> owned) {
+void Simulation::make_bodies(std::span<const LocalRod> owned) {
     interactions_.clear();
     neighbourhood_.reset();
-    const Surroundings around = make_rods_of(std::move(owned));
+    const Surroundings around = make_rods_of(owned);
     if (around.exposure) neighbourhood_ = std::make_unique<Neighbourhood>(comm_, threads_, around.exposure);
     interactions_ = make_interactions({comm_, threads_, plan_, groups_, *rods_, around});
 }
 
-Surroundings Simulation::make_rods_of(std::vector<LocalRod> owned) {
+Surroundings Simulation::make_rods_of(std::span<const LocalRod> owned) {
     rods_.reset();
-    owned = in_tile_order(plan_, groups_, owned, threads_);
-    Surroundings around = make_surroundings(plan_, groups_, owned);
-    if (walls_) around.walls = walls_; // their servos' state is recalled
-    rods_ = make_rods(plan_, groups_, std::move(owned), threads_, around);
+    Surroundings around{.walls = walls_}; // their servos' state is recalled
+    rods_ = make_rods(plan_, groups_, owned, threads_, around);
     walls_ = around.walls;
     if (settling_) settling_->watch(around.residual);
     return around;

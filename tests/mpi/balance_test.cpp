@@ -55,15 +55,15 @@ struct Field {
     Field() {
         std::vector<LocalRod> own = partition(comm, groups);
         keep_own_rods(comm, groups, own);
-        make(std::move(own));
+        make(own);
         neighbourhood = std::make_unique<Neighbourhood>(comm, threads, around.exposure);
         interactions = make_interactions(parts());
     }
     InteractionParts parts() const { return {comm, threads, plan, groups, *rods, around}; }
-    void make(std::vector<LocalRod> own) {
+    void make(std::span<const LocalRod> own) {
         rods.reset();
-        around = make_surroundings(plan, groups, own);
-        rods = make_rods(plan, groups, std::move(own), threads, around);
+        around = {};
+        rods = make_rods(plan, groups, own, threads, around);
     }
     void step() {
         const Step s = clock.next(clock.done() + 1, 1).front();
