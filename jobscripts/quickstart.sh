@@ -29,9 +29,9 @@ cd "$root"
 say "Packages"
 bash jobscripts/install.sh "${no_install[@]}"
 
-# The run needs neither tests nor benchmarks; a build/ that has them keeps them.
+# The run needs no fluid, tests or benchmarks; a build/ that has them keeps them.
 options=()
-[[ -f build/CMakeCache.txt ]] || options=(-DSKEIN_TESTS=OFF -DSKEIN_BENCH=OFF)
+[[ -f build/CMakeCache.txt ]] || options=(-DSKEIN_TESTS=OFF -DSKEIN_BENCH=OFF -DSKEIN_FLUID=OFF)
 build skein "$jobs" "${options[@]}"
 say "Checking the build"
 build/bin/skein check --self

@@ -3,6 +3,7 @@
 #pragma once
 
 #include "contact/contact_solver.hpp"
+#include "fluid/flow.hpp"
 #include "kernels/surroundings.hpp"
 #include "parallel/threads.hpp"
 #include "rod/rods.hpp"
@@ -16,10 +17,12 @@ namespace skein {
 
 struct Kernels {
     int lanes;
-    std::unique_ptr<Rods> (*make_rods)(const Plan& plan, std::span<const RodGroup> groups, std::vector<LocalRod> owned,
     /// `owned`: in the order of their tiles.
+    std::unique_ptr<Rods> (*make_rods)(const Plan& plan, std::span<const RodGroup> groups, std::vector<LocalRod> owned,
                                        const Threads& threads, Surroundings& around);
     std::unique_ptr<ContactSolver> (*make_contacts)(ContactScene scene, const Threads& threads);
+    /// Null where Skein was built without the fluid.
+    std::unique_ptr<FlowSolver> (*make_flow)(const Communicator& comm, const Threads& threads, const FlowConstants& constants);
 };
 
 /// Of the level with so many lanes, or of the widest that this processor runs where that is less.

@@ -14,6 +14,7 @@ from pathlib import Path
 LIBRARIES = {
     r"mpi\.h": {"parallel", "io"},
     r"hdf5\.h": {"io"},
+    r"fftw3\.h": {"fluid"},
     r"tbb/.*": {"parallel"},
     r"toml.*": {"scene"},
     r"tao/.*": {"formula"},

@@ -1,9 +1,11 @@
 """skein.Scene and skein.run, plan and sweep: scenes from Python are those of files, with the same words about what is wrong."""
 
+import os
 import pathlib
 import subprocess
 import tempfile
 import unittest
+import unittest.mock
 
 import numpy as np
 
@@ -104,14 +106,21 @@ class Scenes(unittest.TestCase):
         self.assertNotIn("error", failed[1])
 
     def test_sweep_on_slurm(self):
+        """Of a queue of its own, which notes what it is given."""
         scene = filament().save(self.folder / "filament.toml")
-        rows = skein.sweep(scene, {"damping.0.rate": [1.0, 20.0]}, self.folder / "jobs", slurm=True)
-        self.assertEqual(rows.column("error"), ["not ended"] * 2)
-        self.assertIn("--array=1-2", (self.folder / "jobs/sweep.sbatch").read_text())
-        for line in (self.folder / "jobs/commands.txt").read_text().splitlines():  # what the jobs do
-            subprocess.run(["bash", "-c", line], check=True)
-        rows = skein.sweep(scene, {"damping.0.rate": [1.0, 20.0]}, self.folder / "jobs", slurm=True)
+        queue = self.folder / "queue"
+        queue.mkdir()
+        (queue / "sbatch").write_text(f'#!/bin/sh\necho "$@" >>"{queue}/submitted"\n')
+        (queue / "sbatch").chmod(0o755)
+        with unittest.mock.patch.dict(os.environ, PATH=f"{queue}:{os.environ['PATH']}"):
+            rows = skein.sweep(scene, {"damping.0.rate": [1.0, 20.0]}, self.folder / "jobs", slurm=True)
+            self.assertEqual(rows.column("error"), ["not ended"] * 2)
+            self.assertIn("--array=1-2", (self.folder / "jobs/sweep.sbatch").read_text())
+            for line in (self.folder / "jobs/commands.txt").read_text().splitlines():  # what the jobs do
+                subprocess.run(["bash", "-c", line], check=True)
+            rows = skein.sweep(scene, {"damping.0.rate": [1.0, 20.0]}, self.folder / "jobs", slurm=True)
         self.assertTrue(all(rows.column("digest")))
+        self.assertEqual((queue / "submitted").read_text(), f"{self.folder}/jobs/sweep.sbatch\n", "submitted once")
 
 
 if __name__ == "__main__":

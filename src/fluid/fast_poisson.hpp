@@ -1,0 +1,259 @@
+// The discrete Poisson equation of a box, solved directly: transforms of lines along y and x, plane by plane, then a tridiagonal
+// system along z for each of their coefficients.                                                              theory.md (77)-(79)
+#pragma once
+
+#include "fluid/fluid_grid.hpp"
+#include "fluid/line_transform.hpp"
+#include "parallel/communicator.hpp"
+#include "parallel/messages.hpp"
+#include "parallel/threads.hpp"
+#include "skein/core/aligned.hpp"
+
+#include <algorithm>
+#include <vector>
+
+namespace skein {
+
+/// (sum over directions of second differences) phi = h^2 f, where phi is periodic or has no gradient across the faces of the box.
+/// Any ranks, the same bits: planes are transformed whole, and coefficients change ranks for their tridiagonal systems.
+class FastPoisson {
+public:
+    using P = Pack<8>;
+    FastPoisson(const Communicator& comm, const Threads& threads, const FluidGrid& grid)
+        : threads_(threads), grid_(grid), slab_(slab_of(grid.cells[2], comm.rank(), comm.size())), x_(grid.cells[0], ends(grid, 0)),
+          y_(grid.cells[1], ends(grid, 1)), modes_(slab_of(grid.cells[0], comm.rank(), comm.size())),
+          row_((grid.cells[1] + 15) / 16 * 16), work_(static_cast<std::size_t>(threads.count())) {
+        const std::size_t planes = static_cast<std::size_t>(grid.cells[2]);
+        column_ = UnsetArray<double>(planes * static_cast<std::size_t>(modes_.count) * static_cast<std::size_t>(row_));
+        for (int r = 0; r < comm.size(); ++r) first_mode_.push_back(slab_of(grid.cells[0], r, comm.size()).first);
+        first_mode_.push_back(grid.cells[0]);
+        if (comm.size() > 1) {
+            spectrum_ = UnsetArray<double>(static_cast<std::size_t>(slab_.count) * static_cast<std::size_t>(grid.cells[0] * row_));
+            std::vector<RepeatedMessages::Part> planes_of, modes_of;
+            for (int r = 0; r < comm.size(); ++r) {
+                const Slab other = slab_of(grid.cells[2], r, comm.size());
+                const std::size_t here = static_cast<std::size_t>(slab_.count) * modes_of_rank(r) * static_cast<std::size_t>(row_),
+                                  there = static_cast<std::size_t>(other.count * modes_.count * row_);
+                planes_of.push_back({r, std::as_writable_bytes(std::span(spectrum_of(r), here))});
+                modes_of.push_back(
+                    {r, std::as_writable_bytes(
+                            std::span(column_.data() + static_cast<std::ptrdiff_t>(other.first) * modes_.count * row_, there))});
+            }
+            to_columns_ = RepeatedMessages(comm, planes_of, modes_of);
+            to_planes_ = RepeatedMessages(comm, modes_of, planes_of);
+        }
+        const std::size_t wide = static_cast<std::size_t>((grid.cells[0] + 15) / 16 * 16);
+        for (Work& w : work_) {
+            w.plane.assign(static_cast<std::size_t>(row_) * wide, 0.0);
+            w.in.resize(std::max(x_.block(), y_.block()));
+            w.out.resize(w.in.size());
+            w.pivot.resize(planes * chunk);
+            w.last.resize(planes * chunk);
+        }
+        wide_ = static_cast<std::ptrdiff_t>(wide);
+    }
+
+    /// source(i, j, k): f in eight cells from (i, j, k) on, of which those beyond the row are left out; sink(i, j, k, phi): takes
+    /// phi there. k counts planes of this rank. Collective.
+    template <class Source, class Sink> void solve(Source&& source, Sink&& sink) {
+        threads_.for_each(static_cast<std::size_t>(slab_.count), [&](std::size_t k, int thread) {
+            transform_plane(static_cast<int>(k), work_[static_cast<std::size_t>(thread)], source);
+        });
+        if (distributed()) to_columns_.start(), to_columns_.finish();
+        threads_.for_each(static_cast<std::size_t>(modes_.count), [&](std::size_t m, int thread) {
+            solve_columns(static_cast<int>(m), work_[static_cast<std::size_t>(thread)]);
+        });
+        if (distributed()) to_planes_.start(), to_planes_.finish();
+        threads_.for_each(static_cast<std::size_t>(slab_.count), [&](std::size_t k, int thread) {
+            transform_plane_back(static_cast<int>(k), work_[static_cast<std::size_t>(thread)], sink);
+        });
+    }
+
+    std::size_t bytes() const { return (column_.size() + spectrum_.size()) * sizeof(double); }
+
+private:
+    static constexpr int chunk = 32; ///< columns that are solved side by side
+    static LineEnds ends(const FluidGrid& grid, int direction) {
+        return grid.periodic(direction) ? LineEnds::periodic : LineEnds::gradient_zero;
+    }
+    struct Work {
+        AlignedVector<double> plane;   ///< [y][x]
+        AlignedVector<double> in, out; ///< of a transform
+        AlignedVector<double> pivot;   ///< [z][chunk]
+        AlignedVector<double> last;    ///< [z][chunk]: answers to the last unknown of a period
+    };
+
+    bool distributed() const { return first_mode_.size() > 2; }
+    std::size_t modes_of_rank(int r) const {
+        return static_cast<std::size_t>(first_mode_[static_cast<std::size_t>(r) + 1] - first_mode_[static_cast<std::size_t>(r)]);
+    }
+    double* spectrum_of(int rank) {
+        return spectrum_.data() + static_cast<std::ptrdiff_t>(first_mode_[static_cast<std::size_t>(rank)]) * slab_.count * row_;
+    }
+    /// Coefficients of x mode m in plane k of this rank.
+    double* coefficients(int m, int k) {
+        if (!distributed()) return column_.data() + (static_cast<std::ptrdiff_t>(k) * modes_.count + m) * row_;
+        const auto rank = std::upper_bound(first_mode_.begin(), first_mode_.end(), m) - first_mode_.begin() - 1;
+        const int first = first_mode_[static_cast<std::size_t>(rank)];
+        return spectrum_of(static_cast<int>(rank)) +
+               (static_cast<std::ptrdiff_t>(k) * static_cast<std::ptrdiff_t>(modes_of_rank(static_cast<int>(rank))) + (m - first)) *
+                   row_;
+    }
+
+    template <class Source> void transform_plane(int k, Work& w, Source&& source) {
+        const int nx = grid_.cells[0], ny = grid_.cells[1];
+        for (int i = 0; i < nx; i += y_.lanes()) {
+            for (int j = 0; j < ny; ++j) {
+                double* to = &w.in[static_cast<std::size_t>(y_.place(j) * y_.lanes())];
+                const P sign(y_.sign(j));
+                for (int l = 0; l < y_.lanes(); l += 8) store(to + l, sign * within(source(i + l, j, k), nx - i - l));
+            }
+            y_.forward(w.in.data(), w.out.data());
+            for (int j = 0; j < ny; ++j)
+                for (int l = 0; l < y_.lanes(); l += 8)
+                    store(&w.plane[static_cast<std::size_t>(j * wide_ + i + l)],
+                          load<8>(&w.out[static_cast<std::size_t>(j * y_.lanes() + l)]));
+        }
+        for (int j = 0; j < ny; j += x_.lanes()) {
+            for (int i = 0; i < nx; i += 8)
+                for (int l = 0; l < x_.lanes(); l += 8) {
+                    P square[8];
+                    for (int t = 0; t < 8; ++t) square[t] = load<8>(&w.plane[static_cast<std::size_t>((j + l + t) * wide_ + i)]);
+                    transpose(square);
+                    for (int t = 0; t < std::min(8, nx - i); ++t)
+                        store(&w.in[static_cast<std::size_t>(x_.place(i + t) * x_.lanes() + l)], P(x_.sign(i + t)) * square[t]);
+                }
+            x_.forward(w.in.data(), w.out.data());
+            for (int m = 0; m < nx; ++m) {
+                double* to = coefficients(m, k) + j;
+                for (int l = 0; l < x_.lanes(); l += 8)
+                    store(to + l, load<8>(&w.out[static_cast<std::size_t>(m * x_.lanes() + l)]));
+            }
+        }
+    }
+
+    template <class Sink> void transform_plane_back(int k, Work& w, Sink&& sink) {
+        const int nx = grid_.cells[0], ny = grid_.cells[1];
+        for (int j = 0; j < ny; j += x_.lanes()) {
+            for (int m = 0; m < nx; ++m) {
+                const double* from = coefficients(m, k) + j;
+                for (int l = 0; l < x_.lanes(); l += 8)
+                    store(&w.in[static_cast<std::size_t>(m * x_.lanes() + l)], load<8>(from + l));
+            }
+            x_.inverse(w.in.data(), w.out.data());
+            for (int i = 0; i < nx; i += 8)
+                for (int l = 0; l < x_.lanes(); l += 8) {
+                    P square[8];
+                    for (int t = 0; t < 8; ++t)
+                        square[t] = i + t < nx ? P(x_.sign(i + t)) *
+                                                     load<8>(&w.out[static_cast<std::size_t>(x_.place(i + t) * x_.lanes() + l)])
+                                               : P(0.0);
+                    transpose(square);
+                    for (int t = 0; t < std::min(8, ny - j - l); ++t)
+                        store(&w.plane[static_cast<std::size_t>((j + l + t) * wide_ + i)], square[t]);
+                }
+        }
+        for (int i = 0; i < nx; i += y_.lanes()) {
+            for (int j = 0; j < ny; ++j)
+                for (int l = 0; l < y_.lanes(); l += 8)
+                    store(&w.in[static_cast<std::size_t>(j * y_.lanes() + l)],
+                          load<8>(&w.plane[static_cast<std::size_t>(j * wide_ + i + l)]));
+            y_.inverse(w.in.data(), w.out.data());
+            for (int j = 0; j < ny; ++j)
+                for (int l = 0; l < std::min(y_.lanes(), nx - i); l += 8)
+                    sink(i + l, j, k, P(y_.sign(j)) * load<8>(&w.out[static_cast<std::size_t>(y_.place(j) * y_.lanes() + l)]));
+        }
+    }
+
+    /// The tridiagonal systems of x mode m of this rank: pivots from the first plane on, then back.
+    void solve_columns(int m, Work& w) {
+        const int nz = grid_.cells[2], ny = grid_.cells[1];
+        const bool periodic = grid_.periodic(2);
+        const std::ptrdiff_t plane = static_cast<std::ptrdiff_t>(modes_.count) * row_;
+        const double scale = grid_.h * grid_.h / (x_.gain() * y_.gain()), of_x = x_.eigenvalue(modes_.first + m);
+        for (int j = 0; j < row_; j += chunk) {
+            const int lanes = std::min<int>(chunk, row_ - j);
+            double* const first = column_.data() + static_cast<std::ptrdiff_t>(m) * row_ + j;
+            P diagonal[chunk / 8];
+            for (int l = 0; l < lanes; ++l) {
+                const int at = j + l;
+                diagonal[l / 8].set(l % 8, at < ny ? of_x + y_.eigenvalue(at) - 2 : -3.0);
+            }
+            for (int l = 0; l < lanes; l += 8) {
+                if (periodic)
+                    solve_period(first + l, plane, nz, P(scale), diagonal[l / 8], &w.pivot[static_cast<std::size_t>(l)],
+                                 &w.last[static_cast<std::size_t>(l)]);
+                else solve_between(first + l, plane, nz, P(scale), diagonal[l / 8], &w.pivot[static_cast<std::size_t>(l)]);
+            }
+        }
+    }
+    /// A pivot that is 0 but for rounding is that of the constant, which is free: it is taken as 0.
+    SKEIN_INLINE static P inverse_of(P pivot) {
+        const Mask<8> some = abs(pivot) > P(1e-11);
+        return select(some, P(1.0) / select(some, pivot, P(1.0)), P(0.0));
+    }
+    static void solve_between(double* f, std::ptrdiff_t plane, int nz, P scale, P diagonal, double* pivots) {
+        P pivot(0.0), value(0.0);
+        for (int k = 0; k < nz; ++k) {
+            const P one_end = (k == 0 ? P(1.0) : P(0.0)) + (k == nz - 1 ? P(1.0) : P(0.0));
+            pivot = inverse_of(diagonal + one_end - pivot);
+            value = fms(scale, load<8>(f + k * plane), value) * pivot;
+            store(pivots + k * chunk, pivot), store(f + k * plane, value);
+        }
+        for (int k = nz - 2; k >= 0; --k) {
+            value = fnma(load<8>(pivots + k * chunk), value, load<8>(f + k * plane));
+            store(f + k * plane, value);
+        }
+    }
+    /// All but the last unknown by that one, x_k = y_k + z_k x_last; then that.
+    static void solve_period(double* f, std::ptrdiff_t plane, int nz, P scale, P diagonal, double* pivots, double* last) {
+        if (nz == 1) {
+            store(f, scale * load<8>(f) * inverse_of(diagonal + P(2.0)));
+            return;
+        }
+        if (nz == 2) { // both neighbours are the same cell
+            const P a = scale * load<8>(f), b = scale * load<8>(f + plane), sum = (a + b) * inverse_of(diagonal + P(2.0)),
+                    difference = (a - b) * inverse_of(diagonal - P(2.0));
+            store(f, P(0.5) * (sum + difference)), store(f + plane, P(0.5) * (sum - difference));
+            return;
+        }
+        const int n = nz - 1;
+        P pivot(0.0), y(0.0), z(0.0);
+        for (int k = 0; k < n; ++k) {
+            pivot = inverse_of(diagonal - pivot);
+            y = fms(scale, load<8>(f + k * plane), y) * pivot;
+            z = ((k == 0 ? P(-1.0) : P(0.0)) + (k == n - 1 ? P(-1.0) : P(0.0)) - z) * pivot;
+            store(pivots + k * chunk, pivot), store(f + k * plane, y), store(last + k * chunk, z);
+        }
+        const P y_end = y, z_end = z;
+        for (int k = n - 2; k >= 0; --k) {
+            const P p = load<8>(pivots + k * chunk);
+            y = fnma(p, y, load<8>(f + k * plane)), z = fnma(p, z, load<8>(last + k * chunk));
+            store(f + k * plane, y), store(last + k * chunk, z);
+        }
+        const P x = (scale * load<8>(f + n * plane) - y_end - y) * inverse_of(diagonal + z_end + z);
+        store(f + n * plane, x);
+        for (int k = 0; k < n; ++k) store(f + k * plane, fma(load<8>(last + k * chunk), x, load<8>(f + k * plane)));
+    }
+
+    /// Its first lanes; 0 in the others.
+    SKEIN_INLINE static P within(const P& p, int lanes) {
+        static constexpr double counting[8] = {0, 1, 2, 3, 4, 5, 6, 7};
+        return lanes >= 8 ? p : select(load<8>(counting) < P(static_cast<double>(lanes)), p, P(0.0));
+    }
+
+    const Threads& threads_;
+    FluidGrid grid_;
+    Slab slab_;
+    LineTransform x_, y_;
+    Slab modes_; ///< along x, whose columns this rank solves
+    int row_;    ///< coefficients along y, with room to whole packs
+    std::ptrdiff_t wide_ = 0;
+    std::vector<int> first_mode_; ///< by rank
+    UnsetArray<double> column_;   ///< [z][mode][row]
+    UnsetArray<double> spectrum_; ///< [rank][plane][mode][row], to be sent; none on one rank
+    RepeatedMessages to_columns_, to_planes_;
+    std::vector<Work> work_; ///< by thread
+};
+
+} // namespace skein

@@ -1,0 +1,71 @@
+// An incompressible viscous fluid in a box: velocity and pressure on a uniform staggered grid, stepped in time. Knows no rods.
+#pragma once
+
+#include "fluid/fluid_grid.hpp"
+#include "parallel/communicator.hpp"
+#include "parallel/threads.hpp"
+
+#include <array>
+#include <functional>
+#include <memory>
+#include <span>
+#include <string_view>
+#include <vector>
+
+namespace skein {
+
+/// How a step goes from one time to the next.
+enum class FlowScheme {
+    rk3,            ///< three stages; the pressure gradient held in them, one projection at the end
+    rk3_projected,  ///< the same with a projection in every stage
+    adams_bashforth ///< one stage, from the rates of this step and the last
+};
+inline constexpr std::string_view flow_scheme_names[] = {"rk3", "rk3_projected", "adams_bashforth"};
+
+struct FlowConstants {
+    FluidGrid grid;
+    double density = 1;             ///< kg/m^3
+    double kinematic_viscosity = 0; ///< m^2/s
+    Vec3d inflow{0, 0, 0};          ///< velocity at faces of FluidBoundary::through, m/s
+    Vec3d acceleration{0, 0, 0};    ///< of the whole fluid, by what drives it, m/s^2
+    FlowScheme scheme = FlowScheme::rk3;
+};
+
+/// Of the whole fluid.
+struct FlowFigures {
+    double kinetic_energy = 0; ///< J
+    double enstrophy = 0;      ///< half the sum of squared vorticity, m^3/s^2
+    double dissipation = 0;    ///< of that kinetic energy, W
+    double divergence = 0;     ///< the largest, 1/s
+    double speed = 0;          ///< the largest sum of |u|, |v| and |w| of a cell, m/s
+    Vec3d momentum{0, 0, 0};   ///< kg m/s
+};
+
+class FlowSolver {
+public:
+    virtual ~FlowSolver() = default;
+
+    virtual const FlowConstants& constants() const = 0;
+    virtual Slab slab() const = 0;
+    /// Sets the velocity to that of a function of place, made free of divergence, and the pressure to that which belongs to it.
+    /// Collective.
+    virtual void set_velocity(const std::function<Vec3d(const Vec3d& place)>& velocity) = 0;
+    /// Collective.
+    virtual void step(double dt) = 0;
+    /// The longest step that is stable, s: for the sum of Courant numbers and for viscosity. Collective.
+    virtual double step_limit() const = 0;
+    /// Sums in a fixed order: the same bits on any ranks. Collective.
+    virtual FlowFigures figures() const = 0;
+
+    /// Fields of this rank, as layout() has them: velocity u, v, w at the upper faces of cells, pressure over density at centres.
+    virtual FieldLayout layout() const = 0;
+    virtual std::span<const double> velocity(int component) const = 0;
+    virtual std::span<const double> pressure() const = 0;
+    /// What the next step depends on: velocities, pressure and, of schemes that need them, the rates of the last step.
+    virtual std::vector<std::span<double>> state() = 0;
+    /// After state() was written. Collective.
+    virtual void refresh() = 0;
+    virtual std::size_t bytes() const = 0;
+};
+
+} // namespace skein

@@ -1,0 +1,409 @@
+#include "fluid/flow_solver.hpp"
+
+#include "fluid/make_flow.hpp"
+#include "skein/core/error.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+
+namespace skein {
+
+/// Ghost planes of fields, from the ranks below and above. Messages are made once for each array.
+class PlaneGhosts {
+public:
+    PlaneGhosts(const Communicator& comm, const FieldLayout& layout, bool periodic) : comm_(comm), layout_(layout) {
+        const int ranks = comm.size(), rank = comm.rank();
+        below_ = rank > 0 ? rank - 1 : periodic ? ranks - 1 : -1;
+        above_ = rank + 1 < ranks ? rank + 1 : periodic ? 0 : -1;
+    }
+    void exchange(std::span<double* const> fields) {
+        if (comm_.size() == 1) {
+            if (below_ >= 0)
+                for (double* field : fields) wrap(field);
+            return;
+        }
+        const std::vector<double*> key(fields.begin(), fields.end());
+        auto found = messages_.find(key);
+        if (found == messages_.end()) found = messages_.emplace(key, make(fields)).first;
+        found->second.start(), found->second.finish();
+    }
+
+private:
+    static constexpr int width = FieldLayout::ghosts;
+    std::size_t numbers() const { return static_cast<std::size_t>(layout_.plane) * width; }
+    double* planes(double* field, int k) const { return field + (k + width) * layout_.plane; }
+    void wrap(double* field) const {
+        std::copy_n(planes(field, layout_.nz - width), numbers(), planes(field, -width));
+        std::copy_n(planes(field, 0), numbers(), planes(field, layout_.nz));
+    }
+    RepeatedMessages make(std::span<double* const> fields) const {
+        std::vector<RepeatedMessages::Part> sent, received;
+        const auto part = [&](int rank, double* field, int k) {
+            return RepeatedMessages::Part{rank, std::as_writable_bytes(std::span(planes(field, k), numbers()))};
+        };
+        // Between two ranks that are both neighbours of each other messages match in order: upwards first.
+        for (double* field : fields) {
+            if (above_ >= 0) sent.push_back(part(above_, field, layout_.nz - width));
+            if (below_ >= 0) received.push_back(part(below_, field, -width));
+            if (below_ >= 0) sent.push_back(part(below_, field, 0));
+            if (above_ >= 0) received.push_back(part(above_, field, layout_.nz));
+        }
+        return {comm_, sent, received};
+    }
+    Communicator comm_;
+    FieldLayout layout_;
+    int below_, above_; ///< -1: none
+    std::map<std::vector<double*>, RepeatedMessages> messages_;
+};
+
+namespace {
+
+constexpr int of_pressure = 3;
+constexpr Three<double> stage_rate{8.0 / 15, 5.0 / 12, 3.0 / 4}, stage_last{0, -17.0 / 60, -5.0 / 12}; // Wray
+
+FieldLayout layout_of(const FluidGrid& grid, const Slab& slab) { return {grid.cells[0], grid.cells[1], slab.count}; }
+
+/// For the first rank whose share of planes is too thin for the ghosts of its neighbours.
+void require_planes(const FluidGrid& grid, int ranks) {
+    if (ranks > 1 && grid.cells[2] / ranks < FieldLayout::ghosts)
+        throw InputError("the fluid has " + std::to_string(grid.cells[2]) + " planes of cells along z, too few for " +
+                         std::to_string(ranks) + " ranks: at most " + std::to_string(grid.cells[2] / FieldLayout::ghosts) +
+                         " can share them");
+}
+
+double sum_of_lanes(const Pack<8>& p) {
+    double sum = 0;
+    for (int l = 0; l < 8; ++l) sum += p[l];
+    return sum;
+}
+double largest_of_lanes(const Pack<8>& p) {
+    double most = p[0];
+    for (int l = 1; l < 8; ++l) most = std::max(most, p[l]);
+    return most;
+}
+
+} // namespace
+
+BoxFlow::BoxFlow(const Communicator& comm, const Threads& threads, const FlowConstants& constants)
+    : comm_(comm), threads_(threads), constants_(constants),
+      slab_((require_planes(constants.grid, comm.size()), slab_of(constants.grid.cells[2], comm.rank(), comm.size()))),
+      layout_(layout_of(constants.grid, slab_)), lowest_(comm.rank() == 0 && !constants.grid.periodic(2)),
+      uppermost_(comm.rank() + 1 == comm.size() && !constants.grid.periodic(2)), poisson_(comm, threads, constants.grid),
+      ghosts_(std::make_unique<PlaneGhosts>(comm, layout_, constants.grid.periodic(2))),
+      speed_(static_cast<std::size_t>(slab_.count), 0.0) {
+    for (Three<Field>* fields : {&now_, &next_, &rate_})
+        for (Field& field : *fields) field.assign(layout_.size(), 0.0);
+    pressure_.assign(layout_.size(), 0.0);
+}
+BoxFlow::~BoxFlow() = default;
+
+std::size_t BoxFlow::bytes() const { return 10 * layout_.size() * sizeof(double) + poisson_.bytes(); }
+
+BoxFlow::Edge BoxFlow::edge(int c, int d, bool upper) const {
+    const FluidBoundary kind = constants_.grid.boundary[static_cast<std::size_t>(d)];
+    if (kind == FluidBoundary::periodic) return {0, 0, true, false};
+    if (c == of_pressure) return {1, 0, false, false};
+    const double inflow = c == 0 ? constants_.inflow.x : c == 1 ? constants_.inflow.y : constants_.inflow.z;
+    if (kind == FluidBoundary::through) {
+        if (upper) return {1, 0, false, false}; // of the normal velocity too: pass_outflow has set it at the face
+        return {-1, c == d ? inflow : 2 * inflow, false, c == d};
+    }
+    if (c == d) return {-1, 0, false, true};
+    return {kind == FluidBoundary::no_slip ? -1.0 : 1.0, 0, false, false};
+}
+
+namespace {
+
+/// Ghosts of n numbers `stride` apart, first of which is `f`, along a row of `width` each that are one apart.
+template <class Edge>
+void fill_line(double* f, int n, std::ptrdiff_t stride, std::ptrdiff_t width, const Edge& lower, const Edge& upper) {
+    const auto at = [&](int i) { return f + i * stride; };
+    for (std::ptrdiff_t x = 0; x < width; ++x) {
+        if (lower.periodic) {
+            at(-1)[x] = at(n - 1)[x], at(-2)[x] = at(n - 2)[x], at(n)[x] = at(0)[x], at(n + 1)[x] = at(1)[x];
+            continue;
+        }
+        if (lower.on_face) at(-1)[x] = lower.fixed, at(-2)[x] = 2 * lower.fixed + lower.mirrored * at(0)[x];
+        else at(-1)[x] = lower.mirrored * at(0)[x] + lower.fixed, at(-2)[x] = lower.mirrored * at(1)[x] + lower.fixed;
+        if (upper.on_face)
+            at(n - 1)[x] = upper.fixed, at(n)[x] = 2 * upper.fixed + upper.mirrored * at(n - 2)[x],
+                   at(n + 1)[x] = 2 * upper.fixed + upper.mirrored * at(n - 3)[x];
+        else at(n)[x] = upper.mirrored * at(n - 1)[x] + upper.fixed, at(n + 1)[x] = upper.mirrored * at(n - 2)[x] + upper.fixed;
+    }
+}
+
+} // namespace
+
+void BoxFlow::fill_plane(int c, double* field, int k) const {
+    const Edge lower_x = edge(c, 0, false), upper_x = edge(c, 0, true);
+    for (int j = 0; j < layout_.ny; ++j) fill_line(field + layout_.at(0, j, k), layout_.nx, 1, 1, lower_x, upper_x);
+    fill_line(field + layout_.at(0, 0, k) - FieldLayout::before, layout_.ny, layout_.row, layout_.row, edge(c, 1, false),
+              edge(c, 1, true));
+}
+
+void BoxFlow::fill_planes(int c, double* field) const {
+    const Edge lower = edge(c, 2, false), upper = edge(c, 2, true);
+    const int n = layout_.nz;
+    const std::size_t plane = static_cast<std::size_t>(layout_.plane);
+    double* const first = field + FieldLayout::ghosts * layout_.plane;
+    const auto at = [&](int k) { return first + k * layout_.plane; };
+    if (lowest_)
+        for (std::size_t x = 0; x < plane; ++x) {
+            if (lower.on_face) at(-1)[x] = lower.fixed, at(-2)[x] = 2 * lower.fixed + lower.mirrored * at(0)[x];
+            else at(-1)[x] = lower.mirrored * at(0)[x] + lower.fixed, at(-2)[x] = lower.mirrored * at(1)[x] + lower.fixed;
+        }
+    if (uppermost_)
+        for (std::size_t x = 0; x < plane; ++x) {
+            if (upper.on_face) at(n - 1)[x] = upper.fixed, at(n)[x] = 2 * upper.fixed + upper.mirrored * at(n - 2)[x];
+            else at(n)[x] = upper.mirrored * at(n - 1)[x] + upper.fixed;
+        }
+}
+
+void BoxFlow::exchange(Three<Field>& velocity) {
+    const std::array<double*, 3> fields{velocity[0].data(), velocity[1].data(), velocity[2].data()};
+    ghosts_->exchange(fields);
+    if (lowest_ || uppermost_)
+        for (int c = 0; c < 3; ++c) fill_planes(c, fields[static_cast<std::size_t>(c)]);
+}
+
+void BoxFlow::refresh() {
+    for_planes(0, layout_.nz, [&](int k) {
+        for (int c = 0; c < 3; ++c) fill_plane(c, now_[static_cast<std::size_t>(c)].data(), k);
+        fill_plane(of_pressure, pressure_.data(), k);
+    });
+    exchange(now_);
+    const std::array<double*, 1> of_p{pressure_.data()};
+    ghosts_->exchange(of_p);
+    fill_planes(of_pressure, pressure_.data());
+    begun_ = true;
+}
+
+std::vector<std::span<double>> BoxFlow::state() {
+    std::vector<std::span<double>> all;
+    for (Field& field : now_) all.emplace_back(field);
+    all.emplace_back(pressure_);
+    if (constants_.scheme == FlowScheme::adams_bashforth)
+        for (Field& field : rate_) all.emplace_back(field);
+    return all;
+}
+
+void BoxFlow::set_velocity(const std::function<Vec3d(const Vec3d& place)>& velocity) {
+    std::fill(pressure_.begin(), pressure_.end(), 0.0);
+    sample(velocity);
+    // The pressure that belongs to it: that of a step of 1 s of rates alone. What is left of the velocities then is of no use.
+    sweep({1, 0, 0, {0, 0, 0}});
+    pass_outflow(0);
+    project(1, true);
+    sample(velocity);
+    begun_ = false;
+}
+
+void BoxFlow::sample(const std::function<Vec3d(const Vec3d& place)>& velocity) {
+    const FluidGrid& grid = constants_.grid;
+    for_planes(0, layout_.nz, [&](int k) {
+        for (int j = 0; j < layout_.ny; ++j)
+            for (int i = 0; i < layout_.nx; ++i) {
+                const Vec3d centre = grid.lower + grid.h * Vec3d{i + 0.5, j + 0.5, slab_.first + k + 0.5};
+                const double half = 0.5 * grid.h;
+                const auto at = static_cast<std::size_t>(layout_.at(i, j, k));
+                now_[0][at] = velocity(centre + Vec3d{half, 0, 0}).x;
+                now_[1][at] = velocity(centre + Vec3d{0, half, 0}).y;
+                now_[2][at] = velocity(centre + Vec3d{0, 0, half}).z;
+            }
+    });
+    refresh();
+    pass_outflow(0);
+    project(1, false);
+}
+
+void BoxFlow::sweep(const StageFactors& factors) {
+    const StageSweep sweep(layout_, constants_.grid.h, constants_.kinematic_viscosity, factors);
+    for_planes(0, layout_.nz, [&](int k) {
+        for (int j = 0; j < layout_.ny; ++j) {
+            const std::ptrdiff_t row = layout_.at(0, j, k);
+            for (int i = 0; i < layout_.nx; i += 8) {
+                const std::ptrdiff_t at = row + i;
+                sweep.run({now_[0].data() + at, now_[1].data() + at, now_[2].data() + at}, pressure_.data() + at,
+                          {rate_[0].data() + at, rate_[1].data() + at, rate_[2].data() + at},
+                          {next_[0].data() + at, next_[1].data() + at, next_[2].data() + at});
+            }
+        }
+        for (int c = 0; c < 3; ++c) fill_plane(c, next_[static_cast<std::size_t>(c)].data(), k);
+    });
+    std::swap(now_, next_);
+}
+
+template <std::size_t N, class Body> std::vector<std::array<double, N>> BoxFlow::of_all_planes(Body&& body) const {
+    std::vector<double> mine(N * static_cast<std::size_t>(slab_.count));
+    for_planes(0, slab_.count, [&](int k) {
+        const std::array<double, N> of_plane = body(k);
+        std::copy(of_plane.begin(), of_plane.end(), mine.begin() + static_cast<std::ptrdiff_t>(N) * k);
+    });
+    std::vector<std::int64_t> counts;
+    for (int r = 0; r < comm_.size(); ++r)
+        counts.push_back(static_cast<std::int64_t>(N) * slab_of(constants_.grid.cells[2], r, comm_.size()).count);
+    std::vector<std::array<double, N>> all(static_cast<std::size_t>(constants_.grid.cells[2]));
+    comm_.all_gather(mine, counts, std::span(all.front().data(), N * all.size()));
+    return all;
+}
+
+/// The fluid leaves with the mean velocity; what comes in goes out.
+void BoxFlow::pass_outflow(double dt) {
+    if (constants_.grid.boundary[0] != FluidBoundary::through) return;
+    const int last = layout_.nx - 1;
+    const double share = dt * constants_.inflow.x / constants_.grid.h;
+    Field &u = now_[0], &before = next_[0];
+    const auto of_planes = of_all_planes<1>([&](int k) {
+        double sum = 0;
+        for (int j = 0; j < layout_.ny; ++j) {
+            const auto at = static_cast<std::size_t>(layout_.at(last, j, k));
+            if (dt > 0) u[at] = before[at] - share * (before[at] - before[at - 1]);
+            sum += u[at];
+        }
+        return std::array{sum};
+    });
+    double out = 0;
+    for (const auto& [sum] : of_planes) out += sum;
+    const double faces = static_cast<double>(layout_.ny) * constants_.grid.cells[2], more = constants_.inflow.x - out / faces;
+    for_planes(0, layout_.nz, [&](int k) {
+        for (int j = 0; j < layout_.ny; ++j) u[static_cast<std::size_t>(layout_.at(last, j, k))] += more;
+        fill_plane(0, u.data(), k);
+    });
+}
+
+void BoxFlow::project(double dt, bool keep) {
+    Field& correction = next_[0];
+    const std::array<double*, 1> across{now_[2].data()};
+    ghosts_->exchange(across);
+    fill_planes(2, across[0]);
+    const double per_time = 1 / (dt * constants_.grid.h), pull = dt / constants_.grid.h;
+    poisson_.solve(
+        [&](int i, int j, int k) __attribute__((always_inline)) {
+            const std::ptrdiff_t at = layout_.at(i, j, k);
+            return P(per_time) * outflow_of(layout_, {now_[0].data() + at, now_[1].data() + at, now_[2].data() + at});
+        },
+        [&](int i, int j, int k, const P& phi)
+            __attribute__((always_inline)) { store(&correction[static_cast<std::size_t>(layout_.at(i, j, k))], phi); });
+    for_planes(0, layout_.nz, [&](int k) { fill_plane(of_pressure, correction.data(), k); });
+    const std::array<double*, 1> field{correction.data()};
+    ghosts_->exchange(field);
+    fill_planes(of_pressure, correction.data());
+    for_planes(0, layout_.nz + 1, [&](int k) { // the pressure of the plane above too
+        const bool inside = k < layout_.nz;
+        P most(0.0);
+        for (int j = 0; j <= layout_.ny; ++j) {
+            const std::ptrdiff_t row = layout_.at(0, j, k);
+            for (int i = 0; i < layout_.nx; i += 8) {
+                const std::ptrdiff_t at = row + i;
+                const double* const from = correction.data() + at;
+                const P phi = load<8>(from);
+                if (keep) store(pressure_.data() + at, load<8>(pressure_.data() + at) + phi);
+                if (!inside || j == layout_.ny) continue;
+                const auto correct = [&](std::size_t c, std::ptrdiff_t ahead) __attribute__((always_inline)) {
+                    double* const to = now_[c].data() + at;
+                    const P velocity = fnma(P(pull), load<8>(from + ahead) - phi, load<8>(to));
+                    store(to, velocity);
+                    return abs(velocity);
+                };
+                most = max(most, correct(0, 1) + correct(1, layout_.row) + correct(2, layout_.plane));
+            }
+            if (keep)
+                pressure_[static_cast<std::size_t>(row + layout_.nx)] += correction[static_cast<std::size_t>(row + layout_.nx)];
+        }
+        if (!inside) return;
+        speed_[static_cast<std::size_t>(k)] = largest_of_lanes(most);
+        for (int c = 0; c < 3; ++c) fill_plane(c, now_[static_cast<std::size_t>(c)].data(), k);
+    });
+    exchange(now_);
+}
+
+void BoxFlow::step(double dt) {
+    const Vec3d& a = constants_.acceleration;
+    const auto stage = [&](double rate, double last, bool projected) {
+        const double whole = rate + last;
+        sweep({rate * dt, last * dt, whole * dt, {whole * dt * a.x, whole * dt * a.y, whole * dt * a.z}});
+        pass_outflow(whole * dt);
+        if (projected) return;
+        exchange(now_);
+    };
+    if (constants_.scheme == FlowScheme::adams_bashforth) {
+        const double last = begun_ ? -0.5 : 0.0;
+        stage(1 - last, last, true);
+        project(dt, true);
+    } else {
+        const bool each = constants_.scheme == FlowScheme::rk3_projected;
+        for (std::size_t s = 0; s < 3; ++s) {
+            const bool projected = each || s == 2;
+            stage(stage_rate[s], stage_last[s], projected);
+            if (projected) project(each ? (stage_rate[s] + stage_last[s]) * dt : dt, true);
+        }
+    }
+    begun_ = true;
+}
+
+double BoxFlow::step_limit() const {
+    const double speed = comm_.max(*std::max_element(speed_.begin(), speed_.end())), h = constants_.grid.h;
+    const double by_speed = speed > 0 ? h / speed : HUGE_VAL,
+                 by_viscosity = constants_.kinematic_viscosity > 0 ? 0.2 * h * h / constants_.kinematic_viscosity : HUGE_VAL;
+    return std::min(by_speed, by_viscosity);
+}
+
+FlowFigures BoxFlow::figures() const {
+    const double h = constants_.grid.h, volume = h * h * h;
+    enum Sum { u, v, w, squares, viscous, vorticity, divergence, speed, count };
+    const auto of_planes = of_all_planes<count>([&](int k) {
+        P sum[6] = {P(0.0), P(0.0), P(0.0), P(0.0), P(0.0), P(0.0)};
+        P largest_divergence(0.0), largest_speed(0.0);
+        for (int j = 0; j < layout_.ny; ++j)
+            for (int i = 0; i < layout_.nx; i += 8) {
+                const std::ptrdiff_t at = layout_.at(i, j, k), r = layout_.row, p = layout_.plane;
+                static constexpr double counting[8] = {0, 1, 2, 3, 4, 5, 6, 7};
+                const Mask<8> inside = load<8>(counting) < P(static_cast<double>(layout_.nx - i));
+                const auto of = [&](const P& value) { return select(inside, value, P(0.0)); };
+                P all_speeds(0.0), squared(0.0), loss(0.0);
+                for (std::size_t c = 0; c < 3; ++c) {
+                    const double* f = now_[c].data() + at;
+                    const P here = load<8>(f), around = (load<8>(f + 1) + load<8>(f - 1)) + (load<8>(f + r) + load<8>(f - r)) +
+                                                        (load<8>(f + p) + load<8>(f - p));
+                    sum[c] += of(here);
+                    all_speeds += abs(here);
+                    squared = fma(here, here, squared);
+                    loss = fma(here, fms(P(6.0), here, around), loss);
+                }
+                sum[squares] += of(squared), sum[viscous] += of(loss);
+                const double *fu = now_[0].data() + at, *fv = now_[1].data() + at, *fw = now_[2].data() + at;
+                const P wx = (load<8>(fw + r) - load<8>(fw)) - (load<8>(fv + p) - load<8>(fv)),
+                        wy = (load<8>(fu + p) - load<8>(fu)) - (load<8>(fw + 1) - load<8>(fw)),
+                        wz = (load<8>(fv + 1) - load<8>(fv)) - (load<8>(fu + r) - load<8>(fu));
+                sum[vorticity] += of(fma(wx, wx, fma(wy, wy, wz * wz)));
+                largest_divergence = max(largest_divergence, of(abs(outflow_of(layout_, {fu, fv, fw}))));
+                largest_speed = max(largest_speed, of(all_speeds));
+            }
+        std::array<double, count> all{};
+        for (std::size_t i = 0; i < 6; ++i) all[i] = sum_of_lanes(sum[i]);
+        all[divergence] = largest_of_lanes(largest_divergence), all[speed] = largest_of_lanes(largest_speed);
+        return all;
+    });
+    std::array<double, count> all{};
+    for (const auto& of_plane : of_planes) {
+        for (int i = u; i <= vorticity; ++i) all[static_cast<std::size_t>(i)] += of_plane[static_cast<std::size_t>(i)];
+        for (const int i : {divergence, speed})
+            all[static_cast<std::size_t>(i)] = std::max(all[static_cast<std::size_t>(i)], of_plane[static_cast<std::size_t>(i)]);
+    }
+    FlowFigures f;
+    const double mass = constants_.density * volume;
+    f.kinetic_energy = 0.5 * mass * all[squares];
+    f.enstrophy = 0.5 * h * all[vorticity];
+    f.dissipation = mass * constants_.kinematic_viscosity * all[viscous] / (h * h);
+    f.divergence = all[divergence] / h;
+    f.speed = all[speed];
+    f.momentum = mass * Vec3d{all[u], all[v], all[w]};
+    return f;
+}
+
+std::unique_ptr<FlowSolver> make_flow(const Communicator& comm, const Threads& threads, const FlowConstants& constants) {
+    return std::make_unique<BoxFlow>(comm, threads, constants);
+}
+
+} // namespace skein

@@ -1,0 +1,74 @@
+// The solver of one level of instructions (cmake/SkeinKernels.cmake).
+#pragma once
+
+#include "fluid/fast_poisson.hpp"
+#include "fluid/flow.hpp"
+#include "fluid/sweeps.hpp"
+
+namespace skein {
+
+/// One exchange of ghosts of neighbouring ranks, or the boundary where there are none, for a field's planes.
+class PlaneGhosts;
+
+class BoxFlow final : public FlowSolver {
+public:
+    BoxFlow(const Communicator& comm, const Threads& threads, const FlowConstants& constants);
+    ~BoxFlow() override;
+
+    const FlowConstants& constants() const override { return constants_; }
+    Slab slab() const override { return slab_; }
+    void set_velocity(const std::function<Vec3d(const Vec3d& place)>& velocity) override;
+    void step(double dt) override;
+    double step_limit() const override;
+    FlowFigures figures() const override;
+    FieldLayout layout() const override { return layout_; }
+    std::span<const double> velocity(int component) const override { return now_[static_cast<std::size_t>(component)]; }
+    std::span<const double> pressure() const override { return pressure_; }
+    std::vector<std::span<double>> state() override;
+    void refresh() override;
+    std::size_t bytes() const override;
+
+private:
+    using P = Pack<8>;
+    using Field = AlignedVector<double>;
+    /// Of the velocity component c, or of the pressure (c = 3), in direction d, at the lower or the upper face.
+    struct Edge {
+        double mirrored; ///< ghost = mirrored * inner + fixed; of a normal velocity: fixed at the face itself
+        double fixed;
+        bool periodic, on_face;
+    };
+    Edge edge(int c, int d, bool upper) const;
+    /// Ghosts along x and y of a plane.
+    void fill_plane(int c, double* field, int k) const;
+    void fill_planes(int c, double* field) const; ///< beyond the box, along z
+    /// All ghosts of velocities, of which those within planes are set; collective.
+    void exchange(Three<Field>& velocity);
+
+    /// Sets the velocity to that of a function, made free of divergence. Collective.
+    void sample(const std::function<Vec3d(const Vec3d& place)>& velocity);
+    /// A stage: velocities from now_ to next_, which then change their names.
+    void sweep(const StageFactors& factors);
+    void pass_outflow(double dt);
+    /// Makes velocities free of divergence; adds to the pressure with `keep`. Collective.
+    void project(double dt, bool keep);
+    template <class Body> void for_planes(int first, int behind, Body&& body) const {
+        threads_.for_each(static_cast<std::size_t>(behind - first), [&](std::size_t k, int) { body(first + static_cast<int>(k)); });
+    }
+    /// Of each plane of all ranks, in order: what `body(k)` says of plane k of this one.
+    template <std::size_t N, class Body> std::vector<std::array<double, N>> of_all_planes(Body&& body) const;
+
+    Communicator comm_;
+    const Threads& threads_;
+    FlowConstants constants_;
+    Slab slab_;
+    FieldLayout layout_;
+    bool lowest_, uppermost_; ///< this rank has the lower or upper end along z, where that is no period
+    Three<Field> now_, next_, rate_;
+    Field pressure_;
+    FastPoisson poisson_;
+    std::unique_ptr<PlaneGhosts> ghosts_;
+    std::vector<double> speed_; ///< of each plane, the largest
+    bool begun_ = false;        ///< rates of a step before are known
+};
+
+} // namespace skein

@@ -1,0 +1,55 @@
+#include "fluid/fluid_spec.hpp"
+
+namespace skein {
+
+void FluidSpec::fields(FieldVisitor& f) {
+    f.visit({.name = "cells", .unit = "", .text = "numbers of cells along x, y and z: products of 2, 3, 5 and 7", .required = true},
+            cells);
+    f.visit({.name = "spacing", .unit = "m", .text = "edge of a cell, which is a cube", .required = true, .above = 0}, spacing);
+    f.visit({.name = "lower", .unit = "m", .text = "lower corner of the box"}, lower);
+    f.visit({.name = "density", .unit = "kg/m^3", .text = "density", .required = true, .above = 0}, density);
+    f.visit({.name = "viscosity", .unit = "Pa s", .text = "dynamic viscosity", .required = true, .at_least = 0}, viscosity);
+    const auto boundary = [&](std::string_view name, std::string_view text, FluidBoundary& value) {
+        f.choice({.name = name, .unit = "", .text = text}, value, fluid_boundary_names);
+    };
+    boundary("along_x", "what bounds the box across x: through, in at the lower face and out at the upper one, is for x alone",
+             along_x);
+    boundary("along_y", "the same across y", along_y);
+    boundary("along_z", "the same across z", along_z);
+    f.visit({.name = "inflow", .unit = "m/s", .text = "velocity at the lower face where the fluid flows through"}, inflow);
+    f.visit({.name = "acceleration", .unit = "m/s^2", .text = "of all of the fluid, by what drives it"}, acceleration);
+    f.visit(
+        {.name = "velocity_formula",
+         .unit = "m/s",
+         .text =
+             "three formulas of x, y and z: velocity at the start, of which the part without divergence is taken; empty: at rest, "
+             "or the inflow"},
+        velocity_formula);
+    f.choice({.name = "scheme",
+              .unit = "",
+              .text = "rk3: three stages and one projection; rk3_projected: a projection in every stage, for comparison; "
+                      "adams_bashforth: one stage, for short steps"},
+             scheme, flow_scheme_names);
+    f.visit({.name = "courant",
+             .unit = "-",
+             .text = "largest sum over directions of velocity times step over spacing; longer steps of the scene are divided",
+             .above = 0,
+             .at_most = 1.5},
+            courant);
+}
+
+FlowConstants FluidSpec::constants() const {
+    FlowConstants c;
+    for (std::size_t d = 0; d < 3; ++d) c.grid.cells[d] = static_cast<int>(cells[d]);
+    c.grid.h = spacing;
+    c.grid.lower = lower;
+    c.grid.boundary = {along_x, along_y, along_z};
+    c.density = density;
+    c.kinematic_viscosity = viscosity / density;
+    c.inflow = inflow;
+    c.acceleration = acceleration;
+    c.scheme = scheme;
+    return c;
+}
+
+} // namespace skein

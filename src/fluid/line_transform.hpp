@@ -1,0 +1,103 @@
+// Transforms of real lines that diagonalise second differences: of periodic ones, and of ones between two ends where the gradient
+// (cosines) or the value (sines) is 0, half a cell beyond the outer numbers. Two lines make a complex one, so that all are one
+// complex transform with a pass that takes pairs apart.                                                       theory.md (78), (79)
+#pragma once
+
+#include "fluid/fft.hpp"
+#include "fluid/lanes.hpp"
+
+#include <cmath>
+#include <cstddef>
+#include <numbers>
+#include <vector>
+
+namespace skein {
+
+enum class LineEnds { periodic, gradient_zero, value_zero };
+
+/// Of `lanes()` lines side by side: number i of line l in row place(i), column l of a block.
+class LineTransform {
+public:
+    LineTransform(int n, LineEnds ends)
+        : n_(n), lanes_(n <= 192 ? 16 : 8), ends_(ends), forward_(n, lanes_ / 2, Fft::Way::forward),
+          inverse_(n, lanes_ / 2, Fft::Way::inverse) {
+        const double pi = std::numbers::pi;
+        for (int k = 0; k <= n / 2; ++k) {
+            const double angle = ends == LineEnds::periodic ? 0 : pi * k / (2.0 * n);
+            twiddle_.push_back({std::cos(angle), std::sin(angle)});
+        }
+        for (int k = 0; k < n; ++k) {
+            const double angle = ends == LineEnds::periodic        ? pi * k / n
+                                 : ends == LineEnds::gradient_zero ? pi * k / (2.0 * n)
+                                                                   : pi * (n - k) / (2.0 * n);
+            eigenvalue_.push_back(-4 * std::sin(angle) * std::sin(angle));
+        }
+    }
+
+    int size() const { return n_; }
+    int lanes() const { return lanes_; }
+    std::size_t block() const { return static_cast<std::size_t>(n_ * lanes_); }
+    int place(int i) const { return ends_ == LineEnds::periodic ? i : i % 2 == 0 ? i / 2 : n_ - 1 - i / 2; }
+    /// By which number i is to be multiplied on its way in and out.
+    double sign(int i) const { return ends_ == LineEnds::value_zero && i % 2 == 1 ? -1 : 1; }
+    /// Of the second difference, by number of the coefficient.
+    double eigenvalue(int k) const { return eigenvalue_[static_cast<std::size_t>(k)]; }
+    /// There and back multiplies by this.
+    double gain() const { return n_; }
+
+    /// From numbers to coefficients, in order. What was in `numbers` is lost.
+    void forward(double* numbers, double* coefficients) const {
+        forward_.run(numbers, coefficients);
+        for_pairs(
+            [&](std::size_t low, std::size_t high, double c, double s) {
+                double *const at_low = coefficients + low, *const at_high = coefficients + high;
+                const P z = load<8>(at_low), y = load<8>(at_high), even = z + y, odd = turned(z - y);
+                store(at_low, P(0.5) * fma(P(c), even, P(s) * odd));
+                store(at_high, P(0.5) * fms(P(s), even, P(c) * odd));
+            },
+            [&](std::size_t middle, double c) { store(coefficients + middle, P(c) * load<8>(coefficients + middle)); });
+    }
+    /// Back. What was in `coefficients` is lost.
+    void inverse(double* coefficients, double* numbers) const {
+        for_pairs(
+            [&](std::size_t low, std::size_t high, double c, double s) {
+                double *const at_low = coefficients + low, *const at_high = coefficients + high;
+                const P a = load<8>(at_low), b = load<8>(at_high), even = fma(P(c), a, P(s) * b),
+                        odd = swapped(sign_of_second() * fms(P(s), a, P(c) * b));
+                store(at_low, even + odd), store(at_high, even - odd);
+            },
+            [&](std::size_t middle, double c) { store(coefficients + middle, P(1 / c) * load<8>(coefficients + middle)); });
+        inverse_.run(coefficients, numbers);
+    }
+
+private:
+    using P = Pack<8>;
+    struct Twiddle {
+        double c, s;
+    };
+    static P sign_of_second() {
+        static constexpr double signs[8] = {1, -1, 1, -1, 1, -1, 1, -1};
+        return load<8>(signs);
+    }
+    static P turned(const P& difference) { return sign_of_second() * swapped(difference); }
+
+    /// Coefficients k and n - k, as places of packs, and the one in the middle of an even number.
+    template <class Two, class One> void for_pairs(Two&& two, One&& one) const {
+        const auto row = static_cast<std::size_t>(lanes_), n = static_cast<std::size_t>(n_);
+        for (std::size_t k = 1; 2 * k <= n; ++k) {
+            const auto [c, s] = twiddle_[k];
+            for (std::size_t l = 0; l < row; l += 8) {
+                if (2 * k == n) one(k * row + l, c);
+                else two(k * row + l, (n - k) * row + l, c, s);
+            }
+        }
+    }
+
+    int n_, lanes_;
+    LineEnds ends_;
+    Fft forward_, inverse_;
+    std::vector<Twiddle> twiddle_;
+    std::vector<double> eigenvalue_;
+};
+
+} // namespace skein

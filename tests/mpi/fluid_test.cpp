@@ -1,0 +1,301 @@
+// The fluid on any number of ranks: what it solves, of what order, and the same bits.
+#include "fluid/fast_poisson.hpp"
+#include "fluid/make_flow.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstring>
+#include <numbers>
+#include <random>
+#include <vector>
+
+namespace skein {
+namespace {
+
+constexpr double pi = std::numbers::pi;
+
+std::size_t count_of(const FluidGrid& grid) { return static_cast<std::size_t>(grid.count()); }
+
+/// Of all cells, x fastest, z slowest, with sum 0.
+std::vector<double> random_numbers(const FluidGrid& grid) {
+    std::mt19937 random(7);
+    std::normal_distribution<double> normal;
+    std::vector<double> all(count_of(grid));
+    double sum = 0;
+    for (double& x : all) sum += x = normal(random);
+    for (double& x : all) x -= sum / static_cast<double>(all.size());
+    return all;
+}
+
+std::vector<double> solved(const Communicator& comm, const Threads& threads, const FluidGrid& grid, const std::vector<double>& f) {
+    FastPoisson solver(comm, threads, grid);
+    const Slab slab = slab_of(grid.cells[2], comm.rank(), comm.size());
+    const FieldLayout layout(grid.cells[0], grid.cells[1], slab.count);
+    AlignedVector<double> field(layout.size(), 0.0);
+    const auto for_cells = [&](auto&& body) {
+        for (int k = 0; k < slab.count; ++k)
+            for (int j = 0; j < layout.ny; ++j)
+                for (int i = 0; i < layout.nx; ++i) body(static_cast<std::size_t>(layout.at(i, j, k)), i, j, k);
+    };
+    for_cells([&](std::size_t at, int i, int j, int k) {
+        field[at] = f[static_cast<std::size_t>(((k + slab.first) * layout.ny + j) * layout.nx + i)];
+    });
+    AlignedVector<double> phi = field;
+    solver.solve([&](int i, int j, int k) { return load<8>(&field[static_cast<std::size_t>(layout.at(i, j, k))]); },
+                 [&](int i, int j, int k, const Pack<8>& p) { store(&phi[static_cast<std::size_t>(layout.at(i, j, k))], p); });
+    std::vector<double> mine;
+    for_cells([&](std::size_t at, int, int, int) { mine.push_back(phi[at]); });
+    return comm.all_gather(mine);
+}
+
+double residual(const FluidGrid& grid, const std::vector<double>& phi, const std::vector<double>& f) {
+    const auto at = [&](std::array<int, 3> c) {
+        for (int d = 0; d < 3; ++d) {
+            const auto u = static_cast<std::size_t>(d);
+            const int n = grid.cells[u];
+            c[u] = grid.periodic(d) ? (c[u] + n) % n : std::clamp(c[u], 0, n - 1);
+        }
+        return phi[static_cast<std::size_t>((c[2] * grid.cells[1] + c[1]) * grid.cells[0] + c[0])];
+    };
+    double most = 0;
+    std::size_t cell = 0;
+    for (int k = 0; k < grid.cells[2]; ++k)
+        for (int j = 0; j < grid.cells[1]; ++j)
+            for (int i = 0; i < grid.cells[0]; ++i, ++cell) {
+                const double around = at({i - 1, j, k}) + at({i + 1, j, k}) + at({i, j - 1, k}) + at({i, j + 1, k}) +
+                                      at({i, j, k - 1}) + at({i, j, k + 1});
+                most = std::max(most, std::abs((around - 6 * at({i, j, k})) / (grid.h * grid.h) - f[cell]));
+            }
+    return most;
+}
+
+FluidGrid grid_of(std::array<int, 3> cells, unsigned walls, FluidBoundary wall = FluidBoundary::free_slip) {
+    FluidGrid grid{.cells = cells, .h = 0.1};
+    for (std::size_t d = 0; d < 3; ++d) grid.boundary[d] = walls >> d & 1 ? wall : FluidBoundary::periodic;
+    return grid;
+}
+
+TEST(FastPoisson, SolvesTheDiscreteEquationWithTheSameBits) {
+    const Communicator comm = Communicator::world();
+    const Threads threads(1), team(2);
+    for (unsigned walls = 0; walls < 8; ++walls)
+        for (const std::array<int, 3> cells :
+             {std::array{24, 20, 18}, std::array{21, 15, 7}, std::array{16, 35, 2}, std::array{9, 8, 1}}) {
+            const FluidGrid grid = grid_of(cells, walls);
+            const std::vector<double> f = random_numbers(grid), phi = solved(comm, threads, grid, f);
+            EXPECT_LT(residual(grid, phi, f), 1e-12) << "walls " << walls << " cells " << cells[0];
+            EXPECT_EQ(phi, solved(Communicator::alone(), threads, grid, f));
+            EXPECT_EQ(phi, solved(comm, team, grid, f));
+        }
+}
+
+FlowConstants vortices(int n, FlowScheme scheme) {
+    FlowConstants c;
+    c.grid = {.cells = {n, n, 8}, .h = 2 * pi / n};
+    c.kinematic_viscosity = 0.01;
+    c.density = 2;
+    c.scheme = scheme;
+    return c;
+}
+/// Of Taylor and Green in two dimensions, carried along by a stream.
+Vec3d vortex(const Vec3d& at, double t, const Vec3d& stream) {
+    const double x = at.x - stream.x * t, y = at.y - stream.y * t, decay = std::exp(-0.02 * t);
+    return stream + decay * Vec3d{-std::cos(x) * std::sin(y), std::sin(x) * std::cos(y), 0};
+}
+
+/// Largest error of u after 1 s in so many steps, on each rank by itself.
+double error_after(const FlowConstants& constants, int steps, const Vec3d& stream, bool against_itself = false) {
+    const Communicator comm = Communicator::alone();
+    const Threads threads(1);
+    const auto run = [&](int n) {
+        auto flow = make_flow(comm, threads, constants);
+        flow->set_velocity([&](const Vec3d& at) { return vortex(at, 0, stream); });
+        for (int s = 0; s < n; ++s) flow->step(1.0 / n);
+        return flow;
+    };
+    const auto flow = run(steps), fine = against_itself ? run(8 * steps) : nullptr;
+    const FieldLayout layout = flow->layout();
+    double most = 0;
+    for (int k = 0; k < layout.nz; ++k)
+        for (int j = 0; j < layout.ny; ++j)
+            for (int i = 0; i < layout.nx; ++i) {
+                const auto at = static_cast<std::size_t>(layout.at(i, j, k));
+                const double exact =
+                    fine ? fine->velocity(0)[at] : vortex(constants.grid.h * Vec3d{i + 1.0, j + 0.5, 0}, 1, stream).x;
+                most = std::max(most, std::abs(flow->velocity(0)[at] - exact));
+            }
+    return most;
+}
+
+TEST(Flow, IsOfSecondOrderInSpace) {
+    for (const FlowScheme scheme : {FlowScheme::rk3, FlowScheme::rk3_projected, FlowScheme::adams_bashforth}) {
+        double error[3];
+        for (int i = 0; i < 3; ++i) error[i] = error_after(vortices(16 << i, scheme), 20 << i, {0, 0, 0});
+        EXPECT_GT(std::log2(error[0] / error[1]), 1.95);
+        EXPECT_GT(std::log2(error[1] / error[2]), 1.95);
+        EXPECT_LT(error[2], 2e-5) << flow_scheme_names[static_cast<std::size_t>(scheme)];
+    }
+}
+
+TEST(Flow, IsOfSecondOrderInTime) {
+    for (const FlowScheme scheme : {FlowScheme::rk3, FlowScheme::rk3_projected, FlowScheme::adams_bashforth}) {
+        const double coarse = error_after(vortices(16, scheme), 10, {1, 0.5, 0}, true),
+                     fine = error_after(vortices(16, scheme), 20, {1, 0.5, 0}, true);
+        EXPECT_GT(std::log2(coarse / fine), 1.95) << flow_scheme_names[static_cast<std::size_t>(scheme)];
+    }
+}
+
+/// Something in all directions, which boundaries of every kind allow.
+Vec3d tangled(const Vec3d& at) {
+    const double x = 2 * pi * at.x / 2.4, y = 2 * pi * at.y / 2, z = 2 * pi * at.z / 1.6;
+    return {std::sin(x) * std::cos(y) * std::cos(z) + 0.3 * std::sin(2 * y), std::cos(2 * x) * std::sin(y) * std::cos(z),
+            std::sin(z) * std::cos(y + x)};
+}
+
+std::vector<FlowConstants> all_kinds() {
+    std::vector<FlowConstants> all;
+    for (const FlowScheme scheme : {FlowScheme::rk3, FlowScheme::rk3_projected, FlowScheme::adams_bashforth})
+        for (const FluidBoundary wall : {FluidBoundary::free_slip, FluidBoundary::no_slip})
+            for (unsigned walls = 0; walls < 8; ++walls)
+                all.push_back(
+                    {.grid = grid_of({24, 20, 16}, walls, wall), .density = 3, .kinematic_viscosity = 2e-3, .scheme = scheme});
+    FlowConstants through{.grid = grid_of({24, 20, 16}, 6), .kinematic_viscosity = 1e-2, .inflow = {1, 0.1, 0}};
+    through.grid.boundary[0] = FluidBoundary::through;
+    all.push_back(through);
+    through.grid.boundary[2] = FluidBoundary::no_slip;
+    through.scheme = FlowScheme::rk3_projected;
+    all.push_back(through);
+    return all;
+}
+
+/// Velocities and pressure of this rank's own cells.
+std::vector<double> fields_of(const FlowSolver& flow) {
+    const FieldLayout layout = flow.layout();
+    std::vector<double> all;
+    for (int k = 0; k < layout.nz; ++k)
+        for (const std::span<const double> field : {flow.velocity(0), flow.velocity(1), flow.velocity(2), flow.pressure()})
+            for (int j = 0; j < layout.ny; ++j)
+                for (int i = 0; i < layout.nx; ++i) all.push_back(field[static_cast<std::size_t>(layout.at(i, j, k))]);
+    return all;
+}
+
+std::vector<double> after_steps(const Communicator& comm, const Threads& threads, const FlowConstants& constants) {
+    auto flow = make_flow(comm, threads, constants);
+    flow->set_velocity(tangled);
+    for (int s = 0; s < 3; ++s) flow->step(0.02);
+    return comm.all_gather(fields_of(*flow));
+}
+
+TEST(Flow, HasTheSameBitsOnAnyRanksAndThreads) {
+    const Threads threads(1), team(2);
+    for (const FlowConstants& constants : all_kinds()) {
+        const std::vector<double> here = after_steps(Communicator::world(), threads, constants);
+        EXPECT_EQ(here, after_steps(Communicator::alone(), threads, constants));
+        EXPECT_EQ(here, after_steps(Communicator::world(), team, constants));
+    }
+}
+
+TEST(Flow, KeepsWhatItShould) {
+    const Communicator comm = Communicator::world();
+    const Threads threads(1);
+    for (const FlowConstants& constants : all_kinds()) {
+        if (constants.grid.boundary[0] == FluidBoundary::through) continue;
+        auto flow = make_flow(comm, threads, constants);
+        flow->set_velocity(tangled);
+        const FlowFigures before = flow->figures();
+        double energy = before.kinetic_energy;
+        for (int s = 0; s < 6; ++s) {
+            flow->step(0.01);
+            const FlowFigures now = flow->figures();
+            EXPECT_LT(now.kinetic_energy, energy * (1 + 1e-12));
+            EXPECT_LT(now.divergence, 1e-12 * now.speed / constants.grid.h);
+            energy = now.kinetic_energy;
+        }
+        const bool periodic = constants.grid.periodic(0) && constants.grid.periodic(1) && constants.grid.periodic(2);
+        if (periodic) {
+            const double size = std::sqrt(2 * energy * constants.density * 2.4 * 2 * 1.6);
+            EXPECT_LT(norm(flow->figures().momentum - before.momentum), 1e-13 * size);
+        }
+    }
+}
+
+/// Loss of kinetic energy is the work of viscosity, of which sums of vorticity tell where nothing goes through the boundary.
+TEST(Flow, LosesEnergyByViscosityAlone) {
+    const Communicator comm = Communicator::alone();
+    const Threads threads(1);
+    FlowConstants constants{.grid = {.cells = {32, 32, 32}, .h = 2 * pi / 32}, .density = 2, .kinematic_viscosity = 0.01};
+    auto flow = make_flow(comm, threads, constants);
+    flow->set_velocity([](const Vec3d& at) {
+        return Vec3d{std::sin(at.x) * std::cos(at.y) * std::cos(at.z), -std::cos(at.x) * std::sin(at.y) * std::cos(at.z), 0};
+    });
+    for (int s = 0; s < 40; ++s) flow->step(0.02);
+    const FlowFigures before = flow->figures();
+    flow->step(0.01);
+    const FlowFigures between = flow->figures();
+    flow->step(0.01);
+    const double loss = (before.kinetic_energy - flow->figures().kinetic_energy) / 0.02;
+    EXPECT_NEAR(loss, between.dissipation, 2e-4 * loss);
+    EXPECT_NEAR(between.dissipation, 2 * constants.density * constants.kinematic_viscosity * between.enstrophy, 1e-12 * loss);
+}
+
+/// Between two walls at rest a sine of half a period decays; of second order.
+TEST(Flow, ShearDecaysBetweenWalls) {
+    const Communicator comm = Communicator::alone();
+    const Threads threads(1);
+    double error[2];
+    for (int fine = 0; fine < 2; ++fine) {
+        const int n = 16 << fine;
+        FlowConstants constants{.grid = {.cells = {4, 4, n}, .h = 1.0 / n}, .kinematic_viscosity = 0.1};
+        constants.grid.boundary[2] = FluidBoundary::no_slip;
+        auto flow = make_flow(comm, threads, constants);
+        flow->set_velocity([](const Vec3d& at) { return Vec3d{std::sin(pi * at.z), 0, 0}; });
+        const int steps = 400 << fine;
+        for (int s = 0; s < steps; ++s) flow->step(0.4 / steps);
+        const FieldLayout layout = flow->layout();
+        double most = 0;
+        for (int k = 0; k < layout.nz; ++k)
+            most = std::max(most, std::abs(flow->velocity(0)[static_cast<std::size_t>(layout.at(1, 1, k))] -
+                                           std::sin(pi * (flow->slab().first + k + 0.5) / n) * std::exp(-0.1 * pi * pi * 0.4)));
+        error[fine] = most;
+    }
+    EXPECT_GT(std::log2(error[0] / error[1]), 1.95);
+    EXPECT_LT(error[1], 1e-3);
+}
+
+TEST(Flow, StreamsThroughUnchanged) {
+    const Communicator comm = Communicator::world();
+    const Threads threads(1);
+    FlowConstants constants{.grid = grid_of({24, 16, 16}, 6), .kinematic_viscosity = 1e-2, .inflow = {1, 0, 0}};
+    constants.grid.boundary[0] = FluidBoundary::through;
+    auto flow = make_flow(comm, threads, constants);
+    flow->set_velocity([](const Vec3d&) { return Vec3d{1, 0, 0}; });
+    for (int s = 0; s < 20; ++s) flow->step(0.05);
+    for (int c = 0; c < 3; ++c)
+        for (int k = 0; k < flow->layout().nz; ++k)
+            for (int i = 0; i < 24; ++i)
+                EXPECT_NEAR(flow->velocity(c)[static_cast<std::size_t>(flow->layout().at(i, 7, k))], c == 0 ? 1 : 0, 1e-13);
+}
+
+TEST(Flow, GoesOnFromItsState) {
+    const Communicator comm = Communicator::world();
+    const Threads threads(1);
+    for (const FlowConstants& constants : all_kinds()) {
+        auto first = make_flow(comm, threads, constants), second = make_flow(comm, threads, constants);
+        first->set_velocity(tangled);
+        for (int s = 0; s < 2; ++s) first->step(0.02);
+        const auto from = first->state(), to = second->state();
+        for (std::size_t f = 0; f < from.size(); ++f)
+            for (int k = 0; k < first->layout().nz; ++k)
+                for (int j = 0; j < first->layout().ny; ++j) { // ghosts are not part of it
+                    const auto row = static_cast<std::size_t>(first->layout().at(0, j, k));
+                    std::memcpy(&to[f][row], &from[f][row], static_cast<std::size_t>(first->layout().nx) * sizeof(double));
+                }
+        second->refresh();
+        for (int s = 0; s < 2; ++s) first->step(0.02), second->step(0.02);
+        EXPECT_EQ(fields_of(*first), fields_of(*second));
+    }
+}
+
+} // namespace
+} // namespace skein

@@ -1,0 +1,108 @@
+// Transforms of lines: there and back, and what they are for.
+#include "fluid/line_transform.hpp"
+
+#include "skein/core/aligned.hpp"
+
+#include <gtest/gtest.h>
+
+#include <random>
+#include <vector>
+
+namespace skein {
+namespace {
+
+constexpr LineEnds all_ends[] = {LineEnds::periodic, LineEnds::gradient_zero, LineEnds::value_zero};
+constexpr int sizes[] = {2, 3, 4, 5, 6, 7, 9, 14, 16, 20, 25, 64, 105, 128, 200};
+
+using Lines = std::vector<std::vector<double>>; ///< [line][number]
+
+Lines random_lines(int lines, int n) {
+    std::mt19937 random(static_cast<unsigned>(n));
+    std::normal_distribution<double> normal;
+    Lines all(static_cast<std::size_t>(lines), std::vector<double>(static_cast<std::size_t>(n)));
+    for (auto& line : all)
+        for (double& x : line) x = normal(random);
+    return all;
+}
+
+/// Coefficients [line][k].
+Lines transformed(const LineTransform& transform, const Lines& lines) {
+    AlignedVector<double> in(transform.block()), out(transform.block());
+    Lines all = lines;
+    for (int i = 0; i < transform.size(); ++i)
+        for (int l = 0; l < transform.lanes(); ++l)
+            in[static_cast<std::size_t>(transform.place(i) * transform.lanes() + l)] =
+                transform.sign(i) * lines[static_cast<std::size_t>(l)][static_cast<std::size_t>(i)];
+    transform.forward(in.data(), out.data());
+    for (int k = 0; k < transform.size(); ++k)
+        for (int l = 0; l < transform.lanes(); ++l)
+            all[static_cast<std::size_t>(l)][static_cast<std::size_t>(k)] =
+                out[static_cast<std::size_t>(k * transform.lanes() + l)];
+    return all;
+}
+
+std::vector<double> second_difference(const std::vector<double>& line, LineEnds ends) {
+    const auto n = static_cast<int>(line.size());
+    const auto at = [&](int i) {
+        if (i >= 0 && i < n) return line[static_cast<std::size_t>(i)];
+        if (ends == LineEnds::periodic) return line[static_cast<std::size_t>((i + n) % n)];
+        const double inner = line[static_cast<std::size_t>(std::clamp(i, 0, n - 1))];
+        return ends == LineEnds::gradient_zero ? inner : -inner;
+    };
+    std::vector<double> out;
+    for (int i = 0; i < n; ++i) out.push_back(at(i - 1) - 2 * at(i) + at(i + 1));
+    return out;
+}
+
+TEST(LineTransform, ThereAndBack) {
+    for (const LineEnds ends : all_ends)
+        for (const int n : sizes) {
+            const LineTransform transform(n, ends);
+            const Lines lines = random_lines(transform.lanes(), n), coefficients = transformed(transform, lines);
+            AlignedVector<double> in(transform.block()), out(transform.block());
+            for (int k = 0; k < n; ++k)
+                for (int l = 0; l < transform.lanes(); ++l)
+                    in[static_cast<std::size_t>(k * transform.lanes() + l)] =
+                        coefficients[static_cast<std::size_t>(l)][static_cast<std::size_t>(k)];
+            transform.inverse(in.data(), out.data());
+            for (int i = 0; i < n; ++i)
+                for (int l = 0; l < transform.lanes(); ++l)
+                    EXPECT_NEAR(transform.sign(i) * out[static_cast<std::size_t>(transform.place(i) * transform.lanes() + l)] /
+                                    transform.gain(),
+                                lines[static_cast<std::size_t>(l)][static_cast<std::size_t>(i)], 1e-14)
+                        << "n " << n << " ends " << static_cast<int>(ends);
+        }
+}
+
+TEST(LineTransform, DiagonalisesSecondDifferences) {
+    for (const LineEnds ends : all_ends)
+        for (const int n : sizes) {
+            const LineTransform transform(n, ends);
+            const Lines lines = random_lines(transform.lanes(), n);
+            Lines differences = lines;
+            for (auto& line : differences) line = second_difference(line, ends);
+            const Lines of_lines = transformed(transform, lines), of_differences = transformed(transform, differences);
+            for (std::size_t l = 0; l < lines.size(); ++l)
+                for (int k = 0; k < n; ++k)
+                    EXPECT_NEAR(of_differences[l][static_cast<std::size_t>(k)],
+                                transform.eigenvalue(k) * of_lines[l][static_cast<std::size_t>(k)], 1e-13 * n)
+                        << "n " << n << " ends " << static_cast<int>(ends) << " k " << k;
+        }
+}
+
+/// Coefficients of cosines, by their sum.
+TEST(LineTransform, IsThatOfCosines) {
+    constexpr int n = 12;
+    const LineTransform transform(n, LineEnds::gradient_zero);
+    const Lines lines = random_lines(transform.lanes(), n), coefficients = transformed(transform, lines);
+    for (std::size_t l = 0; l < lines.size(); ++l)
+        for (int k = 0; k < n; ++k) {
+            double sum = 0;
+            for (int i = 0; i < n; ++i)
+                sum += lines[l][static_cast<std::size_t>(i)] * std::cos(std::numbers::pi * k * (2 * i + 1) / (2.0 * n));
+            EXPECT_NEAR(coefficients[l][static_cast<std::size_t>(k)], sum, 1e-14 * n);
+        }
+}
+
+} // namespace
+} // namespace skein
