@@ -10,8 +10,8 @@ namespace skein {
 
 inline double wall_seconds() { return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count(); }
 
-enum class Phase { setup, rods, exchange, search, contacts, balance, observe, output, checkpoint, agree };
-inline constexpr std::string_view phase_names[] = {"setup",   "rods",    "exchange", "search",     "contacts",
+enum class Phase { setup, rods, exchange, search, contacts, fluid, balance, observe, output, checkpoint, agree };
+inline constexpr std::string_view phase_names[] = {"setup",   "rods",    "exchange", "search",     "contacts", "fluid",
                                                    "balance", "observe", "output",   "checkpoint", "agree"};
 inline constexpr std::size_t phase_count = std::size(phase_names);
 

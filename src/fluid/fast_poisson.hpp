@@ -106,7 +106,7 @@ private:
             for (int j = 0; j < ny; ++j) {
                 double* to = &w.in[static_cast<std::size_t>(y_.place(j) * y_.lanes())];
                 const P sign(y_.sign(j));
-                for (int l = 0; l < y_.lanes(); l += 8) store(to + l, sign * within(source(i + l, j, k), nx - i - l));
+                for (int l = 0; l < y_.lanes(); l += 8) store(to + l, sign * first_lanes(source(i + l, j, k), nx - i - l));
             }
             y_.forward(w.in.data(), w.out.data());
             for (int j = 0; j < ny; ++j)
@@ -234,12 +234,6 @@ private:
         const P x = (scale * load<8>(f + n * plane) - y_end - y) * inverse_of(diagonal + z_end + z);
         store(f + n * plane, x);
         for (int k = 0; k < n; ++k) store(f + k * plane, fma(load<8>(last + k * chunk), x, load<8>(f + k * plane)));
-    }
-
-    /// Its first lanes; 0 in the others.
-    SKEIN_INLINE static P within(const P& p, int lanes) {
-        static constexpr double counting[8] = {0, 1, 2, 3, 4, 5, 6, 7};
-        return lanes >= 8 ? p : select(load<8>(counting) < P(static_cast<double>(lanes)), p, P(0.0));
     }
 
     const Threads& threads_;

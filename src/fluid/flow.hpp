@@ -31,7 +31,7 @@ struct FlowConstants {
     FlowScheme scheme = FlowScheme::rk3;
 };
 
-/// Of the whole fluid.
+/// Of a plane of cells, or of all.
 struct FlowFigures {
     double kinetic_energy = 0; ///< J
     double enstrophy = 0;      ///< half the sum of squared vorticity, m^3/s^2
@@ -39,6 +39,8 @@ struct FlowFigures {
     double divergence = 0;     ///< the largest, 1/s
     double speed = 0;          ///< the largest sum of |u|, |v| and |w| of a cell, m/s
     Vec3d momentum{0, 0, 0};   ///< kg m/s
+
+    FlowFigures& operator+=(const FlowFigures& plane);
 };
 
 class FlowSolver {
@@ -52,10 +54,13 @@ public:
     virtual void set_velocity(const std::function<Vec3d(const Vec3d& place)>& velocity) = 0;
     /// Collective.
     virtual void step(double dt) = 0;
-    /// The longest step that is stable, s: for the sum of Courant numbers and for viscosity. Collective.
-    virtual double step_limit() const = 0;
-    /// Sums in a fixed order: the same bits on any ranks. Collective.
-    virtual FlowFigures figures() const = 0;
+    /// The longest step, s, of a sum of Courant numbers of 1, or of 1.5 of the most that viscosity allows. Collective.
+    virtual double step_limit(double courant = 1) const = 0;
+    /// By plane of this rank, the same bits on any ranks. Not collective.
+    virtual std::vector<FlowFigures> figures() const = 0;
+    /// Steps of dt and of equal parts of it, as long as the sum of Courant numbers and viscosity allow. Returns how many.
+    /// Collective.
+    std::int64_t step_within(double dt, double courant);
 
     /// Fields of this rank, as layout() has them: velocity u, v, w at the upper faces of cells, pressure over density at centres.
     virtual FieldLayout layout() const = 0;
@@ -67,5 +72,8 @@ public:
     virtual void refresh() = 0;
     virtual std::size_t bytes() const = 0;
 };
+
+/// Of all planes of all ranks, in their order. Collective.
+FlowFigures figures_of(const Communicator& comm, const FlowSolver& flow);
 
 } // namespace skein

@@ -171,6 +171,14 @@ void BoxFlow::refresh() {
     for_planes(0, layout_.nz, [&](int k) {
         for (int c = 0; c < 3; ++c) fill_plane(c, now_[static_cast<std::size_t>(c)].data(), k);
         fill_plane(of_pressure, pressure_.data(), k);
+        P most(0.0);
+        for (int j = 0; j < layout_.ny; ++j)
+            for (int i = 0; i < layout_.nx; i += 8) {
+                const auto at = static_cast<std::size_t>(layout_.at(i, j, k));
+                most = max(most, first_lanes(abs(load<8>(&now_[0][at])) + abs(load<8>(&now_[1][at])) + abs(load<8>(&now_[2][at])),
+                                             layout_.nx - i));
+            }
+        speed_[static_cast<std::size_t>(k)] = largest_of_lanes(most);
     });
     exchange(now_);
     const std::array<double*, 1> of_p{pressure_.data()};
@@ -191,11 +199,14 @@ std::vector<std::span<double>> BoxFlow::state() {
 void BoxFlow::set_velocity(const std::function<Vec3d(const Vec3d& place)>& velocity) {
     std::fill(pressure_.begin(), pressure_.end(), 0.0);
     sample(velocity);
-    // The pressure that belongs to it: that of a step of 1 s of rates alone. What is left of the velocities then is of no use.
+    // The pressure that belongs to it: that of a step of 1 s of rates alone, after which the velocities are put back.
+    const Field u = now_[0];
     sweep({1, 0, 0, {0, 0, 0}});
     pass_outflow(0);
     project(1, true);
-    sample(velocity);
+    std::swap(now_, next_);
+    now_[0] = u;
+    refresh();
     begun_ = false;
 }
 
@@ -306,7 +317,7 @@ void BoxFlow::project(double dt, bool keep) {
                     store(to, velocity);
                     return abs(velocity);
                 };
-                most = max(most, correct(0, 1) + correct(1, layout_.row) + correct(2, layout_.plane));
+                most = max(most, first_lanes(correct(0, 1) + correct(1, layout_.row) + correct(2, layout_.plane), layout_.nx - i));
             }
             if (keep)
                 pressure_[static_cast<std::size_t>(row + layout_.nx)] += correction[static_cast<std::size_t>(row + layout_.nx)];
@@ -342,64 +353,53 @@ void BoxFlow::step(double dt) {
     begun_ = true;
 }
 
-double BoxFlow::step_limit() const {
-    const double speed = comm_.max(*std::max_element(speed_.begin(), speed_.end())), h = constants_.grid.h;
-    const double by_speed = speed > 0 ? h / speed : HUGE_VAL,
-                 by_viscosity = constants_.kinematic_viscosity > 0 ? 0.2 * h * h / constants_.kinematic_viscosity : HUGE_VAL;
+double BoxFlow::step_limit(double courant) const {
+    const double speed = comm_.max(*std::max_element(speed_.begin(), speed_.end())), h = constants_.grid.h,
+                 viscosity = constants_.kinematic_viscosity;
+    constexpr double stable = 2.5 / 12, margin = 1.5; // of viscosity by itself
+    const double by_speed = speed > 0 ? courant * h / speed : HUGE_VAL,
+                 by_viscosity = viscosity > 0 ? stable / margin * h * h / viscosity : HUGE_VAL;
     return std::min(by_speed, by_viscosity);
 }
 
-FlowFigures BoxFlow::figures() const {
-    const double h = constants_.grid.h, volume = h * h * h;
-    enum Sum { u, v, w, squares, viscous, vorticity, divergence, speed, count };
-    const auto of_planes = of_all_planes<count>([&](int k) {
-        P sum[6] = {P(0.0), P(0.0), P(0.0), P(0.0), P(0.0), P(0.0)};
-        P largest_divergence(0.0), largest_speed(0.0);
+std::vector<FlowFigures> BoxFlow::figures() const {
+    const double h = constants_.grid.h, mass = constants_.density * h * h * h;
+    std::vector<FlowFigures> planes(static_cast<std::size_t>(slab_.count));
+    for_planes(0, slab_.count, [&](int k) {
+        const std::ptrdiff_t r = layout_.row, p = layout_.plane;
+        Three<P> sum{P(0.0), P(0.0), P(0.0)};
+        P squares(0.0), loss(0.0), vorticity(0.0), divergence(0.0), speed(0.0);
         for (int j = 0; j < layout_.ny; ++j)
             for (int i = 0; i < layout_.nx; i += 8) {
-                const std::ptrdiff_t at = layout_.at(i, j, k), r = layout_.row, p = layout_.plane;
-                static constexpr double counting[8] = {0, 1, 2, 3, 4, 5, 6, 7};
-                const Mask<8> inside = load<8>(counting) < P(static_cast<double>(layout_.nx - i));
-                const auto of = [&](const P& value) { return select(inside, value, P(0.0)); };
-                P all_speeds(0.0), squared(0.0), loss(0.0);
+                const std::ptrdiff_t at = layout_.at(i, j, k);
+                const auto of = [&](const P& value) { return first_lanes(value, layout_.nx - i); };
+                P here_speed(0.0);
                 for (std::size_t c = 0; c < 3; ++c) {
                     const double* f = now_[c].data() + at;
-                    const P here = load<8>(f), around = (load<8>(f + 1) + load<8>(f - 1)) + (load<8>(f + r) + load<8>(f - r)) +
-                                                        (load<8>(f + p) + load<8>(f - p));
-                    sum[c] += of(here);
-                    all_speeds += abs(here);
-                    squared = fma(here, here, squared);
-                    loss = fma(here, fms(P(6.0), here, around), loss);
+                    const P here = of(load<8>(f)), around = (load<8>(f + 1) + load<8>(f - 1)) + (load<8>(f + r) + load<8>(f - r)) +
+                                                            (load<8>(f + p) + load<8>(f - p));
+                    sum[c] += here;
+                    here_speed += abs(here);
+                    squares = fma(here, here, squares);
+                    loss = fma(here, of(fms(P(6.0), here, around)), loss);
                 }
-                sum[squares] += of(squared), sum[viscous] += of(loss);
-                const double *fu = now_[0].data() + at, *fv = now_[1].data() + at, *fw = now_[2].data() + at;
-                const P wx = (load<8>(fw + r) - load<8>(fw)) - (load<8>(fv + p) - load<8>(fv)),
-                        wy = (load<8>(fu + p) - load<8>(fu)) - (load<8>(fw + 1) - load<8>(fw)),
-                        wz = (load<8>(fv + 1) - load<8>(fv)) - (load<8>(fu + r) - load<8>(fu));
-                sum[vorticity] += of(fma(wx, wx, fma(wy, wy, wz * wz)));
-                largest_divergence = max(largest_divergence, of(abs(outflow_of(layout_, {fu, fv, fw}))));
-                largest_speed = max(largest_speed, of(all_speeds));
+                speed = max(speed, here_speed);
+                const double *const u = now_[0].data() + at, *const v = now_[1].data() + at, *const w = now_[2].data() + at;
+                const P x = of((load<8>(w + r) - load<8>(w)) - (load<8>(v + p) - load<8>(v))),
+                        y = of((load<8>(u + p) - load<8>(u)) - (load<8>(w + 1) - load<8>(w))),
+                        z = of((load<8>(v + 1) - load<8>(v)) - (load<8>(u + r) - load<8>(u)));
+                vorticity += fma(x, x, fma(y, y, z * z));
+                divergence = max(divergence, of(abs(outflow_of(layout_, {u, v, w}))));
             }
-        std::array<double, count> all{};
-        for (std::size_t i = 0; i < 6; ++i) all[i] = sum_of_lanes(sum[i]);
-        all[divergence] = largest_of_lanes(largest_divergence), all[speed] = largest_of_lanes(largest_speed);
-        return all;
+        FlowFigures& f = planes[static_cast<std::size_t>(k)];
+        f.kinetic_energy = 0.5 * mass * sum_of_lanes(squares);
+        f.enstrophy = 0.5 * h * sum_of_lanes(vorticity);
+        f.dissipation = mass * constants_.kinematic_viscosity * sum_of_lanes(loss) / (h * h);
+        f.divergence = largest_of_lanes(divergence) / h;
+        f.speed = largest_of_lanes(speed);
+        f.momentum = mass * Vec3d{sum_of_lanes(sum[0]), sum_of_lanes(sum[1]), sum_of_lanes(sum[2])};
     });
-    std::array<double, count> all{};
-    for (const auto& of_plane : of_planes) {
-        for (int i = u; i <= vorticity; ++i) all[static_cast<std::size_t>(i)] += of_plane[static_cast<std::size_t>(i)];
-        for (const int i : {divergence, speed})
-            all[static_cast<std::size_t>(i)] = std::max(all[static_cast<std::size_t>(i)], of_plane[static_cast<std::size_t>(i)]);
-    }
-    FlowFigures f;
-    const double mass = constants_.density * volume;
-    f.kinetic_energy = 0.5 * mass * all[squares];
-    f.enstrophy = 0.5 * h * all[vorticity];
-    f.dissipation = mass * constants_.kinematic_viscosity * all[viscous] / (h * h);
-    f.divergence = all[divergence] / h;
-    f.speed = all[speed];
-    f.momentum = mass * Vec3d{all[u], all[v], all[w]};
-    return f;
+    return planes;
 }
 
 std::unique_ptr<FlowSolver> make_flow(const Communicator& comm, const Threads& threads, const FlowConstants& constants) {

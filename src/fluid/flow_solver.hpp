@@ -19,8 +19,8 @@ public:
     Slab slab() const override { return slab_; }
     void set_velocity(const std::function<Vec3d(const Vec3d& place)>& velocity) override;
     void step(double dt) override;
-    double step_limit() const override;
-    FlowFigures figures() const override;
+    double step_limit(double courant) const override;
+    std::vector<FlowFigures> figures() const override;
     FieldLayout layout() const override { return layout_; }
     std::span<const double> velocity(int component) const override { return now_[static_cast<std::size_t>(component)]; }
     std::span<const double> pressure() const override { return pressure_; }

@@ -22,6 +22,12 @@ template <int W> SKEIN_INLINE void store(double* to, const Pack<W>& p) {
     else std::memcpy(to, &p.v, sizeof p.v);
 }
 
+/// 0 in all but the first lanes.
+SKEIN_INLINE Pack<8> first_lanes(const Pack<8>& p, int lanes) {
+    static constexpr double counting[8] = {0, 1, 2, 3, 4, 5, 6, 7};
+    return lanes >= 8 ? p : select(load<8>(counting) < Pack<8>(static_cast<double>(lanes)), p, Pack<8>(0.0));
+}
+
 /// Lanes 2 l and 2 l + 1 exchanged.
 template <int W> SKEIN_INLINE Pack<W> swapped(const Pack<W>& a) {
     if constexpr (Wide<W>) return {swapped(a.low), swapped(a.high)};

@@ -41,6 +41,7 @@ struct CheckpointInfo {
     std::string settings = {}; ///< what else its scene said, JSON; empty in files of earlier programs
     std::string ancestry = {}; ///< of a branch: whose state it began with and what has changed since, JSON; else empty
     std::int64_t version = 0;  ///< of the format
+    std::uint64_t beyond = 0;  ///< part of the digest that is not of rods
 };
 
 /// Writes <directory>/checkpoint_<step, 12 digits>.h5, then removes those older ones that `keeping` lets go. Throws IoError on all

@@ -18,6 +18,13 @@ void OutputSpec::fields(FieldVisitor& f) {
     f.visit({.name = "both_ends", .unit = "", .text = "frames of tips hold every rod's first node too"}, both_ends);
     f.visit({.name = "series", .unit = "s", .text = "interval of the time series of observables; 0: none", .at_least = 0}, series);
     f.visit(
+        {.name = "fields",
+         .unit = "s",
+         .text =
+             "interval of files of the fluid (HDF5, XDMF): velocity, vorticity, Q and pressure at the middles of cells; 0: none",
+         .at_least = 0},
+        fluid_fields);
+    f.visit(
         {.name = "contacts",
          .unit = "s",
          .text =

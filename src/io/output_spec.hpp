@@ -33,6 +33,7 @@ struct OutputSpec {
     double series = 0;                    ///< observables.csv
     std::vector<std::string> observables; ///< sets beyond energies, momentum and extremes
     bool audit = false;                   ///< energy audit
+    double fluid_fields = 0;              ///< of the fluid, into HDF5
     double contacts = 0;                  ///< all contacts with their forces, into tables
     double checkpoint = 0;                ///< 0: none by simulated time
     double checkpoint_wall = 900;         ///< of wall time; 0: none by it

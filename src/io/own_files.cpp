@@ -17,17 +17,17 @@ namespace skein {
 
 namespace {
 
-constexpr std::array whole_names = {"summary.json",         "physics.json",    "observables.csv",
-                                    "observables.lost.csv", "trajectory.xdmf", "failure.h5",
-                                    "failure.xdmf",         "rods.pvd",        "walls.pvd"};
+constexpr std::array whole_names = {"summary.json",    "physics.json", "observables.csv", "observables.lost.csv",
+                                    "trajectory.xdmf", "failure.h5",   "failure.xdmf",    "rods.pvd",
+                                    "walls.pvd",       "fields.xdmf"};
 
 struct Numbered {
     std::string_view prefix, suffix;
 };
-constexpr std::array numbered_names = {Numbered{"checkpoint_", ".h5"}, Numbered{"trajectory_", ".h5"},
-                                       Numbered{"tips_", ".h5"},       Numbered{"lost_trajectory_", ".h5"},
-                                       Numbered{"lost_tips_", ".h5"},  Numbered{"contacts_", ".csv"},
-                                       Numbered{"vtp/rods_", ".vtp"},  Numbered{"vtp/walls_", ".vtp"}};
+constexpr std::array numbered_names = {
+    Numbered{"checkpoint_", ".h5"}, Numbered{"trajectory_", ".h5"},      Numbered{"tips_", ".h5"},
+    Numbered{"fields_", ".h5"},     Numbered{"lost_trajectory_", ".h5"}, Numbered{"lost_tips_", ".h5"},
+    Numbered{"contacts_", ".csv"},  Numbered{"vtp/rods_", ".vtp"},       Numbered{"vtp/walls_", ".vtp"}};
 constexpr std::size_t step_digits = 12;
 
 bool is_digit(char c) { return c >= '0' && c <= '9'; }

@@ -336,11 +336,9 @@ double lay_out(Plan& plan) {
 }
 
 std::vector<std::pair<std::string_view, double>> output_intervals(const OutputSpec& out) {
-    std::vector<std::pair<std::string_view, double>> intervals = {{"trajectory", out.trajectory},
-                                                                  {"tips", out.tips},
-                                                                  {"series", out.series},
-                                                                  {"contacts", out.contacts},
-                                                                  {"checkpoint", out.checkpoint}};
+    std::vector<std::pair<std::string_view, double>> intervals = {{"trajectory", out.trajectory}, {"tips", out.tips},
+                                                                  {"series", out.series},         {"fields", out.fluid_fields},
+                                                                  {"contacts", out.contacts},     {"checkpoint", out.checkpoint}};
     std::erase_if(intervals, [](const auto& i) { return i.second == 0; });
     return intervals;
 }
@@ -389,9 +387,19 @@ void choose_relaxation(Plan& plan, const SceneSpec& scene) {
     plan.steps = std::max<std::int64_t>(1, std::llround(scene.time.duration));
 }
 
+/// A fluid by itself divides steps as its velocities want: one of the run goes from an output to the next.
+void choose_step_of_fluid(Plan& plan, const SceneSpec& scene) {
+    const TimeSpec& t = scene.time;
+    plan.automatic_dt = t.dt == 0;
+    plan.limit = HUGE_VAL;
+    plan.dt = plan.automatic_dt ? interval_to_divide(scene, 0) : t.dt;
+    plan.steps = std::max<std::int64_t>(1, std::llround(t.duration / plan.dt));
+}
+
 void choose_step(Plan& plan, const SceneSpec& scene) {
     const TimeSpec& t = scene.time;
     if (t.relax) return choose_relaxation(plan, scene);
+    if (plan.groups.empty()) return choose_step_of_fluid(plan, scene);
     for (std::size_t g = 0; g < plan.groups.size(); ++g)
         // Written so that a limit which is no number governs too, and is refused.
         if (!(plan.groups[g].limits.front().dt >= plan.groups[plan.governing].limits.front().dt)) plan.governing = g;
@@ -432,8 +440,14 @@ void choose_step(Plan& plan, const SceneSpec& scene) {
 
 Cadence cadence_of(const OutputSpec& out, double dt) {
     const auto steps = [&](double interval) { return interval > 0 ? std::max<std::int64_t>(1, std::llround(interval / dt)) : 0; };
-    return {steps(out.trajectory), steps(out.tips),     steps(out.series), steps(out.contacts),
-            steps(out.checkpoint), out.checkpoint_wall, out.frames_wall};
+    return {.trajectory = steps(out.trajectory),
+            .tips = steps(out.tips),
+            .series = steps(out.series),
+            .fields = steps(out.fluid_fields),
+            .contacts = steps(out.contacts),
+            .checkpoint = steps(out.checkpoint),
+            .checkpoint_wall = out.checkpoint_wall,
+            .frames_wall = out.frames_wall};
 }
 
 void list_absent(Plan& plan, const SceneSpec& scene) {
@@ -451,6 +465,7 @@ void list_absent(Plan& plan, const SceneSpec& scene) {
     need(!plan.walls.empty(), "walls");
     need(!plan.joints.empty(), "joints");
     need(plan.contact.has_value(), "coupling between rods (messages per step: 0)");
+    need(plan.fluid.has_value(), "fluid");
 }
 
 /// Of frames that wait to be written together: as many as a rank's buffer holds of its share, but one at least.
@@ -569,7 +584,8 @@ std::vector<RodGroup> make_whole_groups(const SceneSpec& scene) {
 }
 
 bool is_coupled(const Plan& plan) {
-    return plan.contact || std::any_of(plan.walls.begin(), plan.walls.end(), [](const Wall& wall) { return wall.servo.drives(); });
+    return plan.contact || plan.fluid ||
+           std::any_of(plan.walls.begin(), plan.walls.end(), [](const Wall& wall) { return wall.servo.drives(); });
 }
 
 StepWatch step_watch(const Plan& plan) {
@@ -621,6 +637,13 @@ Plan make_plan(const SceneSpec& as_given, std::span<const RodGroup> groups, cons
     if (!scene.joints.empty()) plan.interactions.emplace_back(interact::Joints{});
     if (plan.contact) plan.interactions.emplace_back(interact::Contacts{});
     if (!plan.walls.empty()) plan.interactions.emplace_back(interact::Walls{});
+    if (scene.fluid) {
+        plan.fluid = FluidPlan{.constants = scene.fluid->constants(),
+                               .courant = scene.fluid->courant,
+                               .velocity_formula = scene.fluid->velocity_formula,
+                               .names = names_for_formulas(scene)};
+        plan.interactions.emplace_back(interact::Fluid{});
+    }
     find_families(plan, groups);
     weigh(plan, groups, scene);
     double ns = lay_out(plan);
@@ -677,6 +700,11 @@ Plan make_plan(const SceneSpec& as_given, std::span<const RodGroup> groups, cons
             frames(plan.cadence.trajectory) * VtkSeries::frame_bytes(scene.output, lines, nodes, plan.contact.has_value());
     plan.frame_bytes = waiting_bytes(frames(plan.cadence.trajectory), value_bytes * frame_values, machine.ranks) +
                        waiting_bytes(frames(plan.cadence.tips), value_bytes * tip_values, machine.ranks);
+    if (plan.fluid) {
+        const double cells = static_cast<double>(plan.fluid->constants.grid.count());
+        plan.state_bytes += cells * FluidPlan::bytes_per_cell;
+        plan.output_bytes += frames(plan.cadence.fields) * cells * FluidPlan::field_bytes_per_cell;
+    }
     plan.predicted_s = ns * 1e-9 * static_cast<double>(scheme_of(plan.integrator).stages.size()) * static_cast<double>(plan.steps);
     list_absent(plan, scene);
     return plan;

@@ -71,9 +71,21 @@ struct AssemblyPlan {
     std::vector<std::size_t> joints_of_table;        ///< how many of each [[joint]]
 };
 
+/// The fluid around everything.
+struct FluidPlan {
+    FlowConstants constants;
+    double courant = 0;
+    std::vector<std::string> velocity_formula; ///< at the start
+    FormulaScope names;                        ///< that it may hold
+
+    static constexpr double bytes_per_cell = 96; ///< ten fields and coefficients, and as many to be sent on more ranks than one
+    static constexpr double field_bytes_per_cell = 32; ///< of output
+    static constexpr double ns_per_cell_step = 45;     ///< of three stages with one projection, for predictions
+};
+
 /// Whole steps between two events of a kind; 0: never.
 struct Cadence {
-    std::int64_t trajectory = 0, tips = 0, series = 0, contacts = 0, checkpoint = 0;
+    std::int64_t trajectory = 0, tips = 0, series = 0, fields = 0, contacts = 0, checkpoint = 0;
     double checkpoint_wall = 0; ///< s of wall time; 0: none by it
     double frames_wall = 0;     ///< s of wall time; 0: with checkpoints
 };
@@ -104,12 +116,13 @@ struct Plan {
     std::optional<ContactLaws> contact_laws; ///< by pair of groups
     bool automatic_stiffness = false;        ///< of `contact`: found from what presses
     ContactOutlook outlook;                  ///< of contacts and walls, where there are any
-    std::vector<Wall> walls;                 ///< planes, tubes and balls: boxes are taken apart
-    double mass = 0;                         ///< of all rods, kg
-    double mass_radius = 0;                  ///< sum of masses times radii, kg m
-    std::optional<Vec3d> gravity;            ///< that of rods which touch something, where it is one for all; m/s^2
-    bool audit = false;                      ///< energy audit
-    std::vector<std::string> observables;    ///< sets that the scene adds to the series
+    std::optional<FluidPlan> fluid;
+    std::vector<Wall> walls;              ///< planes, tubes and balls: boxes are taken apart
+    double mass = 0;                      ///< of all rods, kg
+    double mass_radius = 0;               ///< sum of masses times radii, kg m
+    std::optional<Vec3d> gravity;         ///< that of rods which touch something, where it is one for all; m/s^2
+    bool audit = false;                   ///< energy audit
+    std::vector<std::string> observables; ///< sets that the scene adds to the series
     int families = 0;
     double state_bytes = 0;          ///< all ranks, state and scratch
     bool vtp = false;                ///< frames as poly data too

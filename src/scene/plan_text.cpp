@@ -117,6 +117,28 @@ std::string coupling_text(const Plan& p) {
     return text;
 }
 
+std::string fluid_text(const FluidPlan& fluid) {
+    const FlowConstants& c = fluid.constants;
+    const auto bound = [&](std::size_t d) { return fluid_boundary_names[static_cast<std::size_t>(c.grid.boundary[d])]; };
+    return fmt::format("{} x {} x {} cells of {:.4g} m, {} / {} / {}, {:.4g} kg/m^3, {:.4g} Pa s; {}, Courant number {:g}",
+                       c.grid.cells[0], c.grid.cells[1], c.grid.cells[2], c.grid.h, bound(0), bound(1), bound(2), c.density,
+                       c.density * c.kinematic_viscosity, flow_scheme_names[static_cast<std::size_t>(c.scheme)], fluid.courant);
+}
+
+nlohmann::ordered_json fluid_json(const FluidPlan& fluid) {
+    const FlowConstants& c = fluid.constants;
+    nlohmann::ordered_json bounds = nlohmann::ordered_json::array();
+    for (const FluidBoundary b : c.grid.boundary) bounds.push_back(fluid_boundary_names[static_cast<std::size_t>(b)]);
+    return {{"cells", c.grid.cells},
+            {"spacing", c.grid.h},
+            {"boundaries", bounds},
+            {"density", c.density},
+            {"kinematic_viscosity", c.kinematic_viscosity},
+            {"scheme", flow_scheme_names[static_cast<std::size_t>(c.scheme)]},
+            {"courant", fluid.courant},
+            {"bytes_per_cell", FluidPlan::bytes_per_cell}};
+}
+
 } // namespace
 
 std::string to_text(const Plan& p) {
@@ -125,8 +147,10 @@ std::string to_text(const Plan& p) {
     const auto line = [&](const char* label, const std::string& value) { fmt::format_to(out, "  {:<14}{}\n", label, value); };
 
     fmt::format_to(out, "Plan: {}\n", p.title.empty() ? "(untitled)" : p.title);
-    line("rods", fmt::format("{} with {} elements in {}", p.rods, p.elements,
-                             counted(static_cast<std::int64_t>(p.groups.size()), "group")));
+    if (!p.groups.empty())
+        line("rods", fmt::format("{} with {} elements in {}", p.rods, p.elements,
+                                 counted(static_cast<std::int64_t>(p.groups.size()), "group")));
+    if (p.fluid) line("fluid", fluid_text(*p.fluid));
     line("runs on",
          fmt::format("{} x {} ({} per rank{}), {} ({})", counted(p.machine.ranks, "rank"), counted(p.machine.threads, "thread"),
                      counted(p.machine.cores, "core"), p.machine.which_cores.empty() ? "" : ": " + p.machine.which_cores,
@@ -171,7 +195,7 @@ std::string to_text(const Plan& p) {
         line("  overlap", overlap_text(p.outlook, p.contact->law, p.contact_laws->materials() == 1, p.contact->overlap));
     }
     for (std::size_t w = 0; w < p.walls.size(); ++w) line("wall", wall_text(p.walls[w], p.outlook.wall_overlaps[w]));
-    if (is_coupled(p)) line("protocol", "one step per visit: rods wait for each other");
+    if (is_coupled(p) && !p.groups.empty()) line("protocol", "one step per visit: rods wait for each other");
     if (p.contact) line("coupling", coupling_text(p));
     if (p.integrator != Integrator::verlet)
         line("integrator", fmt::format("{}, limits times {:.4g}", integrator_names[static_cast<std::size_t>(p.integrator)],
@@ -179,6 +203,9 @@ std::string to_text(const Plan& p) {
     if (p.relax)
         line("dt", fmt::format("1 s: rods relax, time counts steps; they have settled when none wants a correction beyond {:g}",
                                p.relax_tolerance));
+    else if (p.groups.empty())
+        line("dt",
+             fmt::format("{:.6g} s{}, which the fluid divides as its velocities want", p.dt, p.automatic_dt ? " (auto)" : ""));
     else
         line("dt", fmt::format("{:.6g} s{}, {:.3g} of the limit {:.6g} s ({} of '{}')", p.dt, p.automatic_dt ? " (auto)" : "",
                                p.dt / p.limit, p.limit, p.groups[p.governing].limits.front().mode, p.groups[p.governing].name));
@@ -187,17 +214,27 @@ std::string to_text(const Plan& p) {
     line("trajectory", every(p.cadence.trajectory, p.dt) + (p.vtp ? ", as poly data (rods.pvd) too" : ""));
     line("tips", every(p.cadence.tips, p.dt));
     line("series", every(p.cadence.series, p.dt) + (p.observables.empty() ? "" : ", with " + joined(p.observables, ", ")));
+    if (p.fluid) line("fields", every(p.cadence.fields, p.dt));
     if (p.cadence.contacts > 0) line("contacts", every(p.cadence.contacts, p.dt));
     if (p.rest_speed > 0) line("ends", fmt::format("at rest, when no node is faster than {:g} m/s", p.rest_speed));
     line("checkpoint", checkpoint_text(p));
     line("a failure", failure_text(p));
-    line("memory", fmt::format("{} for rods ({:.0f} B per element){}{}, {} to disk", bytes_text(p.state_bytes),
-                               p.state_bytes / static_cast<double>(p.elements),
-                               p.copy_bytes > 0 ? fmt::format(", {} for a copy to go back to", bytes_text(p.copy_bytes)) : "",
-                               p.frame_bytes > 0 ? fmt::format(", {} for frames that wait", bytes_text(p.frame_bytes)) : "",
-                               bytes_text(p.output_bytes)));
+    if (p.groups.empty())
+        line("memory", fmt::format("{} ({:.0f} B per cell), {} to disk", bytes_text(p.state_bytes), FluidPlan::bytes_per_cell,
+                                   bytes_text(p.output_bytes)));
+    else
+        line("memory", fmt::format("{} for rods ({:.0f} B per element){}{}, {} to disk", bytes_text(p.state_bytes),
+                                   p.state_bytes / static_cast<double>(p.elements),
+                                   p.copy_bytes > 0 ? fmt::format(", {} for a copy to go back to", bytes_text(p.copy_bytes)) : "",
+                                   p.frame_bytes > 0 ? fmt::format(", {} for frames that wait", bytes_text(p.frame_bytes)) : "",
+                                   bytes_text(p.output_bytes)));
     for (const std::string& note : p.notes) line("note", note);
-    line("predicted", fmt::format("{} of stepping", duration_text(p.predicted_s)));
+    if (p.groups.empty())
+        line("predicted",
+             fmt::format("{} a step of the fluid",
+                         duration_text(1e-9 * FluidPlan::ns_per_cell_step * static_cast<double>(p.fluid->constants.grid.count()) /
+                                       (p.machine.ranks * std::min(p.machine.threads, p.machine.cores)))));
+    else line("predicted", fmt::format("{} of stepping", duration_text(p.predicted_s)));
     line("not here", joined(p.absent, ", "));
     return text;
 }
@@ -257,6 +294,7 @@ std::string to_json(const Plan& p) {
                                                                {"expected_overlap", p.outlook.overlap},
                                                                {"overlap_of_step", p.contact->overlap}}
                                       : nlohmann::ordered_json()},
+        {"fluid", p.fluid ? fluid_json(*p.fluid) : nlohmann::ordered_json()},
         {"walls", walls},
         {"steps_together", is_coupled(p)},
         {"coupling", coupling},
@@ -265,7 +303,7 @@ std::string to_json(const Plan& p) {
         {"automatic_dt", p.automatic_dt},
         {"relax", p.relax},
         {"integrator", integrator_names[static_cast<std::size_t>(p.integrator)]},
-        {"governing_group", p.groups[p.governing].name},
+        {"governing_group", p.groups.empty() ? nlohmann::ordered_json() : nlohmann::ordered_json(p.groups[p.governing].name)},
         {"steps", p.steps},
         {"cadence",
          {{"trajectory", p.cadence.trajectory},

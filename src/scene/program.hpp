@@ -159,11 +159,15 @@ struct Joints {
 struct Walls {
     static constexpr std::string_view name = "walls";
 };
+/// The fluid, which steps behind the rods.
+struct Fluid {
+    static constexpr std::string_view name = "fluid";
+};
 
 } // namespace interact
 
 /// What rods do to each other between `before` and `after`, or to walls; interactions are made from these, in this order.
-using InteractionSpec = std::variant<interact::Joints, interact::Contacts, interact::Walls>;
+using InteractionSpec = std::variant<interact::Joints, interact::Contacts, interact::Walls, interact::Fluid>;
 
 std::string_view name_of(const InteractionSpec& interaction);
 /// Expected time per element-step and core, ns: for predictions only.

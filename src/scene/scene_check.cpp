@@ -4,6 +4,7 @@
 #include "rod/rest_curvature.hpp"
 #include "scene/assembly_check.hpp"
 #include "scene/contact_check.hpp"
+#include "scene/fluid_check.hpp"
 #include "scene/group_names.hpp"
 #include "scene/relax_check.hpp"
 #include "scene/rods_check.hpp"
@@ -50,6 +51,7 @@ public:
         }
         check_contact(scene_, *this);
         check_walls(scene_, *this);
+        check_fluid(scene_, *this);
         check_assemblies(scene_, *this);
         check_joints(scene_, *this);
         check_relax(scene_, loads, *this);
@@ -114,7 +116,8 @@ private:
     }
 
     void groups() {
-        if (scene_.rods.empty()) add("", "the scene has no rods: give at least one [[rods]], or [[bodies]]");
+        if (scene_.rods.empty() && !scene_.fluid)
+            add("", "the scene has neither rods nor a fluid: give at least one [[rods]], [[bodies]] or [fluid]");
         for (std::size_t i = 0; i < scene_.rods.size(); ++i) {
             const std::string& name = scene_.rods[i].name;
             const std::string path = path_of_group(scene_, i) + ".name";
@@ -148,11 +151,9 @@ private:
         if (scene_.time.dt > duration)
             add("time.dt", fmt::format("'dt' of {} s is longer than 'duration' of {} s", scene_.time.dt, duration));
         const OutputSpec& out = scene_.output;
-        const std::pair<const char*, double> intervals[] = {{"trajectory", out.trajectory},
-                                                            {"tips", out.tips},
-                                                            {"series", out.series},
-                                                            {"contacts", out.contacts},
-                                                            {"checkpoint", out.checkpoint}};
+        const std::pair<const char*, double> intervals[] = {{"trajectory", out.trajectory}, {"tips", out.tips},
+                                                            {"series", out.series},         {"fields", out.fluid_fields},
+                                                            {"contacts", out.contacts},     {"checkpoint", out.checkpoint}};
         for (const auto& [key, interval] : intervals)
             if (interval > duration)
                 add(fmt::format("output.{}", key),

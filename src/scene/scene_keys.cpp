@@ -158,6 +158,7 @@ std::string scene_toml(const SceneSpec& scene, Keys which) {
         if (rods.body) out.table("[[bodies]]", "bodies", rods, default_body());
     out.constants(scene.constants);
     if (scene.contact) out.table("[contact]", "contact", *scene.contact, ContactSpec{});
+    if (scene.fluid) out.table("[fluid]", "fluid", *scene.fluid, FluidSpec{});
     for_each_list(scene, [&](const char* name, const auto& specs) {
         for (const auto& spec : specs) out.table(fmt::format("[[{}]]", name), name, spec, defaults_of(spec));
     });
@@ -174,6 +175,7 @@ std::vector<KeyEntry> all_keys() {
     append(all, keys_of(default_body(), "bodies"));
     all.push_back({"constants", constant_field, "number or table", std::string(absent), {}});
     append(all, keys_of(ContactSpec{}, "contact"));
+    append(all, keys_of(FluidSpec{}, "fluid"));
     const SceneSpec none;
     for_each_list(none, [&](const char* name, const auto& specs) {
         using Spec = typename std::decay_t<decltype(specs)>::value_type;
@@ -197,6 +199,7 @@ std::set<std::string> changed_keys(const SceneSpec& scene) {
     for (std::size_t i = 0; i < scene.rods.size(); ++i)
         add_changed(paths, scene.rods[i], scene.rods[i].body ? default_body() : RodSpec{}, path_of_group(scene, i));
     if (scene.contact) add_changed(paths, *scene.contact, ContactSpec{}, "contact");
+    if (scene.fluid) add_changed(paths, *scene.fluid, FluidSpec{}, "fluid");
     for_each_list(scene, [&](const char* name, const auto& specs) {
         for (std::size_t i = 0; i < specs.size(); ++i)
             add_changed(paths, specs[i], defaults_of(specs[i]), fmt::format("{}.{}", name, i));

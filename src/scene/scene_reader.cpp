@@ -306,6 +306,9 @@ SceneSpec read_tables(const TomlValue& root, Problems& problems) {
     if (root.find("contact")) scene.contact.emplace();
     ContactSpec none; // an absent table is known all the same
     read_table(reader, problems, "contact", scene.contact ? *scene.contact : none, false);
+    if (root.find("fluid")) scene.fluid.emplace();
+    FluidSpec no_fluid;
+    read_table(reader, problems, "fluid", scene.fluid ? *scene.fluid : no_fluid, false);
     for_each_list(scene, [&](const char* name, auto& specs) {
         read_list(reader, problems, name, specs, [](FieldVisitor& f, auto& spec) { table_fields(f, spec); });
     });

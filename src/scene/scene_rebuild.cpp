@@ -89,6 +89,7 @@ Json default_tables(int load) {
     scene.start.from = "-"; // is only there where it says something
     scene.rods = {RodSpec{}, default_body()};
     scene.contact.emplace();
+    scene.fluid.emplace();
     for_each_list(scene, [](const char*, auto& specs) { specs.emplace_back(); });
     scene.loads.front().load = make_load(load);
     Json json = Json::parse(scene_json(scene, false));
@@ -106,6 +107,7 @@ public:
         };
         in("time", [&] { scene.time.fields(*this); });
         if (scene.contact) in("contact", [&] { scene.contact->fields(*this); });
+        if (scene.fluid) in("fluid", [&] { scene.fluid->fields(*this); });
         for (std::size_t i = 0; i < scene.rods.size(); ++i) in(path_of_group(scene, i), [&] { scene.rods[i].fields(*this); });
         for_each_list(scene, [&](const char* name, auto& specs) {
             for (std::size_t i = 0; i < specs.size(); ++i)

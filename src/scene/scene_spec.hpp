@@ -3,6 +3,7 @@
 
 #include "contact/contact_spec.hpp"
 #include "contact/wall.hpp"
+#include "fluid/fluid_spec.hpp"
 #include "formula/scope.hpp"
 #include "io/output_spec.hpp"
 #include "io/start_spec.hpp"
@@ -28,6 +29,7 @@ struct SceneSpec {
     std::vector<DampingSpec> damping;
     std::optional<ContactSpec> contact; ///< absent: rods do not feel each other
     std::vector<ContactPair> contact_pairs;
+    std::optional<FluidSpec> fluid;
     std::vector<Wall> walls;
     std::vector<AssemblySpec> assemblies;
     std::vector<JointSpec> joints;

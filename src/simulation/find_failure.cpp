@@ -270,6 +270,11 @@ void Simulation::throw_failure() {
     if (plan_.relax)
         throw NumericalError(comm_.first_text(failure_) + "\n  the relaxation has left the way to rest: give a start nearer to it, "
                                                           "weaker loads or more elements");
+    if (groups_.empty()) {
+        std::string text = comm_.first_text(failure_);
+        if (last_checkpoint_ >= 0) text += fmt::format("\n  the last good checkpoint is of step {}", last_checkpoint_);
+        throw NumericalError(text);
+    }
     const double dt = plan_.dt, ratio = dt / plan_.limit;
     Failure found{.text = comm_.first_text(failure_)};
     if (copy_) {

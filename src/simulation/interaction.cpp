@@ -2,6 +2,7 @@
 
 #include "parallel/exact_sum.hpp"
 #include "simulation/contact_interaction.hpp"
+#include "simulation/fluid_interaction.hpp"
 #include "simulation/joint_interaction.hpp"
 #include "simulation/wall_interaction.hpp"
 
@@ -19,6 +20,9 @@ std::unique_ptr<Interaction> make_interaction(interact::Contacts, const Interact
 }
 std::unique_ptr<Interaction> make_interaction(interact::Walls, const InteractionParts& parts) {
     return std::make_unique<WallInteraction>(parts);
+}
+std::unique_ptr<Interaction> make_interaction(interact::Fluid, const InteractionParts& parts) {
+    return std::make_unique<FluidInteraction>(parts);
 }
 
 } // namespace
@@ -174,6 +178,12 @@ std::vector<LargestOverlap> largest_overlaps(const Communicator& comm, const Int
     for (const auto& one : all)
         for (const OverlapWatch& watch : one->overlaps()) largest.push_back(watch.largest(comm));
     return largest;
+}
+
+std::uint64_t digest_of(const Interactions& all) {
+    std::uint64_t sum = 0;
+    for (const auto& one : all) sum += one->digest();
+    return sum;
 }
 
 std::vector<std::string> kept_names(const Interactions& all) {

@@ -81,10 +81,11 @@ void Progress::show(std::int64_t step, std::span<const double> values, std::stri
     const double done = static_cast<double>(step - first_), left = static_cast<double>(last_ - step);
     const double to_come = place_ ? elapsed / done * (left + place_->to_come * static_cast<double>(last_)) : 0;
     const std::string text =
-        fmt::format("{}{}step {}/{}  {:5.1f} %  t {:.4g} s  {:.3g} element-steps/s  ETA {}{}{}{}{}", bar_ ? "\r\033[K" : "",
+        fmt::format("{}{}step {}/{}  {:5.1f} %  t {:.4g} s  {:.3g} {}/s  ETA {}{}{}{}{}", bar_ ? "\r\033[K" : "",
                     place_ ? place_->name + "  " : "", step, last_, 100 * share, static_cast<double>(step) * dt_,
-                    done * elements_ / elapsed, clock_text(elapsed / done * left),
-                    place_ ? fmt::format(", all runs {}", clock_text(to_come)) : "", values_, more, bar_ ? "" : "\n");
+                    done * (elements_ > 0 ? elements_ : 1) / elapsed, elements_ > 0 ? "element-steps" : "steps",
+                    clock_text(elapsed / done * left), place_ ? fmt::format(", all runs {}", clock_text(to_come)) : "", values_,
+                    more, bar_ ? "" : "\n");
     errno = 0;
     if ((std::fputs(text.c_str(), stdout) < 0 || std::fflush(stdout) != 0) && !told_) {
         told_ = true;

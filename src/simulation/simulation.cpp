@@ -194,7 +194,7 @@ void Simulation::begin_audit(std::optional<double> audited_from) {
     for (std::size_t i = 0; i < rods_->local().size(); ++i) rods_->set_budget(i, {}); // a damaged checkpoint may have left its own
 }
 
-std::uint64_t Simulation::digest() const { return comm_.sum_wrapping(rods_->digest()); }
+std::uint64_t Simulation::digest() const { return comm_.sum_wrapping(rods_->digest() + digest_of(interactions_)); }
 
 void Simulation::advance(std::int64_t until) {
     const bool coupled = is_coupled(plan_), together = coupled || settling_ || options_.protocol == Protocol::synchronous;
@@ -309,8 +309,8 @@ RunResult Simulation::step_to_the_end() {
 
 std::int64_t Simulation::next_event() const {
     std::int64_t next = std::min(last_step_, next_tick_);
-    for (const std::int64_t every :
-         {plan_.cadence.trajectory, plan_.cadence.tips, plan_.cadence.series, plan_.cadence.contacts, plan_.cadence.checkpoint})
+    for (const std::int64_t every : {plan_.cadence.trajectory, plan_.cadence.tips, plan_.cadence.series, plan_.cadence.fields,
+                                     plan_.cadence.contacts, plan_.cadence.checkpoint})
         if (every > 0) next = std::min(next, multiple_after(clock_.done(), every));
     return next;
 }
@@ -363,6 +363,9 @@ void Simulation::open_outputs(const SceneSpec& scene, const CheckpointInfo* resu
     if (plan_.cadence.trajectory > 0) trajectory_ = frames(FrameKind::trajectory, resumed ? resumed->last_trajectory : none);
     if (plan_.cadence.tips > 0) tips_ = frames(FrameKind::tips, resumed ? resumed->last_tips : none);
     open_polydata(scene, step);
+    if (plan_.cadence.fields > 0)
+        fields_ =
+            std::make_unique<FieldSeries>(comm_, options_.out, fluid_of(interactions_)->field_grid(), plan_.dt, clock_.shift());
     if (plan_.cadence.series > 0)
         on_root(comm_, [&] {
             series_ = std::make_unique<SeriesFile>(options_.out + "/observables.csv", names(), step,
@@ -415,6 +418,7 @@ void Simulation::write_frames() {
     if (due(plan_.cadence.trajectory)) trajectory_->write(clock_.done(), clock_.time(), clock_.lag());
     if (polydata_ && due(plan_.cadence.trajectory)) write_polydata();
     if (due(plan_.cadence.tips)) tips_->write(clock_.done(), clock_.time(), clock_.lag());
+    if (due(plan_.cadence.fields)) fields_->write(clock_.done(), fluid_of(interactions_)->fields());
 }
 
 void Simulation::show_progress(bool last) {
@@ -429,6 +433,7 @@ void Simulation::show_progress(bool last) {
 }
 
 std::vector<std::string> Simulation::names() const {
+    if (groups_.empty()) return names_of_figures(interactions_);
     auto all = observable_names(sets_);
     if (plan_.audit) all.insert(all.end(), std::begin(audit_names), std::end(audit_names));
     for (std::string& name : names_of_figures(interactions_)) all.push_back(std::move(name));
@@ -438,6 +443,7 @@ std::vector<std::string> Simulation::names() const {
 }
 
 std::vector<double> Simulation::observables() const {
+    if (groups_.empty()) return values_of_figures(comm_, interactions_, clock_.lag());
     auto values = observe(comm_, threads_, groups_, *rods_, clock_.time(), clock_.lag(), sets_);
     if (plan_.audit) {
         const EnergyAudit a = audit_scene(comm_, *rods_, observed_energy(values));
@@ -467,7 +473,8 @@ void Simulation::sample() {
     look();
     warn_of_strain();
     look_for_rest();
-    const bool numbers = std::isfinite(observed_energy(last_sample_)); // of a copy half a step on, which may fail first
+    const bool numbers = std::isfinite(
+        groups_.empty() ? last_sample_.front() : observed_energy(last_sample_)); // of a copy half a step on, which may fail first
     warn(told_row_, !numbers, "an energy is not a number: the time series has no row of this step");
     on_root(comm_, [&] {
         if (numbers) series_->append(clock_.done(), clock_.time(), last_sample_);
@@ -494,6 +501,7 @@ void Simulation::warn_of_overlap() {
 }
 
 void Simulation::warn_of_strain() {
+    if (groups_.empty()) return;
     const double turn = last_sample_[observed_turn_per_cell], strain = last_sample_[observed_axial_strain];
     double room = HUGE_VAL; // to the lowest tension limit
     for (std::size_t g = 0; g < groups_.size(); ++g)
@@ -531,6 +539,7 @@ void Simulation::keep_state() {
     checkpoint_digest_ = digest();
     CheckpointInfo info{clock_.done(), plan_.dt, checkpoint_digest_, physics_, {}, audited_from_};
     info.shift = clock_.shift(), info.settings = settings_, info.ancestry = ancestry_;
+    info.beyond = comm_.sum_wrapping(digest_of(interactions_));
     info.kept = kept(interactions_);
     if (settling_) info.kept.push_back(settling_->kept());
     mark_outputs(info);
@@ -561,6 +570,7 @@ void Simulation::write_summary(const RunResult& result) {
     figures.rod_bytes = comm_.sum(static_cast<std::int64_t>(rods_->bytes()));
     figures.resident_bytes = comm_.sum(resident_bytes());
     figures.overlaps = largest_overlaps(comm_, interactions_);
+    if (const FluidInteraction* fluid = fluid_of(interactions_)) figures.cell_steps = fluid->cell_steps();
     if (neighbourhood_ && comm_.size() > 1) {
         figures.ghosts = neighbourhood_->figures_of_ranks();
         figures.balance = balance_.figures();

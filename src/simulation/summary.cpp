@@ -32,6 +32,11 @@ double ns_per_element_step(const RunFigures& f) {
     return steps > 0 ? seconds * cores * 1e9 / steps : 0;
 }
 
+double ns_per_cell_step(const RunFigures& f) {
+    const double cores = f.plan.machine.ranks * std::min(f.plan.machine.threads, f.plan.machine.cores);
+    return f.phases[static_cast<std::size_t>(Phase::fluid)].max * cores * 1e9 / f.cell_steps;
+}
+
 } // namespace
 
 std::string digest_text(std::uint64_t digest) { return fmt::format("{:016x}", digest); }
@@ -74,9 +79,10 @@ std::string summary_json(const RunFigures& f) {
         {"protocol", protocol_names[static_cast<std::size_t>(f.protocol)]},
         {"largest_overlap", overlaps},
         {"phases", phases},
+        {"fluid_cell_steps", f.cell_steps},
         {"memory",
          {{"rods_bytes", f.rod_bytes},
-          {"rods_bytes_per_element", static_cast<double>(f.rod_bytes) / static_cast<double>(f.plan.elements)},
+          {"rods_bytes_per_element", static_cast<double>(f.rod_bytes) / std::max(1.0, static_cast<double>(f.plan.elements))},
           {"resident_bytes", f.resident_bytes}}},
         {"output", nlohmann::ordered_json::parse(f.output)},
         {"series_format", series_format},
@@ -132,6 +138,9 @@ std::string timing_table(const RunFigures& f) {
     fmt::format_to(out, "{:<12}{:>10}{:>10.3f}{:>10}{:>8.1f}%\n", "other", "", f.wall_s - sum, "",
                    100 * (f.wall_s - sum) / f.wall_s);
     fmt::format_to(out, "{:<12}{:>10}{:>10.3f}\n\n", "total", "", f.wall_s);
+    if (f.cell_steps > 0)
+        fmt::format_to(out, "{:.4g} cell-steps of the fluid, {:.1f} ns each and core\n", f.cell_steps, ns_per_cell_step(f));
+    if (f.plan.elements == 0) return text + fmt::format("{:.1f} MB resident\n", static_cast<double>(f.resident_bytes) * 1e-6);
     fmt::format_to(out, "{:.4g} element-steps, {:.1f} ns each and core; {:.0f} B per element for rods, {:.1f} MB resident\n",
                    element_steps(f), ns_per_element_step(f),
                    static_cast<double>(f.rod_bytes) / static_cast<double>(f.plan.elements),

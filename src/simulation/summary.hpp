@@ -35,6 +35,7 @@ struct RunFigures {
     std::vector<LargestOverlap> overlaps = {}; ///< of contacts and walls, in this run
     std::vector<GhostFigures> ghosts = {};     ///< by rank, at the end; none where ranks do not meet
     BalanceFigures balance = {};
+    double cell_steps = 0;              ///< of the fluid: cells times steps, in this run
     const Settling* settling = nullptr; ///< of rods that relax
 };
 

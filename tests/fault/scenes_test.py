@@ -134,7 +134,7 @@ class Scenes(FaultTest):
                 named = wrong_key and f"did you mean '{KEY.match(lines[wrong_key - 1])[2]}'" in errors  # a constant of formulas is missed where it is used
                 if wrong_key and wrong_key not in places and not named and "missing key" not in errors:  # that table's other keys are then not looked at
                     outcome = "refused at another place"
-            elif code == 4 and ("rod " in errors or "one of '" in errors):  # the latter: begun behind a wall
+            elif code == 4 and ("rod " in errors or "one of '" in errors or "of the fluid" in errors):  # the second: begun behind a wall
                 outcome = "stopped, naming the rod"
             else:
                 outcome = f"code {code}"

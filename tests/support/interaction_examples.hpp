@@ -23,8 +23,9 @@ struct InteractionExample {
 };
 
 static_assert(
-    std::variant_size_v<InteractionSpec> == 3,
-    "rods and bodies that touch, walls, and joints (tests/unit/simulation/joints_test.cpp): a new interaction needs examples");
+    std::variant_size_v<InteractionSpec> == 4,
+    "rods and bodies that touch, walls, joints (tests/unit/simulation/joints_test.cpp), and the fluid, which no rod feels "
+    "(tests/mpi/fluid_test.cpp): a new interaction needs examples");
 static_assert(std::size(wall_names) == 4, "a new kind of wall needs an example");
 
 /// Half a metre long, its middle at `middle`, in motion.

@@ -43,6 +43,8 @@ class Choice:
 class View:
     def __init__(self, results, frames, choice, aspect):
         self.results, self.frames, self.choice = results, list(frames), choice
+        if not results.groups:
+            raise NotResults(f"{results.directory}: no rods to draw; apps/flow/plot.py draws fields of a fluid")
         if not len(results.frames):
             raise NotResults(f"{results.directory}: no trajectory_*.h5, so no rods to draw; set output.trajectory in the scene")
         for name in choice.groups:

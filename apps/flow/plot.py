@@ -1,0 +1,95 @@
+#!/usr/bin/env python3
+"""Figures of a fluid by itself: plot.py OUT_DIR [--axis z] [--at SHARE]
+
+Draws OUT_DIR/flow.png, vorticity across a plane of cells in the first and the last frame, and OUT_DIR/energy.png, kinetic energy and
+what takes it. Prints how well the loss of energy and the dissipation agree. Needs numpy, h5py and matplotlib.
+"""
+
+import argparse
+import sys
+from pathlib import Path
+
+sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "python"))
+from skein import needs  # noqa: E402  (of the checkout, as all of skein here)
+
+needs.need("numpy", "h5py", "matplotlib")
+import h5py  # noqa: E402
+import matplotlib  # noqa: E402
+import numpy as np  # noqa: E402
+
+matplotlib.use("Agg")
+import matplotlib.pyplot as plt  # noqa: E402  (after the choice of Agg)
+
+from skein.style import INK, QUIET, bare  # noqa: E402
+
+
+def plane(path, axis, share):
+    """Vorticity across a plane of cells at a share of the box along an axis, [row][column]; spacing and time."""
+    with h5py.File(path) as file:
+        vorticity = file["vorticity"]
+        direction = "zyx".index(axis)
+        at = min(int(share * vorticity.shape[direction]), vorticity.shape[direction] - 1)
+        cut = [slice(None)] * 3
+        cut[direction] = at
+        return vorticity[tuple(cut)][..., "xyz".index(axis)], file.attrs["spacing"], file.attrs["time"]
+
+
+def draw_planes(files, axis, share, to):
+    planes = [plane(path, axis, share) for path in dict.fromkeys((files[0], files[-1]))]
+    most = max(np.abs(values).max() for values, _, _ in planes) or 1.0
+    figure, axes = plt.subplots(1, len(planes), figsize=(4.2 * len(planes) + 0.6, 4.2), squeeze=False, constrained_layout=True)
+    for one, (values, spacing, time) in zip(axes[0], planes):
+        extent = [0, values.shape[1] * spacing, 0, values.shape[0] * spacing]
+        image = one.imshow(values, origin="lower", extent=extent, cmap="RdBu_r", vmin=-most, vmax=most, interpolation="nearest")
+        one.set_title(f"t = {time:.4g} s", color=INK)
+        across = [name for name in "xyz" if name != axis]
+        one.set_xlabel(f"{across[0]} [m]"), one.set_ylabel(f"{across[1]} [m]")
+    figure.colorbar(image, ax=axes, shrink=0.85).set_label(f"vorticity along {axis} [1/s]")
+    figure.savefig(to, dpi=150)
+
+
+def draw_energy(series, to):
+    time, energy, dissipation = (series[name] for name in ("time", "fluid_energy", "fluid_dissipation"))
+    figure, axes = plt.subplots(figsize=(6, 4), constrained_layout=True)
+    axes.plot(time, dissipation, color="#c8502d", label="dissipation by viscosity")
+    loss = -(energy[2:] - energy[:-2]) / (time[2:] - time[:-2])
+    axes.plot(time[1:-1], loss, "o", ms=3, color=INK, label="loss of kinetic energy")
+    axes.set_xlabel("time [s]"), axes.set_ylabel("power [W]")
+    axes.set_ylim(bottom=0)
+    bare(axes)
+    other = axes.twinx()
+    other.plot(time, energy, color=QUIET, ls="--", label="kinetic energy")
+    other.set_ylabel("kinetic energy [J]"), other.set_ylim(bottom=0)
+    lines = axes.get_lines() + other.get_lines()
+    axes.legend(lines, [line.get_label() for line in lines], frameon=False, loc="center left")
+    figure.savefig(to, dpi=150)
+    between = dissipation[1:-1]
+    print(f"largest difference of loss and dissipation: {np.max(np.abs(loss - between) / np.max(between)):.2e} of the largest dissipation")
+
+
+def read_series(path):
+    with open(path) as file:
+        names = [name.split("[")[0] for name in file.readline().strip().split(",")]
+    rows = np.loadtxt(path, delimiter=",", skiprows=1, ndmin=2)
+    return dict(zip(names, rows.T))
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("out_dir", type=Path)
+    parser.add_argument("--axis", choices="xyz", default="z")
+    parser.add_argument("--at", type=float, default=0.5, metavar="SHARE", help="place of the plane, as a share of the box along the axis")
+    given = parser.parse_args()
+    files = sorted(given.out_dir.glob("fields_*.h5"))
+    if not files:
+        sys.exit(f"{given.out_dir}: no fields_*.h5; set output.fields in the scene")
+    draw_planes(files, given.axis, given.at, given.out_dir / "flow.png")
+    print(given.out_dir / "flow.png")
+    series = given.out_dir / "observables.csv"
+    if series.exists():
+        draw_energy(read_series(series), given.out_dir / "energy.png")
+        print(given.out_dir / "energy.png")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,31 @@
+#include "fluid/flow.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace skein {
+
+FlowFigures& FlowFigures::operator+=(const FlowFigures& plane) {
+    kinetic_energy += plane.kinetic_energy, enstrophy += plane.enstrophy, dissipation += plane.dissipation;
+    momentum += plane.momentum;
+    divergence = std::max(divergence, plane.divergence), speed = std::max(speed, plane.speed);
+    return *this;
+}
+
+std::int64_t FlowSolver::step_within(double dt, double courant) {
+    const double parts = std::ceil(dt / step_limit(courant) * (1 - 1e-12));
+    const auto steps = static_cast<std::int64_t>(std::clamp(parts, 1.0, 1e9)); // of what is no number: the first
+    for (std::int64_t s = 0; s < steps; ++s) step(dt / static_cast<double>(steps));
+    return steps;
+}
+
+FlowFigures figures_of(const Communicator& comm, const FlowSolver& flow) {
+    constexpr std::size_t numbers = sizeof(FlowFigures) / sizeof(double);
+    const std::vector<FlowFigures> mine = flow.figures();
+    const std::vector<double> all = comm.all_gather(std::span(reinterpret_cast<const double*>(mine.data()), numbers * mine.size()));
+    FlowFigures sum;
+    for (std::size_t at = 0; at < all.size(); at += numbers) sum += *reinterpret_cast<const FlowFigures*>(&all[at]);
+    return sum;
+}
+
+} // namespace skein

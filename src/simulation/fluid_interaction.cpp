@@ -1,0 +1,147 @@
+#include "simulation/fluid_interaction.hpp"
+
+#include "fluid/cell_fields.hpp"
+#include "fluid/start_velocity.hpp"
+#include "skein/core/error.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include <fmt/format.h>
+
+namespace skein {
+
+namespace {
+
+constexpr double most_parts = 1e5; ///< of a step
+
+std::unique_ptr<FlowSolver> make_flow(const InteractionParts& parts) {
+    const auto make = kernels(parts.plan.machine.lanes).make_flow;
+    if (!make)
+        throw InputError("the scene has a [fluid], and this program was built without the solver for it: build with "
+                         "-DSKEIN_FLUID=ON, which needs FFTW (Debian: libfftw3-dev)");
+    return make(parts.comm, parts.threads, parts.plan.fluid->constants);
+}
+
+} // namespace
+
+FluidInteraction::FluidInteraction(const InteractionParts& parts)
+    : comm_(parts.comm), threads_(parts.threads), plan_(*parts.plan.fluid), flow_(make_flow(parts)) {
+    const Vec3d inflow = plan_.constants.inflow;
+    if (plan_.velocity_formula.empty()) flow_->set_velocity([&](const Vec3d&) { return inflow; });
+    else flow_->set_velocity(StartVelocity(plan_.velocity_formula, plan_.names));
+}
+
+void FluidInteraction::drive(const Step& step, Timers& timers) {
+    const auto timing = timers.time(Phase::fluid);
+    if (!failure_.empty()) return;
+    const double limit = flow_->step_limit(plan_.courant); // the same on all ranks
+    if (!(step.dt / limit < most_parts)) {
+        failure_ =
+            fmt::format("the velocity or the viscosity of the fluid leaves steps of {:.3g} s: {:.3g} of them for a step of the "
+                        "run, more than {:g}",
+                        limit, step.dt / limit, most_parts);
+        return;
+    }
+    steps_ += flow_->step_within(step.dt, plan_.courant);
+}
+
+std::string FluidInteraction::invalid() const {
+    if (!failure_.empty()) return failure_;
+    double speed = 0;
+    for (const FlowFigures& plane : flow_->figures())
+        speed = std::isfinite(plane.kinetic_energy) ? std::max(speed, plane.speed) : plane.kinetic_energy;
+    return std::isfinite(speed) ? std::string()
+                                : std::string("the velocity of the fluid is not finite: its step is too long for what drives it; a "
+                                              "smaller fluid.courant or time.dt would do");
+}
+
+std::vector<Figure> FluidInteraction::figures(double) const {
+    using Of = Figure::Of;
+    const std::vector<FlowFigures> planes = flow_->figures();
+    const auto terms = [&](auto&& of) {
+        std::vector<double> all;
+        for (const FlowFigures& plane : planes) all.push_back(of(plane));
+        return all;
+    };
+    const auto largest = [&](double FlowFigures::*of) {
+        double most = 0;
+        for (const FlowFigures& plane : planes) most = std::max(most, plane.*of);
+        return std::vector{most};
+    };
+    return {{"fluid_energy[J]", Of::sum, terms([](const FlowFigures& f) { return f.kinetic_energy; })},
+            {"fluid_dissipation[W]", Of::sum, terms([](const FlowFigures& f) { return f.dissipation; })},
+            {"fluid_enstrophy[m^3/s^2]", Of::sum, terms([](const FlowFigures& f) { return f.enstrophy; })},
+            {"fluid_momentum_x[kg m/s]", Of::sum, terms([](const FlowFigures& f) { return f.momentum.x; })},
+            {"fluid_momentum_y[kg m/s]", Of::sum, terms([](const FlowFigures& f) { return f.momentum.y; })},
+            {"fluid_momentum_z[kg m/s]", Of::sum, terms([](const FlowFigures& f) { return f.momentum.z; })},
+            {"fluid_max_divergence[1/s]", Of::largest, largest(&FlowFigures::divergence)},
+            {"fluid_max_speed[m/s]", Of::largest, largest(&FlowFigures::speed)},
+            {"fluid_steps[-]", Of::same, {static_cast<double>(steps_)}}};
+}
+
+KeptNumbers FluidInteraction::kept() const {
+    const FieldLayout layout = flow_->layout();
+    const auto state = flow_->state();
+    KeptNumbers kept{.name = kept_name(),
+                     .numbers = {static_cast<double>(steps_)},
+                     .sums = 0,
+                     .columns = state.size() * static_cast<std::size_t>(layout.nx * layout.ny),
+                     .rows = {}};
+    kept.rows.reserve(kept.columns * static_cast<std::size_t>(layout.nz));
+    for (int k = 0; k < layout.nz; ++k)
+        for (const std::span<double> field : state)
+            for (int j = 0; j < layout.ny; ++j) {
+                const auto row = field.begin() + layout.at(0, j, k);
+                kept.rows.insert(kept.rows.end(), row, row + layout.nx);
+            }
+    return kept;
+}
+
+void FluidInteraction::recall(const KeptNumbers& kept) {
+    const FieldLayout layout = flow_->layout();
+    const auto state = flow_->state();
+    if (kept.rows.size() != kept.columns * static_cast<std::size_t>(layout.nz) ||
+        kept.columns != state.size() * static_cast<std::size_t>(layout.nx * layout.ny))
+        throw IoError("a checkpoint holds another fluid than that of the scene");
+    steps_ = steps_before_ = static_cast<std::int64_t>(kept.numbers.at(0));
+    auto from = kept.rows.begin();
+    for (int k = 0; k < layout.nz; ++k)
+        for (const std::span<double> field : state)
+            for (int j = 0; j < layout.ny; ++j, from += layout.nx) std::copy_n(from, layout.nx, field.begin() + layout.at(0, j, k));
+    flow_->refresh();
+}
+
+std::uint64_t FluidInteraction::digest() const {
+    const KeptNumbers now = kept();
+    std::uint64_t sum = 0;
+    for (std::size_t k = 0; (k + 1) * now.columns <= now.rows.size(); ++k)
+        sum += hash_numbers(flow_->slab().first + static_cast<std::int64_t>(k),
+                            std::span(now.rows).subspan(k * now.columns, now.columns));
+    return sum;
+}
+
+double FluidInteraction::cell_steps() const {
+    return static_cast<double>(plan_.constants.grid.count()) * static_cast<double>(steps_ - steps_before_);
+}
+
+FieldGrid FluidInteraction::field_grid() const {
+    const FluidGrid& grid = plan_.constants.grid;
+    return {grid.cells, grid.h, grid.lower, flow_->slab().first, flow_->slab().count};
+}
+
+std::vector<CellField> FluidInteraction::fields() const {
+    CellFields all = cell_fields(*flow_, threads_);
+    return {{"velocity", "m/s", 3, std::move(all.velocity)},
+            {"vorticity", "1/s", 3, std::move(all.vorticity)},
+            {"q", "1/s^2", 1, std::move(all.q)},
+            {"pressure", "Pa", 1, std::move(all.pressure)}};
+}
+
+FluidInteraction* fluid_of(const Interactions& all) {
+    for (const auto& one : all)
+        if (auto* fluid = dynamic_cast<FluidInteraction*>(one.get())) return fluid;
+    return nullptr;
+}
+
+} // namespace skein
