@@ -12,10 +12,11 @@ FlowFigures& FlowFigures::operator+=(const FlowFigures& plane) {
     return *this;
 }
 
-std::int64_t FlowSolver::step_within(double dt, double courant) {
+std::int64_t FlowSolver::step_within(double time, double dt, double courant) {
     const double parts = std::ceil(dt / step_limit(courant) * (1 - 1e-12));
     const auto steps = static_cast<std::int64_t>(std::clamp(parts, 1.0, 1e9)); // of what is no number: the first
-    for (std::int64_t s = 0; s < steps; ++s) step(dt / static_cast<double>(steps));
+    const double part = dt / static_cast<double>(steps);
+    for (std::int64_t s = 0; s < steps; ++s) step(time + static_cast<double>(s) * part, part);
     return steps;
 }
 

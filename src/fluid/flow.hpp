@@ -2,6 +2,7 @@
 #pragma once
 
 #include "fluid/fluid_grid.hpp"
+#include "fluid/stage_forcing.hpp"
 #include "parallel/communicator.hpp"
 #include "parallel/threads.hpp"
 
@@ -52,15 +53,17 @@ public:
     /// Sets the velocity to that of a function of place, made free of divergence, and the pressure to that which belongs to it.
     /// Collective.
     virtual void set_velocity(const std::function<Vec3d(const Vec3d& place)>& velocity) = 0;
-    /// Collective.
-    virtual void step(double dt) = 0;
+    /// What changes velocities in each stage, of bodies in the fluid; null: nothing. Must outlive its use.
+    virtual void set_forcing(StageForcing* forcing) = 0;
+    /// From a time, s. Collective.
+    virtual void step(double time, double dt) = 0;
     /// The longest step, s, of a sum of Courant numbers of 1, or of 1.5 of the most that viscosity allows. Collective.
     virtual double step_limit(double courant = 1) const = 0;
     /// By plane of this rank, the same bits on any ranks. Not collective.
     virtual std::vector<FlowFigures> figures() const = 0;
-    /// Steps of dt and of equal parts of it, as long as the sum of Courant numbers and viscosity allow. Returns how many.
+    /// A step of dt from a time, or equal parts of it, as long as the sum of Courant numbers and viscosity allow. Returns how many.
     /// Collective.
-    std::int64_t step_within(double dt, double courant);
+    std::int64_t step_within(double time, double dt, double courant);
 
     /// Fields of this rank, as layout() has them: velocity u, v, w at the upper faces of cells, pressure over density at centres.
     virtual FieldLayout layout() const = 0;

@@ -329,26 +329,45 @@ void BoxFlow::project(double dt, bool keep) {
     exchange(now_);
 }
 
-void BoxFlow::step(double dt) {
+void BoxFlow::fill_ghost_planes(const Three<double*>& fields) {
+    ghosts_->exchange(fields);
+    if (lowest_ || uppermost_)
+        for (int c = 0; c < 3; ++c) fill_planes(c, fields[static_cast<std::size_t>(c)]);
+}
+
+void BoxFlow::force(double time, double dt, bool first, bool last) {
+    if (!forcing_) return;
+    forcing_->apply({.velocity = {now_[0].data(), now_[1].data(), now_[2].data()},
+                     .scratch = {next_[0].data(), next_[1].data(), next_[2].data()},
+                     .time = time,
+                     .dt = dt,
+                     .first = first,
+                     .last = last,
+                     .fill_ghost_planes = [this](const Three<double*>& fields) { fill_ghost_planes(fields); }});
+    for_planes(0, layout_.nz, [&](int k) {
+        for (int c = 0; c < 3; ++c) fill_plane(c, now_[static_cast<std::size_t>(c)].data(), k);
+    });
+}
+
+void BoxFlow::step(double time, double dt) {
     const Vec3d& a = constants_.acceleration;
-    const auto stage = [&](double rate, double last, bool projected) {
-        const double whole = rate + last;
-        sweep({rate * dt, last * dt, whole * dt, {whole * dt * a.x, whole * dt * a.y, whole * dt * a.z}});
+    double done = 0; // of the step
+    const auto stage = [&](double rate, double last_rate, bool last, bool projected) {
+        const double whole = rate + last_rate;
+        const bool first = done == 0;
+        done += whole;
+        sweep({rate * dt, last_rate * dt, whole * dt, {whole * dt * a.x, whole * dt * a.y, whole * dt * a.z}});
         pass_outflow(whole * dt);
-        if (projected) return;
-        exchange(now_);
+        force(time + (last ? 1 : done) * dt, whole * dt, first, last);
+        if (projected) project(last && constants_.scheme != FlowScheme::rk3_projected ? dt : whole * dt, true);
+        else exchange(now_);
     };
     if (constants_.scheme == FlowScheme::adams_bashforth) {
-        const double last = begun_ ? -0.5 : 0.0;
-        stage(1 - last, last, true);
-        project(dt, true);
+        const double last_rate = begun_ ? -0.5 : 0.0;
+        stage(1 - last_rate, last_rate, true, true);
     } else {
-        const bool each = constants_.scheme == FlowScheme::rk3_projected;
-        for (std::size_t s = 0; s < 3; ++s) {
-            const bool projected = each || s == 2;
-            stage(stage_rate[s], stage_last[s], projected);
-            if (projected) project(each ? (stage_rate[s] + stage_last[s]) * dt : dt, true);
-        }
+        for (std::size_t s = 0; s < 3; ++s)
+            stage(stage_rate[s], stage_last[s], s == 2, s == 2 || constants_.scheme == FlowScheme::rk3_projected);
     }
     begun_ = true;
 }

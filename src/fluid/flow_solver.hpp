@@ -18,7 +18,8 @@ public:
     const FlowConstants& constants() const override { return constants_; }
     Slab slab() const override { return slab_; }
     void set_velocity(const std::function<Vec3d(const Vec3d& place)>& velocity) override;
-    void step(double dt) override;
+    void set_forcing(StageForcing* forcing) override { forcing_ = forcing; }
+    void step(double time, double dt) override;
     double step_limit(double courant) const override;
     std::vector<FlowFigures> figures() const override;
     FieldLayout layout() const override { return layout_; }
@@ -43,6 +44,10 @@ private:
     void fill_planes(int c, double* field) const; ///< beyond the box, along z
     /// All ghosts of velocities, of which those within planes are set; collective.
     void exchange(Three<Field>& velocity);
+    /// Ghost planes of a field of each component. Collective.
+    void fill_ghost_planes(const Three<double*>& fields);
+    /// Bodies in the fluid, after a stage that ends at a time.
+    void force(double time, double dt, bool first, bool last);
 
     /// Sets the velocity to that of a function, made free of divergence. Collective.
     void sample(const std::function<Vec3d(const Vec3d& place)>& velocity);
@@ -68,7 +73,8 @@ private:
     FastPoisson poisson_;
     std::unique_ptr<PlaneGhosts> ghosts_;
     std::vector<double> speed_; ///< of each plane, the largest
-    bool begun_ = false;        ///< rates of a step before are known
+    StageForcing* forcing_ = nullptr;
+    bool begun_ = false; ///< rates of a step before are known
 };
 
 } // namespace skein

@@ -1,6 +1,7 @@
 #include "scene/fluid_check.hpp"
 
 #include "fluid/start_velocity.hpp"
+#include "scene/group_names.hpp"
 #include "scene/scene_tables.hpp"
 #include "scene/table_objections.hpp"
 
@@ -42,11 +43,40 @@ void check_cells(const FluidSpec& fluid, Objections& table) {
     }
 }
 
+/// As far as the numbers of the fluid allow: they may be wrong themselves.
+void check_obstacles(const SceneSpec& scene, Objections& objections) {
+    const FluidSpec& fluid = *scene.fluid;
+    for (std::size_t i = 0; i < scene.obstacles.size(); ++i) {
+        const Obstacle& o = scene.obstacles[i];
+        TableObjections table(objections, fmt::format("obstacle.{}", i));
+        if (!good_name(o.name))
+            table.add("name", fmt::format("'{}' cannot name an obstacle: use letters, digits, _ and -", o.name));
+        for (std::size_t j = 0; j < i; ++j)
+            if (scene.obstacles[j].name == o.name) table.add("name", fmt::format("two obstacles are named '{}'", o.name));
+        if (o.kind == ObstacleKind::sphere) table.unused({"second_radius"}, "of a sphere");
+        else if (fluid.along_z != FluidBoundary::periodic)
+            table.add("kind", "a cylinder goes through the whole box along z, which must be periodic");
+        if ((norm(o.amplitude) > 0) != (o.frequency > 0))
+            table.add(o.frequency > 0 ? "frequency" : "amplitude", "'amplitude' [m] and 'frequency' [Hz] go together");
+        const double least =
+            o.kind == ObstacleKind::cylinder && o.second_radius > 0 ? std::min(o.radius, o.second_radius) : o.radius;
+        if (fluid.spacing > 0 && least < (o.retraction + 0.5) * fluid.spacing)
+            table.add("radius", fmt::format("a half axis of {:g} m is too thin for cells of {:g} m: at least {:g} m", least,
+                                            fluid.spacing, (o.retraction + 0.5) * fluid.spacing));
+    }
+}
+
 } // namespace
 
 void check_fluid(const SceneSpec& scene, Objections& objections) {
     if (scene.output.fluid_fields > 0 && !scene.fluid) objections.add("output.fields", "'fields' has no use without [fluid]");
-    if (!scene.fluid) return;
+    if (scene.obstacles.empty())
+        TableObjections(objections, "immersion").unused({"delta", "sweeps", "slip"}, "without [[obstacle]]");
+    if (!scene.fluid) {
+        for (std::size_t i = 0; i < scene.obstacles.size(); ++i)
+            objections.add(fmt::format("obstacle.{}", i), "[[obstacle]] has no use without [fluid]");
+        return;
+    }
     const FluidSpec& fluid = *scene.fluid;
     TableObjections table(objections, "fluid");
     if (!scene.rods.empty()) table.add("", "rods and a fluid do not feel each other yet: a scene has one of both");
@@ -56,6 +86,7 @@ void check_fluid(const SceneSpec& scene, Objections& objections) {
     if (fluid.along_x != FluidBoundary::through) table.unused({"inflow"}, "without along_x = \"through\"");
     else if (!(fluid.inflow.x > 0))
         table.add("inflow", "'inflow' [m/s] towards positive x is needed where the fluid flows through");
+    check_obstacles(scene, objections);
     if (!fluid.velocity_formula.empty()) {
         const StartVelocity start(fluid.velocity_formula, names_for_formulas(scene));
         for (const FormulaFault& fault : start.faults()) {

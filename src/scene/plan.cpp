@@ -641,6 +641,8 @@ Plan make_plan(const SceneSpec& as_given, std::span<const RodGroup> groups, cons
         plan.fluid = FluidPlan{.constants = scene.fluid->constants(),
                                .courant = scene.fluid->courant,
                                .velocity_formula = scene.fluid->velocity_formula,
+                               .obstacles = scene.obstacles,
+                               .forcing = scene.immersion.numbers(),
                                .names = names_for_formulas(scene)};
         plan.interactions.emplace_back(interact::Fluid{});
     }

@@ -76,7 +76,9 @@ struct FluidPlan {
     FlowConstants constants;
     double courant = 0;
     std::vector<std::string> velocity_formula; ///< at the start
-    FormulaScope names;                        ///< that it may hold
+    std::vector<Obstacle> obstacles;
+    ForcingNumbers forcing;
+    FormulaScope names; ///< that it may hold
 
     static constexpr double bytes_per_cell = 96; ///< ten fields and coefficients, and as many to be sent on more ranks than one
     static constexpr double field_bytes_per_cell = 32; ///< of output

@@ -125,6 +125,13 @@ std::string fluid_text(const FluidPlan& fluid) {
                        c.density * c.kinematic_viscosity, flow_scheme_names[static_cast<std::size_t>(c.scheme)], fluid.courant);
 }
 
+std::string obstacle_text(const Obstacle& o, const FluidPlan& fluid) {
+    const double h = fluid.constants.grid.h;
+    return fmt::format("'{}', {} of {:.3g} cells, {} markers{}; {} sweeps", o.name,
+                       obstacle_names[static_cast<std::size_t>(o.kind)], 2 * o.radius / h, o.markers(fluid.constants.grid).size(),
+                       o.moves() ? ", moves" : "", fluid.forcing.sweeps);
+}
+
 nlohmann::ordered_json fluid_json(const FluidPlan& fluid) {
     const FlowConstants& c = fluid.constants;
     nlohmann::ordered_json bounds = nlohmann::ordered_json::array();
@@ -151,6 +158,8 @@ std::string to_text(const Plan& p) {
         line("rods", fmt::format("{} with {} elements in {}", p.rods, p.elements,
                                  counted(static_cast<std::int64_t>(p.groups.size()), "group")));
     if (p.fluid) line("fluid", fluid_text(*p.fluid));
+    if (p.fluid)
+        for (const Obstacle& o : p.fluid->obstacles) line("  obstacle", obstacle_text(o, *p.fluid));
     line("runs on",
          fmt::format("{} x {} ({} per rank{}), {} ({})", counted(p.machine.ranks, "rank"), counted(p.machine.threads, "thread"),
                      counted(p.machine.cores, "core"), p.machine.which_cores.empty() ? "" : ": " + p.machine.which_cores,

@@ -81,6 +81,7 @@ std::string scene_json(const SceneSpec& scene, bool physics_only) {
     for (const FormulaConstant& c : copy.constants) json["constants"][c.name] = {{"value", c.value}, {"unit", c.unit}};
     if (copy.contact) json["contact"] = contact_echo(*copy.contact);
     if (copy.fluid) json["fluid"] = table_echo(*copy.fluid);
+    if (!copy.obstacles.empty()) json["immersion"] = table_echo(copy.immersion);
     for_each_list(copy, [&](const char* name, auto& specs) {
         for (auto& spec : specs)
             if constexpr (requires { spec.law.stiffness_is_automatic(); }) json[name].push_back(contact_echo(spec));

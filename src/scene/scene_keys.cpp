@@ -159,6 +159,7 @@ std::string scene_toml(const SceneSpec& scene, Keys which) {
     out.constants(scene.constants);
     if (scene.contact) out.table("[contact]", "contact", *scene.contact, ContactSpec{});
     if (scene.fluid) out.table("[fluid]", "fluid", *scene.fluid, FluidSpec{});
+    if (!scene.obstacles.empty()) out.table("[immersion]", "immersion", scene.immersion, ImmersionSpec{});
     for_each_list(scene, [&](const char* name, const auto& specs) {
         for (const auto& spec : specs) out.table(fmt::format("[[{}]]", name), name, spec, defaults_of(spec));
     });
@@ -176,6 +177,7 @@ std::vector<KeyEntry> all_keys() {
     all.push_back({"constants", constant_field, "number or table", std::string(absent), {}});
     append(all, keys_of(ContactSpec{}, "contact"));
     append(all, keys_of(FluidSpec{}, "fluid"));
+    append(all, keys_of(ImmersionSpec{}, "immersion"));
     const SceneSpec none;
     for_each_list(none, [&](const char* name, const auto& specs) {
         using Spec = typename std::decay_t<decltype(specs)>::value_type;
@@ -200,6 +202,7 @@ std::set<std::string> changed_keys(const SceneSpec& scene) {
         add_changed(paths, scene.rods[i], scene.rods[i].body ? default_body() : RodSpec{}, path_of_group(scene, i));
     if (scene.contact) add_changed(paths, *scene.contact, ContactSpec{}, "contact");
     if (scene.fluid) add_changed(paths, *scene.fluid, FluidSpec{}, "fluid");
+    add_changed(paths, scene.immersion, ImmersionSpec{}, "immersion");
     for_each_list(scene, [&](const char* name, const auto& specs) {
         for (std::size_t i = 0; i < specs.size(); ++i)
             add_changed(paths, specs[i], defaults_of(specs[i]), fmt::format("{}.{}", name, i));

@@ -309,6 +309,7 @@ SceneSpec read_tables(const TomlValue& root, Problems& problems) {
     if (root.find("fluid")) scene.fluid.emplace();
     FluidSpec no_fluid;
     read_table(reader, problems, "fluid", scene.fluid ? *scene.fluid : no_fluid, false);
+    read_table(reader, problems, "immersion", scene.immersion, false);
     for_each_list(scene, [&](const char* name, auto& specs) {
         read_list(reader, problems, name, specs, [](FieldVisitor& f, auto& spec) { table_fields(f, spec); });
     });

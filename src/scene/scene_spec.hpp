@@ -5,6 +5,8 @@
 #include "contact/wall.hpp"
 #include "fluid/fluid_spec.hpp"
 #include "formula/scope.hpp"
+#include "immersion/immersion_spec.hpp"
+#include "immersion/obstacle.hpp"
 #include "io/output_spec.hpp"
 #include "io/start_spec.hpp"
 #include "joints/joint_spec.hpp"
@@ -30,6 +32,8 @@ struct SceneSpec {
     std::optional<ContactSpec> contact; ///< absent: rods do not feel each other
     std::vector<ContactPair> contact_pairs;
     std::optional<FluidSpec> fluid;
+    ImmersionSpec immersion;
+    std::vector<Obstacle> obstacles; ///< in the fluid
     std::vector<Wall> walls;
     std::vector<AssemblySpec> assemblies;
     std::vector<JointSpec> joints;

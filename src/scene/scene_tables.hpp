@@ -48,6 +48,7 @@ template <class Scene, class F> void for_each_list(Scene& scene, F&& f) {
     f("wall", scene.walls);
     f("assembly", scene.assemblies);
     f("joint", scene.joints);
+    f("obstacle", scene.obstacles);
 }
 /// Whether a scene has a list of tables of this name.
 bool is_list(std::string_view name);

@@ -27,6 +27,10 @@ std::unique_ptr<FlowSolver> make_flow(const InteractionParts& parts) {
 
 FluidInteraction::FluidInteraction(const InteractionParts& parts)
     : comm_(parts.comm), threads_(parts.threads), plan_(*parts.plan.fluid), flow_(make_flow(parts)) {
+    if (!plan_.obstacles.empty()) {
+        obstacles_ = std::make_unique<ObstacleForcing>(comm_, threads_, plan_.constants.grid, plan_.forcing, plan_.obstacles);
+        flow_->set_forcing(&obstacles_->forcing());
+    }
     const Vec3d inflow = plan_.constants.inflow;
     if (plan_.velocity_formula.empty()) flow_->set_velocity([&](const Vec3d&) { return inflow; });
     else flow_->set_velocity(StartVelocity(plan_.velocity_formula, plan_.names));
@@ -43,7 +47,8 @@ void FluidInteraction::drive(const Step& step, Timers& timers) {
                         limit, step.dt / limit, most_parts);
         return;
     }
-    steps_ += flow_->step_within(step.dt, plan_.courant);
+    if (obstacles_) obstacles_->begin_interval(step.time - step.dt), to_ = step.time;
+    steps_ += flow_->step_within(step.time - step.dt, step.dt, plan_.courant);
 }
 
 std::string FluidInteraction::invalid() const {
@@ -69,15 +74,25 @@ std::vector<Figure> FluidInteraction::figures(double) const {
         for (const FlowFigures& plane : planes) most = std::max(most, plane.*of);
         return std::vector{most};
     };
-    return {{"fluid_energy[J]", Of::sum, terms([](const FlowFigures& f) { return f.kinetic_energy; })},
-            {"fluid_dissipation[W]", Of::sum, terms([](const FlowFigures& f) { return f.dissipation; })},
-            {"fluid_enstrophy[m^3/s^2]", Of::sum, terms([](const FlowFigures& f) { return f.enstrophy; })},
-            {"fluid_momentum_x[kg m/s]", Of::sum, terms([](const FlowFigures& f) { return f.momentum.x; })},
-            {"fluid_momentum_y[kg m/s]", Of::sum, terms([](const FlowFigures& f) { return f.momentum.y; })},
-            {"fluid_momentum_z[kg m/s]", Of::sum, terms([](const FlowFigures& f) { return f.momentum.z; })},
-            {"fluid_max_divergence[1/s]", Of::largest, largest(&FlowFigures::divergence)},
-            {"fluid_max_speed[m/s]", Of::largest, largest(&FlowFigures::speed)},
-            {"fluid_steps[-]", Of::same, {static_cast<double>(steps_)}}};
+    std::vector<Figure> all{{"fluid_energy[J]", Of::sum, terms([](const FlowFigures& f) { return f.kinetic_energy; })},
+                            {"fluid_dissipation[W]", Of::sum, terms([](const FlowFigures& f) { return f.dissipation; })},
+                            {"fluid_enstrophy[m^3/s^2]", Of::sum, terms([](const FlowFigures& f) { return f.enstrophy; })},
+                            {"fluid_momentum_x[kg m/s]", Of::sum, terms([](const FlowFigures& f) { return f.momentum.x; })},
+                            {"fluid_momentum_y[kg m/s]", Of::sum, terms([](const FlowFigures& f) { return f.momentum.y; })},
+                            {"fluid_momentum_z[kg m/s]", Of::sum, terms([](const FlowFigures& f) { return f.momentum.z; })},
+                            {"fluid_max_divergence[1/s]", Of::largest, largest(&FlowFigures::divergence)},
+                            {"fluid_max_speed[m/s]", Of::largest, largest(&FlowFigures::speed)},
+                            {"fluid_steps[-]", Of::same, {static_cast<double>(steps_)}}};
+    if (!obstacles_) return all;
+    for (std::size_t o = 0; o < plan_.obstacles.size(); ++o) {
+        const Vec3d force = obstacles_->force(o, plan_.constants.density, to_);
+        const std::string name = plan_.obstacles[o].name + "_force_";
+        all.push_back({name + "x[N]", Of::same, {force.x}});
+        all.push_back({name + "y[N]", Of::same, {force.y}});
+        all.push_back({name + "z[N]", Of::same, {force.z}});
+    }
+    all.push_back({"slip[m/s]", Of::same, {obstacles_->forcing().slip()}});
+    return all;
 }
 
 KeptNumbers FluidInteraction::kept() const {

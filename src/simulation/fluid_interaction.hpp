@@ -2,6 +2,7 @@
 #pragma once
 
 #include "fluid/flow.hpp"
+#include "immersion/obstacle.hpp"
 #include "io/field_series.hpp"
 #include "simulation/interaction.hpp"
 
@@ -32,8 +33,10 @@ private:
     const Threads& threads_;
     const FluidPlan& plan_;
     std::unique_ptr<FlowSolver> flow_;
-    std::string failure_;                       ///< why it cannot go on; empty: it can
-    std::int64_t steps_ = 0, steps_before_ = 0; ///< of the fluid since the start; of them, those before this run
+    std::unique_ptr<ObstacleForcing> obstacles_; ///< null where there are none
+    double to_ = 0;                              ///< s, end of the interval that forces on them are means of
+    std::string failure_;                        ///< why it cannot go on; empty: it can
+    std::int64_t steps_ = 0, steps_before_ = 0;  ///< of the fluid since the start; of them, those before this run
 };
 
 /// The fluid among them; null where there is none.

@@ -111,7 +111,7 @@ double error_after(const FlowConstants& constants, int steps, const Vec3d& strea
     const auto run = [&](int n) {
         auto flow = make_flow(comm, threads, constants);
         flow->set_velocity([&](const Vec3d& at) { return vortex(at, 0, stream); });
-        for (int s = 0; s < n; ++s) flow->step(1.0 / n);
+        for (int s = 0; s < n; ++s) flow->step(0, 1.0 / n);
         return flow;
     };
     const auto flow = run(steps), fine = against_itself ? run(8 * steps) : nullptr;
@@ -183,7 +183,7 @@ std::vector<double> fields_of(const FlowSolver& flow) {
 std::vector<double> after_steps(const Communicator& comm, const Threads& threads, const FlowConstants& constants) {
     auto flow = make_flow(comm, threads, constants);
     flow->set_velocity(tangled);
-    for (int s = 0; s < 3; ++s) flow->step(0.02);
+    for (int s = 0; s < 3; ++s) flow->step(0, 0.02);
     return comm.all_gather(fields_of(*flow));
 }
 
@@ -206,7 +206,7 @@ TEST(Flow, KeepsWhatItShould) {
         const FlowFigures before = figures_of(comm, *flow);
         double energy = before.kinetic_energy;
         for (int s = 0; s < 6; ++s) {
-            flow->step(0.01);
+            flow->step(0, 0.01);
             const FlowFigures now = figures_of(comm, *flow);
             EXPECT_LT(now.kinetic_energy, energy * (1 + 1e-12));
             EXPECT_LT(now.divergence, 1e-12 * now.speed / constants.grid.h);
@@ -229,11 +229,11 @@ TEST(Flow, LosesEnergyByViscosityAlone) {
     flow->set_velocity([](const Vec3d& at) {
         return Vec3d{std::sin(at.x) * std::cos(at.y) * std::cos(at.z), -std::cos(at.x) * std::sin(at.y) * std::cos(at.z), 0};
     });
-    for (int s = 0; s < 40; ++s) flow->step(0.02);
+    for (int s = 0; s < 40; ++s) flow->step(0, 0.02);
     const FlowFigures before = figures_of(comm, *flow);
-    flow->step(0.01);
+    flow->step(0, 0.01);
     const FlowFigures between = figures_of(comm, *flow);
-    flow->step(0.01);
+    flow->step(0, 0.01);
     const double loss = (before.kinetic_energy - figures_of(comm, *flow).kinetic_energy) / 0.02;
     EXPECT_NEAR(loss, between.dissipation, 2e-4 * loss);
     EXPECT_NEAR(between.dissipation, 2 * constants.density * constants.kinematic_viscosity * between.enstrophy, 1e-12 * loss);
@@ -251,7 +251,7 @@ TEST(Flow, ShearDecaysBetweenWalls) {
         auto flow = make_flow(comm, threads, constants);
         flow->set_velocity([](const Vec3d& at) { return Vec3d{std::sin(pi * at.z), 0, 0}; });
         const int steps = 400 << fine;
-        for (int s = 0; s < steps; ++s) flow->step(0.4 / steps);
+        for (int s = 0; s < steps; ++s) flow->step(0, 0.4 / steps);
         const FieldLayout layout = flow->layout();
         double most = 0;
         for (int k = 0; k < layout.nz; ++k)
@@ -270,7 +270,7 @@ TEST(Flow, StreamsThroughUnchanged) {
     constants.grid.boundary[0] = FluidBoundary::through;
     auto flow = make_flow(comm, threads, constants);
     flow->set_velocity([](const Vec3d&) { return Vec3d{1, 0, 0}; });
-    for (int s = 0; s < 20; ++s) flow->step(0.05);
+    for (int s = 0; s < 20; ++s) flow->step(0, 0.05);
     for (int c = 0; c < 3; ++c)
         for (int k = 0; k < flow->layout().nz; ++k)
             for (int i = 0; i < 24; ++i)
@@ -283,7 +283,7 @@ TEST(Flow, GoesOnFromItsState) {
     for (const FlowConstants& constants : all_kinds()) {
         auto first = make_flow(comm, threads, constants), second = make_flow(comm, threads, constants);
         first->set_velocity(tangled);
-        for (int s = 0; s < 2; ++s) first->step(0.02);
+        for (int s = 0; s < 2; ++s) first->step(0, 0.02);
         const auto from = first->state(), to = second->state();
         for (std::size_t f = 0; f < from.size(); ++f)
             for (int k = 0; k < first->layout().nz; ++k)
@@ -292,7 +292,7 @@ TEST(Flow, GoesOnFromItsState) {
                     std::memcpy(&to[f][row], &from[f][row], static_cast<std::size_t>(first->layout().nx) * sizeof(double));
                 }
         second->refresh();
-        for (int s = 0; s < 2; ++s) first->step(0.02), second->step(0.02);
+        for (int s = 0; s < 2; ++s) first->step(0, 0.02), second->step(0, 0.02);
         EXPECT_EQ(fields_of(*first), fields_of(*second));
     }
 }

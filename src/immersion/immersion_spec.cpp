@@ -1,0 +1,18 @@
+#include "immersion/immersion_spec.hpp"
+
+namespace skein {
+
+void ImmersionSpec::fields(FieldVisitor& f) {
+    f.choice(
+        {.name = "delta", .unit = "", .text = "weights of the grid points near a marker: of three or four along each direction"},
+        delta, delta_names);
+    f.visit({.name = "sweeps", .unit = "-", .text = "corrections of velocities in a stage, at most", .at_least = 1, .at_most = 20},
+            sweeps);
+    f.visit({.name = "slip",
+             .unit = "m/s",
+             .text = "difference of velocities of fluid and bodies at which there are no more corrections; 0: all are made",
+             .at_least = 0},
+            slip);
+}
+
+} // namespace skein

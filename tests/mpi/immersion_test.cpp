@@ -1,0 +1,95 @@
+// Bodies in a fluid: the same bits on any ranks, what they give the fluid, and the drag of a sphere.
+#include "fluid/make_flow.hpp"
+#include "immersion/obstacle.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <numbers>
+
+namespace skein {
+namespace {
+
+FlowConstants still_box(std::array<int, 3> cells) {
+    FlowConstants c{.grid = {.cells = cells, .h = 0.1, .lower = {-0.3, 0.2, 0.05}}, .density = 2, .kinematic_viscosity = 5e-3};
+    return c;
+}
+
+/// One that swings across the planes that ranks share, one that moves through the sides of the box.
+std::vector<Obstacle> moving_bodies() {
+    Obstacle ball;
+    ball.name = "ball", ball.centre = {0.43, 1.12, 0.81}, ball.radius = 0.31;
+    ball.amplitude = {0.05, 0.02, 0.3}, ball.frequency = 0.7;
+    Obstacle tube;
+    tube.name = "tube", tube.kind = ObstacleKind::cylinder, tube.centre = {1.5, 0.25, 0}, tube.radius = 0.3,
+    tube.second_radius = 0.2;
+    tube.velocity = {0.4, -0.5, 0.1};
+    return {ball, tube};
+}
+
+struct Swum {
+    std::vector<double> velocity;
+    Vec3d given{0, 0, 0}, gained{0, 0, 0};
+    double slip = 0, speed = 0;
+};
+
+Swum swum(const Communicator& comm, const Threads& threads, FlowScheme scheme, DeltaKind delta) {
+    FlowConstants constants = still_box({24, 20, 16});
+    constants.scheme = scheme;
+    auto flow = make_flow(comm, threads, constants);
+    flow->set_velocity([](const Vec3d&) { return Vec3d{0, 0, 0}; });
+    ObstacleForcing bodies(comm, threads, constants.grid, {.delta = delta, .sweeps = 3}, moving_bodies());
+    flow->set_forcing(&bodies.forcing());
+    bodies.begin_interval(0);
+    for (int s = 0; s < 6; ++s) flow->step(0.03 * s, 0.03);
+    Swum all;
+    for (const Vec3d& given : bodies.forcing().given()) all.given += constants.density * given;
+    const FlowFigures figures = figures_of(comm, *flow);
+    all.gained = figures.momentum, all.speed = figures.speed;
+    all.slip = bodies.forcing().slip();
+    const FieldLayout layout = flow->layout();
+    std::vector<double> mine;
+    for (int k = 0; k < layout.nz; ++k)
+        for (int c = 0; c < 3; ++c)
+            for (int j = 0; j < layout.ny; ++j)
+                for (int i = 0; i < layout.nx; ++i) mine.push_back(flow->velocity(c)[static_cast<std::size_t>(layout.at(i, j, k))]);
+    all.velocity = comm.all_gather(mine);
+    return all;
+}
+
+TEST(Obstacles, HaveTheSameBitsOnAnyRanksAndGiveWhatTheFluidGains) {
+    const Threads threads(1), team(2);
+    for (const FlowScheme scheme : {FlowScheme::rk3, FlowScheme::rk3_projected, FlowScheme::adams_bashforth})
+        for (const DeltaKind delta : {DeltaKind::three_point, DeltaKind::four_point}) {
+            const Swum here = swum(Communicator::world(), threads, scheme, delta);
+            EXPECT_EQ(here.velocity, swum(Communicator::alone(), threads, scheme, delta).velocity);
+            EXPECT_EQ(here.velocity, swum(Communicator::world(), team, scheme, delta).velocity);
+            EXPECT_GT(norm(here.gained), 1e-3);
+            EXPECT_LT(norm(here.given - here.gained), 1e-13);
+            EXPECT_LT(here.slip, 0.1 * here.speed);
+        }
+}
+
+/// In a box of 10 x 6 x 6 diameters, where it is 1.9 % larger than in 14 x 10 x 10, and there 1.087 (kim2001).
+TEST(Obstacles, SphereHasItsDrag) {
+    const Communicator comm = Communicator::world();
+    if (comm.size() > 1) GTEST_SKIP() << "the bits are those of one rank";
+    const Threads threads(1);
+    FlowConstants constants{.grid = {.cells = {80, 48, 48}, .h = 0.125}, .kinematic_viscosity = 0.01, .inflow = {1, 0, 0}};
+    constants.grid.boundary = {FluidBoundary::through, FluidBoundary::free_slip, FluidBoundary::free_slip};
+    auto flow = make_flow(comm, threads, constants);
+    flow->set_velocity([](const Vec3d&) { return Vec3d{1, 0, 0}; });
+    Obstacle sphere;
+    sphere.centre = {3.5, 3, 3}, sphere.radius = 0.5;
+    ObstacleForcing bodies(comm, threads, constants.grid, {}, {sphere});
+    flow->set_forcing(&bodies.forcing());
+    for (int t = 0; t < 16; ++t) {
+        bodies.begin_interval(0.5 * t);
+        flow->step_within(0.5 * t, 0.5, 0.8);
+    }
+    EXPECT_NEAR(bodies.force(0, 1, 8).x / (0.5 * std::numbers::pi / 4), 1.019 * 1.087, 0.015 * 1.087);
+    EXPECT_LT(bodies.forcing().slip(), 0.02);
+}
+
+} // namespace
+} // namespace skein
