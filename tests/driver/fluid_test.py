@@ -1,0 +1,122 @@
+"""A fluid by itself: nothing in the results tells on how many ranks, threads and lanes they were computed, nor where the run was
+interrupted; fields are those of the scene; what has no fluid never sees its library."""
+
+import pathlib
+import re
+import subprocess
+import time
+import unittest
+
+import h5py
+import numpy
+
+from driver import SKEIN, DriverTest
+
+FLUID = """
+title = "vortices round a ball"
+[constants]
+k = { value = 3.141592653589793, unit = "1/m" }
+U = { value = 1.0, unit = "m/s" }
+[time]
+duration = 0.5
+[fluid]
+cells = [24, 20, 16]
+spacing = 0.1
+lower = [0.5, -1.0, 0.0]
+density = 2.0
+viscosity = 0.01
+along_y = "no_slip"
+along_z = "free_slip"
+velocity_formula = ["U * sin(k*y)", "0.3 * U * sin(2 * k * x / 2.4)", "0 * U"]
+[[obstacle]]
+name = "ball"
+centre = [1.5, 0.1, 0.8]
+radius = 0.25
+amplitude = [0.0, 0.0, 0.2]
+frequency = 1.0
+[output]
+series = 0.05
+fields = 0.25
+checkpoint = 0.25
+"""
+
+
+def libraries(process):
+    return set(re.findall(r"/\S*?(lib\w+)[-.\d]*\.so", pathlib.Path(f"/proc/{process.pid}/maps").read_text()))
+
+
+class Fluid(DriverTest):
+    def setUp(self):
+        super().setUp()
+        self.rods = self.scene.read_text()
+        self.scene.write_text(FLUID)
+
+    def fields(self, out):
+        frames = {}
+        for path in sorted((self.directory / out).glob("fields_*.h5")):
+            with h5py.File(path) as file:
+                frames[path.name] = {name: file[name][:] for name in file} | {"time": file.attrs["time"]}
+        return frames
+
+    def test_the_same_on_any_ranks_threads_and_lanes_and_after_a_stop(self):
+        self.run_skein("one")
+        whole = self.fields("one")
+        self.assertEqual(len(whole), 3)
+        self.assertGreater(self.series("one")["fluid_steps"][-1], 10, "the fluid divides steps of the run")
+        runs = {"two": {"ranks": 2}, "three": {"ranks": 3}, "threads": {"threads": 2}}
+        for out, layout in runs.items():
+            self.run_skein(out, **layout)
+        for lanes in ("4", "2"):
+            self.run_skein("lanes" + lanes, "--lanes", lanes)
+        self.run_skein("parts", "--steps", "4", ranks=2)
+        resumed = self.run_skein("parts", ranks=3)
+        self.assertIn("Resuming from", resumed.stdout)
+        for out in (*runs, "lanes4", "lanes2", "parts"):
+            self.assertEqual(self.digest(out), self.digest("one"), out)
+            self.assertEqual((self.directory / out / "observables.csv").read_bytes(), (self.directory / "one/observables.csv").read_bytes(), out)
+            for name, frame in self.fields(out).items():
+                for field in frame:
+                    self.assertTrue(numpy.array_equal(frame[field], whole[name][field]), f"{out}/{name}: {field}")
+
+    def test_fields_are_those_of_the_scene(self):
+        """Means of faces at the middles of cells, and derivatives of what the scene says, to second order."""
+        scene = FLUID[: FLUID.index("[[obstacle]]")] + FLUID[FLUID.index("[output]"):]
+        self.scene.write_text(scene.replace("checkpoint = 0.25\n", "").replace('along_y = "no_slip"', 'along_y = "periodic"'))
+        self.run_skein("out", "--steps", "1")
+        frame = self.fields("out")["fields_000000000000.h5"]
+        self.assertEqual(frame["velocity"].shape, (16, 20, 24, 3))
+        x, y = 0.5 + 0.1 * (numpy.arange(24) + 0.5), -1 + 0.1 * (numpy.arange(20) + 0.5)
+        k = numpy.pi
+        u, v = numpy.sin(k * y)[:, None], 0.3 * numpy.sin(2 * k * x / 2.4)[None, :]
+        numpy.testing.assert_allclose(frame["velocity"][5, ..., 0], u + 0 * v, atol=2e-6)
+        numpy.testing.assert_allclose(frame["velocity"][5, ..., 1], v + 0 * u, atol=2e-6)
+        vorticity = 0.3 * 2 * k / 2.4 * numpy.cos(2 * k * x / 2.4)[None, :] - k * numpy.cos(k * y)[:, None]
+        numpy.testing.assert_allclose(frame["vorticity"][5, ..., 2], vorticity, atol=0.06 * abs(vorticity).max())
+        numpy.testing.assert_allclose(frame["velocity"][..., 2], 0, atol=1e-6)
+        text = (self.directory / "out/fields.xdmf").read_text()
+        self.assertIn('Dimensions="17 21 25"', text)
+        self.assertIn("fields_000000000000.h5:/velocity", text)
+
+    def test_an_unsteady_scene_is_refused_and_told(self):
+        self.scene.write_text(FLUID.replace("viscosity = 0.01", "viscosity = 1e9"))
+        done = self.run_skein("out", expect=4)
+        self.assertIn("the velocity or the viscosity of the fluid leaves steps of", done.stderr)
+
+    def test_what_has_no_fluid_does_not_load_its_library(self):
+        for scene, has in ((self.rods, False), (FLUID.replace("duration = 0.5", "duration = 500.0").replace("cells = [24, 20, 16]", "cells = [96, 96, 96]"), True)):
+            self.scene.write_text(scene.replace("duration = 14.4", "duration = 14400.0"))
+            run = subprocess.Popen([SKEIN, "run", str(self.scene), "--out", str(self.directory / f"run{has}"), "-q"], stdout=subprocess.DEVNULL)
+            try:
+                end = time.monotonic() + 60
+                while not (self.directory / f"run{has}/observables.csv").exists() and run.poll() is None and time.monotonic() < end:
+                    time.sleep(0.02)
+                self.assertIsNone(run.poll())
+                self.assertEqual("libfftw3" in libraries(run) or "libfftw" in libraries(run), has)
+                self.assertFalse(any("petsc" in name for name in libraries(run)))
+            finally:
+                run.kill()
+                run.wait()
+
+
+if __name__ == "__main__":
+    unittest.main()
