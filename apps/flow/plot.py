@@ -1,8 +1,9 @@
 #!/usr/bin/env python3
 """Figures of a fluid by itself: plot.py OUT_DIR [--axis z] [--at SHARE]
 
-Draws OUT_DIR/flow.png, vorticity across a plane of cells in the first and the last frame, and OUT_DIR/energy.png, kinetic energy and
-what takes it. Prints how well the loss of energy and the dissipation agree. Needs numpy, h5py and matplotlib.
+Draws OUT_DIR/flow.png, vorticity across a plane of cells in the first and the last frame, with obstacles in the last alone; with these
+OUT_DIR/forces.png, the forces on them, without OUT_DIR/energy.png, kinetic energy and what takes it. Prints mean forces, or how well the loss of energy and the
+dissipation agree. Needs numpy, h5py and matplotlib.
 """
 
 import argparse
@@ -36,11 +37,14 @@ def plane(path, axis, share):
 
 def draw_planes(files, axis, share, to):
     planes = [plane(path, axis, share) for path in dict.fromkeys((files[0], files[-1]))]
-    most = max(np.abs(values).max() for values, _, _ in planes) or 1.0
-    figure, axes = plt.subplots(1, len(planes), figsize=(4.2 * len(planes) + 0.6, 4.2), squeeze=False, constrained_layout=True)
-    for one, (values, spacing, time) in zip(axes[0], planes):
+    most = max(np.quantile(np.abs(values), 0.995) for values, _, _ in planes) or 1.0  # the thin layer at a body hides all else
+    height, width = planes[0][0].shape
+    wide = width > 1.2 * height  # then one above the other
+    size = (7.6, 0.6 + 7.0 * len(planes) * height / width) if wide else (4.2 * len(planes) + 0.6, 4.2 * max(1.0, height / width))
+    figure, axes = plt.subplots(*((len(planes), 1) if wide else (1, len(planes))), figsize=size, squeeze=False, constrained_layout=True)
+    for one, (values, spacing, time) in zip(axes.flat, planes):
         extent = [0, values.shape[1] * spacing, 0, values.shape[0] * spacing]
-        image = one.imshow(values, origin="lower", extent=extent, cmap="RdBu_r", vmin=-most, vmax=most, interpolation="nearest")
+        image = one.imshow(values, origin="lower", extent=extent, cmap="RdBu_r", vmin=-most, vmax=most, interpolation="bilinear")
         one.set_title(f"t = {time:.4g} s", color=INK)
         across = [name for name in "xyz" if name != axis]
         one.set_xlabel(f"{across[0]} [m]"), one.set_ylabel(f"{across[1]} [m]")
@@ -67,6 +71,24 @@ def draw_energy(series, to):
     print(f"largest difference of loss and dissipation: {np.max(np.abs(loss - between) / np.max(between)):.2e} of the largest dissipation")
 
 
+def draw_forces(series, to):
+    """On each obstacle, over time."""
+    columns = [name for name in series if "_force_" in name and np.any(np.abs(series[name]) > 1e-9 * max(np.abs(series[other]).max() for other in series if "_force_" in other))]
+    figure, axes = plt.subplots(figsize=(6, 4), constrained_layout=True)
+    for name in columns:
+        axes.plot(series["time"][1:], series[name][1:], lw=1, label=name.replace("_force_", ", along "))
+    late = series["time"] > 0.5 * series["time"][-1]
+    forces = np.concatenate([series[name][late] for name in columns])
+    room = 0.2 * max(np.ptp(forces), 1e-3 * np.abs(forces).max())
+    axes.set_ylim(forces.min() - room, forces.max() + room)  # a start at once is far off
+    axes.set_xlabel("time [s]"), axes.set_ylabel("force [N]")
+    axes.legend(frameon=False)
+    bare(axes)
+    figure.savefig(to, dpi=150)
+    for name in columns:
+        print(f"{name}: mean {series[name][late].mean():.6g} N, standard deviation {series[name][late].std():.3g} N in the second half")
+
+
 def read_series(path):
     with open(path) as file:
         names = [name.split("[")[0] for name in file.readline().strip().split(",")]
@@ -83,12 +105,15 @@ def main():
     files = sorted(given.out_dir.glob("fields_*.h5"))
     if not files:
         sys.exit(f"{given.out_dir}: no fields_*.h5; set output.fields in the scene")
-    draw_planes(files, given.axis, given.at, given.out_dir / "flow.png")
-    print(given.out_dir / "flow.png")
     series = given.out_dir / "observables.csv"
-    if series.exists():
-        draw_energy(read_series(series), given.out_dir / "energy.png")
-        print(given.out_dir / "energy.png")
+    rows = read_series(series) if series.exists() else {}
+    forced = any("_force_" in name for name in rows)
+    draw_planes(files[-1:] if forced else files, given.axis, given.at, given.out_dir / "flow.png")
+    print(given.out_dir / "flow.png")
+    if rows:
+        picture = given.out_dir / ("forces.png" if forced else "energy.png")
+        (draw_forces if forced else draw_energy)(rows, picture)
+        print(picture)
 
 
 if __name__ == "__main__":

@@ -82,7 +82,11 @@ struct FluidPlan {
 
     static constexpr double bytes_per_cell = 96; ///< ten fields and coefficients, and as many to be sent on more ranks than one
     static constexpr double field_bytes_per_cell = 32; ///< of output
-    static constexpr double ns_per_cell_step = 45;     ///< of three stages with one projection, for predictions
+    /// Sent by a rank in a step: coefficients that change ranks and come back, and planes of ghosts.
+    double transposed_bytes(int ranks) const;
+    double ghost_bytes(int ranks) const;
+
+    static constexpr double ns_per_cell_step = 45; ///< of three stages with one projection, for predictions
 };
 
 /// Whole steps between two events of a kind; 0: never.

@@ -158,6 +158,10 @@ std::string to_text(const Plan& p) {
         line("rods", fmt::format("{} with {} elements in {}", p.rods, p.elements,
                                  counted(static_cast<std::int64_t>(p.groups.size()), "group")));
     if (p.fluid) line("fluid", fluid_text(*p.fluid));
+    if (p.fluid && p.machine.ranks > 1)
+        line("  sent", fmt::format("by a rank in a step: {} in transposes, {} as ghosts",
+                                   bytes_text(p.fluid->transposed_bytes(p.machine.ranks)),
+                                   bytes_text(p.fluid->ghost_bytes(p.machine.ranks))));
     if (p.fluid)
         for (const Obstacle& o : p.fluid->obstacles) line("  obstacle", obstacle_text(o, *p.fluid));
     line("runs on",
