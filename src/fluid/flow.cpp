@@ -12,6 +12,15 @@ FlowFigures& FlowFigures::operator+=(const FlowFigures& plane) {
     return *this;
 }
 
+void FlowSolver::set_velocity(const std::function<Vec3d(const Vec3d& place)>& velocity) {
+    set_velocity(VelocityRow([&](int component, const Vec3d& first, double spacing, std::span<double> row) {
+        for (std::size_t i = 0; i < row.size(); ++i) {
+            const Vec3d v = velocity(first + Vec3d{spacing * static_cast<double>(i), 0, 0});
+            row[i] = component == 0 ? v.x : component == 1 ? v.y : v.z;
+        }
+    }));
+}
+
 std::int64_t FlowSolver::step_within(double time, double dt, double courant) {
     const double parts = std::ceil(dt / step_limit(courant) * (1 - 1e-12));
     const auto steps = static_cast<std::int64_t>(std::clamp(parts, 1.0, 1e9)); // of what is no number: the first

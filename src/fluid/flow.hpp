@@ -44,6 +44,9 @@ struct FlowFigures {
     FlowFigures& operator+=(const FlowFigures& plane);
 };
 
+/// A component of a velocity at places a `spacing` apart along x. Of any thread.
+using VelocityRow = std::function<void(int component, const Vec3d& first, double spacing, std::span<double> row)>;
+
 class FlowSolver {
 public:
     virtual ~FlowSolver() = default;
@@ -52,7 +55,9 @@ public:
     virtual Slab slab() const = 0;
     /// Sets the velocity to that of a function of place, made free of divergence, and the pressure to that which belongs to it.
     /// Collective.
-    virtual void set_velocity(const std::function<Vec3d(const Vec3d& place)>& velocity) = 0;
+    virtual void set_velocity(const VelocityRow& velocity) = 0;
+    /// The same of a function of one place.
+    void set_velocity(const std::function<Vec3d(const Vec3d& place)>& velocity);
     /// What changes velocities in each stage, of bodies in the fluid; null: nothing. Must outlive its use.
     virtual void set_forcing(StageForcing* forcing) = 0;
     /// From a time, s. Collective.

@@ -196,7 +196,7 @@ std::vector<std::span<double>> BoxFlow::state() {
     return all;
 }
 
-void BoxFlow::set_velocity(const std::function<Vec3d(const Vec3d& place)>& velocity) {
+void BoxFlow::set_velocity(const VelocityRow& velocity) {
     std::fill(pressure_.begin(), pressure_.end(), 0.0);
     sample(velocity);
     // The pressure that belongs to it: that of a step of 1 s of rates alone, after which the velocities are put back.
@@ -210,18 +210,20 @@ void BoxFlow::set_velocity(const std::function<Vec3d(const Vec3d& place)>& veloc
     begun_ = false;
 }
 
-void BoxFlow::sample(const std::function<Vec3d(const Vec3d& place)>& velocity) {
+void BoxFlow::sample(const VelocityRow& velocity) {
     const FluidGrid& grid = constants_.grid;
+    const double half = 0.5 * grid.h;
     for_planes(0, layout_.nz, [&](int k) {
-        for (int j = 0; j < layout_.ny; ++j)
-            for (int i = 0; i < layout_.nx; ++i) {
-                const Vec3d centre = grid.lower + grid.h * Vec3d{i + 0.5, j + 0.5, slab_.first + k + 0.5};
-                const double half = 0.5 * grid.h;
-                const auto at = static_cast<std::size_t>(layout_.at(i, j, k));
-                now_[0][at] = velocity(centre + Vec3d{half, 0, 0}).x;
-                now_[1][at] = velocity(centre + Vec3d{0, half, 0}).y;
-                now_[2][at] = velocity(centre + Vec3d{0, 0, half}).z;
+        for (int j = 0; j < layout_.ny; ++j) {
+            const Vec3d middle = grid.lower + grid.h * Vec3d{0.5, j + 0.5, slab_.first + k + 0.5};
+            const Three<Vec3d> first{middle + Vec3d{half, 0, 0}, middle + Vec3d{0, half, 0}, middle + Vec3d{0, 0, half}};
+            for (int c = 0; c < 3; ++c) {
+                const auto component = static_cast<std::size_t>(c);
+                velocity(c, first[component], grid.h,
+                         std::span(now_[component])
+                             .subspan(static_cast<std::size_t>(layout_.at(0, j, k)), static_cast<std::size_t>(layout_.nx)));
             }
+        }
     });
     refresh();
     pass_outflow(0);

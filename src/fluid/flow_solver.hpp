@@ -17,7 +17,8 @@ public:
 
     const FlowConstants& constants() const override { return constants_; }
     Slab slab() const override { return slab_; }
-    void set_velocity(const std::function<Vec3d(const Vec3d& place)>& velocity) override;
+    using FlowSolver::set_velocity;
+    void set_velocity(const VelocityRow& velocity) override;
     void set_forcing(StageForcing* forcing) override { forcing_ = forcing; }
     void step(double time, double dt) override;
     double step_limit(double courant) const override;
@@ -50,7 +51,7 @@ private:
     void force(double time, double dt, bool first, bool last);
 
     /// Sets the velocity to that of a function, made free of divergence. Collective.
-    void sample(const std::function<Vec3d(const Vec3d& place)>& velocity);
+    void sample(const VelocityRow& velocity);
     /// A stage: velocities from now_ to next_, which then change their names.
     void sweep(const StageFactors& factors);
     void pass_outflow(double dt);

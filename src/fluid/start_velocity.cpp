@@ -1,5 +1,9 @@
 #include "fluid/start_velocity.hpp"
 
+#include "formula/evaluate.hpp"
+
+#include <algorithm>
+
 namespace skein {
 
 namespace {
@@ -15,29 +19,53 @@ bool varies_otherwise(const Graph& graph, int node) {
 
 } // namespace
 
-StartVelocity::StartVelocity(const std::vector<std::string>& texts, const FormulaScope& names) : graph_(names.tables) {
+StartVelocity::StartVelocity(const std::vector<std::string>& texts, const FormulaScope& names) {
     if (!skein::faults(names).empty()) return; // told of themselves
     if (texts.size() != 3) {
         faults_.push_back({{}, "a vector is 3 formulas, not " + std::to_string(texts.size())});
         return;
     }
     for (std::size_t i = 0; i < 3; ++i) {
-        const auto read = read_formula(graph_, names, texts[i], static_cast<int>(i), "m/s", faults_);
+        const int number = static_cast<int>(i);
+        Graph graph(names.tables);
+        const auto read = read_formula(graph, names, texts[i], number, "m/s", faults_);
         if (!read) continue;
-        node_[i] = static_cast<std::size_t>(read->node);
-        if (varies_otherwise(graph_, read->node))
-            faults_.push_back(
-                {{0, texts[i].size(), static_cast<int>(i)}, "it may name 'x', 'y', 'z', constants, tables and functions alone"});
+        const Part whole{0, texts[i].size(), number};
+        if (varies_otherwise(graph, read->node))
+            faults_.push_back({whole, "it may name 'x', 'y', 'z', constants, tables and functions alone"});
+        else if (const auto program = compiled(graph, std::span(&read->node, 1))) program_[i] = *program;
+        else faults_.push_back({whole, "it has too many values at once"});
     }
 }
 
-Vec3d StartVelocity::operator()(const Vec3d& place) const {
-    std::array<double, variables> at{};
-    at[static_cast<std::size_t>(Variable::x)] = place.x;
-    at[static_cast<std::size_t>(Variable::y)] = place.y;
-    at[static_cast<std::size_t>(Variable::z)] = place.z;
-    const std::vector<double> values = graph_.values(at);
-    return {values[node_[0]], values[node_[1]], values[node_[2]]};
+void StartVelocity::operator()(int component, const Vec3d& first, double spacing, std::span<double> row) const {
+    constexpr int W = 2;
+    const FormulaProgram& program = program_[static_cast<std::size_t>(component)];
+    const InstructionList& list = program.state;
+    if (list.outputs.empty()) return;
+    StripRegisters<W> registers;
+    Strided<W> source[InstructionList::most_sources];
+    Pack<W> constant[InstructionList::most_sources], x[strip<W>];
+    const Pack<W> y(first.y), z(first.z);
+    for (std::size_t c = 0; c < list.constants.size(); ++c) {
+        constant[c] = Pack<W>(list.constants[c]);
+        source[static_cast<std::size_t>(list.registers) + c] = {&constant[c], 0};
+    }
+    for (std::size_t i = 0; i < list.inputs.size(); ++i) {
+        const auto variable = static_cast<Variable>(list.inputs[i]);
+        source[static_cast<std::size_t>(list.first_input()) + i] =
+            variable == Variable::x ? Strided<W>{x, 1} : Strided<W>{variable == Variable::y ? &y : &z, 0};
+    }
+    for (std::size_t begin = 0; begin < row.size(); begin += W * strip<W>) {
+        const std::size_t values = std::min<std::size_t>(W * strip<W>, row.size() - begin);
+        const int packs = static_cast<int>((values + W - 1) / W);
+        for (int p = 0; p < packs; ++p)
+            for (int l = 0; l < W; ++l)
+                x[p].set(l, first.x + spacing * static_cast<double>(begin + static_cast<std::size_t>(W * p + l)));
+        evaluate<W>(list, program.tables, source, registers, packs);
+        const Strided<W>& out = source[static_cast<std::size_t>(list.outputs.front())];
+        for (std::size_t i = 0; i < values; ++i) row[begin + i] = out[static_cast<int>(i / W)][static_cast<int>(i % W)];
+    }
 }
 
 } // namespace skein

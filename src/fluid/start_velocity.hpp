@@ -2,9 +2,11 @@
 #pragma once
 
 #include "formula/formula.hpp"
+#include "formula/program.hpp"
 #include "skein/core/vec3.hpp"
 
 #include <array>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -16,12 +18,11 @@ public:
     StartVelocity(const std::vector<std::string>& texts, const FormulaScope& names);
 
     const std::vector<FormulaFault>& faults() const { return faults_; }
-    /// Of formulas without faults.
-    Vec3d operator()(const Vec3d& place) const;
+    /// A component at places a `spacing` apart along x. Of formulas without faults. Any thread.
+    void operator()(int component, const Vec3d& first, double spacing, std::span<double> row) const;
 
 private:
-    Graph graph_;
-    std::array<std::size_t, 3> node_{};
+    std::array<FormulaProgram, 3> program_; ///< by component
     std::vector<FormulaFault> faults_;
 };
 

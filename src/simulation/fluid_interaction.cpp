@@ -33,7 +33,7 @@ FluidInteraction::FluidInteraction(const InteractionParts& parts)
     }
     const Vec3d inflow = plan_.constants.inflow;
     if (plan_.velocity_formula.empty()) flow_->set_velocity([&](const Vec3d&) { return inflow; });
-    else flow_->set_velocity(StartVelocity(plan_.velocity_formula, plan_.names));
+    else flow_->set_velocity(VelocityRow(StartVelocity(plan_.velocity_formula, plan_.names)));
 }
 
 void FluidInteraction::drive(const Step& step, Timers& timers) {
