@@ -157,9 +157,11 @@ std::vector<FlowConstants> all_kinds() {
     std::vector<FlowConstants> all;
     for (const FlowScheme scheme : {FlowScheme::rk3, FlowScheme::rk3_projected, FlowScheme::adams_bashforth})
         for (const FluidBoundary wall : {FluidBoundary::free_slip, FluidBoundary::no_slip})
-            for (unsigned walls = 0; walls < 8; ++walls)
+            for (unsigned walls = 0; walls < 8; ++walls) {
+                if (scheme != FlowScheme::rk3 && walls != 0 && walls != 6) continue; // boundaries know nothing of schemes
                 all.push_back(
                     {.grid = grid_of({24, 20, 16}, walls, wall), .density = 3, .kinematic_viscosity = 2e-3, .scheme = scheme});
+            }
     FlowConstants through{.grid = grid_of({24, 20, 16}, 6), .kinematic_viscosity = 1e-2, .inflow = {1, 0.1, 0}};
     through.grid.boundary[0] = FluidBoundary::through;
     all.push_back(through);
@@ -183,7 +185,7 @@ std::vector<double> fields_of(const FlowSolver& flow) {
 std::vector<double> after_steps(const Communicator& comm, const Threads& threads, const FlowConstants& constants) {
     auto flow = make_flow(comm, threads, constants);
     flow->set_velocity(tangled);
-    for (int s = 0; s < 3; ++s) flow->step(0, 0.02);
+    for (int s = 0; s < 2; ++s) flow->step(0, 0.02);
     return comm.all_gather(fields_of(*flow));
 }
 
@@ -205,7 +207,7 @@ TEST(Flow, KeepsWhatItShould) {
         flow->set_velocity(tangled);
         const FlowFigures before = figures_of(comm, *flow);
         double energy = before.kinetic_energy;
-        for (int s = 0; s < 6; ++s) {
+        for (int s = 0; s < 4; ++s) {
             flow->step(0, 0.01);
             const FlowFigures now = figures_of(comm, *flow);
             EXPECT_LT(now.kinetic_energy, energy * (1 + 1e-12));
