@@ -79,6 +79,7 @@ void streaming(benchmark::State& state) {
 
 int main(int argc, char** argv) {
     using namespace skein;
+    const MpiSession mpi(argc, argv);
     for (const int n : {64, 128, 256}) {
         const std::string size = "/" + std::to_string(n);
         const auto add = [](const std::string& name, auto&& body) {
