@@ -347,6 +347,7 @@ void BoxFlow::force(double time, double dt, bool first, bool last) {
                      .last = last,
                      .fill_ghost_planes = [this](const Three<double*>& fields) { fill_ghost_planes(fields); }});
     for_planes(0, layout_.nz, [&](int k) {
+        if (!forcing_->changed(k)) return;
         for (int c = 0; c < 3; ++c) fill_plane(c, now_[static_cast<std::size_t>(c)].data(), k);
     });
 }

@@ -22,6 +22,8 @@ public:
     virtual ~StageForcing() = default;
     /// Changes velocities of this rank's cells; their ghosts are set afterwards. Collective.
     virtual void apply(const FlowStage& stage) = 0;
+    /// Of this rank's planes of cells, whether it changed some of one in the last stage.
+    virtual bool changed(int plane) const = 0;
 };
 
 } // namespace skein

@@ -30,6 +30,7 @@ public:
                   std::function<void(double time, Markers& markers)> place, bool moves);
 
     void apply(const FlowStage& stage) override;
+    bool changed(int plane) const override { return !near_[static_cast<std::size_t>(plane)].empty(); }
 
     /// Volume times velocity that each body has given the fluid since the last call of forget(), m^4/s; the same on all ranks.
     const std::vector<Vec3d>& given() const { return given_; }
