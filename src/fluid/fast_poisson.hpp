@@ -20,27 +20,26 @@ class FastPoisson {
 public:
     using P = Pack<8>;
     FastPoisson(const Communicator& comm, const Threads& threads, const FluidGrid& grid)
-        : threads_(threads), grid_(grid), slab_(slab_of(grid.cells[2], comm.rank(), comm.size())), x_(grid.cells[0], ends(grid, 0)),
-          y_(grid.cells[1], ends(grid, 1)), modes_(slab_of(grid.cells[0], comm.rank(), comm.size())),
-          row_((grid.cells[1] + 15) / 16 * 16), work_(static_cast<std::size_t>(threads.count())) {
+        : threads_(threads), grid_(grid), ranks_(comm.size()), slab_(slab_of(grid.cells[2], comm.rank(), comm.size())),
+          x_(grid.cells[0], ends(grid, 0)), y_(grid.cells[1], ends(grid, 1)),
+          modes_(slab_of(grid.cells[0], comm.rank(), comm.size())), row_((grid.cells[1] + 15) / 16 * 16),
+          work_(static_cast<std::size_t>(threads.count())) {
         const std::size_t planes = static_cast<std::size_t>(grid.cells[2]);
         column_ = UnsetArray<double>(planes * static_cast<std::size_t>(modes_.count) * static_cast<std::size_t>(row_));
-        for (int r = 0; r < comm.size(); ++r) first_mode_.push_back(slab_of(grid.cells[0], r, comm.size()).first);
-        first_mode_.push_back(grid.cells[0]);
         if (comm.size() > 1) {
             spectrum_ = UnsetArray<double>(static_cast<std::size_t>(slab_.count) * static_cast<std::size_t>(grid.cells[0] * row_));
-            std::vector<RepeatedMessages::Part> planes_of, modes_of;
+            std::vector<RepeatedMessages::Part> of_planes, of_modes;
             for (int r = 0; r < comm.size(); ++r) {
                 const Slab other = slab_of(grid.cells[2], r, comm.size());
-                const std::size_t here = static_cast<std::size_t>(slab_.count) * modes_of_rank(r) * static_cast<std::size_t>(row_),
-                                  there = static_cast<std::size_t>(other.count * modes_.count * row_);
-                planes_of.push_back({r, std::as_writable_bytes(std::span(spectrum_of(r), here))});
-                modes_of.push_back(
-                    {r, std::as_writable_bytes(
-                            std::span(column_.data() + static_cast<std::ptrdiff_t>(other.first) * modes_.count * row_, there))});
+                const auto count = [&](int planes, int modes) {
+                    return static_cast<std::size_t>(planes) * static_cast<std::size_t>(modes) * static_cast<std::size_t>(row_);
+                };
+                double* const from = column_.data() + count(other.first, modes_.count);
+                of_planes.push_back({r, std::as_writable_bytes(std::span(spectrum_of(r), count(slab_.count, modes_of(r).count)))});
+                of_modes.push_back({r, std::as_writable_bytes(std::span(from, count(other.count, modes_.count)))});
             }
-            to_columns_ = RepeatedMessages(comm, planes_of, modes_of);
-            to_planes_ = RepeatedMessages(comm, modes_of, planes_of);
+            to_columns_ = RepeatedMessages(comm, of_planes, of_modes);
+            to_planes_ = RepeatedMessages(comm, of_modes, of_planes);
         }
         const std::size_t wide = static_cast<std::size_t>((grid.cells[0] + 15) / 16 * 16);
         for (Work& w : work_) {
@@ -83,21 +82,17 @@ private:
         AlignedVector<double> last;    ///< [z][chunk]: answers to the last unknown of a period
     };
 
-    bool distributed() const { return first_mode_.size() > 2; }
-    std::size_t modes_of_rank(int r) const {
-        return static_cast<std::size_t>(first_mode_[static_cast<std::size_t>(r) + 1] - first_mode_[static_cast<std::size_t>(r)]);
-    }
+    bool distributed() const { return ranks_ > 1; }
+    Slab modes_of(int rank) const { return slab_of(grid_.cells[0], rank, ranks_); }
     double* spectrum_of(int rank) {
-        return spectrum_.data() + static_cast<std::ptrdiff_t>(first_mode_[static_cast<std::size_t>(rank)]) * slab_.count * row_;
+        return spectrum_.data() + static_cast<std::ptrdiff_t>(modes_of(rank).first) * slab_.count * row_;
     }
     /// Coefficients of x mode m in plane k of this rank.
     double* coefficients(int m, int k) {
         if (!distributed()) return column_.data() + (static_cast<std::ptrdiff_t>(k) * modes_.count + m) * row_;
-        const auto rank = std::upper_bound(first_mode_.begin(), first_mode_.end(), m) - first_mode_.begin() - 1;
-        const int first = first_mode_[static_cast<std::size_t>(rank)];
-        return spectrum_of(static_cast<int>(rank)) +
-               (static_cast<std::ptrdiff_t>(k) * static_cast<std::ptrdiff_t>(modes_of_rank(static_cast<int>(rank))) + (m - first)) *
-                   row_;
+        const int rank = rank_of_plane(m, grid_.cells[0], ranks_);
+        const Slab modes = modes_of(rank);
+        return spectrum_of(rank) + (static_cast<std::ptrdiff_t>(k) * modes.count + (m - modes.first)) * row_;
     }
 
     template <class Source> void transform_plane(int k, Work& w, Source&& source) {
@@ -238,12 +233,12 @@ private:
 
     const Threads& threads_;
     FluidGrid grid_;
+    int ranks_;
     Slab slab_;
     LineTransform x_, y_;
     Slab modes_; ///< along x, whose columns this rank solves
     int row_;    ///< coefficients along y, with room to whole packs
     std::ptrdiff_t wide_ = 0;
-    std::vector<int> first_mode_; ///< by rank
     UnsetArray<double> column_;   ///< [z][mode][row]
     UnsetArray<double> spectrum_; ///< [rank][plane][mode][row], to be sent; none on one rank
     RepeatedMessages to_columns_, to_planes_;

@@ -115,22 +115,32 @@ BoxFlow::Edge BoxFlow::edge(int c, int d, bool upper) const {
 
 namespace {
 
-/// Ghosts of n numbers `stride` apart, first of which is `f`, along a row of `width` each that are one apart.
+/// Ghosts beyond the lower, and beyond the upper, of n numbers `stride` apart, the first of which is `f`; of `width` such lines
+/// side by side.
+template <class Edge> void fill_below(double* f, std::ptrdiff_t stride, std::ptrdiff_t width, const Edge& edge) {
+    const auto at = [&](int i) { return f + i * stride; };
+    for (std::ptrdiff_t x = 0; x < width; ++x)
+        if (edge.on_face) at(-1)[x] = edge.fixed, at(-2)[x] = 2 * edge.fixed + edge.mirrored * at(0)[x];
+        else at(-1)[x] = edge.mirrored * at(0)[x] + edge.fixed, at(-2)[x] = edge.mirrored * at(1)[x] + edge.fixed;
+}
+template <class Edge> void fill_above(double* f, int n, std::ptrdiff_t stride, std::ptrdiff_t width, const Edge& edge) {
+    const auto at = [&](int i) { return f + (n + i) * stride; };
+    for (std::ptrdiff_t x = 0; x < width; ++x)
+        if (edge.on_face)
+            at(-1)[x] = edge.fixed, at(0)[x] = 2 * edge.fixed + edge.mirrored * at(-2)[x],
+            at(1)[x] = 2 * edge.fixed + edge.mirrored * at(-3)[x];
+        else at(0)[x] = edge.mirrored * at(-1)[x] + edge.fixed, at(1)[x] = edge.mirrored * at(-2)[x] + edge.fixed;
+}
+/// Both.
 template <class Edge>
 void fill_line(double* f, int n, std::ptrdiff_t stride, std::ptrdiff_t width, const Edge& lower, const Edge& upper) {
-    const auto at = [&](int i) { return f + i * stride; };
-    for (std::ptrdiff_t x = 0; x < width; ++x) {
-        if (lower.periodic) {
-            at(-1)[x] = at(n - 1)[x], at(-2)[x] = at(n - 2)[x], at(n)[x] = at(0)[x], at(n + 1)[x] = at(1)[x];
-            continue;
-        }
-        if (lower.on_face) at(-1)[x] = lower.fixed, at(-2)[x] = 2 * lower.fixed + lower.mirrored * at(0)[x];
-        else at(-1)[x] = lower.mirrored * at(0)[x] + lower.fixed, at(-2)[x] = lower.mirrored * at(1)[x] + lower.fixed;
-        if (upper.on_face)
-            at(n - 1)[x] = upper.fixed, at(n)[x] = 2 * upper.fixed + upper.mirrored * at(n - 2)[x],
-                   at(n + 1)[x] = 2 * upper.fixed + upper.mirrored * at(n - 3)[x];
-        else at(n)[x] = upper.mirrored * at(n - 1)[x] + upper.fixed, at(n + 1)[x] = upper.mirrored * at(n - 2)[x] + upper.fixed;
+    if (!lower.periodic) {
+        fill_below(f, stride, width, lower), fill_above(f, n, stride, width, upper);
+        return;
     }
+    const auto at = [&](int i) { return f + i * stride; };
+    for (std::ptrdiff_t x = 0; x < width; ++x)
+        at(-1)[x] = at(n - 1)[x], at(-2)[x] = at(n - 2)[x], at(n)[x] = at(0)[x], at(n + 1)[x] = at(1)[x];
 }
 
 } // namespace
@@ -143,28 +153,14 @@ void BoxFlow::fill_plane(int c, double* field, int k) const {
 }
 
 void BoxFlow::fill_planes(int c, double* field) const {
-    const Edge lower = edge(c, 2, false), upper = edge(c, 2, true);
-    const int n = layout_.nz;
-    const std::size_t plane = static_cast<std::size_t>(layout_.plane);
     double* const first = field + FieldLayout::ghosts * layout_.plane;
-    const auto at = [&](int k) { return first + k * layout_.plane; };
-    if (lowest_)
-        for (std::size_t x = 0; x < plane; ++x) {
-            if (lower.on_face) at(-1)[x] = lower.fixed, at(-2)[x] = 2 * lower.fixed + lower.mirrored * at(0)[x];
-            else at(-1)[x] = lower.mirrored * at(0)[x] + lower.fixed, at(-2)[x] = lower.mirrored * at(1)[x] + lower.fixed;
-        }
-    if (uppermost_)
-        for (std::size_t x = 0; x < plane; ++x) {
-            if (upper.on_face) at(n - 1)[x] = upper.fixed, at(n)[x] = 2 * upper.fixed + upper.mirrored * at(n - 2)[x];
-            else at(n)[x] = upper.mirrored * at(n - 1)[x] + upper.fixed;
-        }
+    if (lowest_) fill_below(first, layout_.plane, layout_.plane, edge(c, 2, false));
+    if (uppermost_) fill_above(first, layout_.nz, layout_.plane, layout_.plane, edge(c, 2, true));
 }
 
-void BoxFlow::exchange(Three<Field>& velocity) {
-    const std::array<double*, 3> fields{velocity[0].data(), velocity[1].data(), velocity[2].data()};
+void BoxFlow::fill_ghost_planes(int first, std::span<double* const> fields) {
     ghosts_->exchange(fields);
-    if (lowest_ || uppermost_)
-        for (int c = 0; c < 3; ++c) fill_planes(c, fields[static_cast<std::size_t>(c)]);
+    for (std::size_t f = 0; f < fields.size(); ++f) fill_planes(first + static_cast<int>(f), fields[f]);
 }
 
 void BoxFlow::refresh() {
@@ -180,10 +176,8 @@ void BoxFlow::refresh() {
             }
         speed_[static_cast<std::size_t>(k)] = largest_of_lanes(most);
     });
-    exchange(now_);
-    const std::array<double*, 1> of_p{pressure_.data()};
-    ghosts_->exchange(of_p);
-    fill_planes(of_pressure, pressure_.data());
+    fill_ghost_planes(0, velocities());
+    fill_ghost_planes(of_pressure, std::array{pressure_.data()});
     begun_ = true;
 }
 
@@ -287,9 +281,7 @@ void BoxFlow::pass_outflow(double dt) {
 
 void BoxFlow::project(double dt, bool keep) {
     Field& correction = next_[0];
-    const std::array<double*, 1> across{now_[2].data()};
-    ghosts_->exchange(across);
-    fill_planes(2, across[0]);
+    fill_ghost_planes(2, std::array{now_[2].data()});
     const double per_time = 1 / (dt * constants_.grid.h), pull = dt / constants_.grid.h;
     poisson_.solve(
         [&](int i, int j, int k) __attribute__((always_inline)) {
@@ -299,9 +291,7 @@ void BoxFlow::project(double dt, bool keep) {
         [&](int i, int j, int k, const P& phi)
             __attribute__((always_inline)) { store(&correction[static_cast<std::size_t>(layout_.at(i, j, k))], phi); });
     for_planes(0, layout_.nz, [&](int k) { fill_plane(of_pressure, correction.data(), k); });
-    const std::array<double*, 1> field{correction.data()};
-    ghosts_->exchange(field);
-    fill_planes(of_pressure, correction.data());
+    fill_ghost_planes(of_pressure, std::array{correction.data()});
     for_planes(0, layout_.nz + 1, [&](int k) { // the pressure of the plane above too
         const bool inside = k < layout_.nz;
         P most(0.0);
@@ -328,24 +318,15 @@ void BoxFlow::project(double dt, bool keep) {
         speed_[static_cast<std::size_t>(k)] = largest_of_lanes(most);
         for (int c = 0; c < 3; ++c) fill_plane(c, now_[static_cast<std::size_t>(c)].data(), k);
     });
-    exchange(now_);
+    fill_ghost_planes(0, velocities());
 }
 
-void BoxFlow::fill_ghost_planes(const Three<double*>& fields) {
-    ghosts_->exchange(fields);
-    if (lowest_ || uppermost_)
-        for (int c = 0; c < 3; ++c) fill_planes(c, fields[static_cast<std::size_t>(c)]);
-}
-
-void BoxFlow::force(double time, double dt, bool first, bool last) {
+void BoxFlow::force(double time) {
     if (!forcing_) return;
-    forcing_->apply({.velocity = {now_[0].data(), now_[1].data(), now_[2].data()},
+    forcing_->apply({.velocity = velocities(),
                      .scratch = {next_[0].data(), next_[1].data(), next_[2].data()},
                      .time = time,
-                     .dt = dt,
-                     .first = first,
-                     .last = last,
-                     .fill_ghost_planes = [this](const Three<double*>& fields) { fill_ghost_planes(fields); }});
+                     .fill_ghost_planes = [this](const Three<double*>& fields) { fill_ghost_planes(0, fields); }});
     for_planes(0, layout_.nz, [&](int k) {
         if (!forcing_->changed(k)) return;
         for (int c = 0; c < 3; ++c) fill_plane(c, now_[static_cast<std::size_t>(c)].data(), k);
@@ -357,13 +338,12 @@ void BoxFlow::step(double time, double dt) {
     double done = 0; // of the step
     const auto stage = [&](double rate, double last_rate, bool last, bool projected) {
         const double whole = rate + last_rate;
-        const bool first = done == 0;
         done += whole;
         sweep({rate * dt, last_rate * dt, whole * dt, {whole * dt * a.x, whole * dt * a.y, whole * dt * a.z}});
         pass_outflow(whole * dt);
-        force(time + (last ? 1 : done) * dt, whole * dt, first, last);
+        force(time + (last ? 1 : done) * dt);
         if (projected) project(last && constants_.scheme != FlowScheme::rk3_projected ? dt : whole * dt, true);
-        else exchange(now_);
+        else fill_ghost_planes(0, velocities());
     };
     if (constants_.scheme == FlowScheme::adams_bashforth) {
         const double last_rate = begun_ ? -0.5 : 0.0;

@@ -43,13 +43,11 @@ private:
     /// Ghosts along x and y of a plane.
     void fill_plane(int c, double* field, int k) const;
     void fill_planes(int c, double* field) const; ///< beyond the box, along z
-    /// All ghosts of velocities, of which those within planes are set; collective.
-    void exchange(Three<Field>& velocity);
-    /// Ghost planes of a field of each component. Collective.
-    void fill_ghost_planes(const Three<double*>& fields);
+    /// Planes of ghosts of fields of component `first` and the next ones, from neighbours and beyond the box. Collective.
+    void fill_ghost_planes(int first, std::span<double* const> fields);
+    Three<double*> velocities() { return {now_[0].data(), now_[1].data(), now_[2].data()}; }
     /// Bodies in the fluid, after a stage that ends at a time.
-    void force(double time, double dt, bool first, bool last);
-
+    void force(double time);
     /// Sets the velocity to that of a function, made free of divergence. Collective.
     void sample(const VelocityRow& velocity);
     /// A stage: velocities from now_ to next_, which then change their names.

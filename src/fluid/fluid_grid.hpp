@@ -29,13 +29,18 @@ struct FluidGrid {
     bool periodic(int direction) const { return boundary[static_cast<std::size_t>(direction)] == FluidBoundary::periodic; }
 };
 
-/// Planes of cells, across z, of one rank: from `first`, `count` of them.
+/// Planes of cells across z, or coefficients along x, of one rank: from `first`, `count` of them.
 struct Slab {
     int first, count;
 };
 inline Slab slab_of(int planes, int rank, int ranks) {
     const auto until = [&](int r) { return static_cast<int>(std::int64_t{planes} * r / ranks); };
     return {until(rank), until(rank + 1) - until(rank)};
+}
+
+/// The rank whose slab a plane is in.
+inline int rank_of_plane(int plane, int planes, int ranks) {
+    return static_cast<int>((std::int64_t{plane + 1} * ranks - 1) / planes);
 }
 
 /// Where the numbers of a field lie: rows along x, from a multiple of a cache line on, with ghosts around.

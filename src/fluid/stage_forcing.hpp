@@ -11,8 +11,6 @@ struct FlowStage {
     std::array<double*, 3> velocity; ///< of this rank, as FlowSolver::layout() has them
     std::array<double*, 3> scratch;  ///< as large, of no meaning
     double time;                     ///< at the end of the stage, s
-    double dt;                       ///< of the stage, s
-    bool first, last;                ///< of its step
     /// Sets planes of ghosts across z of a field of each component. Collective.
     std::function<void(const std::array<double*, 3>& fields)> fill_ghost_planes;
 };

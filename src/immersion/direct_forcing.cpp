@@ -53,14 +53,8 @@ void DirectForcing::settle(const FlowStage& stage) {
     near_.assign(static_cast<std::size_t>(slab_.count), {});
     shared_.assign(static_cast<std::size_t>(comm_.size()), {});
     std::vector<std::vector<std::uint32_t>> from(static_cast<std::size_t>(comm_.size()));
-    const auto owner_of = [&](int plane) {
-        int r = static_cast<int>(std::int64_t{plane} * comm_.size() / grid_.cells[2]);
-        while (plane >= slab_of(grid_.cells[2], r, comm_.size()).first + slab_of(grid_.cells[2], r, comm_.size()).count) ++r;
-        while (plane < slab_of(grid_.cells[2], r, comm_.size()).first) --r;
-        return r;
-    };
     for (std::uint32_t m = 0; m < count; ++m) {
-        const int owner = owner_of(plane_of(m));
+        const int owner = rank_of_plane(plane_of(m), grid_.cells[2], comm_.size());
         if (owner == comm_.rank()) {
             own_.push_back(m);
             for (int r = 0; r < comm_.size(); ++r)
