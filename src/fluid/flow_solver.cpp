@@ -323,14 +323,20 @@ void BoxFlow::project(double dt, bool keep) {
 
 void BoxFlow::force(double time) {
     if (!forcing_) return;
+    const auto fill_sides = [this](const std::function<bool(int)>& of_plane) {
+        for_planes(0, layout_.nz, [&](int k) {
+            if (!of_plane(k)) return;
+            for (int c = 0; c < 3; ++c) fill_plane(c, now_[static_cast<std::size_t>(c)].data(), k);
+        });
+    };
     forcing_->apply({.velocity = velocities(),
                      .scratch = {next_[0].data(), next_[1].data(), next_[2].data()},
                      .time = time,
-                     .fill_ghost_planes = [this](const Three<double*>& fields) { fill_ghost_planes(0, fields); }});
-    for_planes(0, layout_.nz, [&](int k) {
-        if (!forcing_->changed(k)) return;
-        for (int c = 0; c < 3; ++c) fill_plane(c, now_[static_cast<std::size_t>(c)].data(), k);
-    });
+                     .fill_beyond_walls = [&](const std::function<bool(int)>& sides, bool beyond) {
+                         fill_sides(sides);
+                         for (int c = 0; beyond && c < 3; ++c) fill_planes(c, now_[static_cast<std::size_t>(c)].data());
+                     }});
+    fill_sides([this](int k) { return forcing_->changed(k); });
 }
 
 void BoxFlow::step(double time, double dt) {

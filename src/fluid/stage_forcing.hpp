@@ -11,8 +11,9 @@ struct FlowStage {
     std::array<double*, 3> velocity; ///< of this rank, as FlowSolver::layout() has them
     std::array<double*, 3> scratch;  ///< as large, of no meaning
     double time;                     ///< at the end of the stage, s
-    /// Sets planes of ghosts across z of a field of each component. Collective.
-    std::function<void(const std::array<double*, 3>& fields)> fill_ghost_planes;
+    /// Sets ghosts of velocities beyond walls: across x and y in planes of this rank for which `sides` says so, and with `beyond`
+    /// across z. This rank alone.
+    std::function<void(const std::function<bool(int plane)>& sides, bool beyond)> fill_beyond_walls;
 };
 
 class StageForcing {

@@ -2,15 +2,10 @@
 // sweeps.                                                                                                      theory.md (80), (81)
 #pragma once
 
-#include "fluid/fluid_grid.hpp"
 #include "fluid/stage_forcing.hpp"
-#include "immersion/delta.hpp"
+#include "immersion/marker_planes.hpp"
 #include "immersion/markers.hpp"
-#include "parallel/communicator.hpp"
-#include "parallel/threads.hpp"
 
-#include <array>
-#include <cstdint>
 #include <functional>
 #include <vector>
 
@@ -22,15 +17,17 @@ struct ForcingNumbers {
     double slip = 0; ///< m/s, at which there are no more
 };
 
-/// Sums are made in the order of markers: the same bits on any ranks and threads.
+/// The same bits on any ranks and threads.
 class DirectForcing final : public StageForcing {
 public:
-    /// `place`: sets markers to where they are at a time; `moves`: it does so more than once.
+    /// Sets the markers of this rank to those of a time; each is one rank's.
+    using Place = std::function<void(double time, Markers& markers)>;
+    /// `moves`: markers are elsewhere at other times.
     DirectForcing(const Communicator& comm, const Threads& threads, const FluidGrid& grid, const ForcingNumbers& numbers,
-                  std::function<void(double time, Markers& markers)> place, bool moves);
+                  std::size_t bodies, Place place, bool moves);
 
     void apply(const FlowStage& stage) override;
-    bool changed(int plane) const override { return !near_[static_cast<std::size_t>(plane)].empty(); }
+    bool changed(int plane) const override { return planes_.reaches(plane); }
 
     /// Volume times velocity that each body has given the fluid since the last call of forget(), m^4/s; the same on all ranks.
     const std::vector<Vec3d>& given() const { return given_; }
@@ -39,36 +36,24 @@ public:
     double slip() const { return slip_; }
 
 private:
-    /// Weights of a marker for a component, along each direction.
-    using Support = std::array<DeltaWeights, 3>;
-    Support support(std::uint32_t marker, int component) const;
     void settle(const FlowStage& stage);
-    double interpolated(const double* field, std::uint32_t marker, int component) const;
-    /// Adds `change` of the markers that reach planes of this rank to its cells, plane by plane, in order of markers.
-    void spread(const std::array<double*, 3>& fields) const;
-    /// Changes of own markers to the ranks that they reach. Collective.
-    void share();
-    /// Adds the changes of a stage of own markers to what bodies have given. Collective.
+    /// Velocities of markers less those of the fluid there. Collective.
+    void find_differences(const FlowStage& stage);
+    /// The largest of them on any rank, m/s. Collective.
+    double largest_difference() const;
+    /// Adds the changes of a stage to what bodies have given. Collective.
     void add_given(const std::vector<Vec3d>& changes);
-    bool reaches(std::uint32_t marker, int rank) const;
-    int plane_of(std::uint32_t marker) const;
 
     Communicator comm_;
-    const Threads& threads_;
-    FluidGrid grid_;
+    double cell_volume_;
     ForcingNumbers numbers_;
-    Slab slab_;
-    FieldLayout layout_;
-    std::function<void(double, Markers&)> place_;
+    Place place_;
     bool moves_, settled_ = false;
+    MarkerPlanes planes_;
     Markers markers_;
-    std::vector<std::uint32_t> own_;                 ///< markers whose plane is this rank's
-    std::vector<std::vector<std::uint32_t>> near_;   ///< by plane of this rank: markers that may reach it, rising
-    std::vector<std::vector<std::uint32_t>> shared_; ///< by rank: own markers that reach its planes, rising
-    std::vector<std::uint32_t> come_;                ///< markers of others that reach planes here, by rank
-    std::vector<Vec3d> change_;                      ///< by marker, of those that reach planes here, m/s
-    std::vector<Vec3d> weight_;                      ///< by marker, of own ones
-    std::vector<Vec3d> given_;                       ///< by body
+    std::vector<Vec3d> weight_;     ///< of markers, by component
+    std::vector<Vec3d> difference_; ///< of markers, m/s
+    std::vector<Vec3d> given_;      ///< by body
     double slip_ = 0;
 };
 

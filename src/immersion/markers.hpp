@@ -3,16 +3,19 @@
 
 #include "skein/core/vec3.hpp"
 
+#include <cstdint>
 #include <vector>
 
 namespace skein {
 
-/// All of a scene, the same on all ranks, body by body.
+/// Those of this rank.
 struct Markers {
     std::vector<Vec3d> place, velocity; ///< m, m/s, lab
-    std::vector<std::size_t> first;     ///< of each body, and behind the last
+    std::vector<std::int64_t> identity; ///< of one among those of all ranks: sums are made in its order
+    std::vector<std::uint32_t> body;
 
     std::size_t count() const { return place.size(); }
+    void clear() { place.clear(), velocity.clear(), identity.clear(), body.clear(); }
 };
 
 /// Places on a sphere about the origin, of about one for each `spacing` squared.

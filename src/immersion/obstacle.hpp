@@ -55,6 +55,7 @@ private:
     void place(double time, Markers& markers) const;
 
     FluidGrid grid_;
+    int rank_, ranks_;
     std::vector<Obstacle> obstacles_;
     std::vector<std::vector<Vec3d>> about_centre_;
     DirectForcing forcing_;

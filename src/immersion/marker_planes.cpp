@@ -1,0 +1,219 @@
+#include "immersion/marker_planes.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+
+namespace skein {
+
+namespace {
+
+constexpr int ghosts = FieldLayout::ghosts;
+
+double component_of(const Vec3d& v, int c) { return c == 0 ? v.x : c == 1 ? v.y : v.z; }
+
+int wrapped(int i, int n) { return (i % n + n) % n; }
+
+/// Weights along a direction of the grid for the velocity `component`: point i is at i + 1/2, of the velocity across d at i + 1.
+DeltaWeights weights_along(const FluidGrid& grid, DeltaKind delta, const Vec3d& place, int d, int component) {
+    const double at = (component_of(place, d) - component_of(grid.lower, d)) / grid.h;
+    return delta_weights(delta, at - (d == component ? 1.0 : 0.5));
+}
+
+} // namespace
+
+MarkerPlanes::MarkerPlanes(const Communicator& comm, const Threads& threads, const FluidGrid& grid, DeltaKind delta)
+    : comm_(comm), threads_(threads), grid_(grid), delta_(delta), slab_(slab_of(grid.cells[2], comm.rank(), comm.size())),
+      layout_(grid.cells[0], grid.cells[1], slab_.count), visits_(static_cast<std::size_t>(slab_.count + 2 * ghosts)) {}
+
+/// Number of a plane of the whole grid among those of this rank, ghosts beyond walls among them; -3 where it has none.
+int MarkerPlanes::plane_here(int plane) const {
+    constexpr int none = -ghosts - 1;
+    const int n = grid_.cells[2];
+    if (grid_.periodic(2)) plane = wrapped(plane, n);
+    const int here = plane - slab_.first;
+    if (plane >= 0 && plane < n) return here >= 0 && here < slab_.count ? here : none;
+    const bool mine = plane < 0 ? slab_.first == 0 : slab_.first + slab_.count == n;
+    return mine && plane >= -ghosts && plane < n + ghosts ? here : none;
+}
+
+/// body(rank) for each rank whose planes a marker reaches, rising.
+template <class Body> void MarkerPlanes::for_ranks_of(const Vec3d& place, Body&& body) const {
+    const int n = grid_.cells[2], ranks = comm_.size();
+    if (ranks == 1) {
+        body(0);
+        return;
+    }
+    int found[3 * width], count = 0;
+    for (int c = 0; c < 3; ++c) {
+        const DeltaWeights z = weights_along(grid_, delta_, place, 2, c);
+        for (int k = z.first; k < z.first + z.count; ++k) {
+            const int plane = grid_.periodic(2) ? wrapped(k, n) : std::clamp(k, 0, n - 1);
+            found[count++] = rank_of_plane(plane, n, ranks);
+        }
+    }
+    std::sort(found, found + count);
+    for (int i = 0; i < count; ++i)
+        if (i == 0 || found[i] != found[i - 1]) body(found[i]);
+}
+
+void MarkerPlanes::settle(std::span<const Vec3d> places, std::span<const std::int64_t> identities) {
+    const auto ranks = static_cast<std::size_t>(comm_.size());
+    std::vector<std::vector<std::uint32_t>> to(ranks);
+    for (std::uint32_t m = 0; m < places.size(); ++m)
+        for_ranks_of(places[m], [&](int rank) { to[static_cast<std::size_t>(rank)].push_back(m); });
+    sent_.clear(), sent_counts_.clear();
+    for (const auto& markers : to) {
+        sent_.insert(sent_.end(), markers.begin(), markers.end());
+        sent_counts_.push_back(static_cast<std::int64_t>(markers.size()));
+    }
+    std::vector<Guest> guests;
+    for (const std::uint32_t m : sent_) guests.push_back({places[m], identities[m]});
+    std::vector<std::int64_t> arriving{sent_counts_};
+    if (comm_.size() > 1) {
+        const std::vector<std::byte> come =
+            comm_.all_to_all(std::as_bytes(std::span(guests)), sizeof(Guest), sent_counts_, arriving);
+        const auto* first = reinterpret_cast<const Guest*>(come.data());
+        guests.assign(first, first + come.size() / sizeof(Guest));
+    }
+    arrival_.resize(guests.size());
+    std::iota(arrival_.begin(), arrival_.end(), 0u);
+    std::sort(arrival_.begin(), arrival_.end(),
+              [&](std::uint32_t a, std::uint32_t b) { return guests[a].identity < guests[b].identity; });
+    footprints_.clear();
+    for (auto& visits : visits_) visits.clear();
+    sides_.assign(static_cast<std::size_t>(slab_.count), 0);
+    for (std::uint32_t m = 0; m < arrival_.size(); ++m) lay_out(guests[arrival_[m]].place, m);
+    const auto any = [&](std::size_t first) {
+        return std::any_of(visits_.begin() + static_cast<std::ptrdiff_t>(first),
+                           visits_.begin() + static_cast<std::ptrdiff_t>(first + ghosts), [](const auto& v) { return !v.empty(); });
+    };
+    beyond_ = any(0) || any(static_cast<std::size_t>(slab_.count + ghosts));
+    make_messages(arriving);
+}
+
+void MarkerPlanes::lay_out(const Vec3d& place, std::uint32_t marker) {
+    const auto axis = [&](const DeltaWeights& w, int d, auto& index, auto& weight, auto& inside) {
+        const int n = grid_.cells[static_cast<std::size_t>(d)];
+        for (int i = 0; i < w.count; ++i) {
+            const auto at = static_cast<std::size_t>(i);
+            const int cell = grid_.periodic(d) ? wrapped(w.first + i, n) : w.first + i;
+            const bool known = cell >= -ghosts && cell < n + ghosts;
+            index[at] = std::clamp(cell, -ghosts, n + ghosts - 1);
+            weight[at] = known ? w.weight[at] : 0;
+            inside[at] = cell >= 0 && cell < n;
+        }
+    };
+    for (int c = 0; c < 3; ++c) {
+        Footprint f;
+        const DeltaWeights x = weights_along(grid_, delta_, place, 0, c), y = weights_along(grid_, delta_, place, 1, c),
+                           z = weights_along(grid_, delta_, place, 2, c);
+        f.count = x.count;
+        axis(x, 0, f.cell, f.along_x, f.inside_x), axis(y, 1, f.row, f.along_y, f.inside_y);
+        bool sideways = false;
+        for (std::size_t i = 0; i < static_cast<std::size_t>(f.count); ++i) sideways |= !f.inside_x[i] || !f.inside_y[i];
+        footprints_.push_back(f);
+        for (int k = 0; k < z.count; ++k) {
+            const int plane = plane_here(z.first + k);
+            if (plane < -ghosts) continue;
+            if (plane >= 0 && plane < slab_.count && sideways) sides_[static_cast<std::size_t>(plane)] = 1;
+            visits_[static_cast<std::size_t>(plane + ghosts)].push_back(
+                {marker, static_cast<std::uint8_t>(c), static_cast<std::uint8_t>(k), z.weight[static_cast<std::size_t>(k)]});
+        }
+    }
+}
+
+/// `arriving`: numbers of markers that come from each rank.
+void MarkerPlanes::make_messages(std::span<const std::int64_t> arriving) {
+    shares_back_.resize(sent_.size()), changes_out_.resize(sent_.size());
+    shares_.assign(arrival_.size(), Shares{}), changes_.resize(arrival_.size());
+    if (comm_.size() == 1) return;
+    std::vector<RepeatedMessages::Part> back, out, shares, changes;
+    const auto add = [](std::vector<RepeatedMessages::Part>& parts, int rank, auto numbers) {
+        if (!numbers.empty()) parts.push_back({rank, std::as_writable_bytes(numbers)});
+    };
+    std::size_t from = 0, at = 0;
+    for (int r = 0; r < comm_.size(); ++r) {
+        const auto sent = static_cast<std::size_t>(sent_counts_[static_cast<std::size_t>(r)]),
+                   come = static_cast<std::size_t>(arriving[static_cast<std::size_t>(r)]);
+        add(back, r, std::span(shares_back_).subspan(from, sent)), add(out, r, std::span(changes_out_).subspan(from, sent));
+        add(shares, r, std::span(shares_).subspan(at, come)), add(changes, r, std::span(changes_).subspan(at, come));
+        from += sent, at += come;
+    }
+    to_holders_ = RepeatedMessages(comm_, shares, back);
+    to_planes_ = RepeatedMessages(comm_, out, changes);
+}
+
+void MarkerPlanes::interpolate(const ReadFields& fields, std::span<Vec3d> values) {
+    threads_.for_each(visits_.size(), [&](std::size_t p, int) {
+        const std::ptrdiff_t plane = layout_.at(0, 0, static_cast<int>(p) - ghosts);
+        for (const Visit& visit : visits_[p]) {
+            const Footprint& f = footprints_[3 * visit.marker + visit.component];
+            const double* const from = fields[visit.component] + plane;
+            double sum = 0;
+            for (int j = 0; j < f.count; ++j) {
+                const auto row = static_cast<std::size_t>(j);
+                const double* const cells = from + f.row[row] * layout_.row;
+                double of_row = 0;
+                for (int i = 0; i < f.count; ++i) {
+                    const auto cell = static_cast<std::size_t>(i);
+                    of_row += f.along_x[cell] * cells[f.cell[cell]];
+                }
+                sum += f.along_y[row] * of_row;
+            }
+            shares_[arrival_[visit.marker]][visit.component][visit.place] = visit.along_z * sum;
+        }
+    });
+    const bool alone = comm_.size() == 1;
+    if (!alone) to_holders_.start(), to_holders_.finish();
+    std::fill(values.begin(), values.end(), Vec3d{0, 0, 0});
+    // Of planes that a rank does not have its shares are 0.
+    std::vector<Shares> whole(values.size(), Shares{});
+    for (std::size_t i = 0; i < sent_.size(); ++i)
+        for (std::size_t c = 0; c < 3; ++c)
+            for (std::size_t k = 0; k < width; ++k) whole[sent_[i]][c][k] += (alone ? shares_ : shares_back_)[i][c][k];
+    for (std::size_t m = 0; m < values.size(); ++m) {
+        const auto sum = [&](std::size_t c) { return (whole[m][c][0] + whole[m][c][1]) + (whole[m][c][2] + whole[m][c][3]); };
+        values[m] = {sum(0), sum(1), sum(2)};
+    }
+}
+
+void MarkerPlanes::spread(std::span<const Vec3d> changes, const Fields& fields) {
+    const bool alone = comm_.size() == 1;
+    std::vector<Vec3d>& sent = alone ? changes_ : changes_out_;
+    for (std::size_t i = 0; i < sent_.size(); ++i) sent[i] = changes[sent_[i]];
+    if (!alone) to_planes_.start(), to_planes_.finish();
+    threads_.for_each(static_cast<std::size_t>(slab_.count), [&](std::size_t p, int) {
+        const std::ptrdiff_t plane = layout_.at(0, 0, static_cast<int>(p));
+        for (const Visit& visit : visits_[p + ghosts]) {
+            const Footprint& f = footprints_[3 * visit.marker + visit.component];
+            double* const to = fields[visit.component] + plane;
+            const double change = component_of(changes_[arrival_[visit.marker]], visit.component) * visit.along_z;
+            for (int j = 0; j < f.count; ++j) {
+                const auto row = static_cast<std::size_t>(j);
+                if (!f.inside_y[row]) continue;
+                double* const cells = to + f.row[row] * layout_.row;
+                const double of_row = change * f.along_y[row];
+                for (int i = 0; i < f.count; ++i) {
+                    const auto cell = static_cast<std::size_t>(i);
+                    if (f.inside_x[cell]) cells[f.cell[cell]] += of_row * f.along_x[cell];
+                }
+            }
+        }
+    });
+}
+
+void MarkerPlanes::clear(const Fields& fields) const {
+    threads_.for_each(visits_.size(), [&](std::size_t p, int) {
+        const std::ptrdiff_t plane = layout_.at(0, 0, static_cast<int>(p) - ghosts);
+        for (const Visit& visit : visits_[p]) {
+            const Footprint& f = footprints_[3 * visit.marker + visit.component];
+            for (int j = 0; j < f.count; ++j)
+                for (int i = 0; i < f.count; ++i)
+                    fields[visit.component]
+                          [plane + f.row[static_cast<std::size_t>(j)] * layout_.row + f.cell[static_cast<std::size_t>(i)]] = 0;
+        }
+    });
+}
+
+} // namespace skein

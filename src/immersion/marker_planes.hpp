@@ -1,0 +1,92 @@
+// Between a field and markers in it: what the field is at the markers, and what changes at the markers do to the field.
+#pragma once
+
+#include "fluid/fluid_grid.hpp"
+#include "immersion/delta.hpp"
+#include "parallel/communicator.hpp"
+#include "parallel/messages.hpp"
+#include "parallel/threads.hpp"
+#include "skein/core/vec3.hpp"
+
+#include <array>
+#include <cstdint>
+#include <functional>
+#include <span>
+#include <vector>
+
+namespace skein {
+
+/// Any rank may hold any marker: ranks whose planes it reaches work out their share of it, and the holder puts shares together.
+/// Sums are made in the order of identities and planes: the same bits on any ranks and threads.
+class MarkerPlanes {
+public:
+    using Fields = std::array<double*, 3>; ///< components, as FieldLayout of this rank has them
+    using ReadFields = std::array<const double*, 3>;
+
+    MarkerPlanes(const Communicator& comm, const Threads& threads, const FluidGrid& grid, DeltaKind delta);
+
+    /// Markers of this rank are at these places from now on; each has an identity of its own among those of all ranks. Collective.
+    void settle(std::span<const Vec3d> places, std::span<const std::int64_t> identities);
+    /// What the fields are at markers of this rank. Ghosts are read where markers reach beyond walls. Collective.
+    void interpolate(const ReadFields& fields, std::span<Vec3d> values);
+    /// Adds changes of the markers of this rank to the fields near them; ghosts are left alone. Collective.
+    void spread(std::span<const Vec3d> changes, const Fields& fields);
+    /// Sets the fields to 0 wherever interpolate() would read. This rank alone.
+    void clear(const Fields& fields) const;
+
+    /// Whether markers reach this plane of this rank.
+    bool reaches(int plane) const { return !visits_[static_cast<std::size_t>(plane + FieldLayout::ghosts)].empty(); }
+    /// Whether they reach beyond a wall across x or y in it; beyond one across z in any.
+    bool reaches_sides(int plane) const { return sides_[static_cast<std::size_t>(plane)]; }
+    bool reaches_beyond() const { return beyond_; }
+
+private:
+    static constexpr int width = DeltaWeights::most;
+    /// Where a component feels a marker, in each of its planes. Weights of cells that no field has are 0.
+    struct Footprint {
+        int count = 0;
+        std::array<std::int32_t, width> cell, row; ///< of numbers within a row; of rows within a plane
+        std::array<double, width> along_x, along_y;
+        std::array<bool, width> inside_x, inside_y; ///< no ghost beyond a wall
+    };
+    /// A plane of a marker's footprint.
+    struct Visit {
+        std::uint32_t marker; ///< of those that come here, by identity
+        std::uint8_t component, place;
+        double along_z;
+    };
+    struct Guest {
+        Vec3d place;
+        std::int64_t identity;
+    };
+    /// Sums over each plane of a marker's reach, by component.
+    using Shares = std::array<std::array<double, width>, 3>;
+
+    void lay_out(const Vec3d& place, std::uint32_t marker);
+    int plane_here(int plane) const;
+    template <class Body> void for_ranks_of(const Vec3d& place, Body&& body) const;
+    void make_messages(std::span<const std::int64_t> arriving);
+
+    Communicator comm_;
+    const Threads& threads_;
+    FluidGrid grid_;
+    DeltaKind delta_;
+    Slab slab_;
+    FieldLayout layout_;
+    std::vector<std::uint8_t> sides_; ///< by plane
+    bool beyond_ = false;
+
+    std::vector<std::uint32_t> sent_; ///< markers of this rank, by the rank that they go to, rising
+    std::vector<std::int64_t> sent_counts_;
+    std::vector<Shares> shares_back_; ///< of sent_
+    std::vector<Vec3d> changes_out_;  ///< of sent_
+
+    std::vector<std::uint32_t> arrival_;     ///< of markers that come here, by identity: their number among arrivals
+    std::vector<Footprint> footprints_;      ///< of these, [marker][component]
+    std::vector<std::vector<Visit>> visits_; ///< by plane, ghosts beyond walls among them
+    std::vector<Shares> shares_;             ///< by arrival
+    std::vector<Vec3d> changes_;             ///< by arrival
+    RepeatedMessages to_holders_, to_planes_;
+};
+
+} // namespace skein
