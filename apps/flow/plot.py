@@ -3,7 +3,7 @@
 
 Draws OUT_DIR/flow.png, vorticity across a plane of cells in the first and the last frame, with obstacles in the last alone; with these
 OUT_DIR/forces.png, the forces on them, without OUT_DIR/energy.png, kinetic energy and what takes it. Prints mean forces, or how well the loss of energy and the
-dissipation agree. Needs numpy, h5py and matplotlib.
+dissipation agree. Of a scene with a vortex (vortices.py) OUT_DIR/vortex.png and how far it is from theory. Needs numpy, h5py and matplotlib.
 """
 
 import argparse
@@ -21,6 +21,7 @@ import numpy as np  # noqa: E402
 matplotlib.use("Agg")
 import matplotlib.pyplot as plt  # noqa: E402  (after the choice of Agg)
 
+import vortices  # noqa: E402
 from skein.style import INK, QUIET, bare  # noqa: E402
 
 
@@ -113,6 +114,11 @@ def main():
     if rows:
         picture = given.out_dir / ("forces.png" if forced else "energy.png")
         (draw_forces if forced else draw_energy)(rows, picture)
+        print(picture)
+    vortex = vortices.read_vortex(given.out_dir)
+    if vortex:
+        picture = given.out_dir / "vortex.png"
+        (vortices.draw_ring if "R" in vortex else vortices.draw_swirl)(files, vortex, picture)
         print(picture)
 
 
