@@ -18,7 +18,7 @@ SEEN = "#c8502d"
 def read_vortex(directory):
     """Circulation, core, the fluid's constants and, of a ring, R of the scene; None where it has no vortex."""
     scene = json.loads((directory / "physics.json").read_text())
-    constants = {name: entry["value"] for name, entry in scene["constants"].items()}
+    constants = {name: entry["value"] for name, entry in scene.get("constants", {}).items()}
     if not {"circulation", "core"} <= set(constants):
         return None
     fluid = scene["fluid"]
