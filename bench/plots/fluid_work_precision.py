@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Error of the fluid against core-seconds: fluid_work_precision.py TABLE [PICTURE]
 
-Reads the table of bench/scenes/fluid_work_precision/run.py. A curve is a scheme at a Courant number over the grids, which the points name. PICTURE
+Reads the table of bench/scenes/fluid_work_precision/run.py. A curve is a scheme at a Courant number over the grids, n of which stands beside the points. PICTURE
 is TABLE with the ending .png where it is absent. Needs numpy and matplotlib.
 """
 
@@ -31,9 +31,10 @@ def draw(axes, rows):
             points = [row for row in own if row["courant"] == courant and row["error"] < float("inf")]
             seconds = [float(row["core_seconds"]) for row in points]
             axes.loglog(seconds, [row["error"] for row in points], "o" + line, ms=3.5, lw=1.3, color=colour, label=f"{scheme.replace('_', ' ')}, Courant {courant}")
-            if courant == own[0]["courant"]:
-                for row, x in zip(points, seconds):
-                    axes.annotate(row["n"], (x, row["error"]), (4, 3), textcoords="offset points", fontsize=7, color=colour)
+    for n in dict.fromkeys(row["n"] for row in rows):  # beside the grid's dearest run
+        last = max((row for row in rows if row["n"] == n and row["error"] < float("inf")), key=lambda row: float(row["core_seconds"]))
+        axes.annotate(f"n = {n}", (float(last["core_seconds"]), last["error"]), (5, 3), textcoords="offset points", fontsize=7)
+    axes.margins(x=0.12)
     axes.set_title(TITLES[rows[0]["flow"]], fontsize=10)
     axes.set_xlabel("core-seconds", fontsize=9)
     axes.set_ylabel("largest error / largest velocity", fontsize=9)
