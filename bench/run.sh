@@ -1,7 +1,7 @@
 #!/bin/bash
 # Runs all benchmarks and keeps their tables in bench/results/<processor>/.
 #   bash bench/run.sh [build folder, default build] [folder for results]
-# Takes about fifty minutes on one idle machine; needs 4 GB of memory, mpirun, and PYTHON (default /usr/bin/python3) with numpy and
+# Takes about an hour on one idle machine; needs 4 GB of memory, mpirun, and PYTHON (default /usr/bin/python3) with numpy and
 # matplotlib for the figures. Environment: LAYOUTS, ranks x threads of the scaling study ("1x1 1x2 2x1").
 set -euo pipefail
 here=$(cd "$(dirname "$0")" && pwd)
@@ -38,3 +38,8 @@ mpirun -n 2 "$build/bin/netcal" --out "$results/machine.toml" | tee "$results/ne
 "$build/bin/bench_work_precision" --csv "$results/work_precision.csv" | tee "$results/work_precision.txt"
 "$python" "$here/plots/work_precision.py" "$results/work_precision.csv"
 "$build/bin/bench_step" --benchmark_out="$results/step.csv" --benchmark_out_format=csv | tee "$results/step.txt"
+if [[ -x $build/bin/bench_fluid ]]; then # a build with a fluid
+  "$python" "$here/scenes/fluid_work_precision/run.py" --skein "$build/bin/skein" --csv "$results/fluid_work_precision.csv"
+  "$python" "$here/plots/fluid_work_precision.py" "$results/fluid_work_precision.csv"
+  "$python" "$here/scaling/fluid.py" --skein "$build/bin/skein" --layouts "${layouts[@]}" --csv "$results/fluid_scaling.csv"
+fi

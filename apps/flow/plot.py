@@ -1,9 +1,9 @@
 #!/usr/bin/env python3
-"""Figures of a fluid by itself: plot.py OUT_DIR [--axis z] [--at SHARE]
+"""Figures of a fluid by itself: plot.py OUT_DIR [--axis z] [--at SHARE] [--since SECONDS]
 
 Draws OUT_DIR/flow.png, vorticity across a plane of cells in the first and the last frame, with obstacles in the last alone; with these
 OUT_DIR/forces.png, the forces on them, without OUT_DIR/energy.png, kinetic energy and what takes it. Prints mean forces, or how well the loss of energy and the
-dissipation agree. Needs numpy, h5py and matplotlib.
+dissipation agree. Of a scene with a vortex (vortices.py) OUT_DIR/vortex.png and how far it is from theory. Needs numpy, h5py and matplotlib.
 """
 
 import argparse
@@ -21,6 +21,7 @@ import numpy as np  # noqa: E402
 matplotlib.use("Agg")
 import matplotlib.pyplot as plt  # noqa: E402  (after the choice of Agg)
 
+import vortices  # noqa: E402
 from skein.style import INK, QUIET, bare  # noqa: E402
 
 
@@ -71,13 +72,13 @@ def draw_energy(series, to):
     print(f"largest difference of loss and dissipation: {np.max(np.abs(loss - between) / np.max(between)):.2e} of the largest dissipation")
 
 
-def draw_forces(series, to):
-    """On each obstacle, over time."""
+def draw_forces(series, since, to):
+    """On each obstacle, over time; means are of what is later than `since`."""
     columns = [name for name in series if "_force_" in name and np.any(np.abs(series[name]) > 1e-9 * max(np.abs(series[other]).max() for other in series if "_force_" in other))]
     figure, axes = plt.subplots(figsize=(6, 4), constrained_layout=True)
     for name in columns:
         axes.plot(series["time"][1:], series[name][1:], lw=1, label=name.replace("_force_", ", along "))
-    late = series["time"] > 0.5 * series["time"][-1]
+    late = series["time"] > since * (1 + 1e-9)
     forces = np.concatenate([series[name][late] for name in columns])
     room = 0.2 * max(np.ptp(forces), 1e-3 * np.abs(forces).max())
     axes.set_ylim(forces.min() - room, forces.max() + room)  # a start at once is far off
@@ -86,7 +87,7 @@ def draw_forces(series, to):
     bare(axes)
     figure.savefig(to, dpi=150)
     for name in columns:
-        print(f"{name}: mean {series[name][late].mean():.6g} N, standard deviation {series[name][late].std():.3g} N in the second half")
+        print(f"{name}: mean {series[name][late].mean():.6g} N, standard deviation {series[name][late].std():.3g} N after {since:g} s")
 
 
 def read_series(path):
@@ -101,6 +102,7 @@ def main():
     parser.add_argument("out_dir", type=Path)
     parser.add_argument("--axis", choices="xyz", default="z")
     parser.add_argument("--at", type=float, default=0.5, metavar="SHARE", help="place of the plane, as a share of the box along the axis")
+    parser.add_argument("--since", type=float, metavar="SECONDS", help="forces are meaned from there on; default: half the run")
     given = parser.parse_args()
     files = sorted(given.out_dir.glob("fields_*.h5"))
     if not files:
@@ -112,7 +114,15 @@ def main():
     print(given.out_dir / "flow.png")
     if rows:
         picture = given.out_dir / ("forces.png" if forced else "energy.png")
-        (draw_forces if forced else draw_energy)(rows, picture)
+        if forced:
+            draw_forces(rows, 0.5 * rows["time"][-1] if given.since is None else given.since, picture)
+        else:
+            draw_energy(rows, picture)
+        print(picture)
+    vortex = vortices.read_vortex(given.out_dir)
+    if vortex:
+        picture = given.out_dir / "vortex.png"
+        (vortices.draw_ring if "R" in vortex else vortices.draw_swirl)(files, vortex, picture)
         print(picture)
 
 

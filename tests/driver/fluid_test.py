@@ -4,6 +4,7 @@ interrupted; fields are those of the scene; what has no fluid never sees its lib
 import pathlib
 import re
 import subprocess
+import sys
 import time
 import unittest
 
@@ -12,6 +13,7 @@ import numpy
 
 from driver import SKEIN, DriverTest
 
+FLOW = pathlib.Path(__file__).resolve().parents[2] / "apps/flow"
 FLUID = """
 title = "vortices round a ball"
 [constants]
@@ -96,6 +98,27 @@ class Fluid(DriverTest):
         text = (self.directory / "out/fields.xdmf").read_text()
         self.assertIn('Dimensions="17 21 25"', text)
         self.assertIn("fields_000000000000.h5:/velocity", text)
+
+    def measured(self, scene, *settings):
+        """Percentages that apps/flow/plot.py prints of a scene of apps/flow: {what stands before: number}."""
+        self.scene = FLOW / scene
+        self.run_skein(scene, "--overwrite", *(word for setting in settings for word in ("--set", setting)))
+        done = subprocess.run([sys.executable, str(FLOW / "plot.py"), str(self.directory / scene)], capture_output=True, text=True, timeout=100)
+        self.assertEqual(done.returncode, 0, done.stderr)
+        self.assertGreater((self.directory / scene / "vortex.png").stat().st_size, 10000)
+        return {what: float(number) for what, number in re.findall(r"(?m)^(.*?) ([+-]?[\d.]+)%", done.stdout)}
+
+    def test_vortices_are_those_of_theory(self):
+        fine = self.measured("lamb_oseen.toml")
+        coarse = self.measured("lamb_oseen.toml", "fluid.cells=[64,64,4]", "fluid.spacing=0.25")
+        error = "t = 25 s: largest error of u or v within 2 cores of the axis"
+        self.assertLess(fine[error], 0.3)
+        self.assertGreater(coarse[error] / fine[error], 2**1.7)
+        ring = self.measured("vortex_ring.toml", "fluid.cells=[64,48,48]", "fluid.spacing=0.2", "time.duration=5.0")
+        speed, = (number for what, number in ring.items() if what.startswith("way 0 to 1 radii"))
+        self.assertLess(abs(speed), 4, "twice as coarse as the scene")
+        impulse, = (number for what, number in ring.items() if what.startswith("impulse"))
+        self.assertLess(impulse, 0.5)
 
     def test_an_unsteady_scene_is_refused_and_told(self):
         self.scene.write_text(FLUID.replace("viscosity = 0.01", "viscosity = 1e9"))
