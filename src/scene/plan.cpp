@@ -583,25 +583,6 @@ std::vector<RodGroup> make_whole_groups(const SceneSpec& scene) {
     return groups;
 }
 
-namespace {
-
-double projections(FlowScheme scheme) { return scheme == FlowScheme::rk3_projected ? 3 : 1; }
-double stages(FlowScheme scheme) { return scheme == FlowScheme::adams_bashforth ? 1 : 3; }
-
-} // namespace
-
-double FluidPlan::transposed_bytes(int ranks) const {
-    const double mine = static_cast<double>(constants.grid.count()) / ranks;
-    return projections(constants.scheme) * 2 * sizeof(double) * mine * (ranks - 1) / ranks;
-}
-
-double FluidPlan::ghost_bytes(int ranks) const {
-    if (ranks == 1) return 0;
-    const auto [nx, ny, nz] = constants.grid.cells;
-    const double fields = 3 * stages(constants.scheme) + 2 * projections(constants.scheme);
-    return fields * 2 * FieldLayout::ghosts * sizeof(double) * nx * ny;
-}
-
 bool is_coupled(const Plan& plan) {
     return plan.contact || plan.fluid ||
            std::any_of(plan.walls.begin(), plan.walls.end(), [](const Wall& wall) { return wall.servo.drives(); });
@@ -657,12 +638,7 @@ Plan make_plan(const SceneSpec& as_given, std::span<const RodGroup> groups, cons
     if (plan.contact) plan.interactions.emplace_back(interact::Contacts{});
     if (!plan.walls.empty()) plan.interactions.emplace_back(interact::Walls{});
     if (scene.fluid) {
-        plan.fluid = FluidPlan{.constants = scene.fluid->constants(),
-                               .courant = scene.fluid->courant,
-                               .velocity_formula = scene.fluid->velocity_formula,
-                               .obstacles = scene.obstacles,
-                               .forcing = scene.immersion.numbers(),
-                               .names = names_for_formulas(scene)};
+        plan.fluid = plan_fluid(scene);
         plan.interactions.emplace_back(interact::Fluid{});
     }
     find_families(plan, groups);

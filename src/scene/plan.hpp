@@ -12,6 +12,7 @@
 #include "rod/tiling.hpp"
 #include "rod/time_limits.hpp"
 #include "scene/contact_outlook.hpp"
+#include "scene/fluid_plan.hpp"
 #include "scene/program.hpp"
 #include "scene/scene_spec.hpp"
 
@@ -69,24 +70,6 @@ struct AssemblyPlan {
     std::int64_t copies = 1, rods = 0, elements = 0; ///< the last two of a copy
     std::vector<Joint> joints;                       ///< of a copy
     std::vector<std::size_t> joints_of_table;        ///< how many of each [[joint]]
-};
-
-/// The fluid around everything.
-struct FluidPlan {
-    FlowConstants constants;
-    double courant = 0;
-    std::vector<std::string> velocity_formula; ///< at the start
-    std::vector<Obstacle> obstacles;
-    ForcingNumbers forcing;
-    FormulaScope names; ///< that it may hold
-
-    static constexpr double bytes_per_cell = 96; ///< ten fields and coefficients, and as many to be sent on more ranks than one
-    static constexpr double field_bytes_per_cell = 32; ///< of output
-    /// Sent by a rank in a step: coefficients that change ranks and come back, and planes of ghosts.
-    double transposed_bytes(int ranks) const;
-    double ghost_bytes(int ranks) const;
-
-    static constexpr double ns_per_cell_step = 45; ///< of three stages with one projection, for predictions
 };
 
 /// Whole steps between two events of a kind; 0: never.
