@@ -64,6 +64,7 @@ H5Handle file_access() {
     // The newer format has checksums on all metadata, so that damage there is an error and not a wrong number.
     H5Pset_libver_bounds(access, H5F_LIBVER_V110, H5F_LIBVER_LATEST);
     H5Pset_fclose_degree(access, H5F_CLOSE_STRONG);
+    H5Pset_small_data_block_size(access, 0); // else small datasets leave room behind them, which holds what some buffer held
 #if H5_VERSION_GE(1, 10, 7) && !(H5_VERSION_GE(1, 12, 0) && !H5_VERSION_GE(1, 12, 1))
     H5Pset_file_locking(access, false, true); // parallel file systems may have none, and the directory has a lock of its own
 #endif

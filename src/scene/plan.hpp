@@ -32,6 +32,7 @@ struct Machine {
     int lanes = 8;                        ///< SIMD width of a tile: rods side by side
     std::string which_cores;              ///< by rank where known, e.g. "0-7 | 8-15"
     Mapping mapping = Mapping::automatic; ///< of rods onto the lanes
+    int cores_per_node = 0;               ///< 0: not known
 };
 
 struct GroupPlan {
@@ -74,7 +75,7 @@ struct AssemblyPlan {
 
 /// Whole steps between two events of a kind; 0: never.
 struct Cadence {
-    std::int64_t trajectory = 0, tips = 0, series = 0, fields = 0, contacts = 0, checkpoint = 0;
+    std::int64_t trajectory = 0, tips = 0, series = 0, contacts = 0, checkpoint = 0;
     double checkpoint_wall = 0; ///< s of wall time; 0: none by it
     double frames_wall = 0;     ///< s of wall time; 0: with checkpoints
 };
@@ -117,7 +118,8 @@ struct Plan {
     bool vtp = false;                ///< frames as poly data too
     double frame_bytes = 0;          ///< all ranks, frames on their way to disk
     double copy_bytes = 0;           ///< all ranks, of the copy to go back to after a failure; 0: too large to be kept
-    double output_bytes = 0;         ///< all frames of the run
+    double output_bytes = 0;         ///< all frames of the run, but blocks of a fluid
+    double most_block_bytes = 0;     ///< the most that these may take
     double predicted_s = 0;          ///< wall time of the steps
     std::vector<std::string> notes;  ///< what looks like a slip, or comes otherwise than asked for
     std::vector<std::string> absent; ///< physics and services that this scene does not need

@@ -1,6 +1,5 @@
 #include "simulation/fluid_interaction.hpp"
 
-#include "fluid/cell_fields.hpp"
 #include "fluid/start_velocity.hpp"
 #include "skein/core/error.hpp"
 
@@ -146,19 +145,6 @@ std::uint64_t FluidInteraction::digest() const { // that of the rows of kept(), 
 
 double FluidInteraction::cell_steps() const {
     return static_cast<double>(plan_.constants.grid.count()) * static_cast<double>(steps_ - steps_before_);
-}
-
-FieldGrid FluidInteraction::field_grid() const {
-    const FluidGrid& grid = plan_.constants.grid;
-    return {grid.cells, grid.h, grid.lower, flow_->slab().first, flow_->slab().count};
-}
-
-std::vector<CellField> FluidInteraction::fields() const {
-    CellFields all = cell_fields(*flow_, threads_);
-    return {{"velocity", "m/s", 3, std::move(all.velocity)},
-            {"vorticity", "1/s", 3, std::move(all.vorticity)},
-            {"q", "1/s^2", 1, std::move(all.q)},
-            {"pressure", "Pa", 1, std::move(all.pressure)}};
 }
 
 FluidInteraction* fluid_of(const Interactions& all) {
