@@ -33,6 +33,10 @@ std::string text_attribute(const std::string& path, const std::string& name) {
     }
 }
 
+/// Of names of what shows a block.
+std::string suffix_of(std::size_t block) { return fmt::format("_{}", block); }
+constexpr std::uint64_t view_bytes = 1 << 10;
+
 std::string document(const std::string& grids) {
     return "<?xml version=\"1.0\" ?>\n<Xdmf Version=\"3.0\" xmlns:xi=\"http://www.w3.org/2001/XInclude\">\n<Domain>\n" + grids +
            "</Domain>\n</Xdmf>\n";
@@ -77,12 +81,13 @@ std::string FieldSeries::contents() const {
     return text;
 }
 
-void FieldSeries::write(std::int64_t step, FieldFrame& frame, std::vector<std::uint64_t> shape, const Extra* extra) {
+void FieldSeries::write(std::int64_t step, FieldFrame& frame, std::vector<std::uint64_t> shape, const Blocks* blocks) {
     const std::string path = names_.directory + "/" + file_of(step, frames), temporary = path + ".tmp", format(format_name);
     const H5Type type = precision_ == Precision::single ? H5Type::float32 : H5Type::float64;
     std::uint64_t bytes = 0;
     for (const FieldName& field : names_.fields)
         bytes += static_cast<std::uint64_t>(field.components * number_bytes()) * product(shape);
+    if (blocks) bytes += blocks->cells.size() * names_.fields.size() * view_bytes;
     on_root(comm_, [&] {
         require_space(names_.directory, bytes);
         make_way(temporary, format);
@@ -97,12 +102,11 @@ void FieldSeries::write(std::int64_t step, FieldFrame& frame, std::vector<std::u
         file.set("/", "lower_x", grid_.lower.x), file.set("/", "lower_y", grid_.lower.y), file.set("/", "lower_z", grid_.lower.z);
         file.set("/", "contents", contents());
         for (const auto& [name, text] : names_.labels) file.set("/", name, text);
-        if (extra) {
-            const std::uint64_t rows = extra->rows.size() / 3;
-            file.make_dataset("/" + extra->name, H5Type::float64, {rows, 3});
-            file.set("/" + extra->name, "unit", extra->unit);
-            if (rows > 0)
-                file.write("/" + extra->name, H5Type::float64, {{0, 0}, {comm_.root() ? rows : 0, 3}}, extra->rows.data());
+        if (blocks) {
+            const std::uint64_t rows = blocks->cells.size();
+            file.make_dataset("/lower", H5Type::float64, {rows, 3});
+            file.set("/lower", "unit", std::string("m"));
+            if (rows > 0) file.write("/lower", H5Type::float64, {{0, 0}, {comm_.root() ? rows : 0, 3}}, blocks->lower.data());
         }
         for (std::size_t f = 0; f < names_.fields.size(); ++f) {
             const FieldName& field = names_.fields[f];
@@ -131,6 +135,7 @@ void FieldSeries::write(std::int64_t step, FieldFrame& frame, std::vector<std::u
         file.close();
     }
     on_root(comm_, [&] {
+        if (blocks) show_blocks(temporary, *blocks);
         make_way(path, format);
         publish(temporary, path);
         listed_[step] = true;
@@ -145,34 +150,53 @@ void FieldSeries::write(std::int64_t step, FieldFrame& frame) {
         for (const auto& [at, shown] : listed_) {
             if (!shown) continue;
             grids += fmt::format("<Grid Name=\"fluid\" GridType=\"Uniform\">\n{}{}</Grid>\n", time_text(at),
-                                 grid_text(file_of(at, frames), grid_.cells, grid_.lower, nullptr));
+                                 grid_text(file_of(at, frames), grid_.cells, grid_.lower));
         }
         const std::string name = names_.name.empty() ? "fields" : "fluid_" + names_.name;
         write_file(names_.directory + "/" + name + documents, document(collection("Temporal", grids)));
     });
 }
 
+FieldSeries::Blocks FieldSeries::blocks_of(std::span<const std::array<int, 3>> first_cells,
+                                           const std::array<int, 3>& fluid_cells) const {
+    Blocks blocks;
+    for (const std::array<int, 3>& first : first_cells) {
+        const Vec3d cells{static_cast<double>(first[0]), static_cast<double>(first[1]), static_cast<double>(first[2])},
+            at = grid_.lower + grid_.spacing * cells;
+        blocks.lower.insert(blocks.lower.end(), {at.x, at.y, at.z});
+        std::array<int, 3> count{};
+        for (std::size_t d = 0; d < 3; ++d) count[d] = std::min(grid_.cells[d], fluid_cells[d] - first[d]);
+        blocks.cells.push_back(count);
+    }
+    return blocks;
+}
+
+/// ParaView's readers know datasets, but not all of them know parts of these.
+void FieldSeries::show_blocks(const std::string& path, const Blocks& blocks) const {
+    std::vector<PartView> views;
+    for (std::size_t b = 0; b < blocks.cells.size(); ++b)
+        for (const FieldName& field : names_.fields) {
+            PartView view{field.name + suffix_of(b), "/" + field.name, {{b, 0, 0, 0}, {1}}};
+            for (const std::size_t d : {2, 1, 0}) view.part.count.push_back(static_cast<std::uint64_t>(blocks.cells[b][d]));
+            if (field.components > 1)
+                view.part.start.push_back(0), view.part.count.push_back(static_cast<std::uint64_t>(field.components));
+            views.push_back(std::move(view));
+        }
+    make_part_views(path, "/blocks", views);
+}
+
 void FieldSeries::write_blocks(std::int64_t step, FieldFrame& frame, std::span<const std::array<int, 3>> first_cells,
                                const std::array<int, 3>& fluid_cells) {
-    Extra lower{"lower", "m", {}};
-    const auto corner = [&](const std::array<int, 3>& first) {
-        return grid_.lower +
-               grid_.spacing * Vec3d{static_cast<double>(first[0]), static_cast<double>(first[1]), static_cast<double>(first[2])};
-    };
-    for (const auto& first : first_cells) {
-        const Vec3d at = corner(first);
-        lower.rows.insert(lower.rows.end(), {at.x, at.y, at.z});
-    }
+    const Blocks blocks = blocks_of(first_cells, fluid_cells);
     const auto size = [&](std::size_t d) { return static_cast<std::uint64_t>(grid_.cells[d]); };
-    write(step, frame, {first_cells.size(), size(2), size(1), size(0)}, &lower);
+    write(step, frame, {first_cells.size(), size(2), size(1), size(0)}, &blocks);
     on_root(comm_, [&] {
         std::string grids = time_text(step);
         for (std::size_t b = 0; b < first_cells.size(); ++b) {
-            std::array<int, 3> cells{};
-            for (std::size_t d = 0; d < 3; ++d) cells[d] = std::min(grid_.cells[d], fluid_cells[d] - first_cells[b][d]);
-            const BlockOf block{b, first_cells.size()};
-            grids += fmt::format("<Grid Name=\"{}\" GridType=\"Uniform\">\n{}</Grid>\n", b,
-                                 grid_text(file_of(step, frames), cells, corner(first_cells[b]), &block));
+            const double* const lower = blocks.lower.data() + 3 * b;
+            grids += fmt::format(
+                "<Grid Name=\"{}\" GridType=\"Uniform\">\n{}</Grid>\n", b,
+                grid_text(file_of(step, frames), blocks.cells[b], {lower[0], lower[1], lower[2]}, "/blocks/", suffix_of(b)));
         }
         write_file(names_.directory + "/" + file_of(step, documents), document(collection("Spatial", grids)));
         grids.clear();
@@ -186,9 +210,8 @@ std::string FieldSeries::time_text(std::int64_t step) const {
     return fmt::format("<Time Value=\"{:.17g}\"/>\n", shift_ + static_cast<double>(step) * dt_);
 }
 
-/// The cells of a block are the first ones of its part of a dataset.
 std::string FieldSeries::grid_text(const std::string& file, const std::array<int, 3>& cells, const Vec3d& lower,
-                                   const BlockOf* block) const {
+                                   const std::string& group, const std::string& suffix) const {
     const auto [nx, ny, nz] = cells;
     std::string text = fmt::format("<Topology TopologyType=\"3DCoRectMesh\" Dimensions=\"{} {} {}\"/>\n<Geometry "
                                    "GeometryType=\"ORIGIN_DXDYDZ\">\n",
@@ -200,24 +223,10 @@ std::string FieldSeries::grid_text(const std::string& file, const std::array<int
     text += "</Geometry>\n";
     for (const FieldName& field : names_.fields) {
         const bool vector = field.components == 3;
-        const auto item = [&](const std::string& dimensions) {
-            return fmt::format(
-                "<DataItem Dimensions=\"{}{}\" NumberType=\"Float\" Precision=\"{}\" Format=\"HDF\">{}:/{}</DataItem>\n",
-                dimensions, vector ? " 3" : "", number_bytes(), file, field.name);
-        };
-        text +=
-            fmt::format("<Attribute Name=\"{}\" AttributeType=\"{}\" Center=\"Cell\">\n", field.name, vector ? "Vector" : "Scalar");
-        if (!block) {
-            text += item(fmt::format("{} {} {}", nz, ny, nx));
-        } else {
-            const char *start = vector ? " 0" : "", *stride = vector ? " 1" : "", *three = vector ? " 3" : "";
-            text += fmt::format("<DataItem ItemType=\"HyperSlab\" Dimensions=\"{} {} {}{}\">\n<DataItem Dimensions=\"3 {}\" "
-                                "NumberType=\"Int\" Format=\"XML\">{} 0 0 0{} 1 1 1 1{} 1 {} {} {}{}</DataItem>\n",
-                                nz, ny, nx, three, vector ? 5 : 4, block->number, start, stride, nz, ny, nx, three);
-            text += item(fmt::format("{} {} {} {}", block->blocks, grid_.cells[2], grid_.cells[1], grid_.cells[0]));
-            text += "</DataItem>\n";
-        }
-        text += "</Attribute>\n";
+        text += fmt::format("<Attribute Name=\"{}\" AttributeType=\"{}\" Center=\"Cell\">\n<DataItem Dimensions=\"{} {} {}{}\" "
+                            "NumberType=\"Float\" Precision=\"{}\" Format=\"HDF\">{}:{}{}{}</DataItem>\n</Attribute>\n",
+                            field.name, vector ? "Vector" : "Scalar", nz, ny, nx, vector ? " 3" : "", number_bytes(), file, group,
+                            field.name, suffix);
     }
     return text;
 }

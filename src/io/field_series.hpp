@@ -65,19 +65,20 @@ public:
     static constexpr std::size_t most_numbers = 4 << 20;
 
 private:
-    struct Extra { ///< a dataset beside the fields, written by root
-        std::string name, unit;
-        std::vector<double> rows; ///< 3 each
+    /// Blocks of a frame: their first cells, and what each has of the fluid.
+    struct Blocks {
+        std::vector<double> lower; ///< corners, m, 3 each
+        std::vector<std::array<int, 3>> cells;
     };
-    void write(std::int64_t step, FieldFrame& frame, std::vector<std::uint64_t> shape, const Extra* extra);
+    Blocks blocks_of(std::span<const std::array<int, 3>> first_cells, const std::array<int, 3>& fluid_cells) const;
+    void write(std::int64_t step, FieldFrame& frame, std::vector<std::uint64_t> shape, const Blocks* blocks);
+    void show_blocks(const std::string& path, const Blocks& blocks) const;
     std::string file_of(std::int64_t step, const char* ending) const;
     std::vector<std::int64_t> steps(const char* ending) const; ///< of files in the directory, rising
     std::string contents() const;                              ///< what frames that belong together have in common
-    /// All of a file's numbers, or those of one of its blocks.
-    struct BlockOf {
-        std::size_t number, blocks;
-    };
-    std::string grid_text(const std::string& file, const std::array<int, 3>& cells, const Vec3d& lower, const BlockOf* block) const;
+    /// `group`: of datasets within the file; `suffix`: of their names.
+    std::string grid_text(const std::string& file, const std::array<int, 3>& cells, const Vec3d& lower,
+                          const std::string& group = "/", const std::string& suffix = "") const;
     std::string time_text(std::int64_t step) const;
     int number_bytes() const { return precision_ == Precision::single ? 4 : 8; }
 
