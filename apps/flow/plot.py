@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
-"""Figures of a fluid by itself: plot.py OUT_DIR [--axis z] [--at SHARE] [--since SECONDS]
+"""Figures of a fluid by itself: plot.py OUT_DIR [--axis z] [--at SHARE] [--since SECONDS] | [--slice NAME]
 
-Draws OUT_DIR/flow.png, vorticity across a plane of cells in the first and the last frame, with obstacles in the last alone; with these
+Draws OUT_DIR/flow.png, vorticity across a plane of cells in the first and the last frame of output.fields, or of a slice of the scene, with obstacles in the last alone; with these
 OUT_DIR/forces.png, the forces on them, without OUT_DIR/energy.png, kinetic energy and what takes it. Prints mean forces, or how well the loss of energy and the
 dissipation agree. Of a scene with a vortex (vortices.py) OUT_DIR/vortex.png and how far it is from theory. Needs numpy, h5py and matplotlib.
 """
@@ -28,12 +28,22 @@ from skein.style import INK, QUIET, bare  # noqa: E402
 def plane(path, axis, share):
     """Vorticity across a plane of cells at a share of the box along an axis, [row][column]; spacing and time."""
     with h5py.File(path) as file:
+        if "vorticity" not in file:
+            sys.exit(f"{path}: has no vorticity; name it in 'fields' of the output")
         vorticity = file["vorticity"]
         direction = "zyx".index(axis)
         at = min(int(share * vorticity.shape[direction]), vorticity.shape[direction] - 1)
         cut = [slice(None)] * 3
         cut[direction] = at
         return vorticity[tuple(cut)][..., "xyz".index(axis)], file.attrs["spacing"], file.attrs["time"]
+
+
+def axis_of_slice(path):
+    with h5py.File(path) as file:
+        if "across" not in file.attrs:
+            sys.exit(f"{path}: is no slice")
+        across = file.attrs["across"]
+        return across.decode() if isinstance(across, bytes) else str(across)
 
 
 def draw_planes(files, axis, share, to):
@@ -103,10 +113,14 @@ def main():
     parser.add_argument("--axis", choices="xyz", default="z")
     parser.add_argument("--at", type=float, default=0.5, metavar="SHARE", help="place of the plane, as a share of the box along the axis")
     parser.add_argument("--since", type=float, metavar="SECONDS", help="forces are meaned from there on; default: half the run")
+    parser.add_argument("--slice", metavar="NAME", help="draw this [[fluid_output]] of kind \"slice\"")
     given = parser.parse_args()
-    files = sorted(given.out_dir.glob("fields_*.h5"))
+    pattern = f"fluid_{given.slice}_{'[0-9]' * 12}.h5" if given.slice else "fields_*.h5"
+    files = sorted(given.out_dir.glob(pattern))
     if not files:
-        sys.exit(f"{given.out_dir}: no fields_*.h5; set output.fields in the scene")
+        sys.exit(f"{given.out_dir}: no {pattern}; {'give a [[fluid_output]] of this name' if given.slice else 'set output.fields'} in the scene")
+    if given.slice:
+        given.axis = axis_of_slice(files[-1])
     series = given.out_dir / "observables.csv"
     rows = read_series(series) if series.exists() else {}
     forced = any("_force_" in name for name in rows)

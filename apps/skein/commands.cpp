@@ -175,14 +175,17 @@ int plan_command(PlanArguments arguments, int& argc, char**& argv) {
         const int cores = Threads::available_cores();
         const int threads = arguments.threads > 0 ? arguments.threads : std::max(1, cores / ranks);
         const std::vector<RodGroup> groups = make_whole_groups(scene);
+        const MachineFile machine = arguments.machine.empty() ? MachineFile{} : read_machine_file(arguments.machine);
+        const int per_node = arguments.machine.empty() ? cores : static_cast<int>(machine.machine.cores_per_node);
         const Plan plan = make_plan(
-            scene, groups, {ranks, threads, std::max(threads, cores / ranks), lanes_for(arguments.lanes), {}, arguments.mapping});
+            scene, groups,
+            {ranks, threads, std::max(threads, cores / ranks), lanes_for(arguments.lanes), {}, arguments.mapping, per_node});
         refuse_faults(scene, plan, groups);
-        if (arguments.ranks == 0 && arguments.machine.empty()) {
+        // Shares of a fluid are alike, and its plan tells all of them.
+        if ((arguments.ranks == 0 && arguments.machine.empty()) || groups.empty()) {
             std::printf("%s", (arguments.json ? to_json(plan) : to_text(plan)).c_str());
             return;
         }
-        const MachineFile machine = arguments.machine.empty() ? MachineFile{} : read_machine_file(arguments.machine);
         if (!arguments.json) std::printf("%s", to_text(plan).c_str());
         std::fflush(stdout);
         if (environment_int("OMPI_COMM_WORLD_SIZE", 1) > 1)

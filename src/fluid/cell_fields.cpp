@@ -1,45 +1,46 @@
 #include "fluid/cell_fields.hpp"
 
-#include <array>
-
 namespace skein {
 
-CellFields cell_fields(const FlowSolver& flow, const Threads& threads) {
-    const FieldLayout layout = flow.layout();
-    const FlowConstants& constants = flow.constants();
-    const double h = constants.grid.h;
-    const auto cells =
-        static_cast<std::size_t>(layout.nx) * static_cast<std::size_t>(layout.ny) * static_cast<std::size_t>(layout.nz);
-    CellFields out{std::vector<float>(3 * cells), std::vector<float>(3 * cells), std::vector<float>(cells),
-                   std::vector<float>(cells)};
-    const std::array<std::ptrdiff_t, 3> ahead{1, layout.row, layout.plane};
-    const std::array<const double*, 3> velocity{flow.velocity(0).data(), flow.velocity(1).data(), flow.velocity(2).data()};
-    threads.for_each(static_cast<std::size_t>(layout.nz), [&](std::size_t k, int) {
-        std::size_t cell = k * static_cast<std::size_t>(layout.nx) * static_cast<std::size_t>(layout.ny);
-        for (int j = 0; j < layout.ny; ++j)
-            for (int i = 0; i < layout.nx; ++i, ++cell) {
-                const std::ptrdiff_t at = layout.at(i, j, static_cast<int>(k));
-                std::array<std::array<double, 3>, 3> gradient{}; // of component c along d
-                for (std::size_t c = 0; c < 3; ++c) {
-                    const auto centred = [&](std::ptrdiff_t here) {
-                        return 0.5 * (velocity[c][here] + velocity[c][here - ahead[c]]);
-                    };
-                    out.velocity[3 * cell + c] = static_cast<float>(centred(at));
-                    for (std::size_t d = 0; d < 3; ++d)
-                        gradient[c][d] = c == d ? (velocity[c][at] - velocity[c][at - ahead[c]]) / h
-                                                : (centred(at + ahead[d]) - centred(at - ahead[d])) / (2 * h);
-                }
-                double q = 0;
-                for (std::size_t c = 0; c < 3; ++c) {
-                    const std::size_t d = (c + 1) % 3, e = (c + 2) % 3;
-                    out.vorticity[3 * cell + c] = static_cast<float>(gradient[e][d] - gradient[d][e]);
-                    q -= 0.5 * gradient[c][c] * gradient[c][c] + gradient[c][d] * gradient[d][c];
-                }
-                out.q[cell] = static_cast<float>(q);
-                out.pressure[cell] = static_cast<float>(constants.density * flow.pressure()[static_cast<std::size_t>(at)]);
-            }
-    });
-    return out;
+CellReader::CellReader(const FlowSolver& flow)
+    : layout_(flow.layout()), ahead_{1, layout_.row, layout_.plane}, velocity_{flow.velocity(0).data(), flow.velocity(1).data(),
+                                                                               flow.velocity(2).data()},
+      pressure_(flow.pressure().data()), h_(flow.constants().grid.h), density_(flow.constants().density) {}
+
+CellReader::Gradient CellReader::gradient(std::ptrdiff_t at) const {
+    Gradient gradient{};
+    for (std::size_t c = 0; c < 3; ++c)
+        for (std::size_t d = 0; d < 3; ++d)
+            gradient[c][d] = c == d ? (velocity_[c][at] - velocity_[c][at - ahead_[c]]) / h_
+                                    : (centred(c, at + ahead_[d]) - centred(c, at - ahead_[d])) / (2 * h_);
+    return gradient;
+}
+
+void CellReader::row(CellField field, int i, int j, int k, int count, double* out) const {
+    const std::ptrdiff_t begin = layout_.at(i, j, k), end = begin + count;
+    switch (field) {
+    case CellField::velocity:
+        for (std::ptrdiff_t at = begin; at < end; ++at)
+            for (std::size_t c = 0; c < 3; ++c) *out++ = centred(c, at);
+        break;
+    case CellField::vorticity:
+        for (std::ptrdiff_t at = begin; at < end; ++at) {
+            const Gradient g = gradient(at);
+            for (std::size_t c = 0; c < 3; ++c) *out++ = g[(c + 2) % 3][(c + 1) % 3] - g[(c + 1) % 3][(c + 2) % 3];
+        }
+        break;
+    case CellField::q:
+        for (std::ptrdiff_t at = begin; at < end; ++at) {
+            const Gradient g = gradient(at);
+            double q = 0;
+            for (std::size_t c = 0; c < 3; ++c) q -= 0.5 * g[c][c] * g[c][c] + g[c][(c + 1) % 3] * g[(c + 1) % 3][c];
+            *out++ = q;
+        }
+        break;
+    case CellField::pressure:
+        for (std::ptrdiff_t at = begin; at < end; ++at) *out++ = density_ * pressure_[at];
+        break;
+    }
 }
 
 } // namespace skein

@@ -29,6 +29,14 @@ std::int64_t FlowSolver::step_within(double time, double dt, double courant) {
     return steps;
 }
 
+double step_limit(const FlowConstants& constants, double speed, double courant) {
+    const double h = constants.grid.h, viscosity = constants.kinematic_viscosity;
+    constexpr double stable = 2.5 / 12, margin = 1.5; // of viscosity by itself
+    const double by_speed = speed > 0 ? courant * h / speed : HUGE_VAL,
+                 by_viscosity = viscosity > 0 ? stable / margin * h * h / viscosity : HUGE_VAL;
+    return std::min(by_speed, by_viscosity);
+}
+
 FlowFigures figures_of(const Communicator& comm, const FlowSolver& flow) {
     constexpr std::size_t numbers = sizeof(FlowFigures) / sizeof(double);
     const std::vector<FlowFigures> mine = flow.figures();

@@ -81,6 +81,9 @@ public:
     virtual std::size_t bytes() const = 0;
 };
 
+/// The longest step, s, of a fluid whose largest sum of |u|, |v| and |w| is `speed`, m/s; see FlowSolver::step_limit.
+double step_limit(const FlowConstants& constants, double speed, double courant);
+
 /// Of all planes of all ranks, in their order. Collective.
 FlowFigures figures_of(const Communicator& comm, const FlowSolver& flow);
 

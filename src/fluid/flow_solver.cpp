@@ -362,12 +362,7 @@ void BoxFlow::step(double time, double dt) {
 }
 
 double BoxFlow::step_limit(double courant) const {
-    const double speed = comm_.max(*std::max_element(speed_.begin(), speed_.end())), h = constants_.grid.h,
-                 viscosity = constants_.kinematic_viscosity;
-    constexpr double stable = 2.5 / 12, margin = 1.5; // of viscosity by itself
-    const double by_speed = speed > 0 ? courant * h / speed : HUGE_VAL,
-                 by_viscosity = viscosity > 0 ? stable / margin * h * h / viscosity : HUGE_VAL;
-    return std::min(by_speed, by_viscosity);
+    return skein::step_limit(constants_, comm_.max(*std::max_element(speed_.begin(), speed_.end())), courant);
 }
 
 std::vector<FlowFigures> BoxFlow::figures() const {

@@ -36,6 +36,12 @@ void FluidSpec::fields(FieldVisitor& f) {
              .above = 0,
              .at_most = 1.5},
             courant);
+    f.visit({.name = "expected_speed",
+             .unit = "m/s",
+             .text = "speed that plans predict the number of steps from; changes no number of a run. 0: the largest of inflow, "
+                     "velocity at the start and obstacles",
+             .at_least = 0},
+            expected_speed);
 }
 
 FlowConstants FluidSpec::constants() const {

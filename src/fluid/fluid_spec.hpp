@@ -21,7 +21,8 @@ struct FluidSpec {
     Vec3d acceleration{0, 0, 0};               ///< m/s^2
     std::vector<std::string> velocity_formula; ///< at the start, m/s; none: at rest, or the inflow where something flows through
     FlowScheme scheme = FlowScheme::rk3;
-    double courant = 0.5; ///< largest sum of Courant numbers of a step
+    double courant = 0.5;      ///< largest sum of Courant numbers of a step
+    double expected_speed = 0; ///< m/s, for plans alone; 0: from what the scene says
 
     FlowConstants constants() const;
     void fields(FieldVisitor& f);

@@ -8,14 +8,7 @@ namespace skein {
 
 namespace {
 
-/// Whether a value depends on anything but the place.
-bool varies_otherwise(const Graph& graph, int node) {
-    const Graph::Node& n = graph[node];
-    if (n.op == Op::variable) return n.index > static_cast<int>(Variable::z);
-    for (int k = 0; k < operands_of(n.op); ++k)
-        if (varies_otherwise(graph, n.of[static_cast<std::size_t>(k)])) return true;
-    return false;
-}
+constexpr Variable places[] = {Variable::x, Variable::y, Variable::z};
 
 } // namespace
 
@@ -31,7 +24,7 @@ StartVelocity::StartVelocity(const std::vector<std::string>& texts, const Formul
         const auto read = read_formula(graph, names, texts[i], number, "m/s", faults_);
         if (!read) continue;
         const Part whole{0, texts[i].size(), number};
-        if (varies_otherwise(graph, read->node))
+        if (graph.varies_beyond(read->node, places))
             faults_.push_back({whole, "it may name 'x', 'y', 'z', constants, tables and functions alone"});
         else if (const auto program = compiled(graph, std::span(&read->node, 1))) program_[i] = *program;
         else faults_.push_back({whole, "it has too many values at once"});

@@ -153,6 +153,13 @@ int Graph::derivative(int node, Variable by) {
     return d[static_cast<std::size_t>(node)];
 }
 
+bool Graph::varies_beyond(int node, std::span<const Variable> allowed) const {
+    const Node& n = (*this)[node];
+    if (n.op == Op::variable) return std::find(allowed.begin(), allowed.end(), static_cast<Variable>(n.index)) == allowed.end();
+    return std::any_of(n.of.begin(), n.of.begin() + operands_of(n.op),
+                       [&](int operand) { return varies_beyond(operand, allowed); });
+}
+
 std::vector<double> Graph::values(const std::array<double, variables>& at) const {
     std::vector<double> v(nodes_.size());
     for (std::size_t i = 0; i < nodes_.size(); ++i) {

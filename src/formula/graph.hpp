@@ -47,6 +47,8 @@ public:
     std::optional<double> number(int i) const {
         return (*this)[i].op == Op::constant ? std::optional((*this)[i].number) : std::nullopt;
     }
+    /// Whether a value depends on a variable that is none of these.
+    bool varies_beyond(int node, std::span<const Variable> allowed) const;
     void mark(int i, const Part& part) {
         if (Part& p = nodes_[static_cast<std::size_t>(i)].part; p.formula < 0) p = part;
     }

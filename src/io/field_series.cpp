@@ -3,6 +3,7 @@
 #include "io/disk.hpp"
 #include "io/files.hpp"
 #include "io/own_files.hpp"
+#include "skein/core/error.hpp"
 
 #include <algorithm>
 #include <filesystem>
@@ -12,86 +13,222 @@ namespace skein {
 
 namespace {
 
-constexpr std::string_view format_name = "skein fields", prefix = "fields_", suffix = ".h5";
+constexpr std::string_view format_name = "skein fields";
+constexpr const char *frames = ".h5", *documents = ".xdmf";
 
-std::string file_of(std::int64_t step) { return fmt::format("{}{:012d}{}", prefix, step, suffix); }
+std::uint64_t product(const std::vector<std::uint64_t>& shape) {
+    std::uint64_t numbers = 1;
+    for (const std::uint64_t extent : shape) numbers *= extent;
+    return numbers;
+}
 
-/// Steps of the frames in a directory, rising.
-std::vector<std::int64_t> steps_in(const std::string& directory) {
-    std::vector<std::int64_t> steps;
-    for (const auto& entry : std::filesystem::directory_iterator(directory)) {
-        const std::string name = entry.path().filename().string();
-        if (!name.starts_with(prefix) || !name.ends_with(suffix) || !is_result_name(name)) continue;
-        steps.push_back(std::stoll(name.substr(prefix.size())));
+std::string text_attribute(const std::string& path, const std::string& name) {
+    try {
+        const H5File file(Communicator::alone(), path, H5File::Mode::read);
+        std::string text;
+        if (file.has("/", name)) file.get("/", name, text);
+        return text;
+    } catch (const IoError&) {
+        return {};
     }
-    std::sort(steps.begin(), steps.end());
-    return steps;
+}
+
+/// Of names of what shows a block.
+std::string suffix_of(std::size_t block) { return fmt::format("_{}", block); }
+constexpr std::uint64_t view_bytes = 1 << 10;
+
+std::string document(const std::string& grids) {
+    return "<?xml version=\"1.0\" ?>\n<Xdmf Version=\"3.0\" xmlns:xi=\"http://www.w3.org/2001/XInclude\">\n<Domain>\n" + grids +
+           "</Domain>\n</Xdmf>\n";
+}
+
+std::string collection(const char* type, const std::string& grids) {
+    return fmt::format("<Grid Name=\"fluid\" GridType=\"Collection\" CollectionType=\"{}\">\n{}</Grid>\n", type, grids);
 }
 
 } // namespace
 
-FieldSeries::FieldSeries(const Communicator& comm, std::string directory, FieldGrid grid, double dt, double shift)
-    : comm_(comm), directory_(std::move(directory)), grid_(grid), dt_(dt), shift_(shift) {}
-
-void FieldSeries::write(std::int64_t step, const std::vector<CellField>& fields) {
-    const std::string path = directory_ + "/" + file_of(step), temporary = path + ".tmp", format(format_name);
-    const auto [nx, ny, nz] = grid_.cells;
-    std::uint64_t numbers = 0;
-    for (const CellField& field : fields)
-        numbers += static_cast<std::uint64_t>(field.components) * static_cast<std::uint64_t>(nx) * static_cast<std::uint64_t>(ny) *
-                   static_cast<std::uint64_t>(nz);
+FieldSeries::FieldSeries(const Communicator& comm, Names names, FieldGrid grid, Precision precision, double dt, double shift)
+    : comm_(comm), names_(std::move(names)), grid_(grid), precision_(precision), dt_(dt), shift_(shift) {
     on_root(comm_, [&] {
-        require_space(directory_, numbers * sizeof(float));
+        for (const std::int64_t step : steps(frames))
+            listed_[step] = text_attribute(names_.directory + "/" + file_of(step, frames), "contents") == contents();
+    });
+}
+
+std::string FieldSeries::file_of(std::int64_t step, const char* ending) const {
+    return fmt::format("{}{:012d}{}", names_.name.empty() ? "fields_" : "fluid_" + names_.name + "_", step, ending);
+}
+
+std::vector<std::int64_t> FieldSeries::steps(const char* ending) const {
+    std::vector<std::int64_t> found;
+    for (const auto& entry : std::filesystem::directory_iterator(names_.directory)) {
+        const std::string name = entry.path().filename().string();
+        const auto end = name.rfind(ending), begin = name.rfind('_');
+        if (begin == name.npos || end == name.npos || end < begin + 13 || end > begin + 19) continue; // digits that a number holds
+        const std::string digits = name.substr(begin + 1, end - begin - 1);
+        if (digits.find_first_not_of("0123456789") == digits.npos && name == file_of(std::stoll(digits), ending))
+            found.push_back(std::stoll(digits));
+    }
+    std::sort(found.begin(), found.end());
+    return found;
+}
+
+std::string FieldSeries::contents() const {
+    std::string text = fmt::format("{} x {} x {} cells of {} m from ({}, {}, {}) m, {} B:", grid_.cells[0], grid_.cells[1],
+                                   grid_.cells[2], grid_.spacing, grid_.lower.x, grid_.lower.y, grid_.lower.z, number_bytes());
+    for (const FieldName& field : names_.fields) text += " " + field.name;
+    return text;
+}
+
+void FieldSeries::write(std::int64_t step, FieldFrame& frame, std::vector<std::uint64_t> shape, const Blocks* blocks) {
+    const std::string path = names_.directory + "/" + file_of(step, frames), temporary = path + ".tmp", format(format_name);
+    const H5Type type = precision_ == Precision::single ? H5Type::float32 : H5Type::float64;
+    std::uint64_t bytes = 0;
+    for (const FieldName& field : names_.fields)
+        bytes += static_cast<std::uint64_t>(field.components * number_bytes()) * product(shape);
+    if (blocks) bytes += blocks->cells.size() * names_.fields.size() * view_bytes;
+    on_root(comm_, [&] {
+        require_space(names_.directory, bytes);
         make_way(temporary, format);
     });
     {
         H5File file(comm_, temporary, H5File::Mode::create);
-        file.reserve(numbers * sizeof(float));
+        file.reserve(bytes);
         file.set("/", "format", format);
         file.set("/", "step", step);
         file.set("/", "time", shift_ + static_cast<double>(step) * dt_);
         file.set("/", "spacing", grid_.spacing);
-        for (const CellField& field : fields) {
-            std::vector<std::uint64_t> shape{static_cast<std::uint64_t>(nz), static_cast<std::uint64_t>(ny),
-                                             static_cast<std::uint64_t>(nx)};
-            if (field.components > 1) shape.push_back(static_cast<std::uint64_t>(field.components));
-            file.make_dataset("/" + field.name, H5Type::float32, shape);
+        file.set("/", "lower_x", grid_.lower.x), file.set("/", "lower_y", grid_.lower.y), file.set("/", "lower_z", grid_.lower.z);
+        file.set("/", "contents", contents());
+        for (const auto& [name, text] : names_.labels) file.set("/", name, text);
+        if (blocks) {
+            const std::uint64_t rows = blocks->cells.size();
+            file.make_dataset("/lower", H5Type::float64, {rows, 3});
+            file.set("/lower", "unit", std::string("m"));
+            if (rows > 0) file.write("/lower", H5Type::float64, {{0, 0}, {comm_.root() ? rows : 0, 3}}, blocks->lower.data());
+        }
+        for (std::size_t f = 0; f < names_.fields.size(); ++f) {
+            const FieldName& field = names_.fields[f];
+            const auto components = static_cast<std::uint64_t>(field.components);
+            std::vector<std::uint64_t> whole = shape;
+            if (components > 1) whole.push_back(components);
+            file.make_dataset("/" + field.name, type, whole);
             file.set("/" + field.name, "unit", field.unit);
-            H5Box box{std::vector<std::uint64_t>(shape.size(), 0), shape};
-            box.start[0] = static_cast<std::uint64_t>(grid_.first_plane), box.count[0] = static_cast<std::uint64_t>(grid_.planes);
-            file.write("/" + field.name, H5Type::float32, box, field.value.data());
+            frame.begin(f);
+            // Every rank takes part in every transfer, those that are done with nothing.
+            const auto mine = static_cast<std::int64_t>(frame.pieces().size());
+            for (std::int64_t piece = 0, rounds = comm_.max(mine); piece < rounds; ++piece) {
+                H5Box box{std::vector<std::uint64_t>(whole.size(), 0), std::vector<std::uint64_t>(whole.size(), 0)};
+                std::vector<double> numbers;
+                if (piece < mine) {
+                    box = frame.pieces()[static_cast<std::size_t>(piece)];
+                    if (components > 1) box.start.push_back(0), box.count.push_back(components);
+                    numbers.resize(product(box.count));
+                    frame.fill(static_cast<std::size_t>(piece), numbers);
+                }
+                if (precision_ == Precision::single)
+                    file.write("/" + field.name, type, box, std::vector<float>(numbers.begin(), numbers.end()).data());
+                else file.write("/" + field.name, type, box, numbers.data());
+            }
         }
         file.close();
     }
     on_root(comm_, [&] {
+        if (blocks) show_blocks(temporary, *blocks);
         make_way(path, format);
         publish(temporary, path);
-        write_file(directory_ + "/fields.xdmf", document(fields));
+        listed_[step] = true;
     });
 }
 
-std::string FieldSeries::document(const std::vector<CellField>& fields) const {
-    const auto [nx, ny, nz] = grid_.cells;
-    std::string text = "<?xml version=\"1.0\" ?>\n<Xdmf Version=\"3.0\">\n<Domain>\n<Grid Name=\"fluid\" GridType=\"Collection\" "
-                       "CollectionType=\"Temporal\">\n";
-    for (const std::int64_t step : steps_in(directory_)) {
-        text += fmt::format(
-            "<Grid Name=\"fluid\" GridType=\"Uniform\">\n<Time Value=\"{:.17g}\"/>\n<Topology TopologyType=\"3DCoRectMesh\" "
-            "Dimensions=\"{} {} {}\"/>\n<Geometry GeometryType=\"ORIGIN_DXDYDZ\">\n",
-            shift_ + static_cast<double>(step) * dt_, nz + 1, ny + 1, nx + 1);
-        for (const Vec3d& v : {grid_.lower, Vec3d{grid_.spacing, grid_.spacing, grid_.spacing}})
-            text += fmt::format("<DataItem Dimensions=\"3\" NumberType=\"Float\" Precision=\"8\" Format=\"XML\">{:.17g} {:.17g} "
-                                "{:.17g}</DataItem>\n",
-                                v.z, v.y, v.x);
-        text += "</Geometry>\n";
-        for (const CellField& field : fields)
-            text += fmt::format("<Attribute Name=\"{}\" AttributeType=\"{}\" Center=\"Cell\">\n<DataItem Dimensions=\"{} {} {}{}\" "
-                                "NumberType=\"Float\" Precision=\"4\" Format=\"HDF\">{}:/{}</DataItem>\n</Attribute>\n",
-                                field.name, field.components == 3 ? "Vector" : "Scalar", nz, ny, nx,
-                                field.components == 3 ? " 3" : "", file_of(step), field.name);
-        text += "</Grid>\n";
+void FieldSeries::write(std::int64_t step, FieldFrame& frame) {
+    const auto size = [&](std::size_t d) { return static_cast<std::uint64_t>(grid_.cells[d]); };
+    write(step, frame, {size(2), size(1), size(0)}, nullptr);
+    on_root(comm_, [&] {
+        std::string grids;
+        for (const auto& [at, shown] : listed_) {
+            if (!shown) continue;
+            grids += fmt::format("<Grid Name=\"fluid\" GridType=\"Uniform\">\n{}{}</Grid>\n", time_text(at),
+                                 grid_text(file_of(at, frames), grid_.cells, grid_.lower));
+        }
+        const std::string name = names_.name.empty() ? "fields" : "fluid_" + names_.name;
+        write_file(names_.directory + "/" + name + documents, document(collection("Temporal", grids)));
+    });
+}
+
+FieldSeries::Blocks FieldSeries::blocks_of(std::span<const std::array<int, 3>> first_cells,
+                                           const std::array<int, 3>& fluid_cells) const {
+    Blocks blocks;
+    for (const std::array<int, 3>& first : first_cells) {
+        const Vec3d cells{static_cast<double>(first[0]), static_cast<double>(first[1]), static_cast<double>(first[2])},
+            at = grid_.lower + grid_.spacing * cells;
+        blocks.lower.insert(blocks.lower.end(), {at.x, at.y, at.z});
+        std::array<int, 3> count{};
+        for (std::size_t d = 0; d < 3; ++d) count[d] = std::min(grid_.cells[d], fluid_cells[d] - first[d]);
+        blocks.cells.push_back(count);
     }
-    return text + "</Grid>\n</Domain>\n</Xdmf>\n";
+    return blocks;
+}
+
+/// ParaView's readers know datasets, but not all of them know parts of these.
+void FieldSeries::show_blocks(const std::string& path, const Blocks& blocks) const {
+    std::vector<PartView> views;
+    for (std::size_t b = 0; b < blocks.cells.size(); ++b)
+        for (const FieldName& field : names_.fields) {
+            PartView view{field.name + suffix_of(b), "/" + field.name, {{b, 0, 0, 0}, {1}}};
+            for (const std::size_t d : {2, 1, 0}) view.part.count.push_back(static_cast<std::uint64_t>(blocks.cells[b][d]));
+            if (field.components > 1)
+                view.part.start.push_back(0), view.part.count.push_back(static_cast<std::uint64_t>(field.components));
+            views.push_back(std::move(view));
+        }
+    make_part_views(path, "/blocks", views);
+}
+
+void FieldSeries::write_blocks(std::int64_t step, FieldFrame& frame, std::span<const std::array<int, 3>> first_cells,
+                               const std::array<int, 3>& fluid_cells) {
+    const Blocks blocks = blocks_of(first_cells, fluid_cells);
+    const auto size = [&](std::size_t d) { return static_cast<std::uint64_t>(grid_.cells[d]); };
+    write(step, frame, {first_cells.size(), size(2), size(1), size(0)}, &blocks);
+    on_root(comm_, [&] {
+        std::string grids = time_text(step);
+        for (std::size_t b = 0; b < first_cells.size(); ++b) {
+            const double* const lower = blocks.lower.data() + 3 * b;
+            grids += fmt::format(
+                "<Grid Name=\"{}\" GridType=\"Uniform\">\n{}</Grid>\n", b,
+                grid_text(file_of(step, frames), blocks.cells[b], {lower[0], lower[1], lower[2]}, "/blocks/", suffix_of(b)));
+        }
+        write_file(names_.directory + "/" + file_of(step, documents), document(collection("Spatial", grids)));
+        grids.clear();
+        for (const std::int64_t at : steps(documents))
+            grids += fmt::format("<xi:include href=\"{}\" xpointer=\"xpointer(/Xdmf/Domain/Grid)\"/>\n", file_of(at, documents));
+        write_file(names_.directory + "/fluid_" + names_.name + documents, document(collection("Temporal", grids)));
+    });
+}
+
+std::string FieldSeries::time_text(std::int64_t step) const {
+    return fmt::format("<Time Value=\"{:.17g}\"/>\n", shift_ + static_cast<double>(step) * dt_);
+}
+
+std::string FieldSeries::grid_text(const std::string& file, const std::array<int, 3>& cells, const Vec3d& lower,
+                                   const std::string& group, const std::string& suffix) const {
+    const auto [nx, ny, nz] = cells;
+    std::string text = fmt::format("<Topology TopologyType=\"3DCoRectMesh\" Dimensions=\"{} {} {}\"/>\n<Geometry "
+                                   "GeometryType=\"ORIGIN_DXDYDZ\">\n",
+                                   nz + 1, ny + 1, nx + 1);
+    for (const Vec3d& v : {lower, Vec3d{grid_.spacing, grid_.spacing, grid_.spacing}})
+        text += fmt::format("<DataItem Dimensions=\"3\" NumberType=\"Float\" Precision=\"8\" Format=\"XML\">{:.17g} {:.17g} "
+                            "{:.17g}</DataItem>\n",
+                            v.z, v.y, v.x);
+    text += "</Geometry>\n";
+    for (const FieldName& field : names_.fields) {
+        const bool vector = field.components == 3;
+        text += fmt::format("<Attribute Name=\"{}\" AttributeType=\"{}\" Center=\"Cell\">\n<DataItem Dimensions=\"{} {} {}{}\" "
+                            "NumberType=\"Float\" Precision=\"{}\" Format=\"HDF\">{}:{}{}{}</DataItem>\n</Attribute>\n",
+                            field.name, vector ? "Vector" : "Scalar", nz, ny, nx, vector ? " 3" : "", number_bytes(), file, group,
+                            field.name, suffix);
+    }
+    return text;
 }
 
 } // namespace skein

@@ -1,47 +1,93 @@
-// Fields of a fluid at the middles of cells: a file fields_<step, 12 digits>.h5 for each frame, and fields.xdmf, by which ParaView
-// shows them all.
+// Fields of a fluid at the middles of cells: a file <prefix><step, 12 digits>.h5 for each frame, and an XDMF document, by which
+// ParaView shows them all.
 #pragma once
 
 #include "io/h5_file.hpp"
+#include "io/output_spec.hpp"
 #include "parallel/communicator.hpp"
 #include "skein/core/vec3.hpp"
 
 #include <array>
+#include <cstddef>
 #include <cstdint>
+#include <functional>
+#include <map>
+#include <span>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace skein {
 
-/// A uniform grid, of which each rank has whole planes across z.
-struct FieldGrid {
-    std::array<int, 3> cells;
-    double spacing;          ///< m
-    Vec3d lower;             ///< corner, m
-    int first_plane, planes; ///< of this rank
-};
-
-/// Of this rank's cells, x fastest.
-struct CellField {
+struct FieldName {
     std::string name, unit;
     int components;
-    std::vector<float> value; ///< [plane][row][cell][component]
+};
+
+/// What a frame shows: cells of a uniform grid, as datasets [z][y][x](3), or blocks of them, as datasets [block][z][y][x](3).
+struct FieldGrid {
+    std::array<int, 3> cells; ///< of the grid, or of a block
+    double spacing;           ///< m
+    Vec3d lower;              ///< corner of the grid, or of the fluid that blocks are parts of, m
+};
+
+/// Numbers of a frame, which are asked for piece by piece.
+class FieldFrame {
+public:
+    virtual ~FieldFrame() = default;
+
+    /// Takes up field number `field`. Collective.
+    virtual void begin(std::size_t field) = 0;
+    /// This rank's parts of a dataset, without the dimension of components; of all fields.
+    virtual const std::vector<H5Box>& pieces() const = 0;
+    virtual void fill(std::size_t piece, std::span<double> out) = 0;
 };
 
 class FieldSeries {
 public:
-    /// Files go into `directory`. The time of step s is shift + s dt.
-    FieldSeries(const Communicator& comm, std::string directory, FieldGrid grid, double dt, double shift);
-    /// Collective; throws IoError on all ranks alike.
-    void write(std::int64_t step, const std::vector<CellField>& fields);
+    /// Files go into `directory`: fields_<step>.h5 and fields.xdmf where the name is empty, else fluid_<name>_<step>.h5 and
+    /// fluid_<name>.xdmf. `labels`: texts that become attributes of each file.
+    struct Names {
+        std::string directory, name;
+        std::vector<FieldName> fields;
+        std::vector<std::pair<std::string, std::string>> labels;
+    };
+    /// The time of step s is shift + s dt. Collective.
+    FieldSeries(const Communicator& comm, Names names, FieldGrid grid, Precision precision, double dt, double shift);
+
+    /// Cells of a grid. Collective, as all that writes; throws IoError on all ranks alike.
+    void write(std::int64_t step, FieldFrame& frame);
+    /// Blocks of `grid.cells` cells each from these cells of the fluid on, of which those beyond `fluid_cells` are none.
+    void write_blocks(std::int64_t step, FieldFrame& frame, std::span<const std::array<int, 3>> first_cells,
+                      const std::array<int, 3>& fluid_cells);
+
+    /// Of a frame that is asked for in pieces: numbers in each, but for rows that are longer.
+    static constexpr std::size_t most_numbers = 4 << 20;
 
 private:
-    std::string document(const std::vector<CellField>& fields) const;
+    /// Blocks of a frame: their first cells, and what each has of the fluid.
+    struct Blocks {
+        std::vector<double> lower; ///< corners, m, 3 each
+        std::vector<std::array<int, 3>> cells;
+    };
+    Blocks blocks_of(std::span<const std::array<int, 3>> first_cells, const std::array<int, 3>& fluid_cells) const;
+    void write(std::int64_t step, FieldFrame& frame, std::vector<std::uint64_t> shape, const Blocks* blocks);
+    void show_blocks(const std::string& path, const Blocks& blocks) const;
+    std::string file_of(std::int64_t step, const char* ending) const;
+    std::vector<std::int64_t> steps(const char* ending) const; ///< of files in the directory, rising
+    std::string contents() const;                              ///< what frames that belong together have in common
+    /// `group`: of datasets within the file; `suffix`: of their names.
+    std::string grid_text(const std::string& file, const std::array<int, 3>& cells, const Vec3d& lower,
+                          const std::string& group = "/", const std::string& suffix = "") const;
+    std::string time_text(std::int64_t step) const;
+    int number_bytes() const { return precision_ == Precision::single ? 4 : 8; }
 
     Communicator comm_;
-    std::string directory_;
+    Names names_;
     FieldGrid grid_;
+    Precision precision_;
     double dt_, shift_;
+    std::map<std::int64_t, bool> listed_; ///< frames in the directory: whether they show what this series does
 };
 
 } // namespace skein

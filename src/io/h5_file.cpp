@@ -64,6 +64,7 @@ H5Handle file_access() {
     // The newer format has checksums on all metadata, so that damage there is an error and not a wrong number.
     H5Pset_libver_bounds(access, H5F_LIBVER_V110, H5F_LIBVER_LATEST);
     H5Pset_fclose_degree(access, H5F_CLOSE_STRONG);
+    H5Pset_small_data_block_size(access, 0); // else small datasets leave room behind them, which holds what some buffer held
 #if H5_VERSION_GE(1, 10, 7) && !(H5_VERSION_GE(1, 12, 0) && !H5_VERSION_GE(1, 12, 1))
     H5Pset_file_locking(access, false, true); // parallel file systems may have none, and the directory has a lock of its own
 #endif
@@ -389,16 +390,21 @@ void H5File::get(const std::string& object, const std::string& name, std::string
 
 namespace {
 
-bool make_view(hid_t file, const std::string& path, const Frames& frames, const std::string& frames_path, std::uint64_t frame) {
+bool make_view(hid_t file, const std::string& path, hid_t dataset, const std::string& dataset_path, const H5Box& box) {
+    const Selection part(dataset, box);
+    const std::vector<hsize_t> size(box.count.begin() + 1, box.count.end());
+    const H5Handle space(H5Screate_simple(static_cast<int>(size.size()), size.data(), nullptr), H5Sclose);
+    const H5Handle type(H5Dget_type(dataset), H5Tclose), creation(H5Pcreate(H5P_DATASET_CREATE), H5Pclose);
+    H5Pset_obj_track_times(creation, false);
+    if (!part.valid || H5Pset_virtual(creation, space, ".", dataset_path.c_str(), part.file) < 0) return false;
+    return H5Handle(H5Dcreate2(file, path.c_str(), type, space, H5P_DEFAULT, creation, H5P_DEFAULT), H5Dclose).valid();
+}
+
+H5Box frame_of(const Frames& frames, std::uint64_t frame) {
     H5Box box{std::vector<std::uint64_t>(frames.size.size(), 0), {frames.size.begin(), frames.size.end()}};
     box.start[0] = frame;
     box.count[0] = 1;
-    const Selection part(frames.dataset, box);
-    const H5Handle space(H5Screate_simple(static_cast<int>(frames.size.size()) - 1, frames.size.data() + 1, nullptr), H5Sclose);
-    const H5Handle type(H5Dget_type(frames.dataset), H5Tclose), creation(H5Pcreate(H5P_DATASET_CREATE), H5Pclose);
-    H5Pset_obj_track_times(creation, false);
-    if (!part.valid || H5Pset_virtual(creation, space, ".", frames_path.c_str(), part.file) < 0) return false;
-    return H5Handle(H5Dcreate2(file, path.c_str(), type, space, H5P_DEFAULT, creation, H5P_DEFAULT), H5Dclose).valid();
+    return box;
 }
 
 bool make_views(hid_t file, const std::string& group, const std::vector<std::string>& names, std::uint64_t count) {
@@ -409,22 +415,41 @@ bool make_views(hid_t file, const std::string& group, const std::vector<std::str
         const std::string path = fmt::format("{}/frames/{}", group, k);
         if (!new_group(file, path).valid()) return false;
         for (std::size_t i = 0; i < names.size(); ++i)
-            if (!frames[i].valid || !make_view(file, path + "/" + names[i], frames[i], group + "/" + names[i], k)) return false;
+            if (!frames[i].valid ||
+                !make_view(file, path + "/" + names[i], frames[i].dataset, group + "/" + names[i], frame_of(frames[i], k)))
+                return false;
     }
     return true;
+}
+
+bool make_views(hid_t file, const std::string& group, const std::vector<PartView>& views) {
+    if (!new_group(file, group).valid()) return false;
+    return std::all_of(views.begin(), views.end(), [&](const PartView& view) {
+        const H5Handle dataset(H5Dopen2(file, view.dataset.c_str(), H5P_DEFAULT), H5Dclose);
+        return dataset.valid() && make_view(file, group + "/" + view.name, dataset, view.dataset, view.part);
+    });
+}
+
+/// Opens a file that is closed, for one rank alone; what cannot be written is emptied.
+template <class Make> void change_alone(const std::string& path, const std::string& deed, Make&& make) {
+    const hid_t file = H5Fopen(path.c_str(), H5F_ACC_RDWR, file_access());
+    bool well = file >= 0 && make(file) && H5Fflush(file, H5F_SCOPE_LOCAL) >= 0;
+    if (file >= 0) {
+        if (!well) make_room(path);
+        well &= H5Fclose(file) >= 0;
+    }
+    if (!well) throw IoError(failure_of(path, deed));
 }
 
 } // namespace
 
 void make_frame_views(const std::string& path, const std::string& group, const std::vector<std::string>& names,
                       std::uint64_t frames) {
-    const hid_t file = H5Fopen(path.c_str(), H5F_ACC_RDWR, file_access());
-    bool well = file >= 0 && make_views(file, group, names, frames) && H5Fflush(file, H5F_SCOPE_LOCAL) >= 0;
-    if (file >= 0) {
-        if (!well) make_room(path);
-        well &= H5Fclose(file) >= 0;
-    }
-    if (!well) throw IoError(failure_of(path, "single frames cannot be shown"));
+    change_alone(path, "single frames cannot be shown", [&](hid_t file) { return make_views(file, group, names, frames); });
+}
+
+void make_part_views(const std::string& path, const std::string& group, const std::vector<PartView>& views) {
+    change_alone(path, "parts of datasets cannot be shown", [&](hid_t file) { return make_views(file, group, views); });
 }
 
 } // namespace skein

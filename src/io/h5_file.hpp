@@ -91,4 +91,12 @@ private:
 void make_frame_views(const std::string& file, const std::string& group, const std::vector<std::string>& names,
                       std::uint64_t frames);
 
+/// Part of a dataset that is shown as a dataset of its own, without the first dimension, of which it has one row.
+struct PartView {
+    std::string name, dataset;
+    H5Box part;
+};
+/// Shows parts as datasets of a new group, without a copy; as make_frame_views.
+void make_part_views(const std::string& file, const std::string& group, const std::vector<PartView>& views);
+
 } // namespace skein

@@ -30,6 +30,17 @@ constexpr std::array numbered_names = {
     Numbered{"contacts_", ".csv"},  Numbered{"vtp/rods_", ".vtp"},       Numbered{"vtp/walls_", ".vtp"}};
 constexpr std::size_t step_digits = 12;
 
+/// fluid_<name>.xdmf, fluid_<name>_<step>.h5 and .xdmf.
+bool is_of_fluid(std::string_view name) {
+    constexpr std::string_view prefix = "fluid_";
+    if (!name.starts_with(prefix)) return false;
+    if (name.ends_with(".xdmf")) return true;
+    if (!name.ends_with(".h5")) return false;
+    const auto step = name.substr(name.rfind('_') + 1);
+    return step.size() >= step_digits + 3 && step.find_first_not_of("0123456789") == step.size() - 3 &&
+           step.size() < name.size() - prefix.size();
+}
+
 bool is_digit(char c) { return c >= '0' && c <= '9'; }
 
 /// Takes what set_aside() and unfinished writing add off the end of a name.
@@ -46,6 +57,7 @@ std::string_view without_endings(std::string_view name) {
 bool is_result_name(std::string_view name) {
     name = without_endings(name);
     if (std::find(whole_names.begin(), whole_names.end(), name) != whole_names.end()) return true;
+    if (is_of_fluid(name)) return true;
     return std::any_of(numbered_names.begin(), numbered_names.end(), [name](const Numbered& known) {
         if (name.size() < known.prefix.size() + step_digits + known.suffix.size()) return false;
         if (!name.starts_with(known.prefix) || !name.ends_with(known.suffix)) return false;

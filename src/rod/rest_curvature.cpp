@@ -11,14 +11,7 @@ namespace skein {
 
 namespace {
 
-/// Whether a value depends on anything but the place along the rod and its length.
-bool varies_otherwise(const Graph& graph, int node) {
-    const Graph::Node& n = graph[node];
-    if (n.op == Op::variable) return n.index != static_cast<int>(Variable::s) && n.index != static_cast<int>(Variable::length);
-    for (int k = 0; k < operands_of(n.op); ++k)
-        if (varies_otherwise(graph, n.of[static_cast<std::size_t>(k)])) return true;
-    return false;
-}
+constexpr Variable places[] = {Variable::s, Variable::length};
 
 } // namespace
 
@@ -36,7 +29,7 @@ std::vector<FormulaFault> read_rest_curvature(Shape& shape, const FormulaScope& 
         const auto read = read_formula(graph, names, texts[i], static_cast<int>(i), "1/m", found);
         if (!read) continue;
         node[i] = static_cast<std::size_t>(read->node);
-        if (varies_otherwise(graph, read->node)) refuse(i, "it may name 's', 'L', constants, tables and functions alone");
+        if (graph.varies_beyond(read->node, places)) refuse(i, "it may name 's', 'L', constants, tables and functions alone");
     }
     if (!found.empty()) return found;
 

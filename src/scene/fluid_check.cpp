@@ -1,10 +1,14 @@
 #include "scene/fluid_check.hpp"
 
+#include "core/nearest.hpp"
+#include "fluid/cell_fields.hpp"
 #include "fluid/start_velocity.hpp"
+#include "scene/fluid_plan.hpp"
 #include "scene/group_names.hpp"
 #include "scene/scene_tables.hpp"
 #include "scene/table_objections.hpp"
 
+#include <algorithm>
 #include <cmath>
 
 #include <fmt/format.h>
@@ -66,6 +70,82 @@ void check_obstacles(const SceneSpec& scene, Objections& objections) {
     }
 }
 
+void check_names(const FluidOutputSpec& spec, Objections& table) {
+    std::vector<std::string_view> known;
+    for (const CellFieldEntry& field : cell_field_table) known.push_back(field.name);
+    for (std::size_t i = 0; i < spec.which.size(); ++i) {
+        const std::string& name = spec.which[i];
+        const auto before = spec.which.begin() + static_cast<long>(i);
+        if (std::find(known.begin(), known.end(), name) == known.end())
+            table.add(fmt::format("fields.{}", i),
+                      fmt::format("a fluid has no field '{}'{}", name, suggestion(name, known, "the choices are")));
+        else if (std::find(spec.which.begin(), before, name) != before)
+            table.add(fmt::format("fields.{}", i), fmt::format("'{}' is named twice", name));
+    }
+}
+
+void check_slice(const FluidOutputSpec& spec, const FluidGrid& grid, Objections& table) {
+    if (!table.given("at")) return table.add("", "'at' [m] is needed for a slice");
+    const auto d = static_cast<std::size_t>(spec.across);
+    const double lower = d == 0 ? grid.lower.x : d == 1 ? grid.lower.y : grid.lower.z, upper = lower + grid.h * grid.cells[d];
+    if (spec.at < lower || spec.at > upper)
+        table.add("at", fmt::format("a slice across {} at {:g} m is outside of the fluid, which reaches from {:g} to {:g} m",
+                                    direction_names[d], spec.at, lower, upper));
+}
+
+void check_box(const FluidOutputSpec& spec, const FluidGrid& grid, Objections& table) {
+    const double within = 0.5 * grid.h;
+    const Vec3d upper = grid.lower + grid.h * Vec3d{1.0 * grid.cells[0], 1.0 * grid.cells[1], 1.0 * grid.cells[2]};
+    for (const auto& [key, corner] : {std::pair{"lower", spec.lower}, std::pair{"upper", spec.upper}}) {
+        if (!corner) continue;
+        const Vec3d below = *corner - grid.lower, above = upper - *corner;
+        if (std::min({below.x, below.y, below.z, above.x, above.y, above.z}) < -within)
+            return table.add(key,
+                             fmt::format("this corner is outside of the fluid, which reaches from [{:g}, {:g}, {:g}] to [{:g}, "
+                                         "{:g}, {:g}] m",
+                                         grid.lower.x, grid.lower.y, grid.lower.z, upper.x, upper.y, upper.z));
+    }
+    FluidOutputSpec whole = spec;
+    whole.average = 1;
+    const CellBox box = cells_of(whole, grid);
+    for (std::size_t d = 0; d < 3; ++d) {
+        const std::string along(direction_names[d]);
+        if (box.count[d] < 1) return table.add(spec.upper ? "upper" : "lower", fmt::format("the box has no cells along {}", along));
+        if (const long rest = box.count[d] % spec.average; rest > 0)
+            table.add(
+                "average",
+                fmt::format("cubes of {} cells do not fill the box, which has {} cells along {}: the last {} would be left out",
+                            spec.average, box.count[d], along, rest));
+    }
+}
+
+/// As far as the numbers of the fluid allow: they may be wrong themselves.
+void check_outputs(const SceneSpec& scene, bool good_grid, Objections& objections) {
+    for (std::size_t i = 0; i < scene.fluid_outputs.size(); ++i) {
+        const FluidOutputSpec& spec = scene.fluid_outputs[i];
+        TableObjections table(objections, fmt::format("{}.{}", fluid_output_list, i));
+        if (!good_name(spec.name))
+            table.add("name", fmt::format("'{}' cannot name files: use letters, digits, _ and -", spec.name));
+        for (std::size_t j = 0; j < i; ++j)
+            if (scene.fluid_outputs[j].name == spec.name)
+                table.add("name", fmt::format("two outputs of the fluid are named '{}'", spec.name));
+        if (spec.every > scene.time.duration)
+            table.add("every",
+                      fmt::format("'every' {} s never comes due within 'duration' of {} s", spec.every, scene.time.duration));
+        check_names(spec, table);
+        const std::string where =
+            fmt::format("for an output of kind \"{}\"", fluid_output_names[static_cast<std::size_t>(spec.kind)]);
+        if (spec.kind != FluidOutputKind::slice) table.unused({"across", "at"}, where);
+        if (spec.kind != FluidOutputKind::box) table.unused({"lower", "upper", "average"}, where);
+        if (spec.kind != FluidOutputKind::blocks) table.unused({"criterion", "threshold", "edge"}, where);
+        else if (!table.given("threshold")) table.add("", "'threshold' [1/s^2 of q, 1/s of vorticity] is needed for blocks");
+        if (!good_grid) continue;
+        const FluidGrid grid = scene.fluid->constants().grid;
+        if (spec.kind == FluidOutputKind::slice) check_slice(spec, grid, table);
+        if (spec.kind == FluidOutputKind::box) check_box(spec, grid, table);
+    }
+}
+
 } // namespace
 
 void check_fluid(const SceneSpec& scene, Objections& objections) {
@@ -75,6 +155,8 @@ void check_fluid(const SceneSpec& scene, Objections& objections) {
     if (!scene.fluid) {
         for (std::size_t i = 0; i < scene.obstacles.size(); ++i)
             objections.add(fmt::format("obstacle.{}", i), "[[obstacle]] has no use without [fluid]");
+        for (std::size_t i = 0; i < scene.fluid_outputs.size(); ++i)
+            objections.add(fmt::format("{}.{}", fluid_output_list, i), "[[fluid_output]] has no use without [fluid]");
         return;
     }
     const FluidSpec& fluid = *scene.fluid;
@@ -87,6 +169,8 @@ void check_fluid(const SceneSpec& scene, Objections& objections) {
     else if (!(fluid.inflow.x > 0))
         table.add("inflow", "'inflow' [m/s] towards positive x is needed where the fluid flows through");
     check_obstacles(scene, objections);
+    const auto& cells = fluid.cells;
+    check_outputs(scene, cells.size() == 3 && *std::min_element(cells.begin(), cells.end()) > 0 && fluid.spacing > 0, objections);
     if (!fluid.velocity_formula.empty()) {
         const StartVelocity start(fluid.velocity_formula, names_for_formulas(scene));
         for (const FormulaFault& fault : start.faults()) {

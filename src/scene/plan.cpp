@@ -335,10 +335,12 @@ double lay_out(Plan& plan) {
     return std::max(total / std::min(m.threads, m.cores), longest);
 }
 
-std::vector<std::pair<std::string_view, double>> output_intervals(const OutputSpec& out) {
+std::vector<std::pair<std::string_view, double>> output_intervals(const SceneSpec& scene) {
+    const OutputSpec& out = scene.output;
     std::vector<std::pair<std::string_view, double>> intervals = {{"trajectory", out.trajectory}, {"tips", out.tips},
                                                                   {"series", out.series},         {"fields", out.fluid_fields},
                                                                   {"contacts", out.contacts},     {"checkpoint", out.checkpoint}};
+    for (const FluidOutputSpec& of_fluid : scene.fluid_outputs) intervals.emplace_back(of_fluid.name, of_fluid.every);
     std::erase_if(intervals, [](const auto& i) { return i.second == 0; });
     return intervals;
 }
@@ -360,7 +362,7 @@ double interval_to_divide(const SceneSpec& scene, double longest_step) {
     constexpr double fewest_steps = 8; // a step is up to an eighth shorter for it
     if (scene.time.divide > 0) return scene.time.divide;
     double shortest = scene.time.duration, common = 0;
-    for (const auto& [name, interval] : output_intervals(scene.output)) {
+    for (const auto& [name, interval] : output_intervals(scene)) {
         shortest = std::min(shortest, interval);
         common = common == 0 ? interval : common_divisor(std::max(common, interval), std::min(common, interval));
     }
@@ -369,7 +371,7 @@ double interval_to_divide(const SceneSpec& scene, double longest_step) {
 
 /// Of outputs that come at other times than asked for.
 void tell_uneven_outputs(Plan& plan, const SceneSpec& scene) {
-    for (const auto& [name, interval] : output_intervals(scene.output)) {
+    for (const auto& [name, interval] : output_intervals(scene)) {
         const double actual = std::max(1.0, std::round(interval / plan.dt)) * plan.dt;
         if (std::abs(actual - interval) > 1e-6 * interval)
             plan.notes.push_back(fmt::format(
@@ -438,12 +440,15 @@ void choose_step(Plan& plan, const SceneSpec& scene) {
     plan.steps = std::max<std::int64_t>(1, std::llround(t.duration / plan.dt));
 }
 
+std::int64_t whole_steps(double interval, double dt) {
+    return interval > 0 ? std::max<std::int64_t>(1, std::llround(interval / dt)) : 0;
+}
+
 Cadence cadence_of(const OutputSpec& out, double dt) {
-    const auto steps = [&](double interval) { return interval > 0 ? std::max<std::int64_t>(1, std::llround(interval / dt)) : 0; };
+    const auto steps = [&](double interval) { return whole_steps(interval, dt); };
     return {.trajectory = steps(out.trajectory),
             .tips = steps(out.tips),
             .series = steps(out.series),
-            .fields = steps(out.fluid_fields),
             .contacts = steps(out.contacts),
             .checkpoint = steps(out.checkpoint),
             .checkpoint_wall = out.checkpoint_wall,
@@ -583,25 +588,6 @@ std::vector<RodGroup> make_whole_groups(const SceneSpec& scene) {
     return groups;
 }
 
-namespace {
-
-double projections(FlowScheme scheme) { return scheme == FlowScheme::rk3_projected ? 3 : 1; }
-double stages(FlowScheme scheme) { return scheme == FlowScheme::adams_bashforth ? 1 : 3; }
-
-} // namespace
-
-double FluidPlan::transposed_bytes(int ranks) const {
-    const double mine = static_cast<double>(constants.grid.count()) / ranks;
-    return projections(constants.scheme) * 2 * sizeof(double) * mine * (ranks - 1) / ranks;
-}
-
-double FluidPlan::ghost_bytes(int ranks) const {
-    if (ranks == 1) return 0;
-    const auto [nx, ny, nz] = constants.grid.cells;
-    const double fields = 3 * stages(constants.scheme) + 2 * projections(constants.scheme);
-    return fields * 2 * FieldLayout::ghosts * sizeof(double) * nx * ny;
-}
-
 bool is_coupled(const Plan& plan) {
     return plan.contact || plan.fluid ||
            std::any_of(plan.walls.begin(), plan.walls.end(), [](const Wall& wall) { return wall.servo.drives(); });
@@ -657,12 +643,7 @@ Plan make_plan(const SceneSpec& as_given, std::span<const RodGroup> groups, cons
     if (plan.contact) plan.interactions.emplace_back(interact::Contacts{});
     if (!plan.walls.empty()) plan.interactions.emplace_back(interact::Walls{});
     if (scene.fluid) {
-        plan.fluid = FluidPlan{.constants = scene.fluid->constants(),
-                               .courant = scene.fluid->courant,
-                               .velocity_formula = scene.fluid->velocity_formula,
-                               .obstacles = scene.obstacles,
-                               .forcing = scene.immersion.numbers(),
-                               .names = names_for_formulas(scene)};
+        plan.fluid = plan_fluid(scene);
         plan.interactions.emplace_back(interact::Fluid{});
     }
     find_families(plan, groups);
@@ -722,11 +703,21 @@ Plan make_plan(const SceneSpec& as_given, std::span<const RodGroup> groups, cons
     plan.frame_bytes = waiting_bytes(frames(plan.cadence.trajectory), value_bytes * frame_values, machine.ranks) +
                        waiting_bytes(frames(plan.cadence.tips), value_bytes * tip_values, machine.ranks);
     if (plan.fluid) {
-        const double cells = static_cast<double>(plan.fluid->constants.grid.count());
-        plan.state_bytes += cells * FluidPlan::bytes_per_cell;
-        plan.output_bytes += frames(plan.cadence.fields) * cells * FluidPlan::field_bytes_per_cell;
+        const FluidGrid& grid = plan.fluid->constants.grid;
+        plan.state_bytes += static_cast<double>(grid.count()) * FluidPlan::bytes_per_cell;
+        if (machine.ranks > 1 && grid.cells[2] / machine.ranks < FieldLayout::ghosts)
+            plan.notes.push_back(fmt::format("{} planes of cells along z are too few for {} ranks: at most {} can share them",
+                                             grid.cells[2], machine.ranks, grid.cells[2] / FieldLayout::ghosts));
+        for (FluidOutput& output : plan.fluid->outputs) {
+            output.every = whole_steps(output.interval, plan.dt);
+            (output.kind == FluidOutputKind::blocks ? plan.most_block_bytes : plan.output_bytes) +=
+                frames(output.every) * output.most_bytes(grid);
+        }
     }
     plan.predicted_s = ns * 1e-9 * static_cast<double>(scheme_of(plan.integrator).stages.size()) * static_cast<double>(plan.steps);
+    if (plan.fluid)
+        plan.predicted_s += plan.fluid->steps(plan.steps, plan.dt) * plan.fluid->step_seconds() /
+                            (machine.ranks * std::min(machine.threads, machine.cores));
     list_absent(plan, scene);
     return plan;
 }

@@ -12,6 +12,7 @@
 #include "rod/tiling.hpp"
 #include "rod/time_limits.hpp"
 #include "scene/contact_outlook.hpp"
+#include "scene/fluid_plan.hpp"
 #include "scene/program.hpp"
 #include "scene/scene_spec.hpp"
 
@@ -31,6 +32,7 @@ struct Machine {
     int lanes = 8;                        ///< SIMD width of a tile: rods side by side
     std::string which_cores;              ///< by rank where known, e.g. "0-7 | 8-15"
     Mapping mapping = Mapping::automatic; ///< of rods onto the lanes
+    int cores_per_node = 0;               ///< 0: not known
 };
 
 struct GroupPlan {
@@ -71,27 +73,9 @@ struct AssemblyPlan {
     std::vector<std::size_t> joints_of_table;        ///< how many of each [[joint]]
 };
 
-/// The fluid around everything.
-struct FluidPlan {
-    FlowConstants constants;
-    double courant = 0;
-    std::vector<std::string> velocity_formula; ///< at the start
-    std::vector<Obstacle> obstacles;
-    ForcingNumbers forcing;
-    FormulaScope names; ///< that it may hold
-
-    static constexpr double bytes_per_cell = 96; ///< ten fields and coefficients, and as many to be sent on more ranks than one
-    static constexpr double field_bytes_per_cell = 32; ///< of output
-    /// Sent by a rank in a step: coefficients that change ranks and come back, and planes of ghosts.
-    double transposed_bytes(int ranks) const;
-    double ghost_bytes(int ranks) const;
-
-    static constexpr double ns_per_cell_step = 45; ///< of three stages with one projection, for predictions
-};
-
 /// Whole steps between two events of a kind; 0: never.
 struct Cadence {
-    std::int64_t trajectory = 0, tips = 0, series = 0, fields = 0, contacts = 0, checkpoint = 0;
+    std::int64_t trajectory = 0, tips = 0, series = 0, contacts = 0, checkpoint = 0;
     double checkpoint_wall = 0; ///< s of wall time; 0: none by it
     double frames_wall = 0;     ///< s of wall time; 0: with checkpoints
 };
@@ -134,7 +118,8 @@ struct Plan {
     bool vtp = false;                ///< frames as poly data too
     double frame_bytes = 0;          ///< all ranks, frames on their way to disk
     double copy_bytes = 0;           ///< all ranks, of the copy to go back to after a failure; 0: too large to be kept
-    double output_bytes = 0;         ///< all frames of the run
+    double output_bytes = 0;         ///< all frames of the run, but blocks of a fluid
+    double most_block_bytes = 0;     ///< the most that these may take
     double predicted_s = 0;          ///< wall time of the steps
     std::vector<std::string> notes;  ///< what looks like a slip, or comes otherwise than asked for
     std::vector<std::string> absent; ///< physics and services that this scene does not need

@@ -2,6 +2,8 @@
 
 #include "core/level.hpp"
 #include "neighbourhood/exposure.hpp"
+#include "scene/fluid_plan_text.hpp"
+#include "scene/plan_words.hpp"
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
@@ -13,29 +15,6 @@
 namespace skein {
 
 namespace {
-
-std::string bytes_text(double bytes) {
-    constexpr const char* units[] = {"B", "kB", "MB", "GB", "TB", "PB"};
-    std::size_t unit = 0;
-    for (; bytes >= 1000 && unit + 1 < std::size(units); ++unit) bytes /= 1000;
-    return fmt::format("{:.3g} {}", bytes, units[unit]);
-}
-
-std::string duration_text(double s) {
-    if (s < 90) return fmt::format("{:.1f} s", s);
-    if (s < 5400) return fmt::format("{:.0f} min", s / 60);
-    return fmt::format("{:.1f} h", s / 3600);
-}
-
-template <class List> std::string joined(const List& list, const char* separator) {
-    return fmt::format("{}", fmt::join(list, separator));
-}
-
-std::string counted(std::int64_t count, const char* what) { return fmt::format("{} {}{}", count, what, count == 1 ? "" : "s"); }
-
-std::string every(std::int64_t steps, double dt) {
-    return steps > 0 ? fmt::format("every {} steps ({:.4g} s)", steps, static_cast<double>(steps) * dt) : "none";
-}
 
 std::string checkpoint_text(const Plan& p) {
     std::string text;
@@ -115,35 +94,6 @@ std::string coupling_text(const Plan& p) {
         if (const double ns = predicted_ns(interaction); ns > 0) text += fmt::format(", {:g} ns an element", ns);
     }
     return text;
-}
-
-std::string fluid_text(const FluidPlan& fluid) {
-    const FlowConstants& c = fluid.constants;
-    const auto bound = [&](std::size_t d) { return fluid_boundary_names[static_cast<std::size_t>(c.grid.boundary[d])]; };
-    return fmt::format("{} x {} x {} cells of {:.4g} m, {} / {} / {}, {:.4g} kg/m^3, {:.4g} Pa s; {}, Courant number {:g}",
-                       c.grid.cells[0], c.grid.cells[1], c.grid.cells[2], c.grid.h, bound(0), bound(1), bound(2), c.density,
-                       c.density * c.kinematic_viscosity, flow_scheme_names[static_cast<std::size_t>(c.scheme)], fluid.courant);
-}
-
-std::string obstacle_text(const Obstacle& o, const FluidPlan& fluid) {
-    const double h = fluid.constants.grid.h;
-    return fmt::format("'{}', {} of {:.3g} cells, {} markers{}; {} sweeps", o.name,
-                       obstacle_names[static_cast<std::size_t>(o.kind)], 2 * o.radius / h, o.markers(fluid.constants.grid).size(),
-                       o.moves() ? ", moves" : "", fluid.forcing.sweeps);
-}
-
-nlohmann::ordered_json fluid_json(const FluidPlan& fluid) {
-    const FlowConstants& c = fluid.constants;
-    nlohmann::ordered_json bounds = nlohmann::ordered_json::array();
-    for (const FluidBoundary b : c.grid.boundary) bounds.push_back(fluid_boundary_names[static_cast<std::size_t>(b)]);
-    return {{"cells", c.grid.cells},
-            {"spacing", c.grid.h},
-            {"boundaries", bounds},
-            {"density", c.density},
-            {"kinematic_viscosity", c.kinematic_viscosity},
-            {"scheme", flow_scheme_names[static_cast<std::size_t>(c.scheme)]},
-            {"courant", fluid.courant},
-            {"bytes_per_cell", FluidPlan::bytes_per_cell}};
 }
 
 } // namespace
@@ -227,14 +177,16 @@ std::string to_text(const Plan& p) {
     line("trajectory", every(p.cadence.trajectory, p.dt) + (p.vtp ? ", as poly data (rods.pvd) too" : ""));
     line("tips", every(p.cadence.tips, p.dt));
     line("series", every(p.cadence.series, p.dt) + (p.observables.empty() ? "" : ", with " + joined(p.observables, ", ")));
-    if (p.fluid) line("fields", every(p.cadence.fields, p.dt));
+    if (p.fluid)
+        for (const FluidOutput& o : p.fluid->outputs) line("fluid output", output_text(o, p.fluid->constants.grid, p.steps, p.dt));
     if (p.cadence.contacts > 0) line("contacts", every(p.cadence.contacts, p.dt));
     if (p.rest_speed > 0) line("ends", fmt::format("at rest, when no node is faster than {:g} m/s", p.rest_speed));
     line("checkpoint", checkpoint_text(p));
     line("a failure", failure_text(p));
     if (p.groups.empty())
         line("memory", fmt::format("{} ({:.0f} B per cell), {} to disk", bytes_text(p.state_bytes), FluidPlan::bytes_per_cell,
-                                   bytes_text(p.output_bytes)));
+                                   bytes_text(p.output_bytes)) +
+                           (p.most_block_bytes > 0 ? fmt::format(", and up to {} of blocks", bytes_text(p.most_block_bytes)) : ""));
     else
         line("memory", fmt::format("{} for rods ({:.0f} B per element){}{}, {} to disk", bytes_text(p.state_bytes),
                                    p.state_bytes / static_cast<double>(p.elements),
@@ -242,12 +194,12 @@ std::string to_text(const Plan& p) {
                                    p.frame_bytes > 0 ? fmt::format(", {} for frames that wait", bytes_text(p.frame_bytes)) : "",
                                    bytes_text(p.output_bytes)));
     for (const std::string& note : p.notes) line("note", note);
-    if (p.groups.empty())
-        line("predicted",
-             fmt::format("{} a step of the fluid",
-                         duration_text(1e-9 * FluidPlan::ns_per_cell_step * static_cast<double>(p.fluid->constants.grid.count()) /
-                                       (p.machine.ranks * std::min(p.machine.threads, p.machine.cores)))));
-    else line("predicted", fmt::format("{} of stepping", duration_text(p.predicted_s)));
+    if (p.fluid) {
+        const int cores = p.machine.ranks * std::min(p.machine.threads, p.machine.cores);
+        line("fluid steps", fluid_steps_text(*p.fluid, p.steps, p.dt));
+        line("predicted", fluid_cost_text(*p.fluid, p.steps, p.dt, cores, p.machine.cores_per_node));
+    }
+    if (!p.groups.empty()) line("predicted", fmt::format("{} of stepping", duration_text(p.predicted_s)));
     line("not here", joined(p.absent, ", "));
     return text;
 }
@@ -307,7 +259,7 @@ std::string to_json(const Plan& p) {
                                                                {"expected_overlap", p.outlook.overlap},
                                                                {"overlap_of_step", p.contact->overlap}}
                                       : nlohmann::ordered_json()},
-        {"fluid", p.fluid ? fluid_json(*p.fluid) : nlohmann::ordered_json()},
+        {"fluid", p.fluid ? fluid_json(*p.fluid, p.steps, p.dt) : nlohmann::ordered_json()},
         {"walls", walls},
         {"steps_together", is_coupled(p)},
         {"coupling", coupling},
@@ -330,6 +282,7 @@ std::string to_json(const Plan& p) {
         {"state_bytes", p.state_bytes},
         {"frame_bytes", p.frame_bytes},
         {"output_bytes", p.output_bytes},
+        {"most_block_bytes", p.most_block_bytes},
         {"predicted_s", p.predicted_s},
         {"notes", p.notes},
         {"absent", p.absent}};

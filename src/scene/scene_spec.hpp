@@ -7,6 +7,7 @@
 #include "formula/scope.hpp"
 #include "immersion/immersion_spec.hpp"
 #include "immersion/obstacle.hpp"
+#include "io/fluid_output_spec.hpp"
 #include "io/output_spec.hpp"
 #include "io/start_spec.hpp"
 #include "joints/joint_spec.hpp"
@@ -38,6 +39,7 @@ struct SceneSpec {
     std::vector<AssemblySpec> assemblies;
     std::vector<JointSpec> joints;
     OutputSpec output;
+    std::vector<FluidOutputSpec> fluid_outputs;
     StartSpec start;
 
     std::string file; ///< where the scene was read from; relative paths in it start there

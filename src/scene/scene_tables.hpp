@@ -38,6 +38,9 @@ inline void table_fields(FieldVisitor& f, DampingSpec& spec) { damping_fields(f,
 template <class Spec> Spec defaults_of(const Spec&) { return {}; }
 inline LoadSpec defaults_of(const LoadSpec& spec) { return {.load = make_load(spec.load.number())}; }
 
+/// A list that says what is written, not what happens: no part of what identifies a run.
+inline constexpr const char* fluid_output_list = "fluid_output";
+
 /// Calls f(name, list) for each [[list]] of a scene besides rods and bodies, in the order of scene files: the one place that names
 /// them all.
 template <class Scene, class F> void for_each_list(Scene& scene, F&& f) {
@@ -49,6 +52,7 @@ template <class Scene, class F> void for_each_list(Scene& scene, F&& f) {
     f("assembly", scene.assemblies);
     f("joint", scene.joints);
     f("obstacle", scene.obstacles);
+    f(fluid_output_list, scene.fluid_outputs);
 }
 /// Whether a scene has a list of tables of this name.
 bool is_list(std::string_view name);

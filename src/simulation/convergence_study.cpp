@@ -21,6 +21,7 @@ constexpr std::int64_t steps_to_settle = 64; ///< between two looks whether rods
 SceneSpec with_samples_alone(SceneSpec scene, double interval) {
     const OutputSpec was = scene.output;
     scene.output = {};
+    scene.fluid_outputs.clear();
     scene.output.series = scene.output.tips = interval;
     scene.output.precision = Precision::double_;
     scene.output.observables = was.observables;

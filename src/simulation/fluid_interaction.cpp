@@ -1,11 +1,11 @@
 #include "simulation/fluid_interaction.hpp"
 
-#include "fluid/cell_fields.hpp"
 #include "fluid/start_velocity.hpp"
 #include "skein/core/error.hpp"
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
 #include <fmt/format.h>
 
@@ -127,30 +127,24 @@ void FluidInteraction::recall(const KeptNumbers& kept) {
     flow_->refresh();
 }
 
-std::uint64_t FluidInteraction::digest() const {
-    const KeptNumbers now = kept();
-    std::uint64_t sum = 0;
-    for (std::size_t k = 0; (k + 1) * now.columns <= now.rows.size(); ++k)
-        sum += hash_numbers(flow_->slab().first + static_cast<std::int64_t>(k),
-                            std::span(now.rows).subspan(k * now.columns, now.columns));
-    return sum;
+std::uint64_t FluidInteraction::digest() const { // that of the rows of kept(), without a copy of them
+    const FieldLayout layout = flow_->layout();
+    const auto state = flow_->state();
+    std::vector<std::uint64_t> hash(static_cast<std::size_t>(layout.nz));
+    threads_.for_each(hash.size(), [&](std::size_t k, int) {
+        std::uint64_t h = hash_begin(flow_->slab().first + static_cast<std::int64_t>(k));
+        for (const std::span<double> field : state)
+            for (int j = 0; j < layout.ny; ++j)
+                for (const double x : field.subspan(static_cast<std::size_t>(layout.at(0, j, static_cast<int>(k))),
+                                                    static_cast<std::size_t>(layout.nx)))
+                    h = hash_with(h, x);
+        hash[k] = hash_end(h);
+    });
+    return std::accumulate(hash.begin(), hash.end(), std::uint64_t{0});
 }
 
 double FluidInteraction::cell_steps() const {
     return static_cast<double>(plan_.constants.grid.count()) * static_cast<double>(steps_ - steps_before_);
-}
-
-FieldGrid FluidInteraction::field_grid() const {
-    const FluidGrid& grid = plan_.constants.grid;
-    return {grid.cells, grid.h, grid.lower, flow_->slab().first, flow_->slab().count};
-}
-
-std::vector<CellField> FluidInteraction::fields() const {
-    CellFields all = cell_fields(*flow_, threads_);
-    return {{"velocity", "m/s", 3, std::move(all.velocity)},
-            {"vorticity", "1/s", 3, std::move(all.vorticity)},
-            {"q", "1/s^2", 1, std::move(all.q)},
-            {"pressure", "Pa", 1, std::move(all.pressure)}};
 }
 
 FluidInteraction* fluid_of(const Interactions& all) {

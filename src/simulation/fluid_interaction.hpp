@@ -3,7 +3,6 @@
 
 #include "fluid/flow.hpp"
 #include "immersion/obstacle.hpp"
-#include "io/field_series.hpp"
 #include "simulation/interaction.hpp"
 
 namespace skein {
@@ -25,8 +24,7 @@ public:
 
     /// Of this run: cells times steps of the fluid.
     double cell_steps() const;
-    FieldGrid field_grid() const;
-    std::vector<CellField> fields() const;
+    const FlowSolver& flow() const { return *flow_; }
 
 private:
     const Communicator& comm_;

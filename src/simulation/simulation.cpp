@@ -309,9 +309,11 @@ RunResult Simulation::step_to_the_end() {
 
 std::int64_t Simulation::next_event() const {
     std::int64_t next = std::min(last_step_, next_tick_);
-    for (const std::int64_t every : {plan_.cadence.trajectory, plan_.cadence.tips, plan_.cadence.series, plan_.cadence.fields,
-                                     plan_.cadence.contacts, plan_.cadence.checkpoint})
+    for (const std::int64_t every :
+         {plan_.cadence.trajectory, plan_.cadence.tips, plan_.cadence.series, plan_.cadence.contacts, plan_.cadence.checkpoint})
         if (every > 0) next = std::min(next, multiple_after(clock_.done(), every));
+    if (plan_.fluid)
+        for (const FluidOutput& output : plan_.fluid->outputs) next = std::min(next, multiple_after(clock_.done(), output.every));
     return next;
 }
 
@@ -363,9 +365,9 @@ void Simulation::open_outputs(const SceneSpec& scene, const CheckpointInfo* resu
     if (plan_.cadence.trajectory > 0) trajectory_ = frames(FrameKind::trajectory, resumed ? resumed->last_trajectory : none);
     if (plan_.cadence.tips > 0) tips_ = frames(FrameKind::tips, resumed ? resumed->last_tips : none);
     open_polydata(scene, step);
-    if (plan_.cadence.fields > 0)
-        fields_ =
-            std::make_unique<FieldSeries>(comm_, options_.out, fluid_of(interactions_)->field_grid(), plan_.dt, clock_.shift());
+    if (plan_.fluid && !plan_.fluid->outputs.empty())
+        fluid_frames_ = std::make_unique<FluidFrames>(comm_, threads_, fluid_of(interactions_)->flow(), *plan_.fluid, options_.out,
+                                                      plan_.dt, clock_.shift());
     if (plan_.cadence.series > 0)
         on_root(comm_, [&] {
             series_ = std::make_unique<SeriesFile>(options_.out + "/observables.csv", names(), step,
@@ -418,7 +420,7 @@ void Simulation::write_frames() {
     if (due(plan_.cadence.trajectory)) trajectory_->write(clock_.done(), clock_.time(), clock_.lag());
     if (polydata_ && due(plan_.cadence.trajectory)) write_polydata();
     if (due(plan_.cadence.tips)) tips_->write(clock_.done(), clock_.time(), clock_.lag());
-    if (due(plan_.cadence.fields)) fields_->write(clock_.done(), fluid_of(interactions_)->fields());
+    if (fluid_frames_) fluid_frames_->write_due(clock_.done());
 }
 
 void Simulation::show_progress(bool last) {

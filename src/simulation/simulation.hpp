@@ -13,6 +13,7 @@
 #include "scene/plan.hpp"
 #include "simulation/checkpoint_clock.hpp"
 #include "simulation/contact_interaction.hpp"
+#include "simulation/fluid_frames.hpp"
 #include "simulation/fluid_interaction.hpp"
 #include "simulation/load_balance.hpp"
 #include "simulation/progress.hpp"
@@ -227,9 +228,9 @@ private:
     std::string failure_, near_limit_; ///< of this rank's rods; agreed on at the next event
     std::unique_ptr<FrameWriter> trajectory_, tips_;
     std::unique_ptr<VtkSeries> polydata_;
-    std::unique_ptr<FieldSeries> fields_;     ///< null where none are written
-    std::unique_ptr<WallMeshes> wall_meshes_; ///< null where there are no walls to show
-    std::unique_ptr<SeriesFile> series_;      ///< root only
+    std::unique_ptr<FluidFrames> fluid_frames_; ///< null where none are written
+    std::unique_ptr<WallMeshes> wall_meshes_;   ///< null where there are no walls to show
+    std::unique_ptr<SeriesFile> series_;        ///< root only
     std::vector<double> last_sample_;
     std::int64_t sampled_ = -1;           ///< step of it
     std::uint64_t checkpoint_digest_ = 0; ///< at last_checkpoint_

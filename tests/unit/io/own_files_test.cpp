@@ -29,9 +29,17 @@ TEST(OwnFiles, are_known_by_their_whole_name) {
                              "walls.pvd.foreign",
                              "vtp/rods_000000000064.vtp",
                              "vtp/rods_000000000064.vtp.tmp",
-                             "vtp/walls_000000000000.vtp.damaged"})
+                             "vtp/walls_000000000000.vtp.damaged",
+                             "fields_000000000000.h5",
+                             "fluid_mid_plane_000000000010.h5.tmp",
+                             "fluid_mid_plane_000000000010.xdmf",
+                             "fluid_mid_plane.xdmf"})
         EXPECT_TRUE(is_result_name(name)) << name;
     for (const char* name : {"mydata.h5",
+                             "fluid_000000000010.h5",
+                             "fluid_plane.h5",
+                             "fluid_plane_64.h5",
+                             "fluid_plane_00000000001x.h5",
                              "thesis.tmp",
                              "other.xdmf",
                              "trajectory.h5",

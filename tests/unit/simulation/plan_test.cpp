@@ -36,15 +36,49 @@ std::vector<fs::path> app_scenes() {
 }
 
 // A changed plan is a decision: look at the difference, then run with SKEIN_UPDATE_SNAPSHOTS=1 to accept it.
+void compare_with_snapshot(const fs::path& path, const Machine& machine) {
+    const SceneSpec scene = read_scene(path.string());
+    const std::string text = to_text(make_plan(scene, make_whole_groups(scene), machine));
+    const fs::path snapshot = fs::path(SKEIN_SOURCE_DIR) / "tests/unit/simulation/plans" / (path.stem().string() + ".txt");
+    if (std::getenv("SKEIN_UPDATE_SNAPSHOTS")) std::ofstream(snapshot) << text;
+    EXPECT_EQ(text, text_of(snapshot)) << path << " against " << snapshot;
+}
+
 TEST(Plan, SnapshotOfEveryScene) {
     ASSERT_FALSE(app_scenes().empty());
-    for (const fs::path& path : app_scenes()) {
-        const SceneSpec scene = read_scene(path.string());
-        const std::string text = to_text(make_plan(scene, make_whole_groups(scene), {2, 1, 1, 8}));
-        const fs::path snapshot = fs::path(SKEIN_SOURCE_DIR) / "tests/unit/simulation/plans" / (path.stem().string() + ".txt");
-        if (std::getenv("SKEIN_UPDATE_SNAPSHOTS")) std::ofstream(snapshot) << text;
-        EXPECT_EQ(text, text_of(snapshot)) << path << " against " << snapshot;
-    }
+    for (const fs::path& path : app_scenes()) compare_with_snapshot(path, {2, 1, 1, 8});
+}
+
+TEST(Plan, SnapshotOfALargeFluidOnNodes) {
+    compare_with_snapshot(fs::path(SKEIN_SOURCE_DIR) / "tests/unit/simulation/large_fluid.toml",
+                          {.ranks = 32, .threads = 16, .cores = 16, .cores_per_node = 128});
+}
+
+/// Steps of a fluid, and where the speed is from that they are predicted from.
+TEST(Plan, PredictsStepsOfAFluidFromWhatIsFastest) {
+    SceneSpec scene;
+    scene.time = {.duration = 2, .dt = 0.5};
+    scene.fluid = FluidSpec{.cells = {16, 16, 16}, .spacing = 0.125, .density = 1, .viscosity = 1e-6, .courant = 0.5};
+    const auto expect = [&](double steps, double speed, const std::string& by) {
+        const Plan plan = make_plan(scene, {}, {});
+        EXPECT_EQ(plan.fluid->steps(plan.steps, plan.dt), steps) << by;
+        EXPECT_NEAR(plan.fluid->speed.value, speed, 1e-12) << by;
+        EXPECT_EQ(plan.fluid->speed.by, by);
+        EXPECT_NEAR(plan.predicted_s, steps * FluidPlan::ns_per_cell_step * 1e-9 * 4096, 1e-12);
+        EXPECT_EQ(to_text(plan).find("at least") == std::string::npos, speed > 0);
+    };
+    expect(4, 0, "");
+    scene.fluid->along_x = FluidBoundary::through, scene.fluid->inflow = {0.75, 0.25, 0};
+    expect(4 * 8, 1, "the inflow"); // steps of at most 0.0625 s
+    scene.obstacles = {{.radius = 0.2, .velocity = {-2, 0, 0}}};
+    expect(4 * 16, 2, "an obstacle");
+    scene.fluid->velocity_formula = {"U", "U", "0*U"};
+    scene.constants = {{"U", 2, "m/s"}};
+    expect(4 * 32, 4, "the velocity at the start");
+    scene.fluid->expected_speed = 0.5;
+    expect(4 * 4, 0.5, "fluid.expected_speed");
+    scene.fluid->viscosity = 1; // sets steps of 2.5/12/1.5 h^2/nu = 2.17e-3 s
+    expect(4 * 231, 0.5, "fluid.expected_speed");
 }
 
 /// The plan that docs/tour.md explains, line by line, in blocks of code.

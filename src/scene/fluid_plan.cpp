@@ -1,0 +1,158 @@
+#include "scene/fluid_plan.hpp"
+
+#include "fluid/start_velocity.hpp"
+#include "scene/scene_tables.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+namespace skein {
+
+namespace {
+
+double projections(FlowScheme scheme) { return scheme == FlowScheme::rk3_projected ? 3 : 1; }
+double stages(FlowScheme scheme) { return scheme == FlowScheme::adams_bashforth ? 1 : 3; }
+
+double sum_of(const Vec3d& v) { return std::abs(v.x) + std::abs(v.y) + std::abs(v.z); }
+
+/// The largest sum of components at the start, at up to `most` places along each direction.
+double speed_at_start(const FluidPlan& plan) {
+    constexpr int most = 64;
+    const FluidGrid& grid = plan.constants.grid;
+    const StartVelocity velocity(plan.velocity_formula, plan.names);
+    std::array<int, 3> places{};
+    for (std::size_t d = 0; d < 3; ++d) places[d] = std::min(most, grid.cells[d]);
+    const auto spacing = [&](std::size_t d) { return grid.h * grid.cells[d] / places[d]; };
+    std::vector<double> row(static_cast<std::size_t>(places[0]));
+    double speed = 0;
+    for (int k = 0; k < places[2]; ++k)
+        for (int j = 0; j < places[1]; ++j) {
+            const Vec3d first = grid.lower + Vec3d{0.5 * spacing(0), (j + 0.5) * spacing(1), (k + 0.5) * spacing(2)};
+            std::vector<double> sum(row.size(), 0);
+            for (int c = 0; c < 3; ++c) {
+                velocity(c, first, spacing(0), row);
+                for (std::size_t i = 0; i < row.size(); ++i) sum[i] += std::abs(row[i]);
+            }
+            speed = std::max(speed, *std::max_element(sum.begin(), sum.end()));
+        }
+    return speed;
+}
+
+FluidSpeed speed_of(const FluidPlan& plan, double expected) {
+    if (expected > 0) return {expected, "fluid.expected_speed"};
+    FluidSpeed speed;
+    const auto take = [&](double value, std::string_view by) {
+        if (value > speed.value) speed = {value, by};
+    };
+    take(sum_of(plan.constants.inflow), "the inflow");
+    if (!plan.velocity_formula.empty()) take(speed_at_start(plan), "the velocity at the start");
+    for (const Obstacle& o : plan.obstacles)
+        take(sum_of(o.velocity) + 2 * std::numbers::pi * o.frequency * sum_of(o.amplitude), "an obstacle");
+    return speed;
+}
+
+std::vector<CellField> fields_of(const std::vector<std::string>& names) {
+    std::vector<CellField> fields;
+    for (std::size_t f = 0; f < std::size(cell_field_table); ++f)
+        if (names.empty() || std::find(names.begin(), names.end(), cell_field_table[f].name) != names.end())
+            fields.push_back(static_cast<CellField>(f));
+    return fields;
+}
+
+std::vector<FluidOutput> outputs_of(const SceneSpec& scene, const FluidGrid& grid) {
+    std::vector<FluidOutput> outputs;
+    if (scene.output.fluid_fields > 0)
+        outputs.push_back({.interval = scene.output.fluid_fields, .fields = fields_of({}), .box = {{0, 0, 0}, grid.cells, 1}});
+    for (const FluidOutputSpec& spec : scene.fluid_outputs)
+        outputs.push_back({.name = spec.name,
+                           .kind = spec.kind,
+                           .interval = spec.every,
+                           .fields = fields_of(spec.which),
+                           .precision = spec.precision,
+                           .across = spec.across,
+                           .box = cells_of(spec, grid),
+                           .edge = static_cast<int>(spec.edge),
+                           .criterion = spec.criterion == BlockCriterion::q ? CellField::q : CellField::vorticity,
+                           .threshold = spec.threshold});
+    return outputs;
+}
+
+} // namespace
+
+double FluidPlan::transposed_bytes(int ranks) const {
+    const double mine = static_cast<double>(constants.grid.count()) / ranks;
+    return projections(constants.scheme) * 2 * sizeof(double) * mine * (ranks - 1) / ranks;
+}
+
+double FluidPlan::ghost_bytes(int ranks) const {
+    if (ranks == 1) return 0;
+    const auto [nx, ny, nz] = constants.grid.cells;
+    const double fields = 3 * stages(constants.scheme) + 2 * projections(constants.scheme);
+    return fields * 2 * FieldLayout::ghosts * sizeof(double) * nx * ny;
+}
+
+double FluidPlan::steps(std::int64_t run_steps, double dt) const {
+    return std::max(1.0, std::ceil(dt / step_limit(constants, speed.value, courant) * (1 - 1e-12))) *
+           static_cast<double>(run_steps);
+}
+
+double FluidOutput::bytes_per_cell() const {
+    int numbers = 0;
+    for (const CellField field : fields) numbers += entry_of(field).components;
+    return numbers * (precision == Precision::single ? 4.0 : 8.0);
+}
+
+double FluidOutput::frame_bytes() const {
+    const double cells = kind == FluidOutputKind::blocks ? std::pow(edge, 3) : 1.0 * box.count[0] * box.count[1] * box.count[2];
+    return bytes_per_cell() * cells;
+}
+
+double FluidOutput::most_blocks(const FluidGrid& grid) const {
+    double blocks = 1;
+    for (const int cells : grid.cells) blocks *= std::ceil(static_cast<double>(cells) / edge);
+    return blocks;
+}
+
+double FluidOutput::most_bytes(const FluidGrid& grid) const {
+    return frame_bytes() * (kind == FluidOutputKind::blocks ? most_blocks(grid) : 1);
+}
+
+CellBox cells_of(const FluidOutputSpec& spec, const FluidGrid& grid) {
+    CellBox box{{0, 0, 0}, grid.cells, 1};
+    const auto along = [](const Vec3d& v, std::size_t d) { return d == 0 ? v.x : d == 1 ? v.y : v.z; };
+    if (spec.kind == FluidOutputKind::slice) {
+        const auto d = static_cast<std::size_t>(spec.across);
+        const double cell = std::floor((spec.at - along(grid.lower, d)) / grid.h);
+        box.first[d] = static_cast<int>(std::clamp(cell, 0.0, grid.cells[d] - 1.0)), box.count[d] = 1;
+    }
+    if (spec.kind == FluidOutputKind::box) {
+        box.average = static_cast<int>(spec.average);
+        for (std::size_t d = 0; d < 3; ++d) {
+            const auto corner = [&](const std::optional<Vec3d>& of, int absent) {
+                if (!of) return absent;
+                const double cell = std::round((along(*of, d) - along(grid.lower, d)) / grid.h);
+                return static_cast<int>(std::clamp(cell, 0.0, 1.0 * grid.cells[d]));
+            };
+            box.first[d] = corner(spec.lower, 0);
+            box.count[d] = (corner(spec.upper, grid.cells[d]) - box.first[d]) / box.average;
+        }
+    }
+    return box;
+}
+
+FluidPlan plan_fluid(const SceneSpec& scene) {
+    FluidPlan plan{.constants = scene.fluid->constants(),
+                   .courant = scene.fluid->courant,
+                   .velocity_formula = scene.fluid->velocity_formula,
+                   .obstacles = scene.obstacles,
+                   .forcing = scene.immersion.numbers(),
+                   .names = names_for_formulas(scene),
+                   .outputs = {},
+                   .speed = {}};
+    plan.outputs = outputs_of(scene, plan.constants.grid);
+    plan.speed = speed_of(plan, scene.fluid->expected_speed);
+    return plan;
+}
+
+} // namespace skein

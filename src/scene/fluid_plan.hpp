@@ -1,0 +1,73 @@
+// What a plan says of the fluid.
+#pragma once
+
+#include "fluid/cell_samples.hpp"
+#include "scene/scene_spec.hpp"
+
+#include <string>
+#include <vector>
+
+namespace skein {
+
+/// Frames of a fluid that a run writes.
+struct FluidOutput {
+    std::string name; ///< empty: of whole frames, output.fields
+    FluidOutputKind kind = FluidOutputKind::box;
+    double interval = 0;    ///< s, asked for
+    std::int64_t every = 0; ///< steps of the run
+    std::vector<CellField> fields;
+    Precision precision = Precision::single;
+    Direction across = Direction::z; ///< of a slice
+    CellBox box;                     ///< of slices and boxes
+    int edge = 0;                    ///< of blocks, cells
+    CellField criterion = CellField::q;
+    double threshold = 0; ///< of blocks
+
+    double bytes_per_cell() const;
+    /// Of a slice or a box; of one block.
+    double frame_bytes() const;
+    /// Blocks of a grid: how many there may be.
+    double most_blocks(const FluidGrid& grid) const;
+    /// Of a frame, at most.
+    double most_bytes(const FluidGrid& grid) const;
+};
+
+/// The cells of a slice or a box: the plane that its coordinate is in; corners are moved to the nearest ones of cells, and what
+/// does not fill a cube is left out.
+CellBox cells_of(const FluidOutputSpec& spec, const FluidGrid& grid);
+
+/// What steps are predicted from.
+struct FluidSpeed {
+    double value = 0; ///< largest sum over directions, m/s; 0: not known
+    std::string_view by;
+};
+
+/// The fluid around everything.
+struct FluidPlan {
+    FlowConstants constants;
+    double courant = 0;
+    std::vector<std::string> velocity_formula; ///< at the start
+    std::vector<Obstacle> obstacles;
+    ForcingNumbers forcing;
+    FormulaScope names; ///< that it may hold
+    std::vector<FluidOutput> outputs;
+    FluidSpeed speed;
+
+    static constexpr double bytes_per_cell = 96; ///< ten fields and coefficients, and as many to be sent on more ranks than one
+    /// Sent by a rank in a step: coefficients that change ranks and come back, and planes of ghosts.
+    double transposed_bytes(int ranks) const;
+    double ghost_bytes(int ranks) const;
+
+    /// Of the fluid, in a run of so many steps of dt; where no speed is known, as viscosity
+    /// alone asks for.
+    double steps(std::int64_t run_steps, double dt) const;
+    /// On one core, s.
+    double step_seconds() const { return 1e-9 * ns_per_cell_step * static_cast<double>(constants.grid.count()); }
+
+    static constexpr double ns_per_cell_step = 45; ///< of three stages with one projection, for predictions
+};
+
+/// Of a scene that has a fluid.
+FluidPlan plan_fluid(const SceneSpec& scene);
+
+} // namespace skein

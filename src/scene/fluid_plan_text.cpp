@@ -1,0 +1,104 @@
+#include "scene/fluid_plan_text.hpp"
+
+#include "scene/plan_words.hpp"
+
+#include <cmath>
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+namespace skein {
+
+std::string fluid_text(const FluidPlan& fluid) {
+    const FlowConstants& c = fluid.constants;
+    const auto bound = [&](std::size_t d) { return fluid_boundary_names[static_cast<std::size_t>(c.grid.boundary[d])]; };
+    return fmt::format("{} x {} x {} cells of {:.4g} m, {} / {} / {}, {:.4g} kg/m^3, {:.4g} Pa s; {}, Courant number {:g}",
+                       c.grid.cells[0], c.grid.cells[1], c.grid.cells[2], c.grid.h, bound(0), bound(1), bound(2), c.density,
+                       c.density * c.kinematic_viscosity, flow_scheme_names[static_cast<std::size_t>(c.scheme)], fluid.courant);
+}
+
+std::string obstacle_text(const Obstacle& o, const FluidPlan& fluid) {
+    const double h = fluid.constants.grid.h;
+    return fmt::format("'{}', {} of {:.3g} cells, {} markers{}; {} sweeps", o.name,
+                       obstacle_names[static_cast<std::size_t>(o.kind)], 2 * o.radius / h, o.markers(fluid.constants.grid).size(),
+                       o.moves() ? ", moves" : "", fluid.forcing.sweeps);
+}
+
+namespace {
+
+double frames_in(const FluidOutput& output, std::int64_t steps) { return static_cast<double>(steps / output.every + 1); }
+
+std::vector<std::string_view> names_of(const FluidOutput& output) {
+    std::vector<std::string_view> names;
+    for (const CellField field : output.fields) names.push_back(entry_of(field).name);
+    return names;
+}
+
+} // namespace
+
+std::string output_text(const FluidOutput& o, const FluidGrid& grid, std::int64_t steps, double dt) {
+    std::string what = fmt::format("{} x {} x {} cells", o.box.count[0], o.box.count[1], o.box.count[2]);
+    if (o.kind == FluidOutputKind::slice)
+        what = fmt::format("slice across {}, {}", direction_names[static_cast<std::size_t>(o.across)], what);
+    if (o.box.average > 1)
+        what = fmt::format("{} x {} x {} means over {}^3 cells", o.box.count[0], o.box.count[1], o.box.count[2], o.box.average);
+    if (o.kind == FluidOutputKind::blocks)
+        what = fmt::format("blocks of {0}^3 cells where {1} exceeds {2:g} {3}", o.edge,
+                           o.criterion == CellField::q ? "|q|" : "vorticity", o.threshold, entry_of(o.criterion).unit);
+    if (!o.name.empty()) what = fmt::format("'{}', {}", o.name, what);
+    const double frames = frames_in(o, steps), most = o.most_bytes(grid);
+    const std::string bytes =
+        o.kind == FluidOutputKind::blocks
+            ? fmt::format("{} a block, up to {:.0f} blocks: up to {} a frame, {} in the run", bytes_text(o.frame_bytes()),
+                          o.most_blocks(grid), bytes_text(most), bytes_text(frames * most))
+            : fmt::format("{} a frame, {} in the run", bytes_text(most), bytes_text(frames * most));
+    return fmt::format("{}: {}; {}; {}", what, joined(names_of(o), ", "), every(o.every, dt), bytes);
+}
+
+std::string fluid_steps_text(const FluidPlan& fluid, std::int64_t steps, double dt) {
+    const double all = fluid.steps(steps, dt);
+    if (fluid.speed.value == 0)
+        return fmt::format("{:.0f} at least: no speed is known, which fluid.expected_speed [m/s] would tell", all);
+    return fmt::format("{:.0f}, of a speed of {:.4g} m/s ({}), which is taken to last", all, fluid.speed.value, fluid.speed.by);
+}
+
+std::string fluid_cost_text(const FluidPlan& fluid, std::int64_t steps, double dt, int cores, int cores_per_node) {
+    const double seconds = fluid.steps(steps, dt) * fluid.step_seconds() / cores, core_hours = seconds * cores / 3600;
+    const double step = fluid.step_seconds() / cores;
+    std::string text = fmt::format("{} a step of the fluid, {}{}; {:.3g} core-hours",
+                                   step < 1 ? fmt::format("{:.3g} ms", 1e3 * step) : duration_text(step),
+                                   fluid.speed.value == 0 ? "at least " : "", duration_text(seconds) + " of stepping", core_hours);
+    if (cores_per_node > 0) {
+        const double nodes = std::ceil(static_cast<double>(cores) / cores_per_node);
+        text += fmt::format(", {:.3g} node-hours on {:.0f} node{} of {} cores", nodes * seconds / 3600, nodes,
+                            nodes == 1 ? "" : "s", cores_per_node);
+    }
+    return text;
+}
+
+nlohmann::ordered_json fluid_json(const FluidPlan& fluid, std::int64_t steps, double dt) {
+    nlohmann::ordered_json outputs = nlohmann::ordered_json::array();
+    for (const FluidOutput& o : fluid.outputs)
+        outputs.push_back({{"name", o.name},
+                           {"kind", fluid_output_names[static_cast<std::size_t>(o.kind)]},
+                           {"fields", names_of(o)},
+                           {"every", o.every},
+                           {"frames", frames_in(o, steps)},
+                           {"most_frame_bytes", o.most_bytes(fluid.constants.grid)}});
+    const FlowConstants& c = fluid.constants;
+    nlohmann::ordered_json bounds = nlohmann::ordered_json::array();
+    for (const FluidBoundary b : c.grid.boundary) bounds.push_back(fluid_boundary_names[static_cast<std::size_t>(b)]);
+    return {{"cells", c.grid.cells},
+            {"spacing", c.grid.h},
+            {"boundaries", bounds},
+            {"density", c.density},
+            {"kinematic_viscosity", c.kinematic_viscosity},
+            {"scheme", flow_scheme_names[static_cast<std::size_t>(c.scheme)]},
+            {"courant", fluid.courant},
+            {"bytes_per_cell", FluidPlan::bytes_per_cell},
+            {"outputs", outputs},
+            {"speed", fluid.speed.value},
+            {"speed_by", fluid.speed.by},
+            {"steps", fluid.steps(steps, dt)}};
+}
+
+} // namespace skein
