@@ -311,7 +311,7 @@ void BoxFlow::project(double dt, bool keep) {
                 };
                 most = max(most, first_lanes(correct(0, 1) + correct(1, layout_.row) + correct(2, layout_.plane), layout_.nx - i));
             }
-            if (keep)
+            if (keep && layout_.nx % 8 == 0) // else the last pack has had it
                 pressure_[static_cast<std::size_t>(row + layout_.nx)] += correction[static_cast<std::size_t>(row + layout_.nx)];
         }
         if (!inside) return;
