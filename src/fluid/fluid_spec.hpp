@@ -22,6 +22,8 @@ struct FluidSpec {
     std::vector<std::string> velocity_formula; ///< at the start, m/s; none: at rest, or the inflow where something flows through
     FlowScheme scheme = FlowScheme::rk3;
     double courant = 0.5; ///< largest sum of Courant numbers of a step
+    PressureMethod pressure = PressureMethod::direct;
+    double pressure_tolerance = 1e-10; ///< residual of multigrid over the right side
 
     FlowConstants constants() const;
     void fields(FieldVisitor& f);

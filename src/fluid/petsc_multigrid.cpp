@@ -1,12 +1,12 @@
 // The library libskein_multigrid.so: PETSc's conjugate gradients and multigrid for Poisson's equation in boxes of a grid.
 //
-// An integral over each cell makes the equation symmetric, whatever the edges are: the flow between two neighbours is the difference
-// of their values times the area of their face over the distance of their centres.                                theory.md (83)
-// Each coarser level joins two neighbouring cells, of an odd number the last three, along the directions whose cells are thinnest;
-// its equation is that of its own cells, and values go between levels by linear interpolation and its transpose. So any number of
-// cells on any number of ranks has levels down to a few cells. Rows of all matrices are cells, plane by plane as ranks have them,
-// which is the order of a DMDA with the processes (1, 1, ranks); a DMDA itself halves even numbers alone and needs a plane of each
-// level on every rank.
+// An integral over each cell makes the equation symmetric, whatever the edges are: the flow between two neighbours is the
+// difference of their values times the area of their face over the distance of their centres. theory.md (83) Each coarser level
+// joins two neighbouring cells, of an odd number the last three, along the directions whose cells are thinnest; its equation is
+// that of its own cells, and values go between levels by linear interpolation and its transpose. So any number of cells on any
+// number of ranks has levels down to a few cells. Rows of all matrices are cells, plane by plane as ranks have them, which is the
+// order of a DMDA with the processes (1, 1, ranks); a DMDA itself halves even numbers alone and needs a plane of each level on
+// every rank.
 #include "fluid/fluid_grid.hpp"
 #include "fluid/pressure_solver.hpp"
 
@@ -14,6 +14,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
 #include <limits>
 #include <numeric>
 
@@ -138,8 +139,8 @@ std::string& complaint() {
     static std::string text;
     return text;
 }
-PetscErrorCode keep_complaint(MPI_Comm, int, const char*, const char*, PetscErrorCode code, PetscErrorType type, const char* message,
-                              void*) {
+PetscErrorCode keep_complaint(MPI_Comm, int, const char*, const char*, PetscErrorCode code, PetscErrorType type,
+                              const char* message, void*) {
     if (type == PETSC_ERROR_INITIAL) complaint() = message && *message ? message : "no reason given";
     return code;
 }
@@ -210,12 +211,18 @@ public:
                 PetscCall(MatDestroy(&between));
             }
             if (l == count - 1) {
-                PetscCall(KSPSetOperators(solver_, matrix, matrix));
+                Mat whole = matrix;
+                if (l == 0) PetscCall(differences(level, false, &whole)); // few cells
+                else PetscCall(PetscObjectReference(reinterpret_cast<PetscObject>(whole)));
+                PetscCall(KSPSetOperators(solver_, whole, whole));
                 PetscCall(MatNullSpaceCreate(comm_, PETSC_TRUE, 0, nullptr, &constants_));
-                PetscCall(MatSetNullSpace(matrix, constants_));
-                PetscCall(MatCreateVecs(matrix, &answer_, &right_));
+                PetscCall(MatSetNullSpace(whole, constants_));
+                PetscCall(MatCreateVecs(whole, &answer_, &right_));
+                PetscCall(MatDestroy(&whole));
             }
             PetscCall(count_bytes(matrix));
+            bytes_ += (l == count - 1 ? 10 : 7) * sizeof(PetscScalar) * // vectors of the cycle, and of conjugate gradients
+                      static_cast<std::size_t>(level.first_cell(rank_ + 1) - level.first_cell(rank_));
             PetscCall(MatDestroy(&matrix));
         }
         PetscCall(KSPSetUp(solver_));
@@ -230,8 +237,12 @@ public:
         if (run(f, phi, size, reason, left, iterations)) return "PETSc cannot solve for the pressure: " + complaint();
         if (reason > 0) return {};
         if (!std::isfinite(size)) return "the divergence of the velocity is not finite, so that no pressure can be found";
-        return "multigrid finds no pressure: the residual is " + std::to_string(left / size) + " of the right side after " +
-               std::to_string(iterations) + " iterations (" + KSPConvergedReasons[reason] + ")";
+        char text[200];
+        std::snprintf(text, sizeof text,
+                      "multigrid finds no pressure: the residual is %.3g of the right side after %d iterations (%s); a larger "
+                      "fluid.pressure_tolerance may do",
+                      left / size, static_cast<int>(iterations), KSPConvergedReasons[reason]);
+        return text;
     }
 
 private:
@@ -275,12 +286,13 @@ private:
         for_cells(rows, [&](int i, int j, int k) {
             Entries entries;
             row(i, j, k, entries);
-            const auto inside = std::count_if(entries.column, entries.column + entries.count,
-                                              [&](PetscInt c) { return c >= first && c < behind; });
+            const auto inside =
+                std::count_if(entries.column, entries.column + entries.count, [&](PetscInt c) { return c >= first && c < behind; });
             here.push_back(static_cast<PetscInt>(inside)), away.push_back(entries.count - static_cast<PetscInt>(inside));
         });
         PetscCall(MatCreate(comm_, matrix));
-        PetscCall(MatSetSizes(*matrix, mine, behind - first, static_cast<PetscInt>(rows.cells()), static_cast<PetscInt>(columns.cells())));
+        PetscCall(MatSetSizes(*matrix, mine, behind - first, static_cast<PetscInt>(rows.cells()),
+                              static_cast<PetscInt>(columns.cells())));
         PetscCall(MatSetType(*matrix, MATAIJ));
         PetscCall(MatXAIJSetPreallocation(*matrix, 1, here.data(), away.data(), nullptr, nullptr));
         PetscErrorCode failed = 0;
@@ -373,7 +385,8 @@ private:
         PetscCall(MatGetInfo(matrix, MAT_LOCAL, &info));
         PetscInt rows;
         PetscCall(MatGetLocalSize(matrix, &rows, nullptr));
-        bytes_ += static_cast<std::size_t>(info.memory);
+        bytes_ += static_cast<std::size_t>(info.nz_allocated) * (sizeof(PetscScalar) + sizeof(PetscInt)) +
+                  static_cast<std::size_t>(rows) * 4 * sizeof(PetscInt);
         PetscFunctionReturn(0);
     }
 
@@ -389,8 +402,8 @@ private:
 
 } // namespace
 
-extern "C" __attribute__((visibility("default"))) PressureSolver* skein_multigrid_1(const Communicator& comm, const TensorGrid& grid,
-                                                                                    double tolerance, std::string& fault) {
+extern "C" __attribute__((visibility("default"))) PressureSolver*
+skein_multigrid_1(const Communicator& comm, const TensorGrid& grid, double tolerance, std::string& fault) {
     double cells = 1;
     for (const auto& width : grid.width) cells *= static_cast<double>(width.size());
     if (cells > std::numeric_limits<PetscInt>::max()) {

@@ -591,6 +591,7 @@ double stages(FlowScheme scheme) { return scheme == FlowScheme::adams_bashforth 
 } // namespace
 
 double FluidPlan::transposed_bytes(int ranks) const {
+    if (constants.pressure != PressureMethod::direct) return 0;
     const double mine = static_cast<double>(constants.grid.count()) / ranks;
     return projections(constants.scheme) * 2 * sizeof(double) * mine * (ranks - 1) / ranks;
 }
@@ -600,6 +601,11 @@ double FluidPlan::ghost_bytes(int ranks) const {
     const auto [nx, ny, nz] = constants.grid.cells;
     const double fields = 3 * stages(constants.scheme) + 2 * projections(constants.scheme);
     return fields * 2 * FieldLayout::ghosts * sizeof(double) * nx * ny;
+}
+
+double FluidPlan::ns_per_cell_step() const {
+    constexpr double with_one_projection = 45, multigrid = 1000; // to the default tolerance
+    return with_one_projection + (constants.pressure == PressureMethod::direct ? 0 : multigrid * projections(constants.scheme));
 }
 
 bool is_coupled(const Plan& plan) {
@@ -723,7 +729,7 @@ Plan make_plan(const SceneSpec& as_given, std::span<const RodGroup> groups, cons
                        waiting_bytes(frames(plan.cadence.tips), value_bytes * tip_values, machine.ranks);
     if (plan.fluid) {
         const double cells = static_cast<double>(plan.fluid->constants.grid.count());
-        plan.state_bytes += cells * FluidPlan::bytes_per_cell;
+        plan.state_bytes += cells * plan.fluid->bytes_per_cell();
         plan.output_bytes += frames(plan.cadence.fields) * cells * FluidPlan::field_bytes_per_cell;
     }
     plan.predicted_s = ns * 1e-9 * static_cast<double>(scheme_of(plan.integrator).stages.size()) * static_cast<double>(plan.steps);

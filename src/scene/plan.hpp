@@ -80,13 +80,16 @@ struct FluidPlan {
     ForcingNumbers forcing;
     FormulaScope names; ///< that it may hold
 
-    static constexpr double bytes_per_cell = 96; ///< ten fields and coefficients, and as many to be sent on more ranks than one
+    /// Ten fields, and coefficients and as many to be sent on more ranks than one, or what multigrid keeps, as measured.
+    double bytes_per_cell() const { return constants.pressure == PressureMethod::direct ? 96 : 80 + multigrid_bytes_per_cell; }
+    static constexpr double multigrid_bytes_per_cell = 380;
     static constexpr double field_bytes_per_cell = 32; ///< of output
-    /// Sent by a rank in a step: coefficients that change ranks and come back, and planes of ghosts.
+    /// Sent by a rank in a step: coefficients that change ranks and come back, if the pressure is direct, and planes of ghosts.
     double transposed_bytes(int ranks) const;
     double ghost_bytes(int ranks) const;
 
-    static constexpr double ns_per_cell_step = 45; ///< of three stages with one projection, for predictions
+    /// Of a core, for predictions.
+    double ns_per_cell_step() const;
 };
 
 /// Whole steps between two events of a kind; 0: never.

@@ -125,6 +125,14 @@ std::string fluid_text(const FluidPlan& fluid) {
                        c.density * c.kinematic_viscosity, flow_scheme_names[static_cast<std::size_t>(c.scheme)], fluid.courant);
 }
 
+std::string pressure_text(const FluidPlan& fluid) {
+    const FlowConstants& c = fluid.constants;
+    if (c.pressure == PressureMethod::direct) return "direct";
+    return fmt::format("multigrid to {:g} of the right side, {} ({:.0f} B per cell); bits depend on the number of ranks",
+                       c.pressure_tolerance, bytes_text(FluidPlan::multigrid_bytes_per_cell * static_cast<double>(c.grid.count())),
+                       FluidPlan::multigrid_bytes_per_cell);
+}
+
 std::string obstacle_text(const Obstacle& o, const FluidPlan& fluid) {
     const double h = fluid.constants.grid.h;
     return fmt::format("'{}', {} of {:.3g} cells, {} markers{}; {} sweeps", o.name,
@@ -143,7 +151,9 @@ nlohmann::ordered_json fluid_json(const FluidPlan& fluid) {
             {"kinematic_viscosity", c.kinematic_viscosity},
             {"scheme", flow_scheme_names[static_cast<std::size_t>(c.scheme)]},
             {"courant", fluid.courant},
-            {"bytes_per_cell", FluidPlan::bytes_per_cell}};
+            {"pressure", pressure_method_names[static_cast<std::size_t>(c.pressure)]},
+            {"pressure_tolerance", c.pressure_tolerance},
+            {"bytes_per_cell", fluid.bytes_per_cell()}};
 }
 
 } // namespace
@@ -158,6 +168,7 @@ std::string to_text(const Plan& p) {
         line("rods", fmt::format("{} with {} elements in {}", p.rods, p.elements,
                                  counted(static_cast<std::int64_t>(p.groups.size()), "group")));
     if (p.fluid) line("fluid", fluid_text(*p.fluid));
+    if (p.fluid) line("  pressure", pressure_text(*p.fluid));
     if (p.fluid && p.machine.ranks > 1)
         line("  sent", fmt::format("by a rank in a step: {} in transposes, {} as ghosts",
                                    bytes_text(p.fluid->transposed_bytes(p.machine.ranks)),
@@ -233,7 +244,7 @@ std::string to_text(const Plan& p) {
     line("checkpoint", checkpoint_text(p));
     line("a failure", failure_text(p));
     if (p.groups.empty())
-        line("memory", fmt::format("{} ({:.0f} B per cell), {} to disk", bytes_text(p.state_bytes), FluidPlan::bytes_per_cell,
+        line("memory", fmt::format("{} ({:.0f} B per cell), {} to disk", bytes_text(p.state_bytes), p.fluid->bytes_per_cell(),
                                    bytes_text(p.output_bytes)));
     else
         line("memory", fmt::format("{} for rods ({:.0f} B per element){}{}, {} to disk", bytes_text(p.state_bytes),
@@ -245,7 +256,7 @@ std::string to_text(const Plan& p) {
     if (p.groups.empty())
         line("predicted",
              fmt::format("{} a step of the fluid",
-                         duration_text(1e-9 * FluidPlan::ns_per_cell_step * static_cast<double>(p.fluid->constants.grid.count()) /
+                         duration_text(1e-9 * p.fluid->ns_per_cell_step() * static_cast<double>(p.fluid->constants.grid.count()) /
                                        (p.machine.ranks * std::min(p.machine.threads, p.machine.cores)))));
     else line("predicted", fmt::format("{} of stepping", duration_text(p.predicted_s)));
     line("not here", joined(p.absent, ", "));
