@@ -236,7 +236,10 @@ public:
         PetscInt iterations = 0;
         if (run(f, phi, size, reason, left, iterations)) return "PETSc cannot solve for the pressure: " + complaint();
         if (reason > 0) return {};
-        if (!std::isfinite(size)) return "the divergence of the velocity is not finite, so that no pressure can be found";
+        if (!std::isfinite(size))
+            return "the velocity of the fluid is not finite, and has no pressure: its step is too long for what drives it; a "
+                   "smaller "
+                   "fluid.courant or time.dt would do";
         char text[200];
         std::snprintf(text, sizeof text,
                       "multigrid finds no pressure: the residual is %.3g of the right side after %d iterations (%s); a larger "

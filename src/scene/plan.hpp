@@ -82,7 +82,7 @@ struct FluidPlan {
 
     /// Ten fields, and coefficients and as many to be sent on more ranks than one, or what multigrid keeps, as measured.
     double bytes_per_cell() const { return constants.pressure == PressureMethod::direct ? 96 : 80 + multigrid_bytes_per_cell; }
-    static constexpr double multigrid_bytes_per_cell = 380;
+    static constexpr double multigrid_bytes_per_cell = 400;
     static constexpr double field_bytes_per_cell = 32; ///< of output
     /// Sent by a rank in a step: coefficients that change ranks and come back, if the pressure is direct, and planes of ghosts.
     double transposed_bytes(int ranks) const;

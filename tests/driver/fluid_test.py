@@ -119,8 +119,10 @@ class Fluid(DriverTest):
             self.assertIn("bits depend on the number of ranks", done.stdout)
         for name, frame in self.fields("multigrid24").items():
             for field in ("velocity", "pressure"):
-                direct = self.fields("direct")[name][field]
-                numpy.testing.assert_allclose(frame[field], direct, atol=2e-6 * abs(direct).max(), err_msg=f"{name}: {field}")
+                direct, other = self.fields("direct")[name][field], frame[field]
+                if field == "pressure":  # free up to a constant
+                    direct, other = direct - direct.mean(), other - other.mean()
+                numpy.testing.assert_allclose(other, direct, atol=2e-6 * abs(direct).max(), err_msg=f"{name}: {field}")
         self.scene.write_text(multigrid(FLUID))
         self.run_skein("parts", "--steps", "4", ranks=2)
         self.run_skein("parts", ranks=2)
@@ -128,11 +130,11 @@ class Fluid(DriverTest):
 
     @unittest.skipUnless(HAS_MULTIGRID, "built without PETSc")
     def test_a_pressure_that_is_not_found_ends_the_run(self):
-        """The first solve is of a fluid at rest; then the ball's push asks for more than rounding leaves."""
+        """The ball reaches into a wall, where its push has no end."""
         still = FLUID.replace(next(line for line in FLUID.splitlines() if "velocity_formula" in line), "")
-        self.scene.write_text(multigrid(still, "pressure_tolerance = 1e-14").replace("[24, 20, 16]", "[192, 10, 8]"))
-        done = self.run_skein("out", expect=4)
-        self.assertIn("multigrid finds no pressure: the residual is", done.stderr)
+        self.scene.write_text(multigrid(still).replace("[24, 20, 16]", "[192, 10, 8]"))
+        done = self.run_skein("out", expect=4, ranks=2)
+        self.assertIn("the velocity of the fluid is not finite, and has no pressure", done.stderr)
 
     @unittest.skipUnless(HAS_MULTIGRID, "built without PETSc")
     def test_a_library_that_is_not_there_is_told(self):

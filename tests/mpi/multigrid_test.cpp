@@ -225,6 +225,13 @@ TEST(Multigrid, TellsWhyThereIsNoAnswer) {
     EXPECT_EQ(solved(comm, grid, nothing, 1e-10), nothing);
 }
 
+TEST(Multigrid, StopsAFlowWithoutAPressure) {
+    const Threads threads(1);
+    FlowConstants constants{.grid = grid_of({16, 12, 8}, 0), .pressure = PressureMethod::multigrid, .pressure_tolerance = 1e-30};
+    auto flow = make_flow(Communicator::world(), threads, constants);
+    EXPECT_THROW(flow->set_velocity([](const Vec3d& at) { return Vec3d{std::sin(2 * pi * at.x / 1.6), 0, 0}; }), NumericalError);
+}
+
 /// Vortices of Taylor and Green in three dimensions between walls along z, of any number of cells.
 std::unique_ptr<FlowSolver> vortices(const Communicator& comm, const Threads& threads, PressureMethod pressure,
                                      std::array<int, 3> cells, FluidBoundary boundary, FlowScheme scheme) {
