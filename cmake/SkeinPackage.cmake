@@ -27,6 +27,15 @@ set_target_properties(skein_shared PROPERTIES OUTPUT_NAME skein LIBRARY_OUTPUT_D
 install(TARGETS skein_shared LIBRARY DESTINATION lib)
 install(FILES ${CMAKE_SOURCE_DIR}/include/skein/skein.h DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/skein)
 
+# Multigrid for the pressure of a fluid: opened by runs that ask for it, and by them alone, so that no other sees PETSc.
+if(SKEIN_PETSC)
+  add_library(skein_multigrid MODULE ${CMAKE_SOURCE_DIR}/src/fluid/petsc_multigrid.cpp)
+  target_link_libraries(skein_multigrid PRIVATE skein_flags PkgConfig::PETSC MPI::MPI_CXX)
+  set_target_properties(skein_multigrid PROPERTIES LIBRARY_OUTPUT_DIRECTORY ${CMAKE_BINARY_DIR}/lib)
+  add_dependencies(skein skein_multigrid)
+  install(TARGETS skein_multigrid LIBRARY DESTINATION lib)
+endif()
+
 set(package ${CMAKE_INSTALL_LIBDIR}/cmake/Skein)
 install(TARGETS skein RUNTIME)
 install(TARGETS skein_library EXPORT SkeinTargets ARCHIVE FILE_SET HEADERS)

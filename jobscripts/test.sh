@@ -25,7 +25,7 @@ done
 cd "$root"
 say "Packages"
 bash jobscripts/install.sh --tests "${no_install[@]}"
-build all "$jobs" -DSKEIN_TESTS=ON -DSKEIN_BENCH=ON -DSKEIN_FLUID=ON
+build all "$jobs" -DSKEIN_TESTS=ON -DSKEIN_BENCH=ON -DSKEIN_FLUID=ON -DSKEIN_PETSC=ON
 
 # Every test says how many cores it uses (PROCESSORS); ctest packs them into $jobs.
 only=()

@@ -1,8 +1,9 @@
-// The fluid on one core, ns per cell: Poisson's equation beside a pair of FFTW's transforms of the same size, and whole steps
-// beside what memory alone would take.
+// The fluid on one core, ns per cell: Poisson's equation beside a pair of FFTW's transforms of the same size and multigrid, and
+// whole steps beside what memory alone would take.
 //
 //   bench_fluid [options of Google Benchmark]
 #include "fluid/fast_poisson.hpp"
+#include "fluid/iterated_poisson.hpp"
 #include "fluid/make_flow.hpp"
 
 #include <benchmark/benchmark.h>
@@ -11,6 +12,7 @@
 
 #include <cmath>
 #include <numbers>
+#include <random>
 #include <string>
 
 namespace skein {
@@ -37,6 +39,23 @@ void poisson(benchmark::State& state, int n, FluidBoundary boundary) {
             [&](int i, int j, int k) { return load<8>(&field[static_cast<std::size_t>(layout.at(i, j, k))]); },
             [&](int i, int j, int k, const Pack<8>& p) { store(&field[static_cast<std::size_t>(layout.at(i, j, k))], p); });
     per_cell(state, static_cast<double>(grid.count()));
+}
+
+/// The same by iterations, of a right side that varies from cell to cell.
+void multigrid(benchmark::State& state, int n, FluidBoundary boundary, double tolerance) {
+    const FluidGrid grid = cube(n, boundary);
+    const Threads threads(1);
+    IteratedPoisson solver(Communicator::alone(), threads, grid, tolerance);
+    std::mt19937 random(7);
+    std::normal_distribution<double> normal;
+    const FieldLayout layout(n, n, n);
+    AlignedVector<double> field(layout.size(), 0.0), phi(layout.size(), 0.0);
+    for (double& f : field) f = normal(random);
+    for (auto _ : state)
+        solver.solve([&](int i, int j, int k) { return load<8>(&field[static_cast<std::size_t>(layout.at(i, j, k))]); },
+                     [&](int i, int j, int k, const Pack<8>& p) { store(&phi[static_cast<std::size_t>(layout.at(i, j, k))], p); });
+    per_cell(state, static_cast<double>(grid.count()));
+    state.counters["bytes/cell"] = static_cast<double>(solver.bytes()) / static_cast<double>(grid.count());
 }
 
 /// There and back, in place, without a division.
@@ -89,6 +108,12 @@ int main(int argc, char** argv) {
         for (const FluidBoundary boundary : {FluidBoundary::free_slip, FluidBoundary::periodic}) {
             const std::string box = boundary == FluidBoundary::periodic ? " periodic" : " box";
             add("poisson" + box + size, [=](benchmark::State& s) { poisson(s, n, boundary); });
+#ifdef SKEIN_PETSC
+            if (n <= 128)
+                for (const double tolerance : {1e-6, 1e-10})
+                    add("multigrid to " + std::string(tolerance < 1e-8 ? "1e-10" : "1e-6") + box + size,
+                        [=](benchmark::State& s) { multigrid(s, n, boundary, tolerance); });
+#endif
             for (const FlowScheme scheme : {FlowScheme::rk3, FlowScheme::rk3_projected, FlowScheme::adams_bashforth})
                 add("step " + std::string(flow_scheme_names[static_cast<std::size_t>(scheme)]) + box + size,
                     [=](benchmark::State& s) { step(s, n, boundary, scheme); });

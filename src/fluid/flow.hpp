@@ -23,6 +23,13 @@ enum class FlowScheme {
 };
 inline constexpr std::string_view flow_scheme_names[] = {"rk3", "rk3_projected", "adams_bashforth"};
 
+/// How Poisson's equation of a projection is solved.
+enum class PressureMethod {
+    direct,   ///< by transforms: FastPoisson
+    multigrid ///< by iterations: PressureSolver
+};
+inline constexpr std::string_view pressure_method_names[] = {"direct", "multigrid"};
+
 struct FlowConstants {
     FluidGrid grid;
     double density = 1;             ///< kg/m^3
@@ -30,6 +37,8 @@ struct FlowConstants {
     Vec3d inflow{0, 0, 0};          ///< velocity at faces of FluidBoundary::through, m/s
     Vec3d acceleration{0, 0, 0};    ///< of the whole fluid, by what drives it, m/s^2
     FlowScheme scheme = FlowScheme::rk3;
+    PressureMethod pressure = PressureMethod::direct;
+    double pressure_tolerance = 1e-10; ///< of multigrid
 };
 
 /// Of a plane of cells, or of all.
@@ -60,7 +69,7 @@ public:
     void set_velocity(const std::function<Vec3d(const Vec3d& place)>& velocity);
     /// What changes velocities in each stage, of bodies in the fluid; null: nothing. Must outlive its use.
     virtual void set_forcing(StageForcing* forcing) = 0;
-    /// From a time, s. Collective.
+    /// From a time, s. Throws NumericalError on all ranks where no pressure is found. Collective.
     virtual void step(double time, double dt) = 0;
     /// The longest step, s, of a sum of Courant numbers of 1, or of 1.5 of the most that viscosity allows. Collective.
     virtual double step_limit(double courant = 1) const = 0;

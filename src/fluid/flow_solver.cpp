@@ -89,16 +89,20 @@ BoxFlow::BoxFlow(const Communicator& comm, const Threads& threads, const FlowCon
     : comm_(comm), threads_(threads), constants_(constants),
       slab_((require_planes(constants.grid, comm.size()), slab_of(constants.grid.cells[2], comm.rank(), comm.size()))),
       layout_(layout_of(constants.grid, slab_)), lowest_(comm.rank() == 0 && !constants.grid.periodic(2)),
-      uppermost_(comm.rank() + 1 == comm.size() && !constants.grid.periodic(2)), poisson_(comm, threads, constants.grid),
+      uppermost_(comm.rank() + 1 == comm.size() && !constants.grid.periodic(2)),
       ghosts_(std::make_unique<PlaneGhosts>(comm, layout_, constants.grid.periodic(2))),
       speed_(static_cast<std::size_t>(slab_.count), 0.0) {
+    if (constants.pressure == PressureMethod::direct) poisson_.emplace(comm, threads, constants.grid);
+    else iterated_poisson_.emplace(comm, threads, constants.grid, constants.pressure_tolerance);
     for (Three<Field>* fields : {&now_, &next_, &rate_})
         for (Field& field : *fields) field.assign(layout_.size(), 0.0);
     pressure_.assign(layout_.size(), 0.0);
 }
 BoxFlow::~BoxFlow() = default;
 
-std::size_t BoxFlow::bytes() const { return 10 * layout_.size() * sizeof(double) + poisson_.bytes(); }
+std::size_t BoxFlow::bytes() const {
+    return 10 * layout_.size() * sizeof(double) + (poisson_ ? poisson_->bytes() : iterated_poisson_->bytes());
+}
 
 BoxFlow::Edge BoxFlow::edge(int c, int d, bool upper) const {
     const FluidBoundary kind = constants_.grid.boundary[static_cast<std::size_t>(d)];
@@ -283,13 +287,15 @@ void BoxFlow::project(double dt, bool keep) {
     Field& correction = next_[0];
     fill_ghost_planes(2, std::array{now_[2].data()});
     const double per_time = 1 / (dt * constants_.grid.h), pull = dt / constants_.grid.h;
-    poisson_.solve(
-        [&](int i, int j, int k) __attribute__((always_inline)) {
-            const std::ptrdiff_t at = layout_.at(i, j, k);
-            return P(per_time) * outflow_of(layout_, {now_[0].data() + at, now_[1].data() + at, now_[2].data() + at});
-        },
-        [&](int i, int j, int k, const P& phi)
-            __attribute__((always_inline)) { store(&correction[static_cast<std::size_t>(layout_.at(i, j, k))], phi); });
+    const auto source = [&](int i, int j, int k) __attribute__((always_inline)) {
+        const std::ptrdiff_t at = layout_.at(i, j, k);
+        return P(per_time) * outflow_of(layout_, {now_[0].data() + at, now_[1].data() + at, now_[2].data() + at});
+    };
+    const auto sink = [&](int i, int j, int k, const P& phi) __attribute__((always_inline)) {
+        store(&correction[static_cast<std::size_t>(layout_.at(i, j, k))], phi);
+    };
+    if (poisson_) poisson_->solve(source, sink);
+    else iterated_poisson_->solve(source, sink);
     for_planes(0, layout_.nz, [&](int k) { fill_plane(of_pressure, correction.data(), k); });
     fill_ghost_planes(of_pressure, std::array{correction.data()});
     for_planes(0, layout_.nz + 1, [&](int k) { // the pressure of the plane above too
@@ -311,7 +317,7 @@ void BoxFlow::project(double dt, bool keep) {
                 };
                 most = max(most, first_lanes(correct(0, 1) + correct(1, layout_.row) + correct(2, layout_.plane), layout_.nx - i));
             }
-            if (keep)
+            if (keep && layout_.nx % 8 == 0) // else the last pack has had it
                 pressure_[static_cast<std::size_t>(row + layout_.nx)] += correction[static_cast<std::size_t>(row + layout_.nx)];
         }
         if (!inside) return;

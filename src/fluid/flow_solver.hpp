@@ -3,7 +3,10 @@
 
 #include "fluid/fast_poisson.hpp"
 #include "fluid/flow.hpp"
+#include "fluid/iterated_poisson.hpp"
 #include "fluid/sweeps.hpp"
+
+#include <optional>
 
 namespace skein {
 
@@ -69,7 +72,8 @@ private:
     bool lowest_, uppermost_; ///< this rank has the lower or upper end along z, where that is no period
     Three<Field> now_, next_, rate_;
     Field pressure_;
-    FastPoisson poisson_;
+    std::optional<FastPoisson> poisson_; ///< this or the next one
+    std::optional<IteratedPoisson> iterated_poisson_;
     std::unique_ptr<PlaneGhosts> ghosts_;
     std::vector<double> speed_; ///< of each plane, the largest
     StageForcing* forcing_ = nullptr;

@@ -3,7 +3,10 @@
 namespace skein {
 
 void FluidSpec::fields(FieldVisitor& f) {
-    f.visit({.name = "cells", .unit = "", .text = "numbers of cells along x, y and z: products of 2, 3, 5 and 7", .required = true},
+    f.visit({.name = "cells",
+             .unit = "",
+             .text = "numbers of cells along x, y and z: products of 2, 3, 5 and 7 where the pressure is direct",
+             .required = true},
             cells);
     f.visit({.name = "spacing", .unit = "m", .text = "edge of a cell, which is a cube", .required = true, .above = 0}, spacing);
     f.visit({.name = "lower", .unit = "m", .text = "lower corner of the box"}, lower);
@@ -42,6 +45,17 @@ void FluidSpec::fields(FieldVisitor& f) {
                      "velocity at the start and obstacles",
              .at_least = 0},
             expected_speed);
+    f.choice({.name = "pressure",
+              .unit = "",
+              .text = "direct: Poisson's equation by transforms; multigrid: by iterations, for any numbers of cells, at many times "
+                      "the cost, with bits that depend on the number of ranks; needs PETSc"},
+             pressure, pressure_method_names);
+    f.visit({.name = "pressure_tolerance",
+             .unit = "-",
+             .text = "residual at which multigrid is done, over the right side",
+             .at_least = 1e-14,
+             .at_most = 1e-2},
+            pressure_tolerance);
 }
 
 FlowConstants FluidSpec::constants() const {
@@ -55,6 +69,8 @@ FlowConstants FluidSpec::constants() const {
     c.inflow = inflow;
     c.acceleration = acceleration;
     c.scheme = scheme;
+    c.pressure = pressure;
+    c.pressure_tolerance = pressure_tolerance;
     return c;
 }
 

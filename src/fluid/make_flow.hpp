@@ -5,7 +5,7 @@
 
 namespace skein {
 
-/// Throws InputError where the ranks are too many for the planes of cells, or FFTW cannot be loaded.
+/// Throws InputError where the ranks are too many for the planes of cells, or what solves for the pressure cannot be loaded.
 std::unique_ptr<FlowSolver> make_flow(const Communicator& comm, const Threads& threads, const FlowConstants& constants);
 
 } // namespace skein

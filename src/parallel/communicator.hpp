@@ -56,7 +56,7 @@ public:
     /// The text of the lowest rank that has one (empty: none has). For errors found on some rank only.
     std::string first_text(const std::string& mine) const;
 
-    /// For io, and within this module: MPI_Comm_f2c(handle()) is the MPI_Comm.
+    /// For io, for the library of multigrid, and within this module: MPI_Comm_f2c(handle()) is the MPI_Comm.
     int handle() const { return handle_; }
 
     /// Bytes that this rank has sent to single others so far, by all_to_all, all_gather and messages; the number of collective

@@ -38,9 +38,10 @@ void check_cells(const FluidSpec& fluid, Objections& table) {
         const std::string key = fmt::format("cells.{}", d);
         if (n < 1 || n > most_cells)
             table.add(key, fmt::format("{} cells along {}: from 1 to {} are possible", n, "xyz"[d], most_cells));
-        else if (!is_smooth(n))
+        else if (!is_smooth(n) && fluid.pressure == PressureMethod::direct)
             table.add(key,
-                      fmt::format("{} cells along {} are no product of 2, 3, 5 and 7; {} would do", n, "xyz"[d], next_smooth(n)));
+                      fmt::format("{} cells along {} are no product of 2, 3, 5 and 7; {} would do, or pressure = \"multigrid\"", n,
+                                  "xyz"[d], next_smooth(n)));
         else if (bounds[d] != FluidBoundary::periodic && n < least_between_walls)
             table.add(key, fmt::format("{} cells along {}, which is not periodic, are too few: at least {}", n, "xyz"[d],
                                        least_between_walls));
@@ -168,6 +169,7 @@ void check_fluid(const SceneSpec& scene, Objections& objections) {
     if (fluid.along_x != FluidBoundary::through) table.unused({"inflow"}, "without along_x = \"through\"");
     else if (!(fluid.inflow.x > 0))
         table.add("inflow", "'inflow' [m/s] towards positive x is needed where the fluid flows through");
+    if (fluid.pressure != PressureMethod::multigrid) table.unused({"pressure_tolerance"}, "without pressure = \"multigrid\"");
     check_obstacles(scene, objections);
     const auto& cells = fluid.cells;
     check_outputs(scene, cells.size() == 3 && *std::min_element(cells.begin(), cells.end()) > 0 && fluid.spacing > 0, objections);

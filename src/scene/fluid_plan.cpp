@@ -81,8 +81,14 @@ std::vector<FluidOutput> outputs_of(const SceneSpec& scene, const FluidGrid& gri
 } // namespace
 
 double FluidPlan::transposed_bytes(int ranks) const {
+    if (constants.pressure != PressureMethod::direct) return 0;
     const double mine = static_cast<double>(constants.grid.count()) / ranks;
     return projections(constants.scheme) * 2 * sizeof(double) * mine * (ranks - 1) / ranks;
+}
+
+double FluidPlan::ns_per_cell_step() const {
+    constexpr double with_one_projection = 45, multigrid = 1000; // to the default tolerance
+    return with_one_projection + (constants.pressure == PressureMethod::direct ? 0 : multigrid * projections(constants.scheme));
 }
 
 double FluidPlan::ghost_bytes(int ranks) const {

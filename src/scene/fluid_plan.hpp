@@ -53,8 +53,10 @@ struct FluidPlan {
     std::vector<FluidOutput> outputs;
     FluidSpeed speed;
 
-    static constexpr double bytes_per_cell = 96; ///< ten fields and coefficients, and as many to be sent on more ranks than one
-    /// Sent by a rank in a step: coefficients that change ranks and come back, and planes of ghosts.
+    /// Ten fields, and coefficients and as many to be sent on more ranks than one, or what multigrid keeps, as measured.
+    double bytes_per_cell() const { return constants.pressure == PressureMethod::direct ? 96 : 80 + multigrid_bytes_per_cell; }
+    static constexpr double multigrid_bytes_per_cell = 400;
+    /// Sent by a rank in a step: coefficients that change ranks and come back, if the pressure is direct, and planes of ghosts.
     double transposed_bytes(int ranks) const;
     double ghost_bytes(int ranks) const;
 
@@ -62,9 +64,10 @@ struct FluidPlan {
     /// alone asks for.
     double steps(std::int64_t run_steps, double dt) const;
     /// On one core, s.
-    double step_seconds() const { return 1e-9 * ns_per_cell_step * static_cast<double>(constants.grid.count()); }
+    double step_seconds() const { return 1e-9 * ns_per_cell_step() * static_cast<double>(constants.grid.count()); }
 
-    static constexpr double ns_per_cell_step = 45; ///< of three stages with one projection, for predictions
+    /// Of a core, for predictions.
+    double ns_per_cell_step() const;
 };
 
 /// Of a scene that has a fluid.

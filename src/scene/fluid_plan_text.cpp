@@ -16,6 +16,14 @@ std::string fluid_text(const FluidPlan& fluid) {
                        c.density * c.kinematic_viscosity, flow_scheme_names[static_cast<std::size_t>(c.scheme)], fluid.courant);
 }
 
+std::string pressure_text(const FluidPlan& fluid) {
+    const FlowConstants& c = fluid.constants;
+    if (c.pressure == PressureMethod::direct) return "direct";
+    return fmt::format("multigrid to {:g} of the right side, {} ({:.0f} B per cell); bits depend on the number of ranks",
+                       c.pressure_tolerance, bytes_text(FluidPlan::multigrid_bytes_per_cell * static_cast<double>(c.grid.count())),
+                       FluidPlan::multigrid_bytes_per_cell);
+}
+
 std::string obstacle_text(const Obstacle& o, const FluidPlan& fluid) {
     const double h = fluid.constants.grid.h;
     return fmt::format("'{}', {} of {:.3g} cells, {} markers{}; {} sweeps", o.name,
@@ -94,7 +102,9 @@ nlohmann::ordered_json fluid_json(const FluidPlan& fluid, std::int64_t steps, do
             {"kinematic_viscosity", c.kinematic_viscosity},
             {"scheme", flow_scheme_names[static_cast<std::size_t>(c.scheme)]},
             {"courant", fluid.courant},
-            {"bytes_per_cell", FluidPlan::bytes_per_cell},
+            {"pressure", pressure_method_names[static_cast<std::size_t>(c.pressure)]},
+            {"pressure_tolerance", c.pressure_tolerance},
+            {"bytes_per_cell", fluid.bytes_per_cell()},
             {"outputs", outputs},
             {"speed", fluid.speed.value},
             {"speed_by", fluid.speed.by},

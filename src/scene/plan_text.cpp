@@ -108,6 +108,7 @@ std::string to_text(const Plan& p) {
         line("rods", fmt::format("{} with {} elements in {}", p.rods, p.elements,
                                  counted(static_cast<std::int64_t>(p.groups.size()), "group")));
     if (p.fluid) line("fluid", fluid_text(*p.fluid));
+    if (p.fluid) line("  pressure", pressure_text(*p.fluid));
     if (p.fluid && p.machine.ranks > 1)
         line("  sent", fmt::format("by a rank in a step: {} in transposes, {} as ghosts",
                                    bytes_text(p.fluid->transposed_bytes(p.machine.ranks)),
@@ -184,7 +185,7 @@ std::string to_text(const Plan& p) {
     line("checkpoint", checkpoint_text(p));
     line("a failure", failure_text(p));
     if (p.groups.empty())
-        line("memory", fmt::format("{} ({:.0f} B per cell), {} to disk", bytes_text(p.state_bytes), FluidPlan::bytes_per_cell,
+        line("memory", fmt::format("{} ({:.0f} B per cell), {} to disk", bytes_text(p.state_bytes), p.fluid->bytes_per_cell(),
                                    bytes_text(p.output_bytes)) +
                            (p.most_block_bytes > 0 ? fmt::format(", and up to {} of blocks", bytes_text(p.most_block_bytes)) : ""));
     else

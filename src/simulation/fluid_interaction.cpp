@@ -48,7 +48,11 @@ void FluidInteraction::drive(const Step& step, Timers& timers) {
         return;
     }
     if (obstacles_) obstacles_->begin_interval(step.time - step.dt), to_ = step.time;
-    steps_ += flow_->step_within(step.time - step.dt, step.dt, plan_.courant);
+    try {
+        steps_ += flow_->step_within(step.time - step.dt, step.dt, plan_.courant);
+    } catch (const NumericalError& error) { // on all ranks
+        failure_ = error.what();
+    }
 }
 
 std::string FluidInteraction::invalid() const {

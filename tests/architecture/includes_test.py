@@ -15,6 +15,7 @@ LIBRARIES = {
     r"mpi\.h": {"parallel", "io"},
     r"hdf5\.h": {"io"},
     r"fftw3\.h": {"fluid"},
+    r"petsc.*": {"fluid"},
     r"tbb/.*": {"parallel"},
     r"toml.*": {"scene"},
     r"tao/.*": {"formula"},

@@ -3,6 +3,7 @@ interrupted; fields are those of the scene; what has no fluid never sees its lib
 
 import pathlib
 import re
+import shutil
 import subprocess
 import sys
 import time
@@ -41,6 +42,13 @@ series = 0.05
 fields = 0.25
 checkpoint = 0.25
 """
+
+
+HAS_MULTIGRID = (pathlib.Path(SKEIN).parent.parent / "lib/libskein_multigrid.so").exists()
+
+
+def multigrid(scene, keys=""):
+    return scene.replace("[[obstacle]]", f'pressure = "multigrid"\n{keys}\n[[obstacle]]')
 
 
 def libraries(process):
@@ -125,17 +133,61 @@ class Fluid(DriverTest):
         done = self.run_skein("out", expect=4)
         self.assertIn("the velocity or the viscosity of the fluid leaves steps of", done.stderr)
 
-    def test_what_has_no_fluid_does_not_load_its_library(self):
-        for scene, has in ((self.rods, False), (FLUID.replace("duration = 0.5", "duration = 500.0").replace("cells = [24, 20, 16]", "cells = [96, 96, 96]"), True)):
-            self.scene.write_text(scene.replace("duration = 14.4", "duration = 14400.0"))
-            run = subprocess.Popen([SKEIN, "run", str(self.scene), "--out", str(self.directory / f"run{has}"), "-q"], stdout=subprocess.DEVNULL)
+    @unittest.skipUnless(HAS_MULTIGRID, "built without PETSc")
+    def test_multigrid_finds_the_flow_of_the_direct_solver_and_repeats_its_bits(self):
+        self.run_skein("direct")
+        for cells in ("[24, 20, 16]", "[22, 19, 13]"):
+            self.scene.write_text(multigrid(FLUID).replace("[24, 20, 16]", cells))
+            done = self.run_skein("multigrid" + cells[1:3], ranks=2)
+            self.assertIn("bits depend on the number of ranks", done.stdout)
+        for name, frame in self.fields("multigrid24").items():
+            for field in ("velocity", "pressure"):
+                direct, other = self.fields("direct")[name][field], frame[field]
+                if field == "pressure":  # free up to a constant
+                    direct, other = direct - direct.mean(), other - other.mean()
+                numpy.testing.assert_allclose(other, direct, atol=2e-6 * abs(direct).max(), err_msg=f"{name}: {field}")
+        self.scene.write_text(multigrid(FLUID))
+        self.run_skein("parts", "--steps", "4", ranks=2)
+        self.run_skein("parts", ranks=2)
+        self.assertEqual(self.digest("parts"), self.digest("multigrid24"))
+
+    @unittest.skipUnless(HAS_MULTIGRID, "built without PETSc")
+    def test_a_pressure_that_is_not_found_ends_the_run(self):
+        """The ball reaches into a wall, where its push has no end."""
+        still = FLUID.replace(next(line for line in FLUID.splitlines() if "velocity_formula" in line), "")
+        self.scene.write_text(multigrid(still).replace("[24, 20, 16]", "[192, 10, 8]"))
+        done = self.run_skein("out", expect=4, ranks=2)
+        self.assertIn("the velocity of the fluid is not finite, and has no pressure", done.stderr)
+
+    @unittest.skipUnless(HAS_MULTIGRID, "built without PETSc")
+    def test_a_library_that_is_not_there_is_told(self):
+        """A program by itself, whose library lies nowhere."""
+        alone = self.directory / "bin/skein"
+        alone.parent.mkdir()
+        shutil.copy(SKEIN, alone)
+        self.scene.write_text(multigrid(FLUID))
+        done = subprocess.run([alone, "run", self.scene, "--out", self.directory / "out"], capture_output=True, text=True)
+        self.assertEqual(done.returncode, 2, done.stderr)
+        self.assertIn("libskein_multigrid.so", done.stderr)
+
+    def test_what_is_not_asked_for_is_not_loaded(self):
+        fluid = FLUID.replace("duration = 0.5", "duration = 500.0").replace("cells = [24, 20, 16]", "cells = [96, 96, 96]")
+        kinds = {"rods": (self.rods.replace("duration = 14.4", "duration = 14400.0"), False, False), "fluid": (fluid, True, False)}
+        if HAS_MULTIGRID:
+            kinds["multigrid"] = (multigrid(fluid.replace("[96, 96, 96]", "[64, 64, 64]")), None, True)  # PETSc may bring an FFTW
+        for name, (scene, fftw, petsc) in kinds.items():
+            self.scene.write_text(scene)
+            run = subprocess.Popen([SKEIN, "run", str(self.scene), "--out", str(self.directory / name), "-q"], stdout=subprocess.DEVNULL)
             try:
                 end = time.monotonic() + 60
-                while not (self.directory / f"run{has}/observables.csv").exists() and run.poll() is None and time.monotonic() < end:
+                while not (self.directory / name / "observables.csv").exists() and run.poll() is None and time.monotonic() < end:
                     time.sleep(0.02)
                 self.assertIsNone(run.poll())
-                self.assertEqual("libfftw3" in libraries(run) or "libfftw" in libraries(run), has)
-                self.assertFalse(any("petsc" in name for name in libraries(run)))
+                loaded = libraries(run)
+                if fftw is not None:
+                    self.assertEqual(any("fftw" in library for library in loaded), fftw, name)
+                for library in ("petsc", "skein_multigrid"):
+                    self.assertEqual(any(library in other for other in loaded), petsc, f"{name}: {library}")
             finally:
                 run.kill()
                 run.wait()

@@ -162,6 +162,7 @@ std::vector<FlowConstants> all_kinds() {
                 all.push_back(
                     {.grid = grid_of({24, 20, 16}, walls, wall), .density = 3, .kinematic_viscosity = 2e-3, .scheme = scheme});
             }
+    all.push_back({.grid = grid_of({21, 20, 16}, 0), .kinematic_viscosity = 2e-3}); // rows end within a pack
     FlowConstants through{.grid = grid_of({24, 20, 16}, 6), .kinematic_viscosity = 1e-2, .inflow = {1, 0.1, 0}};
     through.grid.boundary[0] = FluidBoundary::through;
     all.push_back(through);

@@ -64,7 +64,7 @@ TEST(Plan, PredictsStepsOfAFluidFromWhatIsFastest) {
         EXPECT_EQ(plan.fluid->steps(plan.steps, plan.dt), steps) << by;
         EXPECT_NEAR(plan.fluid->speed.value, speed, 1e-12) << by;
         EXPECT_EQ(plan.fluid->speed.by, by);
-        EXPECT_NEAR(plan.predicted_s, steps * FluidPlan::ns_per_cell_step * 1e-9 * 4096, 1e-12);
+        EXPECT_NEAR(plan.predicted_s, steps * plan.fluid->ns_per_cell_step() * 1e-9 * 4096, 1e-12);
         EXPECT_EQ(to_text(plan).find("at least") == std::string::npos, speed > 0);
     };
     expect(4, 0, "");

@@ -1,0 +1,63 @@
+#include "fluid/pressure_solver.hpp"
+
+#include "skein/core/error.hpp"
+
+#include <cstdlib>
+#include <filesystem>
+
+#include <dlfcn.h>
+
+namespace skein {
+
+#ifdef SKEIN_PETSC
+
+namespace {
+
+namespace fs = std::filesystem;
+
+/// Of the library: its number changes with PressureSolver and TensorGrid.
+using Maker = PressureSolver* (*)(const Communicator& comm, const TensorGrid& grid, double tolerance, std::string& fault);
+constexpr const char *library_name = "libskein_multigrid.so", *maker_name = "skein_multigrid_1";
+
+void* open_library() {
+    // Ranks and threads of the run have the cores; a BLAS that starts threads would take them from others.
+    setenv("OPENBLAS_NUM_THREADS", "1", 0);
+    std::error_code none;
+    fs::path program = fs::read_symlink("/proc/self/exe", none), code;
+    if (Dl_info here; dladdr(reinterpret_cast<void*>(&make_multigrid), &here)) code = here.dli_fname; // libskein.so, maybe
+    for (const fs::path& place : {program.parent_path().parent_path() / "lib", code.parent_path()})
+        if (const fs::path library = place / library_name; fs::exists(library, none))
+            return dlopen(library.c_str(), RTLD_NOW | RTLD_LOCAL);
+    return dlopen(library_name, RTLD_NOW | RTLD_LOCAL);
+}
+
+Maker load() {
+    void* const library = open_library();
+    if (!library)
+        throw InputError(std::string("fluid.pressure = \"multigrid\" needs Skein's library of it, which cannot be loaded: ") +
+                         dlerror());
+    void* const maker = dlsym(library, maker_name);
+    if (!maker) throw InputError(std::string(library_name) + " belongs to another release of Skein: it has no " + maker_name);
+    return reinterpret_cast<Maker>(maker);
+}
+
+} // namespace
+
+std::unique_ptr<PressureSolver> make_multigrid(const Communicator& comm, const TensorGrid& grid, double tolerance) {
+    static const Maker make = load();
+    std::string fault;
+    std::unique_ptr<PressureSolver> solver(make(comm, grid, tolerance, fault));
+    if (!solver) throw InputError("multigrid for the pressure of the fluid: " + fault);
+    return solver;
+}
+
+#else
+
+std::unique_ptr<PressureSolver> make_multigrid(const Communicator&, const TensorGrid&, double) {
+    throw InputError("the scene has fluid.pressure = \"multigrid\", and this program was built without it: build with "
+                     "-DSKEIN_PETSC=ON, which needs PETSc (Debian: petsc-dev)");
+}
+
+#endif
+
+} // namespace skein
