@@ -166,7 +166,6 @@ void MarkerPlanes::interpolate(const ReadFields& fields, std::span<Vec3d> values
     });
     const bool alone = comm_.size() == 1;
     if (!alone) to_holders_.start(), to_holders_.finish();
-    std::fill(values.begin(), values.end(), Vec3d{0, 0, 0});
     // Of planes that a rank does not have its shares are 0.
     std::vector<Shares> whole(values.size(), Shares{});
     for (std::size_t i = 0; i < sent_.size(); ++i)
