@@ -47,9 +47,10 @@ void FluidInteraction::drive(const Step& step, Timers& timers) {
                         limit, step.dt / limit, most_parts);
         return;
     }
-    if (obstacles_) obstacles_->begin_interval(step.time - step.dt), to_ = step.time;
+    const double begin = step.time - 0.5 * step.dt; // forces on rods are those of the middle
+    if (obstacles_) obstacles_->begin_interval(begin), to_ = begin + step.dt;
     try {
-        steps_ += flow_->step_within(step.time - step.dt, step.dt, plan_.courant);
+        steps_ += flow_->step_within(begin, step.dt, plan_.courant);
     } catch (const NumericalError& error) { // on all ranks
         failure_ = error.what();
     }
