@@ -3,7 +3,8 @@
 
 Draws OUT_DIR/flow.png, vorticity across a plane of cells in the first and the last frame of output.fields, or of a slice of the scene, with obstacles in the last alone; with these
 OUT_DIR/forces.png, the forces on them, without OUT_DIR/energy.png, kinetic energy and what takes it. Prints mean forces, or how well the loss of energy and the
-dissipation agree. Of a scene with a vortex (vortices.py) OUT_DIR/vortex.png and how far it is from theory. Needs numpy, h5py and matplotlib.
+dissipation agree. Of a scene with a vortex (vortices.py) OUT_DIR/vortex.png and how far it is from theory, of one with walls or an acceleration that swings (plates.py)
+OUT_DIR/profiles.png. Needs numpy, h5py and matplotlib.
 """
 
 import argparse
@@ -21,6 +22,7 @@ import numpy as np  # noqa: E402
 matplotlib.use("Agg")
 import matplotlib.pyplot as plt  # noqa: E402  (after the choice of Agg)
 
+import plates  # noqa: E402
 import vortices  # noqa: E402
 from skein.style import INK, QUIET, bare  # noqa: E402
 
@@ -137,6 +139,11 @@ def main():
     if vortex:
         picture = given.out_dir / "vortex.png"
         (vortices.draw_ring if "R" in vortex else vortices.draw_swirl)(files, vortex, picture)
+        print(picture)
+    between = plates.read_plates(given.out_dir)
+    if between and not given.slice:
+        picture = given.out_dir / "profiles.png"
+        plates.draw_plates(files, between, picture)
         print(picture)
 
 

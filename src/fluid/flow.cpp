@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 namespace skein {
 
@@ -32,9 +33,28 @@ std::int64_t FlowSolver::step_within(double time, double dt, double courant) {
 double step_limit(const FlowConstants& constants, double speed, double courant) {
     const double h = constants.grid.h, viscosity = constants.kinematic_viscosity;
     constexpr double stable = 2.5 / 12, margin = 1.5; // of viscosity by itself
-    const double by_speed = speed > 0 ? courant * h / speed : HUGE_VAL,
-                 by_viscosity = viscosity > 0 ? stable / margin * h * h / viscosity : HUGE_VAL;
-    return std::min(by_speed, by_viscosity);
+    constexpr double steps_of_period = 40;
+    const double fastest = std::max(speed, wall_speed(constants)), by_speed = fastest > 0 ? courant * h / fastest : HUGE_VAL,
+                 by_viscosity = viscosity > 0 ? stable / margin * h * h / viscosity : HUGE_VAL,
+                 by_period = constants.frequency > 0 ? 1 / (steps_of_period * constants.frequency) : HUGE_VAL;
+    return std::min({by_speed, by_viscosity, by_period});
+}
+
+double wall_speed(const FlowConstants& constants) {
+    double most = 0;
+    for (const auto& walls : constants.wall_velocity)
+        for (const Vec3d& v : walls) most = std::max(most, std::abs(v.x) + std::abs(v.y) + std::abs(v.z));
+    return most;
+}
+
+double oscillation(const FlowConstants& constants, double time) {
+    return constants.frequency > 0 ? std::cos(2 * std::numbers::pi * constants.frequency * time) : 1;
+}
+
+double oscillation_integral(const FlowConstants& constants, double from, double duration) {
+    if (!(constants.frequency > 0)) return duration;
+    const double half = std::numbers::pi * constants.frequency; // of the angular frequency
+    return std::sin(half * duration) / half * oscillation(constants, from + 0.5 * duration);
 }
 
 FlowFigures figures_of(const Communicator& comm, const FlowSolver& flow) {

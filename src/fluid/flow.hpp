@@ -36,6 +36,9 @@ struct FlowConstants {
     double kinematic_viscosity = 0; ///< m^2/s
     Vec3d inflow{0, 0, 0};          ///< velocity at faces of FluidBoundary::through, m/s
     Vec3d acceleration{0, 0, 0};    ///< of the whole fluid, by what drives it, m/s^2
+    /// Of the lower and the upper no-slip wall across each direction, along these walls, m/s.
+    std::array<std::array<Vec3d, 2>, 3> wall_velocity{};
+    double frequency = 0; ///< Hz, of the cosine that acceleration and velocities of walls are multiplied by; 0: of none
     FlowScheme scheme = FlowScheme::rk3;
     PressureMethod pressure = PressureMethod::direct;
     double pressure_tolerance = 1e-10; ///< of multigrid
@@ -71,7 +74,8 @@ public:
     virtual void set_forcing(StageForcing* forcing) = 0;
     /// From a time, s. Throws NumericalError on all ranks where no pressure is found. Collective.
     virtual void step(double time, double dt) = 0;
-    /// The longest step, s, of a sum of Courant numbers of 1, or of 1.5 of the most that viscosity allows. Collective.
+    /// The longest step, s, of a sum of Courant numbers of 1, or of 1.5 of the most that viscosity allows, and a fortieth of a
+    /// period. Collective.
     virtual double step_limit(double courant = 1) const = 0;
     /// By plane of this rank, the same bits on any ranks. Not collective.
     virtual std::vector<FlowFigures> figures() const = 0;
@@ -85,13 +89,21 @@ public:
     virtual std::span<const double> pressure() const = 0;
     /// What the next step depends on: velocities, pressure and, of schemes that need them, the rates of the last step.
     virtual std::vector<std::span<double>> state() = 0;
-    /// After state() was written. Collective.
-    virtual void refresh() = 0;
+    /// After state() was written, of a time. Collective.
+    virtual void refresh(double time) = 0;
     virtual std::size_t bytes() const = 0;
 };
 
-/// The longest step, s, of a fluid whose largest sum of |u|, |v| and |w| is `speed`, m/s; see FlowSolver::step_limit.
+/// The longest step, s, of a fluid whose largest sum of |u|, |v| and |w| is `speed`, m/s, or soon that of its walls; see
+/// FlowSolver::step_limit.
 double step_limit(const FlowConstants& constants, double speed, double courant);
+/// Sum of the components of the fastest wall's velocity, m/s.
+double wall_speed(const FlowConstants& constants);
+
+/// What acceleration and velocities of walls are multiplied by at a time.                                    theory.md (76a)
+double oscillation(const FlowConstants& constants, double time);
+/// Its integral from a time on, s.
+double oscillation_integral(const FlowConstants& constants, double from, double duration);
 
 /// Of all planes of all ranks, in their order. Collective.
 FlowFigures figures_of(const Communicator& comm, const FlowSolver& flow);

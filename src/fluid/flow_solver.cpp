@@ -108,13 +108,16 @@ BoxFlow::Edge BoxFlow::edge(int c, int d, bool upper) const {
     const FluidBoundary kind = constants_.grid.boundary[static_cast<std::size_t>(d)];
     if (kind == FluidBoundary::periodic) return {0, 0, true, false};
     if (c == of_pressure) return {1, 0, false, false};
-    const double inflow = c == 0 ? constants_.inflow.x : c == 1 ? constants_.inflow.y : constants_.inflow.z;
+    const auto component = [&](const Vec3d& v) { return c == 0 ? v.x : c == 1 ? v.y : v.z; };
+    const double inflow = component(constants_.inflow);
     if (kind == FluidBoundary::through) {
         if (upper) return {1, 0, false, false}; // of the normal velocity too: pass_outflow has set it at the face
         return {-1, c == d ? inflow : 2 * inflow, false, c == d};
     }
     if (c == d) return {-1, 0, false, true};
-    return {kind == FluidBoundary::no_slip ? -1.0 : 1.0, 0, false, false};
+    if (kind == FluidBoundary::free_slip) return {1, 0, false, false};
+    const Vec3d& wall = constants_.wall_velocity[static_cast<std::size_t>(d)][upper ? 1 : 0];
+    return {-1, 2 * oscillation_ * component(wall), false, false};
 }
 
 namespace {
@@ -162,12 +165,20 @@ void BoxFlow::fill_planes(int c, double* field) const {
     if (uppermost_) fill_above(first, layout_.nz, layout_.plane, layout_.plane, edge(c, 2, true));
 }
 
+void BoxFlow::fill_beyond_walls() {
+    for_planes(-FieldLayout::ghosts, layout_.nz + FieldLayout::ghosts, [&](int k) { // those of neighbours as they would
+        for (int c = 0; c < 3; ++c) fill_plane(c, now_[static_cast<std::size_t>(c)].data(), k);
+    });
+    for (int c = 0; c < 3; ++c) fill_planes(c, now_[static_cast<std::size_t>(c)].data());
+}
+
 void BoxFlow::fill_ghost_planes(int first, std::span<double* const> fields) {
     ghosts_->exchange(fields);
     for (std::size_t f = 0; f < fields.size(); ++f) fill_planes(first + static_cast<int>(f), fields[f]);
 }
 
-void BoxFlow::refresh() {
+void BoxFlow::refresh(double time) {
+    go_to(time);
     for_planes(0, layout_.nz, [&](int k) {
         for (int c = 0; c < 3; ++c) fill_plane(c, now_[static_cast<std::size_t>(c)].data(), k);
         fill_plane(of_pressure, pressure_.data(), k);
@@ -204,7 +215,7 @@ void BoxFlow::set_velocity(const VelocityRow& velocity) {
     project(1, true);
     std::swap(now_, next_);
     now_[0] = u;
-    refresh();
+    refresh(0);
     begun_ = false;
 }
 
@@ -223,7 +234,7 @@ void BoxFlow::sample(const VelocityRow& velocity) {
             }
         }
     });
-    refresh();
+    refresh(0);
     pass_outflow(0);
     project(1, false);
 }
@@ -346,14 +357,18 @@ void BoxFlow::force(double time) {
 }
 
 void BoxFlow::step(double time, double dt) {
+    // The last step ended at this time but for rounding, which a run that goes on from a checkpoint does not know.
+    if (oscillation(constants_, time) != oscillation_) go_to(time), fill_beyond_walls();
     const Vec3d& a = constants_.acceleration;
     double done = 0; // of the step
     const auto stage = [&](double rate, double last_rate, bool last, bool projected) {
-        const double whole = rate + last_rate;
+        const double whole = rate + last_rate, push = oscillation_integral(constants_, time + done * dt, whole * dt);
         done += whole;
-        sweep({rate * dt, last_rate * dt, whole * dt, {whole * dt * a.x, whole * dt * a.y, whole * dt * a.z}});
+        const double end = time + (last ? 1 : done) * dt;
+        go_to(end);
+        sweep({rate * dt, last_rate * dt, whole * dt, {push * a.x, push * a.y, push * a.z}});
         pass_outflow(whole * dt);
-        force(time + (last ? 1 : done) * dt);
+        force(end);
         if (projected) project(last && constants_.scheme != FlowScheme::rk3_projected ? dt : whole * dt, true);
         else fill_ghost_planes(0, velocities());
     };

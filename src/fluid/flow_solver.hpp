@@ -30,7 +30,7 @@ public:
     std::span<const double> velocity(int component) const override { return now_[static_cast<std::size_t>(component)]; }
     std::span<const double> pressure() const override { return pressure_; }
     std::vector<std::span<double>> state() override;
-    void refresh() override;
+    void refresh(double time) override;
     std::size_t bytes() const override;
 
 private:
@@ -43,9 +43,13 @@ private:
         bool periodic, on_face;
     };
     Edge edge(int c, int d, bool upper) const;
+    /// Ghosts that are filled from now on are those of a time, where walls move.
+    void go_to(double time) { oscillation_ = oscillation(constants_, time); }
     /// Ghosts along x and y of a plane.
     void fill_plane(int c, double* field, int k) const;
     void fill_planes(int c, double* field) const; ///< beyond the box, along z
+    /// All ghosts of velocities but those across periods along z. This rank alone.
+    void fill_beyond_walls();
     /// Planes of ghosts of fields of component `first` and the next ones, from neighbours and beyond the box. Collective.
     void fill_ghost_planes(int first, std::span<double* const> fields);
     Three<double*> velocities() { return {now_[0].data(), now_[1].data(), now_[2].data()}; }
@@ -76,6 +80,7 @@ private:
     std::optional<IteratedPoisson> iterated_poisson_;
     std::unique_ptr<PlaneGhosts> ghosts_;
     std::vector<double> speed_; ///< of each plane, the largest
+    double oscillation_ = 1;    ///< of walls, at the time of ghosts
     StageForcing* forcing_ = nullptr;
     bool begun_ = false; ///< rates of a step before are known
 };

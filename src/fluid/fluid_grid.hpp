@@ -14,7 +14,7 @@ namespace skein {
 enum class FluidBoundary {
     periodic,
     free_slip, ///< nothing crosses, no stress along the wall
-    no_slip,   ///< walls at rest
+    no_slip,   ///< walls that rest or move along themselves
     through    ///< in at the lower face, out at the upper one
 };
 inline constexpr std::string_view fluid_boundary_names[] = {"periodic", "free_slip", "no_slip", "through"};

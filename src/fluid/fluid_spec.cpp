@@ -1,5 +1,8 @@
 #include "fluid/fluid_spec.hpp"
 
+#include <algorithm>
+#include <iterator>
+
 namespace skein {
 
 void FluidSpec::fields(FieldVisitor& f) {
@@ -21,6 +24,23 @@ void FluidSpec::fields(FieldVisitor& f) {
     boundary("along_z", "the same across z", along_z);
     f.visit({.name = "inflow", .unit = "m/s", .text = "velocity at the lower face where the fluid flows through"}, inflow);
     f.visit({.name = "acceleration", .unit = "m/s^2", .text = "of all of the fluid, by what drives it"}, acceleration);
+    f.visit({.name = "lower_wall_velocity", .unit = "m/s", .text = "of the lower no_slip wall, along itself; see moving_walls"},
+            lower_wall_velocity);
+    f.visit({.name = "upper_wall_velocity", .unit = "m/s", .text = "of the upper one"}, upper_wall_velocity);
+    f.choice({.name = "moving_walls",
+              .unit = "",
+              .text =
+                  "direction across which the walls with these velocities lie, all others rest; auto: that of the no_slip walls, "
+                  "where they are of one direction"},
+             moving_walls, moving_walls_names);
+    f.visit(
+        {.name = "frequency",
+         .unit = "Hz",
+         .text =
+             "acceleration and velocities of walls are multiplied by cos(2 pi frequency t), and a step is at most a fortieth of "
+             "a period; 0: they are steady",
+         .at_least = 0},
+        frequency);
     f.visit(
         {.name = "velocity_formula",
          .unit = "m/s",
@@ -42,7 +62,7 @@ void FluidSpec::fields(FieldVisitor& f) {
     f.visit({.name = "expected_speed",
              .unit = "m/s",
              .text = "speed that plans predict the number of steps from; changes no number of a run. 0: the largest of inflow, "
-                     "velocity at the start and obstacles",
+                     "walls, an acceleration that swings, velocity at the start and obstacles",
              .at_least = 0},
             expected_speed);
     f.choice({.name = "pressure",
@@ -58,6 +78,13 @@ void FluidSpec::fields(FieldVisitor& f) {
             pressure_tolerance);
 }
 
+int FluidSpec::moving_direction() const {
+    if (moving_walls != MovingWalls::automatic) return static_cast<int>(moving_walls) - static_cast<int>(MovingWalls::x);
+    const FluidBoundary bounds[] = {along_x, along_y, along_z};
+    if (std::count(std::begin(bounds), std::end(bounds), FluidBoundary::no_slip) != 1) return -1;
+    return static_cast<int>(std::find(std::begin(bounds), std::end(bounds), FluidBoundary::no_slip) - std::begin(bounds));
+}
+
 FlowConstants FluidSpec::constants() const {
     FlowConstants c;
     for (std::size_t d = 0; d < 3; ++d) c.grid.cells[d] = static_cast<int>(cells[d]);
@@ -68,6 +95,9 @@ FlowConstants FluidSpec::constants() const {
     c.kinematic_viscosity = viscosity / density;
     c.inflow = inflow;
     c.acceleration = acceleration;
+    if (const int d = moving_direction(); d >= 0)
+        c.wall_velocity[static_cast<std::size_t>(d)] = {lower_wall_velocity, upper_wall_velocity};
+    c.frequency = frequency;
     c.scheme = scheme;
     c.pressure = pressure;
     c.pressure_tolerance = pressure_tolerance;

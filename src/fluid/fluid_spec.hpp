@@ -9,6 +9,10 @@
 
 namespace skein {
 
+/// Across which direction the no-slip walls move.
+enum class MovingWalls { automatic, x, y, z };
+inline constexpr std::string_view moving_walls_names[] = {"auto", "x", "y", "z"};
+
 /// [fluid]: a box of fluid around everything.
 struct FluidSpec {
     std::vector<long> cells;
@@ -17,8 +21,12 @@ struct FluidSpec {
     double density = 0;   ///< kg/m^3
     double viscosity = 0; ///< dynamic, Pa s
     FluidBoundary along_x = FluidBoundary::periodic, along_y = FluidBoundary::periodic, along_z = FluidBoundary::periodic;
-    Vec3d inflow{0, 0, 0};                     ///< m/s
-    Vec3d acceleration{0, 0, 0};               ///< m/s^2
+    Vec3d inflow{0, 0, 0};              ///< m/s
+    Vec3d acceleration{0, 0, 0};        ///< m/s^2
+    Vec3d lower_wall_velocity{0, 0, 0}; ///< m/s
+    Vec3d upper_wall_velocity{0, 0, 0}; ///< m/s
+    MovingWalls moving_walls = MovingWalls::automatic;
+    double frequency = 0;                      ///< of walls and acceleration, Hz; 0: steady
     std::vector<std::string> velocity_formula; ///< at the start, m/s; none: at rest, or the inflow where something flows through
     FlowScheme scheme = FlowScheme::rk3;
     double courant = 0.5;      ///< largest sum of Courant numbers of a step
@@ -27,6 +35,9 @@ struct FluidSpec {
     double pressure_tolerance = 1e-10; ///< residual of multigrid over the right side
 
     FlowConstants constants() const;
+    /// Across which walls move: as moving_walls says, or else the one direction across which they are no_slip; -1: there is no
+    /// such.
+    int moving_direction() const;
     void fields(FieldVisitor& f);
 };
 

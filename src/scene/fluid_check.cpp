@@ -48,6 +48,28 @@ void check_cells(const FluidSpec& fluid, Objections& table) {
     }
 }
 
+/// What moves, and whether it can.
+void check_walls(const FluidSpec& fluid, Objections& table) {
+    const FluidBoundary bounds[] = {fluid.along_x, fluid.along_y, fluid.along_z};
+    const auto no_slip = [&](int d) { return bounds[d] == FluidBoundary::no_slip; };
+    const bool moves = norm(fluid.lower_wall_velocity) > 0 || norm(fluid.upper_wall_velocity) > 0;
+    const int across = fluid.moving_direction(), sets = no_slip(0) + no_slip(1) + no_slip(2);
+    if (!moves && norm(fluid.acceleration) == 0) table.unused({"frequency"}, "where nothing drives the fluid");
+    if (sets == 0) return table.unused({"lower_wall_velocity", "upper_wall_velocity", "moving_walls"}, "without \"no_slip\" walls");
+    if (across >= 0 && !no_slip(across))
+        return table.add("moving_walls", fmt::format("there are no walls across {0}: along_{0} is not \"no_slip\"", "xyz"[across]));
+    if (!moves) return table.unused({"moving_walls"}, "without 'lower_wall_velocity' or 'upper_wall_velocity'");
+    for (const auto& [key, velocity] : {std::pair{"lower_wall_velocity", fluid.lower_wall_velocity},
+                                        std::pair{"upper_wall_velocity", fluid.upper_wall_velocity}}) {
+        const double components[] = {velocity.x, velocity.y, velocity.z};
+        if (across < 0 && norm(velocity) > 0)
+            table.add(key, fmt::format("walls across {} directions are \"no_slip\": 'moving_walls' says which of them move", sets));
+        if (across >= 0 && components[across] != 0)
+            table.add(key, fmt::format("walls across {0} move along themselves alone: the {0} component must be 0, not {1:g} m/s",
+                                       "xyz"[across], components[across]));
+    }
+}
+
 /// As far as the numbers of the fluid allow: they may be wrong themselves.
 void check_obstacles(const SceneSpec& scene, Objections& objections) {
     const FluidSpec& fluid = *scene.fluid;
@@ -170,6 +192,7 @@ void check_fluid(const SceneSpec& scene, Objections& objections) {
     else if (!(fluid.inflow.x > 0))
         table.add("inflow", "'inflow' [m/s] towards positive x is needed where the fluid flows through");
     if (fluid.pressure != PressureMethod::multigrid) table.unused({"pressure_tolerance"}, "without pressure = \"multigrid\"");
+    check_walls(fluid, table);
     check_obstacles(scene, objections);
     const auto& cells = fluid.cells;
     check_outputs(scene, cells.size() == 3 && *std::min_element(cells.begin(), cells.end()) > 0 && fluid.spacing > 0, objections);

@@ -46,6 +46,9 @@ FluidSpeed speed_of(const FluidPlan& plan, double expected) {
         if (value > speed.value) speed = {value, by};
     };
     take(sum_of(plan.constants.inflow), "the inflow");
+    take(wall_speed(plan.constants), "a moving wall");
+    if (plan.constants.frequency > 0)
+        take(sum_of(plan.constants.acceleration) / (2 * std::numbers::pi * plan.constants.frequency), "the acceleration");
     if (!plan.velocity_formula.empty()) take(speed_at_start(plan), "the velocity at the start");
     for (const Obstacle& o : plan.obstacles)
         take(sum_of(o.velocity) + 2 * std::numbers::pi * o.frequency * sum_of(o.amplitude), "an obstacle");

@@ -16,6 +16,19 @@ std::string fluid_text(const FluidPlan& fluid) {
                        c.density * c.kinematic_viscosity, flow_scheme_names[static_cast<std::size_t>(c.scheme)], fluid.courant);
 }
 
+std::string drive_text(const FluidPlan& fluid) {
+    const FlowConstants& c = fluid.constants;
+    const auto vector = [](const Vec3d& v) { return fmt::format("[{:.4g}, {:.4g}, {:.4g}]", v.x, v.y, v.z); };
+    std::vector<std::string> all;
+    if (norm(c.acceleration) > 0) all.push_back(fmt::format("acceleration {} m/s^2", vector(c.acceleration)));
+    for (std::size_t d = 0; d < 3; ++d)
+        for (std::size_t upper = 0; upper < 2; ++upper)
+            if (const Vec3d& v = c.wall_velocity[d][upper]; norm(v) > 0)
+                all.push_back(fmt::format("{} wall across {} at {} m/s", upper ? "upper" : "lower", direction_names[d], vector(v)));
+    if (all.empty()) return {};
+    return joined(all, ", ") + (c.frequency > 0 ? fmt::format("; times cos(2 pi {:.4g} Hz t)", c.frequency) : "");
+}
+
 std::string pressure_text(const FluidPlan& fluid) {
     const FlowConstants& c = fluid.constants;
     if (c.pressure == PressureMethod::direct) return "direct";
@@ -95,11 +108,17 @@ nlohmann::ordered_json fluid_json(const FluidPlan& fluid, std::int64_t steps, do
     const FlowConstants& c = fluid.constants;
     nlohmann::ordered_json bounds = nlohmann::ordered_json::array();
     for (const FluidBoundary b : c.grid.boundary) bounds.push_back(fluid_boundary_names[static_cast<std::size_t>(b)]);
+    const auto vector = [](const Vec3d& v) { return nlohmann::ordered_json{v.x, v.y, v.z}; };
+    nlohmann::ordered_json walls = nlohmann::ordered_json::array();
+    for (const auto& [lower, upper] : c.wall_velocity) walls.push_back({vector(lower), vector(upper)});
     return {{"cells", c.grid.cells},
             {"spacing", c.grid.h},
             {"boundaries", bounds},
             {"density", c.density},
             {"kinematic_viscosity", c.kinematic_viscosity},
+            {"acceleration", vector(c.acceleration)},
+            {"wall_velocities", walls},
+            {"frequency", c.frequency},
             {"scheme", flow_scheme_names[static_cast<std::size_t>(c.scheme)]},
             {"courant", fluid.courant},
             {"pressure", pressure_method_names[static_cast<std::size_t>(c.pressure)]},

@@ -12,6 +12,8 @@ namespace skein {
 
 /// Lines of the printed plan, without their labels.
 std::string fluid_text(const FluidPlan& fluid);
+/// What drives it besides inflow and obstacles; empty: nothing.
+std::string drive_text(const FluidPlan& fluid);
 std::string pressure_text(const FluidPlan& fluid);
 std::string obstacle_text(const Obstacle& obstacle, const FluidPlan& fluid);
 /// Of a run of `steps` steps of dt, s.

@@ -108,6 +108,8 @@ std::string to_text(const Plan& p) {
         line("rods", fmt::format("{} with {} elements in {}", p.rods, p.elements,
                                  counted(static_cast<std::int64_t>(p.groups.size()), "group")));
     if (p.fluid) line("fluid", fluid_text(*p.fluid));
+    if (p.fluid)
+        if (const std::string drive = drive_text(*p.fluid); !drive.empty()) line("  driven by", drive);
     if (p.fluid) line("  pressure", pressure_text(*p.fluid));
     if (p.fluid && p.machine.ranks > 1)
         line("  sent", fmt::format("by a rank in a step: {} in transposes, {} as ghosts",

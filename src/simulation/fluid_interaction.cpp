@@ -48,7 +48,8 @@ void FluidInteraction::drive(const Step& step, Timers& timers) {
         return;
     }
     const double begin = step.time - 0.5 * step.dt; // forces on rods are those of the middle
-    if (obstacles_) obstacles_->begin_interval(begin), to_ = begin + step.dt;
+    if (obstacles_) obstacles_->begin_interval(begin);
+    time_ = begin + step.dt;
     try {
         steps_ += flow_->step_within(begin, step.dt, plan_.courant);
     } catch (const NumericalError& error) { // on all ranks
@@ -90,7 +91,7 @@ std::vector<Figure> FluidInteraction::figures(double) const {
                             {"fluid_steps[-]", Of::same, {static_cast<double>(steps_)}}};
     if (!obstacles_) return all;
     for (std::size_t o = 0; o < plan_.obstacles.size(); ++o) {
-        const Vec3d force = obstacles_->force(o, plan_.constants.density, to_);
+        const Vec3d force = obstacles_->force(o, plan_.constants.density, time_);
         const std::string name = plan_.obstacles[o].name + "_force_";
         all.push_back({name + "x[N]", Of::same, {force.x}});
         all.push_back({name + "y[N]", Of::same, {force.y}});
@@ -104,7 +105,7 @@ KeptNumbers FluidInteraction::kept() const {
     const FieldLayout layout = flow_->layout();
     const auto state = flow_->state();
     KeptNumbers kept{.name = kept_name(),
-                     .numbers = {static_cast<double>(steps_)},
+                     .numbers = {static_cast<double>(steps_), time_},
                      .sums = 0,
                      .columns = state.size() * static_cast<std::size_t>(layout.nx * layout.ny),
                      .rows = {}};
@@ -125,11 +126,13 @@ void FluidInteraction::recall(const KeptNumbers& kept) {
         kept.columns != state.size() * static_cast<std::size_t>(layout.nx * layout.ny))
         throw IoError("a checkpoint holds another fluid than that of the scene");
     steps_ = steps_before_ = static_cast<std::int64_t>(kept.numbers.at(0));
+    time_ = kept.numbers.size() > 1 ? kept.numbers[1] : 0; // of programs before walls could move
     auto from = kept.rows.begin();
     for (int k = 0; k < layout.nz; ++k)
         for (const std::span<double> field : state)
             for (int j = 0; j < layout.ny; ++j, from += layout.nx) std::copy_n(from, layout.nx, field.begin() + layout.at(0, j, k));
-    flow_->refresh();
+    flow_->refresh(time_);
+    if (obstacles_) obstacles_->begin_interval(time_);
 }
 
 std::uint64_t FluidInteraction::digest() const { // that of the rows of kept(), without a copy of them

@@ -32,7 +32,7 @@ private:
     const FluidPlan& plan_;
     std::unique_ptr<FlowSolver> flow_;
     std::unique_ptr<ObstacleForcing> obstacles_; ///< null where there are none
-    double to_ = 0;                              ///< s, end of the interval that forces on them are means of
+    double time_ = 0;                            ///< of the fluid, s
     std::string failure_;                        ///< why it cannot go on; empty: it can
     std::int64_t steps_ = 0, steps_before_ = 0;  ///< of the fluid since the start; of them, those before this run
 };

@@ -15,6 +15,11 @@ import numpy
 from driver import SKEIN, DriverTest
 
 FLOW = pathlib.Path(__file__).resolve().parents[2] / "apps/flow"
+WALLS = """
+acceleration = [0.5, 0.0, 0.2]
+upper_wall_velocity = [0.5, 0.0, -0.3]
+frequency = 1.3
+"""
 FLUID = """
 title = "vortices round a ball"
 [constants]
@@ -31,6 +36,7 @@ viscosity = 0.01
 along_y = "no_slip"
 along_z = "free_slip"
 velocity_formula = ["U * sin(k*y)", "0.3 * U * sin(2 * k * x / 2.4)", "0 * U"]
+""" + WALLS + """
 [[obstacle]]
 name = "ball"
 centre = [1.5, 0.1, 0.8]
@@ -91,7 +97,7 @@ class Fluid(DriverTest):
     def test_fields_are_those_of_the_scene(self):
         """Means of faces at the middles of cells, and derivatives of what the scene says, to second order."""
         scene = FLUID[: FLUID.index("[[obstacle]]")] + FLUID[FLUID.index("[output]"):]
-        self.scene.write_text(scene.replace("checkpoint = 0.25\n", "").replace('along_y = "no_slip"', 'along_y = "periodic"'))
+        self.scene.write_text(scene.replace("checkpoint = 0.25\n", "").replace('along_y = "no_slip"', 'along_y = "periodic"').replace(WALLS, ""))
         self.run_skein("out", "--steps", "1")
         frame = self.fields("out")["fields_000000000000.h5"]
         self.assertEqual(frame["velocity"].shape, (16, 20, 24, 3))
@@ -107,26 +113,34 @@ class Fluid(DriverTest):
         self.assertIn('Dimensions="17 21 25"', text)
         self.assertIn("fields_000000000000.h5:/velocity", text)
 
-    def measured(self, scene, *settings):
-        """Percentages that apps/flow/plot.py prints of a scene of apps/flow: {what stands before: number}."""
+    def measured(self, scene, picture, *settings):
+        """Percentages that apps/flow/plot.py prints of a scene of apps/flow beside a picture: {what stands before: number}."""
         self.scene = FLOW / scene
         self.run_skein(scene, "--overwrite", *(word for setting in settings for word in ("--set", setting)))
         done = subprocess.run([sys.executable, str(FLOW / "plot.py"), str(self.directory / scene)], capture_output=True, text=True, timeout=100)
         self.assertEqual(done.returncode, 0, done.stderr)
-        self.assertGreater((self.directory / scene / "vortex.png").stat().st_size, 10000)
+        self.assertGreater((self.directory / scene / picture).stat().st_size, 10000)
         return {what: float(number) for what, number in re.findall(r"(?m)^(.*?) ([+-]?[\d.]+)%", done.stdout)}
 
     def test_vortices_are_those_of_theory(self):
-        fine = self.measured("lamb_oseen.toml")
-        coarse = self.measured("lamb_oseen.toml", "fluid.cells=[64,64,4]", "fluid.spacing=0.25")
+        fine = self.measured("lamb_oseen.toml", "vortex.png")
+        coarse = self.measured("lamb_oseen.toml", "vortex.png", "fluid.cells=[64,64,4]", "fluid.spacing=0.25")
         error = "t = 25 s: largest error of u or v within 2 cores of the axis"
         self.assertLess(fine[error], 0.3)
         self.assertGreater(coarse[error] / fine[error], 2**1.7)
-        ring = self.measured("vortex_ring.toml", "fluid.cells=[64,48,48]", "fluid.spacing=0.2", "time.duration=5.0")
+        ring = self.measured("vortex_ring.toml", "vortex.png", "fluid.cells=[64,48,48]", "fluid.spacing=0.2", "time.duration=5.0")
         speed, = (number for what, number in ring.items() if what.startswith("way 0 to 1 radii"))
         self.assertLess(abs(speed), 4, "twice as coarse as the scene")
         impulse, = (number for what, number in ring.items() if what.startswith("impulse"))
         self.assertLess(impulse, 0.5)
+
+    def test_a_wall_that_swings_drags_the_fluid_along_as_in_theory(self):
+        errors = []
+        for cells, spacing in ((32, 0.03125), (64, 0.015625)):
+            figures = self.measured("oscillating_wall.toml", "profiles.png", f"fluid.cells=[4,4,{cells}]", f"fluid.spacing={spacing}")
+            errors.append(figures["largest error of the velocity in the last period"])
+        self.assertLess(errors[1], 1)
+        self.assertGreater(errors[0] / errors[1], 2**1.7)
 
     def test_an_unsteady_scene_is_refused_and_told(self):
         self.scene.write_text(FLUID.replace("viscosity = 0.01", "viscosity = 1e9"))
