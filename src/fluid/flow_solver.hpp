@@ -23,7 +23,7 @@ public:
     using FlowSolver::set_velocity;
     void set_velocity(const VelocityRow& velocity) override;
     void set_forcing(StageForcing* forcing) override { forcing_ = forcing; }
-    void step(double time, double dt) override;
+    void stage(int s, double time, double dt) override;
     double step_limit(double courant) const override;
     std::vector<FlowFigures> figures() const override;
     FieldLayout layout() const override { return layout_; }

@@ -19,6 +19,17 @@ enum class FluidBoundary {
 };
 inline constexpr std::string_view fluid_boundary_names[] = {"periodic", "free_slip", "no_slip", "through"};
 
+/// Numbers of cells that transforms are fast for: products of 2, 3, 5 and 7.
+constexpr bool is_smooth(std::int64_t n) {
+    for (const std::int64_t factor : {2, 3, 5, 7})
+        while (n % factor == 0) n /= factor;
+    return n == 1;
+}
+constexpr std::int64_t next_smooth(std::int64_t n) {
+    while (!is_smooth(n)) ++n;
+    return n;
+}
+
 struct FluidGrid {
     std::array<int, 3> cells{1, 1, 1};
     double h = 1;         ///< edge of a cell, m
