@@ -406,9 +406,8 @@ void divide_step_of_fluid(Plan& plan, const SceneSpec& scene, double longest) {
     const auto unit = static_cast<double>(stage_parts(fluid.constants.scheme).unit);
     const double of_fluid = fluid.step_limit(), interval = interval_to_divide(scene, std::isfinite(of_fluid) ? of_fluid : longest);
     const double step = interval / std::max(1.0, std::ceil(interval / of_fluid * (1 - 1e-12)));
-    // Smooth, so that the fluid may divide them.
-    const std::int64_t parts =
-        next_smooth(std::max<std::int64_t>(1, std::llround(std::ceil(step / (unit * longest) * (1 - 1e-12)))));
+    constexpr double fewest = 4; // and a smooth number: the fluid may divide them
+    const std::int64_t parts = next_smooth(std::llround(std::max(fewest, std::ceil(step / (unit * longest) * (1 - 1e-12)))));
     plan.dt = step / (unit * static_cast<double>(parts));
     fluid.every = static_cast<std::int64_t>(unit) * parts;
 }

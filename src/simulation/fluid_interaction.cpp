@@ -42,6 +42,16 @@ FluidInteraction::FluidInteraction(const InteractionParts& parts)
 
 void FluidInteraction::follow(const InteractionParts& parts) { bodies_->rods()->follow(parts.rods); }
 
+std::int64_t FluidInteraction::next_meeting(std::int64_t done) const {
+    if (groups_.empty() || !failure_.empty()) return Interaction::next_meeting(done);
+    const std::int64_t within = done % plan_.every;
+    if (within == 0) return done + 1; // how long a step of the fluid may be is found there
+    const StageParts parts = stage_parts(plan_.constants.scheme);
+    std::int64_t next = done - within % part_;
+    for (int s = 0; s < parts.count && next <= done; ++s) next += part_ / parts.unit * parts.part[static_cast<std::size_t>(s)];
+    return next;
+}
+
 void FluidInteraction::drive(const Step& step, Timers& timers) {
     const auto timing = timers.time(Phase::fluid);
     if (!failure_.empty()) return;
@@ -54,10 +64,12 @@ void FluidInteraction::drive(const Step& step, Timers& timers) {
 }
 
 void FluidInteraction::fail_at(double limit, double dt) {
+    const double most = groups_.empty() ? most_parts : static_cast<double>(plan_.most_parts());
     failure_ =
         fmt::format("the velocity or the viscosity of the fluid leaves steps of {:.3g} s: {:.3g} of them for {:.3g} s of the "
-                    "run, more than {:g}",
-                    limit, dt / limit, dt, groups_.empty() ? most_parts : static_cast<double>(plan_.most_parts()));
+                    "run, more than {:g}{}",
+                    limit, dt / limit, dt, most,
+                    groups_.empty() ? "" : "; the fluid.expected_speed [m/s] of a plan makes them shorter from the start");
 }
 
 void FluidInteraction::step_alone(const Step& step) {
@@ -167,6 +179,7 @@ void FluidInteraction::recall(const KeptNumbers& kept) {
         for (const std::span<double> field : state)
             for (int j = 0; j < layout.ny; ++j, from += layout.nx) std::copy_n(from, layout.nx, field.begin() + layout.at(0, j, k));
     flow_->refresh();
+    failure_.clear();
 }
 
 std::uint64_t FluidInteraction::digest() const { // that of the rows of kept(), without a copy of them

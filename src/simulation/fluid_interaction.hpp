@@ -13,6 +13,7 @@ public:
     explicit FluidInteraction(const InteractionParts& parts);
 
     void follow(const InteractionParts& parts) override;
+    std::int64_t next_meeting(std::int64_t done) const override;
     void drive(const Step& step, Timers& timers) override;
     std::string invalid() const override;
     std::vector<Figure> figures(double lag) const override;

@@ -205,8 +205,9 @@ void Simulation::advance(std::int64_t until) {
     bool going = true;
     while (clock_.done() < until && going) {
         const std::int64_t next_check = (clock_.done() / check_every + 1) * check_every;
-        const auto steps = coupled || settling_ ? clock_.next(std::min(until, next_check))
-                                                : clock_.next(until, together ? 1 : Clock::largest_batch);
+        const auto steps = coupled || settling_
+                               ? clock_.next(std::min({until, next_check, next_meeting(interactions_, clock_.done())}))
+                               : clock_.next(until, together ? 1 : Clock::largest_batch);
         const std::int64_t last = steps.back().index;
         const bool check = last == until || last >= next_check;
         const bool valid = coupled ? step_coupled(steps, check) : step_uncoupled(steps, check);
