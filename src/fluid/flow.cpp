@@ -22,6 +22,10 @@ void FlowSolver::set_velocity(const std::function<Vec3d(const Vec3d& place)>& ve
     }));
 }
 
+void FlowSolver::step(double time, double dt) {
+    for (int s = 0; s < stage_parts(constants().scheme).count; ++s) stage(s, time, dt);
+}
+
 std::int64_t FlowSolver::step_within(double time, double dt, double courant) {
     const double parts = std::ceil(dt / step_limit(courant) * (1 - 1e-12));
     const auto steps = static_cast<std::int64_t>(std::clamp(parts, 1.0, 1e9)); // of what is no number: the first

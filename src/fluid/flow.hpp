@@ -23,6 +23,15 @@ enum class FlowScheme {
 };
 inline constexpr std::string_view flow_scheme_names[] = {"rk3", "rk3_projected", "adams_bashforth"};
 
+/// Stages of a step, which follow each other in time: the parts of the step that they take, in `unit` equal ones.
+struct StageParts {
+    std::array<int, 3> part;
+    int count, unit;
+};
+constexpr StageParts stage_parts(FlowScheme scheme) {
+    return scheme == FlowScheme::adams_bashforth ? StageParts{{1, 0, 0}, 1, 1} : StageParts{{8, 2, 5}, 3, 15};
+}
+
 /// How Poisson's equation of a projection is solved.
 enum class PressureMethod {
     direct,   ///< by transforms: FastPoisson
@@ -72,8 +81,11 @@ public:
     void set_velocity(const std::function<Vec3d(const Vec3d& place)>& velocity);
     /// What changes velocities in each stage, of bodies in the fluid; null: nothing. Must outlive its use.
     virtual void set_forcing(StageForcing* forcing) = 0;
-    /// From a time, s. Throws NumericalError on all ranks where no pressure is found. Collective.
-    virtual void step(double time, double dt) = 0;
+    /// Stage s of a step of dt from a time, s; all of stage_parts() in order make the step. Throws NumericalError on all ranks
+    /// where no pressure is found. Collective.
+    virtual void stage(int s, double time, double dt) = 0;
+    /// All of them.
+    void step(double time, double dt);
     /// The longest step, s, of a sum of Courant numbers of 1, or of 1.5 of the most that viscosity allows, and a fortieth of a
     /// period. Collective.
     virtual double step_limit(double courant = 1) const = 0;
@@ -89,6 +101,8 @@ public:
     virtual std::span<const double> pressure() const = 0;
     /// What the next step depends on: velocities, pressure and, of schemes that need them, the rates of the last step.
     virtual std::vector<std::span<double>> state() = 0;
+    /// Of what state() is of: the end of the last stage, s.
+    virtual double time() const = 0;
     /// After state() was written, of a time. Collective.
     virtual void refresh(double time) = 0;
     virtual std::size_t bytes() const = 0;

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <numeric>
 
 namespace skein {
 
@@ -356,30 +357,29 @@ void BoxFlow::force(double time) {
     fill_sides([this](int k) { return forcing_->changed(k); });
 }
 
-void BoxFlow::step(double time, double dt) {
+void BoxFlow::stage(int s, double time, double dt) {
     // The last step ended at this time but for rounding, which a run that goes on from a checkpoint does not know.
-    if (oscillation(constants_, time) != oscillation_) go_to(time), fill_beyond_walls();
-    const Vec3d& a = constants_.acceleration;
-    double done = 0; // of the step
-    const auto stage = [&](double rate, double last_rate, bool last, bool projected) {
-        const double whole = rate + last_rate, push = oscillation_integral(constants_, time + done * dt, whole * dt);
-        done += whole;
-        const double end = time + (last ? 1 : done) * dt;
-        go_to(end);
-        sweep({rate * dt, last_rate * dt, whole * dt, {push * a.x, push * a.y, push * a.z}});
-        pass_outflow(whole * dt);
-        force(end);
-        if (projected) project(last && constants_.scheme != FlowScheme::rk3_projected ? dt : whole * dt, true);
-        else fill_ghost_planes(0, velocities());
+    if (s == 0 && oscillation(constants_, time) != oscillation_) go_to(time), fill_beyond_walls();
+    const StageParts parts = stage_parts(constants_.scheme);
+    const bool one = parts.count == 1, last = s + 1 == parts.count, every = constants_.scheme == FlowScheme::rk3_projected;
+    const auto at = static_cast<std::size_t>(s);
+    const double last_rate = !one     ? stage_last[at]
+                             : begun_ ? -0.5
+                                      : 0.0,
+                 rate = one ? 1 - last_rate : stage_rate[at], whole = rate + last_rate;
+    const auto after = [&](int stages) {
+        const double done = std::accumulate(parts.part.begin(), parts.part.begin() + stages, 0);
+        return stages == parts.count ? time + dt : time + done / parts.unit * dt;
     };
-    if (constants_.scheme == FlowScheme::adams_bashforth) {
-        const double last_rate = begun_ ? -0.5 : 0.0;
-        stage(1 - last_rate, last_rate, true, true);
-    } else {
-        for (std::size_t s = 0; s < 3; ++s)
-            stage(stage_rate[s], stage_last[s], s == 2, s == 2 || constants_.scheme == FlowScheme::rk3_projected);
-    }
-    begun_ = true;
+    const Vec3d& a = constants_.acceleration;
+    const double push = oscillation_integral(constants_, after(s), whole * dt);
+    go_to(after(s + 1));
+    sweep({rate * dt, last_rate * dt, whole * dt, {push * a.x, push * a.y, push * a.z}});
+    pass_outflow(whole * dt);
+    force(after(s + 1));
+    if (last || every) project(every || one ? whole * dt : dt, true);
+    else fill_ghost_planes(0, velocities());
+    if (last) begun_ = true;
 }
 
 double BoxFlow::step_limit(double courant) const {

@@ -23,13 +23,14 @@ public:
     using FlowSolver::set_velocity;
     void set_velocity(const VelocityRow& velocity) override;
     void set_forcing(StageForcing* forcing) override { forcing_ = forcing; }
-    void step(double time, double dt) override;
+    void stage(int s, double time, double dt) override;
     double step_limit(double courant) const override;
     std::vector<FlowFigures> figures() const override;
     FieldLayout layout() const override { return layout_; }
     std::span<const double> velocity(int component) const override { return now_[static_cast<std::size_t>(component)]; }
     std::span<const double> pressure() const override { return pressure_; }
     std::vector<std::span<double>> state() override;
+    double time() const override { return time_; }
     void refresh(double time) override;
     std::size_t bytes() const override;
 
@@ -44,7 +45,7 @@ private:
     };
     Edge edge(int c, int d, bool upper) const;
     /// Ghosts that are filled from now on are those of a time, where walls move.
-    void go_to(double time) { oscillation_ = oscillation(constants_, time); }
+    void go_to(double time) { time_ = time, oscillation_ = oscillation(constants_, time); }
     /// Ghosts along x and y of a plane.
     void fill_plane(int c, double* field, int k) const;
     void fill_planes(int c, double* field) const; ///< beyond the box, along z
@@ -80,7 +81,8 @@ private:
     std::optional<IteratedPoisson> iterated_poisson_;
     std::unique_ptr<PlaneGhosts> ghosts_;
     std::vector<double> speed_; ///< of each plane, the largest
-    double oscillation_ = 1;    ///< of walls, at the time of ghosts
+    double time_ = 0;           ///< of ghosts, s
+    double oscillation_ = 1;    ///< of walls then
     StageForcing* forcing_ = nullptr;
     bool begun_ = false; ///< rates of a step before are known
 };

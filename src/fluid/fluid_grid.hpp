@@ -3,6 +3,7 @@
 
 #include "skein/core/vec3.hpp"
 
+#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <cstdint>
@@ -19,6 +20,17 @@ enum class FluidBoundary {
 };
 inline constexpr std::string_view fluid_boundary_names[] = {"periodic", "free_slip", "no_slip", "through"};
 
+/// Numbers of cells that transforms are fast for: products of 2, 3, 5 and 7.
+constexpr bool is_smooth(std::int64_t n) {
+    for (const std::int64_t factor : {2, 3, 5, 7})
+        while (n % factor == 0) n /= factor;
+    return n == 1;
+}
+constexpr std::int64_t next_smooth(std::int64_t n) {
+    while (!is_smooth(n)) ++n;
+    return n;
+}
+
 struct FluidGrid {
     std::array<int, 3> cells{1, 1, 1};
     double h = 1;         ///< edge of a cell, m
@@ -26,6 +38,13 @@ struct FluidGrid {
     std::array<FluidBoundary, 3> boundary{};
 
     std::int64_t count() const { return std::int64_t{cells[0]} * cells[1] * cells[2]; }
+    Vec3d upper() const { return lower + h * Vec3d{1.0 * cells[0], 1.0 * cells[1], 1.0 * cells[2]}; }
+    /// Not beyond a wall.
+    bool holds(const Vec3d& place) const {
+        const Vec3d from = place - lower, to = upper() - place;
+        return (periodic(0) || std::min(from.x, to.x) >= 0) && (periodic(1) || std::min(from.y, to.y) >= 0) &&
+               (periodic(2) || std::min(from.z, to.z) >= 0);
+    }
     bool periodic(int direction) const { return boundary[static_cast<std::size_t>(direction)] == FluidBoundary::periodic; }
 };
 

@@ -61,8 +61,8 @@ void FluidSpec::fields(FieldVisitor& f) {
             courant);
     f.visit({.name = "expected_speed",
              .unit = "m/s",
-             .text = "speed that plans predict the number of steps from; changes no number of a run. 0: the largest of inflow, "
-                     "walls, an acceleration that swings, velocity at the start and obstacles",
+             .text = "speed that plans predict the number of steps from, and with rods take the steps of the fluid from. 0: the "
+                     "largest of inflow, walls, an acceleration that swings, velocity at the start and obstacles",
              .at_least = 0},
             expected_speed);
     f.choice({.name = "pressure",

@@ -8,7 +8,7 @@ namespace skein {
 
 DirectForcing::DirectForcing(const Communicator& comm, const Threads& threads, const FluidGrid& grid, const ForcingNumbers& numbers,
                              std::size_t bodies, Place place, bool moves)
-    : comm_(comm), cell_volume_(grid.h * grid.h * grid.h), numbers_(numbers), place_(std::move(place)), moves_(moves),
+    : comm_(comm), grid_(grid), numbers_(numbers), place_(std::move(place)), moves_(moves),
       planes_(comm, threads, grid, numbers.delta), given_(bodies, Vec3d{0, 0, 0}) {}
 
 /// Markers where they are now, and their weights: by what a change of 1 at all markers does at each.
@@ -21,7 +21,10 @@ void DirectForcing::settle(const FlowStage& stage) {
     planes_.spread(std::vector<Vec3d>(markers_.count(), Vec3d{1, 1, 1}), stage.scratch);
     planes_.interpolate({stage.scratch[0], stage.scratch[1], stage.scratch[2]}, weight_);
     const auto inverse = [](double sum) { return sum > 0 ? 1 / sum : 0; }; // 0: out of reach of all cells
-    for (Vec3d& w : weight_) w = {inverse(w.x), inverse(w.y), inverse(w.z)};
+    for (std::size_t m = 0; m < weight_.size(); ++m) {
+        Vec3d& w = weight_[m];
+        w = grid_.holds(markers_.place[m]) ? Vec3d{inverse(w.x), inverse(w.y), inverse(w.z)} : Vec3d{0, 0, 0};
+    }
     settled_ = true;
 }
 
@@ -33,14 +36,16 @@ void DirectForcing::find_differences(const FlowStage& stage) {
 
 double DirectForcing::largest_difference() const {
     double most = 0;
-    for (const Vec3d& d : difference_) most = std::max(most, norm(d));
+    for (std::size_t m = 0; m < difference_.size(); ++m)
+        if (norm(weight_[m]) > 0) most = std::max(most, norm(difference_[m]));
     return comm_.max(most);
 }
 
 void DirectForcing::add_given(const std::vector<Vec3d>& changes) {
+    const double cell_volume = grid_.h * grid_.h * grid_.h;
     std::vector<std::vector<double>> terms(3 * given_.size());
     for (std::size_t m = 0; m < changes.size(); ++m) {
-        const Vec3d given = cell_volume_ * changes[m];
+        const Vec3d given = cell_volume * changes[m];
         std::vector<double>* const of_body = &terms[3 * markers_.body[m]];
         of_body[0].push_back(given.x), of_body[1].push_back(given.y), of_body[2].push_back(given.z);
     }

@@ -45,13 +45,13 @@ private:
     void add_given(const std::vector<Vec3d>& changes);
 
     Communicator comm_;
-    double cell_volume_;
+    FluidGrid grid_;
     ForcingNumbers numbers_;
     Place place_;
     bool moves_, settled_ = false;
     MarkerPlanes planes_;
     Markers markers_;
-    std::vector<Vec3d> weight_;     ///< of markers, by component
+    std::vector<Vec3d> weight_;     ///< of markers, by component; 0 beyond walls, where there is no fluid
     std::vector<Vec3d> difference_; ///< of markers, m/s
     std::vector<Vec3d> given_;      ///< by body
     double slip_ = 0;

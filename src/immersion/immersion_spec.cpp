@@ -13,6 +13,16 @@ void ImmersionSpec::fields(FieldVisitor& f) {
              .text = "difference of velocities of fluid and bodies at which there are no more corrections; 0: all are made",
              .at_least = 0},
             slip);
+    f.visit({.name = "retraction",
+             .unit = "-",
+             .text = "how far markers of rods lie within the surface, over the spacing of the grid",
+             .at_least = 0,
+             .at_most = 2},
+            retraction);
+    f.choice({.name = "coupling",
+              .unit = "",
+              .text = "one_way: rods move the fluid and do not feel it; two_way: they feel it, which is not there yet"},
+             coupling, rod_coupling_names);
 }
 
 } // namespace skein

@@ -10,9 +10,10 @@ namespace {
 
 constexpr double pi = std::numbers::pi;
 
-/// Points of an ellipse, equal arcs apart: the arc is summed over a fine polygon.
-std::vector<Vec3d> ellipse(double a, double b, double spacing) {
-    constexpr int fine = 4096;
+} // namespace
+
+std::vector<Vec3d> ellipse_markers(double a, double b, double spacing) {
+    constexpr int fine = 4096; // sides of the polygon whose arc is taken
     const auto at = [&](int i) { return Vec3d{a * std::cos(2 * pi * i / fine), b * std::sin(2 * pi * i / fine), 0}; };
     std::vector<double> arc(fine + 1, 0.0);
     for (int i = 0; i < fine; ++i)
@@ -30,8 +31,6 @@ std::vector<Vec3d> ellipse(double a, double b, double spacing) {
     return points;
 }
 
-} // namespace
-
 std::vector<Vec3d> sphere_markers(double radius, double spacing) {
     // A spiral whose turns are as far apart as its points (Fibonacci's lattice).
     const int count = std::max(4, static_cast<int>(std::lround(4 * pi * radius * radius / (spacing * spacing))));
@@ -48,7 +47,8 @@ std::vector<Vec3d> tube_markers(double a, double b, double low, double high, dou
     const int rings = std::max(1, static_cast<int>(std::lround((high - low) / spacing)));
     std::vector<Vec3d> points;
     for (int r = 0; r < rings; ++r)
-        for (const Vec3d& at : ellipse(a, b, spacing)) points.push_back({at.x, at.y, low + (high - low) * (r + 0.5) / rings});
+        for (const Vec3d& at : ellipse_markers(a, b, spacing))
+            points.push_back({at.x, at.y, low + (high - low) * (r + 0.5) / rings});
     return points;
 }
 

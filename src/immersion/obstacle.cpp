@@ -1,5 +1,7 @@
 #include "immersion/obstacle.hpp"
 
+#include "immersion/markers.hpp"
+
 #include <algorithm>
 #include <cmath>
 #include <numbers>
@@ -52,52 +54,6 @@ std::vector<Vec3d> Obstacle::markers(const FluidGrid& grid) const {
     if (kind == ObstacleKind::sphere) return sphere_markers(std::max(radius - within, 0.0), grid.h);
     const double other = second_radius > 0 ? second_radius : radius, low = grid.lower.z;
     return tube_markers(std::max(radius - within, 0.0), std::max(other - within, 0.0), low, low + grid.h * grid.cells[2], grid.h);
-}
-
-namespace {
-
-bool some_move(const std::vector<Obstacle>& obstacles) {
-    return std::any_of(obstacles.begin(), obstacles.end(), [](const Obstacle& o) { return o.moves(); });
-}
-
-} // namespace
-
-ObstacleForcing::ObstacleForcing(const Communicator& comm, const Threads& threads, const FluidGrid& grid,
-                                 const ForcingNumbers& numbers, std::vector<Obstacle> obstacles)
-    : grid_(grid), rank_(comm.rank()), ranks_(comm.size()), obstacles_(std::move(obstacles)),
-      forcing_(
-          comm, threads, grid, numbers, obstacles_.size(), [this](double time, Markers& markers) { place(time, markers); },
-          some_move(obstacles_)) {
-    for (const Obstacle& o : obstacles_) about_centre_.push_back(o.markers(grid_));
-}
-
-/// A marker is the rank's that has its plane.
-void ObstacleForcing::place(double time, Markers& markers) const {
-    const int planes = grid_.cells[2];
-    std::int64_t identity = 0;
-    for (std::size_t o = 0; o < obstacles_.size(); ++o) {
-        Vec3d centre = obstacles_[o].place_at(time);
-        if (obstacles_[o].kind == ObstacleKind::cylinder) centre.z = 0;
-        const Vec3d velocity = obstacles_[o].velocity_at(time);
-        for (const Vec3d& at : about_centre_[o]) {
-            const Vec3d place = centre + at;
-            const auto plane = static_cast<std::int64_t>(std::floor((place.z - grid_.lower.z) / grid_.h));
-            const std::int64_t inside =
-                grid_.periodic(2) ? (plane % planes + planes) % planes : std::clamp<std::int64_t>(plane, 0, planes - 1);
-            ++identity;
-            if (rank_of_plane(static_cast<int>(inside), planes, ranks_) != rank_) continue;
-            markers.place.push_back(place), markers.velocity.push_back(velocity);
-            markers.identity.push_back(identity), markers.body.push_back(static_cast<std::uint32_t>(o));
-        }
-    }
-}
-
-Vec3d ObstacleForcing::force(std::size_t obstacle, double density, double time) const {
-    if (!(time > from_)) return {0, 0, 0};
-    const Obstacle& o = obstacles_[obstacle];
-    // The fluid within the markers moves with the body: its inertia is no force on the body.
-    const Vec3d inside = o.volume(grid_) * (o.velocity_at(time) - o.velocity_at(from_));
-    return (density / (time - from_)) * (inside - forcing_.given()[obstacle]);
 }
 
 } // namespace skein

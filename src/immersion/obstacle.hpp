@@ -1,7 +1,7 @@
 // Bodies in a fluid whose motion is given.
 #pragma once
 
-#include "immersion/direct_forcing.hpp"
+#include "fluid/fluid_grid.hpp"
 #include "skein/core/fields.hpp"
 
 #include <string>
@@ -36,30 +36,6 @@ struct Obstacle {
     double volume(const FluidGrid& grid) const;
     /// About its centre.
     std::vector<Vec3d> markers(const FluidGrid& grid) const;
-};
-
-/// Forcing by obstacles.
-class ObstacleForcing {
-public:
-    ObstacleForcing(const Communicator& comm, const Threads& threads, const FluidGrid& grid, const ForcingNumbers& numbers,
-                    std::vector<Obstacle> obstacles);
-
-    DirectForcing& forcing() { return forcing_; }
-    const DirectForcing& forcing() const { return forcing_; }
-    const std::vector<Obstacle>& obstacles() const { return obstacles_; }
-    /// Mean force on an obstacle since the last call of begin_interval(), by a fluid of this density, N.
-    Vec3d force(std::size_t obstacle, double density, double time) const;
-    void begin_interval(double time) { forcing_.forget(), from_ = time; }
-
-private:
-    void place(double time, Markers& markers) const;
-
-    FluidGrid grid_;
-    int rank_, ranks_;
-    std::vector<Obstacle> obstacles_;
-    std::vector<std::vector<Vec3d>> about_centre_;
-    DirectForcing forcing_;
-    double from_ = 0;
 };
 
 } // namespace skein

@@ -20,16 +20,6 @@ namespace {
 constexpr long most_cells = 16384; ///< along a direction
 constexpr long least_between_walls = 4;
 
-bool is_smooth(long n) {
-    for (const long factor : {2, 3, 5, 7})
-        while (n % factor == 0) n /= factor;
-    return n == 1;
-}
-long next_smooth(long n) {
-    while (!is_smooth(n)) ++n;
-    return n;
-}
-
 void check_cells(const FluidSpec& fluid, Objections& table) {
     const FluidBoundary bounds[] = {fluid.along_x, fluid.along_y, fluid.along_z};
     table.length("cells", fluid.cells.size(), 3, "along x, y and z");
@@ -90,6 +80,20 @@ void check_obstacles(const SceneSpec& scene, Objections& objections) {
         if (fluid.spacing > 0 && least < (o.retraction + 0.5) * fluid.spacing)
             table.add("radius", fmt::format("a half axis of {:g} m is too thin for cells of {:g} m: at least {:g} m", least,
                                             fluid.spacing, (o.retraction + 0.5) * fluid.spacing));
+    }
+}
+
+void check_rods(const SceneSpec& scene, Objections& objections) {
+    if (scene.rods.empty()) return;
+    if (scene.immersion.coupling == RodCoupling::two_way)
+        TableObjections(objections, "immersion")
+            .add("coupling", "rods do not feel a fluid yet: coupling = \"one_way\" has them move as if there were none");
+    if (scene.time.relax) objections.add("time.relax", "'relax' has no motion for the fluid to follow");
+    if (!scene.start.from.empty()) objections.add("start.from", "rods in a fluid cannot begin with the state of another run yet");
+    for (std::size_t g = 0; g < scene.rods.size(); ++g) {
+        const RodSpec& rods = scene.rods[g];
+        const std::string path = fmt::format("rods.{}", g);
+        if (rods.body) objections.add(path, fmt::format("'{}': rigid bodies are not felt by a fluid yet", rods.name));
     }
 }
 
@@ -173,8 +177,9 @@ void check_outputs(const SceneSpec& scene, bool good_grid, Objections& objection
 
 void check_fluid(const SceneSpec& scene, Objections& objections) {
     if (scene.output.fluid_fields > 0 && !scene.fluid) objections.add("output.fields", "'fields' has no use without [fluid]");
-    if (scene.obstacles.empty())
-        TableObjections(objections, "immersion").unused({"delta", "sweeps", "slip"}, "without [[obstacle]]");
+    TableObjections immersion(objections, "immersion");
+    if (!scene.has_immersed()) immersion.unused({"delta", "sweeps", "slip"}, "without [[obstacle]] or rods in a [fluid]");
+    if (!scene.fluid || scene.rods.empty()) immersion.unused({"retraction", "coupling"}, "without rods in a [fluid]");
     if (!scene.fluid) {
         for (std::size_t i = 0; i < scene.obstacles.size(); ++i)
             objections.add(fmt::format("obstacle.{}", i), "[[obstacle]] has no use without [fluid]");
@@ -184,7 +189,7 @@ void check_fluid(const SceneSpec& scene, Objections& objections) {
     }
     const FluidSpec& fluid = *scene.fluid;
     TableObjections table(objections, "fluid");
-    if (!scene.rods.empty()) table.add("", "rods and a fluid do not feel each other yet: a scene has one of both");
+    check_rods(scene, objections);
     check_cells(fluid, table);
     for (const auto& [key, bound] : {std::pair{"along_y", fluid.along_y}, std::pair{"along_z", fluid.along_z}})
         if (bound == FluidBoundary::through) table.add(key, fmt::format("'{}': the fluid flows through along x alone", key));

@@ -102,8 +102,8 @@ double FluidPlan::ghost_bytes(int ranks) const {
 }
 
 double FluidPlan::steps(std::int64_t run_steps, double dt) const {
-    return std::max(1.0, std::ceil(dt / step_limit(constants, speed.value, courant) * (1 - 1e-12))) *
-           static_cast<double>(run_steps);
+    if (every > 0) return static_cast<double>(run_steps) / static_cast<double>(every);
+    return std::max(1.0, std::ceil(dt / step_limit() * (1 - 1e-12))) * static_cast<double>(run_steps);
 }
 
 double FluidOutput::bytes_per_cell() const {
@@ -150,6 +150,20 @@ CellBox cells_of(const FluidOutputSpec& spec, const FluidGrid& grid) {
     return box;
 }
 
+RodsInFluid rods_in_fluid(const RodGroup& group, const FluidPlan& fluid) {
+    const double h = fluid.constants.grid.h, retraction = fluid.retraction * h;
+    RodsInFluid rods{.name = group.name(),
+                     .markers = static_cast<std::int64_t>(rod_markers(group, h, retraction).size()),
+                     .least_axis = HUGE_VAL};
+    for (std::size_t k = 0; k < group.element.size(); ++k) {
+        const HalfAxes axes = half_axes(group, k);
+        rods.least_axis = std::min({rods.least_axis, axes.along_d1 / h, axes.along_d2 / h});
+        rods.most_axis = std::max({rods.most_axis, axes.along_d1 / h, axes.along_d2 / h});
+        rods.has[static_cast<std::size_t>(section_markers(axes, h, retraction))] = true;
+    }
+    return rods;
+}
+
 FluidPlan plan_fluid(const SceneSpec& scene) {
     FluidPlan plan{.constants = scene.fluid->constants(),
                    .courant = scene.fluid->courant,
@@ -158,7 +172,8 @@ FluidPlan plan_fluid(const SceneSpec& scene) {
                    .forcing = scene.immersion.numbers(),
                    .names = names_for_formulas(scene),
                    .outputs = {},
-                   .speed = {}};
+                   .speed = {},
+                   .retraction = scene.immersion.retraction};
     plan.outputs = outputs_of(scene, plan.constants.grid);
     plan.speed = speed_of(plan, scene.fluid->expected_speed);
     return plan;

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "fluid/cell_samples.hpp"
+#include "immersion/rod_surface.hpp"
 #include "scene/scene_spec.hpp"
 
 #include <string>
@@ -42,6 +43,17 @@ struct FluidSpeed {
     std::string_view by;
 };
 
+struct FluidPlan;
+
+/// Rods of a group as the fluid has them.
+struct RodsInFluid {
+    std::string name;
+    std::int64_t markers = 0;             ///< of a rod
+    double least_axis = 0, most_axis = 0; ///< half axes of sections, over the spacing
+    std::array<bool, 3> has{};            ///< by SectionMarkers
+};
+RodsInFluid rods_in_fluid(const RodGroup& group, const FluidPlan& fluid);
+
 /// The fluid around everything.
 struct FluidPlan {
     FlowConstants constants;
@@ -52,6 +64,15 @@ struct FluidPlan {
     FormulaScope names; ///< that it may hold
     std::vector<FluidOutput> outputs;
     FluidSpeed speed;
+    double retraction = 0;  ///< of rods, over the spacing
+    std::int64_t every = 0; ///< with rods: steps of the run between two meetings of rods and fluid, a step of the fluid or several
+    std::vector<RodsInFluid> rods; ///< by group
+
+    /// Steps of the fluid that may go between two meetings.
+    std::int64_t most_parts() const { return every / stage_parts(constants.scheme).unit; }
+
+    /// Of a step of the fluid, at the speed that is known, s.
+    double step_limit() const { return skein::step_limit(constants, speed.value, courant); }
 
     /// Ten fields, and coefficients and as many to be sent on more ranks than one, or what multigrid keeps, as measured.
     double bytes_per_cell() const { return constants.pressure == PressureMethod::direct ? 96 : 80 + multigrid_bytes_per_cell; }

@@ -44,6 +44,16 @@ std::string obstacle_text(const Obstacle& o, const FluidPlan& fluid) {
                        o.moves() ? ", moves" : "", fluid.forcing.sweeps);
 }
 
+std::string rods_in_fluid_text(const RodsInFluid& rods, const FluidPlan& fluid) {
+    const auto has = [&](SectionMarkers kind) { return rods.has[static_cast<std::size_t>(kind)]; };
+    std::vector<std::string_view> as;
+    if (has(SectionMarkers::ring)) as.emplace_back("rings");
+    if (has(SectionMarkers::sheet)) as.emplace_back("sheets");
+    if (has(SectionMarkers::centre_line)) as.emplace_back("the centre line, of which the fluid sees a width of some two cells");
+    return fmt::format("'{}', half axes of {:.3g} to {:.3g} cells, {} markers a rod, on {}; they do not feel the fluid; {} sweeps",
+                       rods.name, rods.least_axis, rods.most_axis, rods.markers, joined(as, ", "), fluid.forcing.sweeps);
+}
+
 namespace {
 
 double frames_in(const FluidOutput& output, std::int64_t steps) { return static_cast<double>(steps / output.every + 1); }
@@ -105,6 +115,8 @@ nlohmann::ordered_json fluid_json(const FluidPlan& fluid, std::int64_t steps, do
                            {"every", o.every},
                            {"frames", frames_in(o, steps)},
                            {"most_frame_bytes", o.most_bytes(fluid.constants.grid)}});
+    nlohmann::ordered_json rods = nlohmann::ordered_json::array();
+    for (const RodsInFluid& r : fluid.rods) rods.push_back({{"name", r.name}, {"markers", r.markers}});
     const FlowConstants& c = fluid.constants;
     nlohmann::ordered_json bounds = nlohmann::ordered_json::array();
     for (const FluidBoundary b : c.grid.boundary) bounds.push_back(fluid_boundary_names[static_cast<std::size_t>(b)]);
@@ -125,6 +137,8 @@ nlohmann::ordered_json fluid_json(const FluidPlan& fluid, std::int64_t steps, do
             {"pressure_tolerance", c.pressure_tolerance},
             {"bytes_per_cell", fluid.bytes_per_cell()},
             {"outputs", outputs},
+            {"meets_rods_every", fluid.every},
+            {"rods", rods},
             {"speed", fluid.speed.value},
             {"speed_by", fluid.speed.by},
             {"steps", fluid.steps(steps, dt)}};

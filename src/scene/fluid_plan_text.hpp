@@ -15,6 +15,7 @@ std::string fluid_text(const FluidPlan& fluid);
 /// What drives it besides inflow and obstacles; empty: nothing.
 std::string drive_text(const FluidPlan& fluid);
 std::string pressure_text(const FluidPlan& fluid);
+std::string rods_in_fluid_text(const RodsInFluid& rods, const FluidPlan& fluid);
 std::string obstacle_text(const Obstacle& obstacle, const FluidPlan& fluid);
 /// Of a run of `steps` steps of dt, s.
 std::string output_text(const FluidOutput& output, const FluidGrid& grid, std::int64_t steps, double dt);

@@ -371,12 +371,14 @@ double interval_to_divide(const SceneSpec& scene, double longest_step) {
 
 /// Of outputs that come at other times than asked for.
 void tell_uneven_outputs(Plan& plan, const SceneSpec& scene) {
+    const double event = plan.dt * static_cast<double>(plan.events_every());
     for (const auto& [name, interval] : output_intervals(scene)) {
-        const double actual = std::max(1.0, std::round(interval / plan.dt)) * plan.dt;
+        const double actual = std::max(1.0, std::round(interval / event)) * event;
         if (std::abs(actual - interval) > 1e-6 * interval)
-            plan.notes.push_back(fmt::format(
-                "{} every {:g} s is no whole number of steps: it comes every {:.6g} s; {}", name, interval, actual,
-                plan.automatic_dt ? "time.divide names the interval that dt divides" : "a dt that divides it would do"));
+            plan.notes.push_back(fmt::format("{} every {:g} s is no whole number of steps{}: it comes every {:.6g} s; {}", name,
+                                             interval, plan.events_every() > 1 ? " of the fluid" : "", actual,
+                                             plan.automatic_dt ? "time.divide names the interval that dt divides"
+                                                               : "a dt that divides it would do"));
     }
 }
 
@@ -396,6 +398,37 @@ void choose_step_of_fluid(Plan& plan, const SceneSpec& scene) {
     plan.limit = HUGE_VAL;
     plan.dt = plan.automatic_dt ? interval_to_divide(scene, 0) : t.dt;
     plan.steps = std::max<std::int64_t>(1, std::llround(t.duration / plan.dt));
+}
+
+/// Steps of the fluid divide the interval, and steps of rods the stages of the fluid.
+void divide_step_of_fluid(Plan& plan, const SceneSpec& scene, double longest) {
+    FluidPlan& fluid = *plan.fluid;
+    const auto unit = static_cast<double>(stage_parts(fluid.constants.scheme).unit);
+    const double of_fluid = fluid.step_limit(), interval = interval_to_divide(scene, std::isfinite(of_fluid) ? of_fluid : longest);
+    const double step = interval / std::max(1.0, std::ceil(interval / of_fluid * (1 - 1e-12)));
+    constexpr double fewest = 4; // and a smooth number: the fluid may divide them
+    const std::int64_t parts = next_smooth(std::llround(std::max(fewest, std::ceil(step / (unit * longest) * (1 - 1e-12)))));
+    plan.dt = step / (unit * static_cast<double>(parts));
+    fluid.every = static_cast<std::int64_t>(unit) * parts;
+}
+
+/// Of a given step of rods: as many as a step of the fluid may last.
+void count_steps_in_fluid(Plan& plan, const SceneSpec& scene) {
+    FluidPlan& fluid = *plan.fluid;
+    const int unit = stage_parts(fluid.constants.scheme).unit;
+    const double limit = std::min(fluid.step_limit(), interval_to_divide(scene, 0)), parts = std::floor(limit / (unit * plan.dt));
+    if (parts < 1)
+        throw InputError(fmt::format("{}: time.dt = {:g} s: a step of the fluid, of {:.4g} s here, holds {} steps of rods with the "
+                                     "scheme {}: at most {:.4g} s, or dt = \"auto\"",
+                                     scene.file, plan.dt, limit, unit,
+                                     flow_scheme_names[static_cast<std::size_t>(fluid.constants.scheme)], limit / unit));
+    fluid.every = unit * static_cast<std::int64_t>(parts);
+}
+
+/// Whole steps, those of the fluid where rods are in it.
+std::int64_t whole_steps(double interval, const Plan& plan) {
+    const std::int64_t every = plan.events_every();
+    return interval > 0 ? every * std::max<std::int64_t>(1, std::llround(interval / (plan.dt * static_cast<double>(every)))) : 0;
 }
 
 void choose_step(Plan& plan, const SceneSpec& scene) {
@@ -427,25 +460,26 @@ void choose_step(Plan& plan, const SceneSpec& scene) {
             const double share = g.undamped ? std::min(undamped_share, t.safety * t.e_min) : t.safety * t.e_min;
             longest = std::min(longest, share * g.limits.front().dt * scheme_of(t.integrator).stability);
         }
-        const double interval = interval_to_divide(scene, longest);
-        plan.dt = interval / std::ceil(interval / longest);
+        if (plan.fluid) {
+            divide_step_of_fluid(plan, scene, longest);
+        } else {
+            const double interval = interval_to_divide(scene, longest);
+            plan.dt = interval / std::ceil(interval / longest);
+        }
     } else {
         plan.dt = t.dt;
+        if (plan.fluid) count_steps_in_fluid(plan, scene);
         if (t.dt > plan.limit && !t.force_dt)
             throw InputError(
                 fmt::format("{}: time.dt = {:g} s is beyond the stable limit {:.6g} s, set by the {} mode of element {} of '{}'; "
                             "use dt = \"auto\", a smaller dt, or force_dt = true",
                             scene.file, t.dt, plan.limit, limit.mode, limit.element, governing.name));
     }
-    plan.steps = std::max<std::int64_t>(1, std::llround(t.duration / plan.dt));
+    plan.steps = whole_steps(t.duration, plan);
 }
 
-std::int64_t whole_steps(double interval, double dt) {
-    return interval > 0 ? std::max<std::int64_t>(1, std::llround(interval / dt)) : 0;
-}
-
-Cadence cadence_of(const OutputSpec& out, double dt) {
-    const auto steps = [&](double interval) { return whole_steps(interval, dt); };
+Cadence cadence_of(const OutputSpec& out, const Plan& plan) {
+    const auto steps = [&](double interval) { return whole_steps(interval, plan); };
     return {.trajectory = steps(out.trajectory),
             .tips = steps(out.tips),
             .series = steps(out.series),
@@ -644,6 +678,7 @@ Plan make_plan(const SceneSpec& as_given, std::span<const RodGroup> groups, cons
     if (!plan.walls.empty()) plan.interactions.emplace_back(interact::Walls{});
     if (scene.fluid) {
         plan.fluid = plan_fluid(scene);
+        for (const RodGroup& group : groups) plan.fluid->rods.push_back(rods_in_fluid(group, *plan.fluid));
         plan.interactions.emplace_back(interact::Fluid{});
     }
     find_families(plan, groups);
@@ -674,7 +709,7 @@ Plan make_plan(const SceneSpec& as_given, std::span<const RodGroup> groups, cons
               (machine.ranks * std::min(machine.threads, machine.cores));
     if (plan.copy_bytes > machine.ranks * most_copied_bytes) plan.copy_bytes = 0;
     choose_step(plan, scene);
-    plan.cadence = cadence_of(scene.output, plan.dt);
+    plan.cadence = cadence_of(scene.output, plan);
     plan.keeping = {scene.output.keep, scene.output.milestones};
     tell_uneven_outputs(plan, scene);
     const auto note = [&](std::vector<std::string> all) { std::move(all.begin(), all.end(), std::back_inserter(plan.notes)); };
@@ -709,7 +744,7 @@ Plan make_plan(const SceneSpec& as_given, std::span<const RodGroup> groups, cons
             plan.notes.push_back(fmt::format("{} planes of cells along z are too few for {} ranks: at most {} can share them",
                                              grid.cells[2], machine.ranks, grid.cells[2] / FieldLayout::ghosts));
         for (FluidOutput& output : plan.fluid->outputs) {
-            output.every = whole_steps(output.interval, plan.dt);
+            output.every = whole_steps(output.interval, plan);
             (output.kind == FluidOutputKind::blocks ? plan.most_block_bytes : plan.output_bytes) +=
                 frames(output.every) * output.most_bytes(grid);
         }

@@ -107,6 +107,8 @@ struct Plan {
     bool automatic_stiffness = false;        ///< of `contact`: found from what presses
     ContactOutlook outlook;                  ///< of contacts and walls, where there are any
     std::optional<FluidPlan> fluid;
+    /// Steps between times at which all of a scene stands: those of the fluid where rods are in it.
+    std::int64_t events_every() const { return fluid && fluid->every > 0 ? fluid->every : 1; }
     std::vector<Wall> walls;              ///< planes, tubes and balls: boxes are taken apart
     double mass = 0;                      ///< of all rods, kg
     double mass_radius = 0;               ///< sum of masses times radii, kg m

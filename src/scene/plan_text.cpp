@@ -117,6 +117,12 @@ std::string to_text(const Plan& p) {
                                    bytes_text(p.fluid->ghost_bytes(p.machine.ranks))));
     if (p.fluid)
         for (const Obstacle& o : p.fluid->obstacles) line("  obstacle", obstacle_text(o, *p.fluid));
+    if (p.fluid)
+        for (const RodsInFluid& rods : p.fluid->rods) line("  rods", rods_in_fluid_text(rods, *p.fluid));
+    if (p.events_every() > 1)
+        line("  meets rods",
+             fmt::format("every {} steps of rods, {:.4g} s: a step of the fluid, or up to {} where it has to be shorter",
+                         p.events_every(), static_cast<double>(p.events_every()) * p.dt, p.fluid->most_parts()));
     line("runs on",
          fmt::format("{} x {} ({} per rank{}), {} ({})", counted(p.machine.ranks, "rank"), counted(p.machine.threads, "thread"),
                      counted(p.machine.cores, "core"), p.machine.which_cores.empty() ? "" : ": " + p.machine.which_cores,

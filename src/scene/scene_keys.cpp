@@ -159,7 +159,7 @@ std::string scene_toml(const SceneSpec& scene, Keys which) {
     out.constants(scene.constants);
     if (scene.contact) out.table("[contact]", "contact", *scene.contact, ContactSpec{});
     if (scene.fluid) out.table("[fluid]", "fluid", *scene.fluid, FluidSpec{});
-    if (!scene.obstacles.empty()) out.table("[immersion]", "immersion", scene.immersion, ImmersionSpec{});
+    if (scene.has_immersed()) out.table("[immersion]", "immersion", scene.immersion, ImmersionSpec{});
     for_each_list(scene, [&](const char* name, const auto& specs) {
         for (const auto& spec : specs) out.table(fmt::format("[[{}]]", name), name, spec, defaults_of(spec));
     });

@@ -108,7 +108,7 @@ public:
         in("time", [&] { scene.time.fields(*this); });
         if (scene.contact) in("contact", [&] { scene.contact->fields(*this); });
         if (scene.fluid) in("fluid", [&] { scene.fluid->fields(*this); });
-        if (!scene.obstacles.empty()) in("immersion", [&] { scene.immersion.fields(*this); });
+        if (scene.has_immersed()) in("immersion", [&] { scene.immersion.fields(*this); });
         for (std::size_t i = 0; i < scene.rods.size(); ++i) in(path_of_group(scene, i), [&] { scene.rods[i].fields(*this); });
         for_each_list(scene, [&](const char* name, auto& specs) {
             for (std::size_t i = 0; i < specs.size(); ++i)

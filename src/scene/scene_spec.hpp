@@ -42,6 +42,9 @@ struct SceneSpec {
     std::vector<FluidOutputSpec> fluid_outputs;
     StartSpec start;
 
+    /// Whether bodies are in a fluid.
+    bool has_immersed() const { return fluid && (!obstacles.empty() || !rods.empty()); }
+
     std::string file; ///< where the scene was read from; relative paths in it start there
 };
 

@@ -26,34 +26,79 @@ std::unique_ptr<FlowSolver> make_flow(const InteractionParts& parts) {
 } // namespace
 
 FluidInteraction::FluidInteraction(const InteractionParts& parts)
-    : comm_(parts.comm), threads_(parts.threads), plan_(*parts.plan.fluid), flow_(make_flow(parts)) {
-    if (!plan_.obstacles.empty()) {
-        obstacles_ = std::make_unique<ObstacleForcing>(comm_, threads_, plan_.constants.grid, plan_.forcing, plan_.obstacles);
-        flow_->set_forcing(&obstacles_->forcing());
+    : comm_(parts.comm), threads_(parts.threads), plan_(*parts.plan.fluid), flow_(make_flow(parts)), groups_(parts.groups) {
+    const FluidGrid& grid = plan_.constants.grid;
+    std::unique_ptr<ImmersedRods> rods;
+    if (!groups_.empty()) rods = std::make_unique<ImmersedRods>(groups_, parts.rods, grid.h, plan_.retraction * grid.h);
+    if (rods || !plan_.obstacles.empty()) {
+        bodies_ = std::make_unique<Immersion>(comm_, threads_, grid, plan_.forcing, plan_.obstacles, std::move(rods));
+        bodies_->set_lag(scheme_of(parts.plan.integrator).lag * parts.plan.dt);
+        flow_->set_forcing(&bodies_->forcing());
     }
     const Vec3d inflow = plan_.constants.inflow;
     if (plan_.velocity_formula.empty()) flow_->set_velocity([&](const Vec3d&) { return inflow; });
     else flow_->set_velocity(VelocityRow(StartVelocity(plan_.velocity_formula, plan_.names)));
 }
 
+void FluidInteraction::follow(const InteractionParts& parts) { bodies_->rods()->follow(parts.rods); }
+
+std::int64_t FluidInteraction::next_meeting(std::int64_t done) const {
+    if (groups_.empty() || !failure_.empty()) return Interaction::next_meeting(done);
+    const std::int64_t within = done % plan_.every;
+    if (within == 0) return done + 1; // how long a step of the fluid may be is found there
+    const StageParts parts = stage_parts(plan_.constants.scheme);
+    std::int64_t next = done - within % part_;
+    for (int s = 0; s < parts.count && next <= done; ++s) next += part_ / parts.unit * parts.part[static_cast<std::size_t>(s)];
+    return next;
+}
+
 void FluidInteraction::drive(const Step& step, Timers& timers) {
     const auto timing = timers.time(Phase::fluid);
     if (!failure_.empty()) return;
-    const double limit = flow_->step_limit(plan_.courant); // the same on all ranks
-    if (!(step.dt / limit < most_parts)) {
-        failure_ =
-            fmt::format("the velocity or the viscosity of the fluid leaves steps of {:.3g} s: {:.3g} of them for a step of the "
-                        "run, more than {:g}",
-                        limit, step.dt / limit, most_parts);
-        return;
-    }
-    const double begin = step.time - 0.5 * step.dt; // forces on rods are those of the middle
-    if (obstacles_) obstacles_->begin_interval(begin);
-    time_ = begin + step.dt;
     try {
-        steps_ += flow_->step_within(begin, step.dt, plan_.courant);
+        if (groups_.empty()) step_alone(step);
+        else if (step.completes) step_with_rods(step);
     } catch (const NumericalError& error) { // on all ranks
         failure_ = error.what();
+    }
+}
+
+void FluidInteraction::fail_at(double limit, double dt) {
+    const double most = groups_.empty() ? most_parts : static_cast<double>(plan_.most_parts());
+    failure_ =
+        fmt::format("the velocity or the viscosity of the fluid leaves steps of {:.3g} s: {:.3g} of them for {:.3g} s of the "
+                    "run, more than {:g}{}",
+                    limit, dt / limit, dt, most,
+                    groups_.empty() ? "" : "; the fluid.expected_speed [m/s] of a plan makes them shorter from the start");
+}
+
+void FluidInteraction::step_alone(const Step& step) {
+    const double limit = flow_->step_limit(plan_.courant); // the same on all ranks
+    if (!(step.dt / limit < most_parts)) return fail_at(limit, step.dt);
+    if (bodies_) bodies_->begin_interval(step.begin), to_ = step.end();
+    steps_ += flow_->step_within(step.begin, step.dt, plan_.courant);
+}
+
+void FluidInteraction::step_with_rods(const Step& step) {
+    const StageParts parts = stage_parts(plan_.constants.scheme);
+    const std::int64_t within = (step.index - 1) % plan_.every + 1; // steps of the run, of those between two meetings
+    if (within == 1) {
+        const double limit = flow_->step_limit(plan_.courant), whole = static_cast<double>(plan_.every) * step.dt;
+        std::int64_t steps = 1; // of the fluid, each of as many of the run
+        while (steps <= plan_.most_parts() && (plan_.most_parts() % steps != 0 || whole > static_cast<double>(steps) * limit))
+            ++steps;
+        if (steps > plan_.most_parts()) return fail_at(limit, whole);
+        part_ = plan_.every / steps;
+        bodies_->begin_interval(step.begin), to_ = step.begin + whole;
+    }
+    const std::int64_t unit = part_ / parts.unit, done = (within - 1) % part_ + 1;
+    std::int64_t until = 0;
+    for (int s = 0; s < parts.count; ++s) {
+        until += unit * parts.part[static_cast<std::size_t>(s)];
+        if (done != until) continue;
+        const double dt = static_cast<double>(part_) * step.dt, from = step.end() - static_cast<double>(done) * step.dt;
+        flow_->stage(s, from, dt);
+        if (s + 1 == parts.count) ++steps_;
     }
 }
 
@@ -89,15 +134,18 @@ std::vector<Figure> FluidInteraction::figures(double) const {
                             {"fluid_max_divergence[1/s]", Of::largest, largest(&FlowFigures::divergence)},
                             {"fluid_max_speed[m/s]", Of::largest, largest(&FlowFigures::speed)},
                             {"fluid_steps[-]", Of::same, {static_cast<double>(steps_)}}};
-    if (!obstacles_) return all;
-    for (std::size_t o = 0; o < plan_.obstacles.size(); ++o) {
-        const Vec3d force = obstacles_->force(o, plan_.constants.density, time_);
-        const std::string name = plan_.obstacles[o].name + "_force_";
+    if (!bodies_) return all;
+    const auto add_force = [&](const std::string& name, const Vec3d& force) {
         all.push_back({name + "x[N]", Of::same, {force.x}});
         all.push_back({name + "y[N]", Of::same, {force.y}});
         all.push_back({name + "z[N]", Of::same, {force.z}});
-    }
-    all.push_back({"slip[m/s]", Of::same, {obstacles_->forcing().slip()}});
+    };
+    const double density = plan_.constants.density;
+    for (std::size_t o = 0; o < plan_.obstacles.size(); ++o)
+        add_force(plan_.obstacles[o].name + "_force_", bodies_->force_on_obstacle(o, density, to_));
+    for (std::size_t g = 0; g < groups_.size(); ++g)
+        add_force(groups_[g].name() + "_fluid_force_", bodies_->force_on_rods(g, density, to_));
+    all.push_back({"slip[m/s]", Of::same, {bodies_->forcing().slip()}});
     return all;
 }
 
@@ -105,7 +153,7 @@ KeptNumbers FluidInteraction::kept() const {
     const FieldLayout layout = flow_->layout();
     const auto state = flow_->state();
     KeptNumbers kept{.name = kept_name(),
-                     .numbers = {static_cast<double>(steps_), time_},
+                     .numbers = {static_cast<double>(steps_), flow_->time()},
                      .sums = 0,
                      .columns = state.size() * static_cast<std::size_t>(layout.nx * layout.ny),
                      .rows = {}};
@@ -126,13 +174,12 @@ void FluidInteraction::recall(const KeptNumbers& kept) {
         kept.columns != state.size() * static_cast<std::size_t>(layout.nx * layout.ny))
         throw IoError("a checkpoint holds another fluid than that of the scene");
     steps_ = steps_before_ = static_cast<std::int64_t>(kept.numbers.at(0));
-    time_ = kept.numbers.size() > 1 ? kept.numbers[1] : 0; // of programs before walls could move
     auto from = kept.rows.begin();
     for (int k = 0; k < layout.nz; ++k)
         for (const std::span<double> field : state)
             for (int j = 0; j < layout.ny; ++j, from += layout.nx) std::copy_n(from, layout.nx, field.begin() + layout.at(0, j, k));
-    flow_->refresh(time_);
-    if (obstacles_) obstacles_->begin_interval(time_);
+    flow_->refresh(kept.numbers.size() > 1 ? kept.numbers[1] : 0); // 0: of programs before walls could move
+    failure_.clear();
 }
 
 std::uint64_t FluidInteraction::digest() const { // that of the rows of kept(), without a copy of them

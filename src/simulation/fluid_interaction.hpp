@@ -2,7 +2,7 @@
 #pragma once
 
 #include "fluid/flow.hpp"
-#include "immersion/obstacle.hpp"
+#include "immersion/immersion.hpp"
 #include "simulation/interaction.hpp"
 
 namespace skein {
@@ -12,7 +12,8 @@ public:
     /// Throws InputError where this program has no fluid solver. Collective.
     explicit FluidInteraction(const InteractionParts& parts);
 
-    void follow(const InteractionParts&) override {}
+    void follow(const InteractionParts& parts) override;
+    std::int64_t next_meeting(std::int64_t done) const override;
     void drive(const Step& step, Timers& timers) override;
     std::string invalid() const override;
     std::vector<Figure> figures(double lag) const override;
@@ -27,14 +28,22 @@ public:
     const FlowSolver& flow() const { return *flow_; }
 
 private:
+    /// From an end of a step of the run to the next, in steps that are as long as the fluid allows.
+    void step_alone(const Step& step);
+    /// A stage where rods have come to its end.
+    void step_with_rods(const Step& step);
+    void fail_at(double limit, double dt);
+
     const Communicator& comm_;
     const Threads& threads_;
     const FluidPlan& plan_;
     std::unique_ptr<FlowSolver> flow_;
-    std::unique_ptr<ObstacleForcing> obstacles_; ///< null where there are none
-    double time_ = 0;                            ///< of the fluid, s
-    std::string failure_;                        ///< why it cannot go on; empty: it can
-    std::int64_t steps_ = 0, steps_before_ = 0;  ///< of the fluid since the start; of them, those before this run
+    std::span<const RodGroup> groups_;
+    std::unique_ptr<Immersion> bodies_;         ///< null where there are none
+    double to_ = 0;                             ///< s, end of the interval that forces on them are means of
+    std::string failure_;                       ///< why it cannot go on; empty: it can
+    std::int64_t steps_ = 0, steps_before_ = 0; ///< of the fluid since the start; of them, those before this run
+    std::int64_t part_ = 0;                     ///< with rods: steps of the run in the present step of the fluid
 };
 
 /// The fluid among them; null where there is none.

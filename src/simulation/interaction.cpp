@@ -112,6 +112,12 @@ double step_limit(const Interactions& all) {
     return least;
 }
 
+std::int64_t next_meeting(const Interactions& all, std::int64_t done) {
+    std::int64_t next = std::numeric_limits<std::int64_t>::max();
+    for (const auto& one : all) next = std::min(next, one->next_meeting(done));
+    return next;
+}
+
 Touch strongest_touch(const Communicator& comm, const Interactions& all, std::int64_t gid) {
     Touch most;
     for (const auto& one : all)

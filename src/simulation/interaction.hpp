@@ -12,6 +12,7 @@
 
 #include <cmath>
 #include <functional>
+#include <limits>
 #include <memory>
 #include <span>
 #include <string>
@@ -72,6 +73,10 @@ public:
     virtual void add_own(const Step& step) { static_cast<void>(step); }
     /// The rest, when ghosts have arrived. This rank alone.
     virtual void add_shared(const Step& step) { static_cast<void>(step); }
+    /// The first step after `done` behind which drive() looks at where bodies are: the next drift waits for it. This rank alone.
+    virtual std::int64_t next_meeting(std::int64_t done) const {
+        return static_cast<void>(done), std::numeric_limits<std::int64_t>::max();
+    }
     /// After the kick: drives what answers the bodies, such as walls with servos. Collective.
     virtual void drive(const Step& step, Timers& timers) { static_cast<void>(step), static_cast<void>(timers); }
     /// Every 64 steps and at events: watches that are too dear for every step. This rank alone.
@@ -123,6 +128,8 @@ bool finished(const Interactions& all);
 /// The reason of the first that cannot go on; empty: there is none.
 std::string invalid(const Interactions& all);
 double step_limit(const Interactions& all);
+/// That of any of them.
+std::int64_t next_meeting(const Interactions& all, std::int64_t done);
 /// Of all that touch a body what presses it most, on any rank. Collective.
 Touch strongest_touch(const Communicator& comm, const Interactions& all, std::int64_t gid);
 

@@ -30,6 +30,9 @@ constexpr std::int64_t tick_multiple = 64; ///< steps between ticks: fewer would
 
 std::int64_t multiple_after(std::int64_t step, std::int64_t every) { return (step / every + 1) * every; }
 
+/// The first step from `step` on at which all of the scene stands at one time.
+std::int64_t whole_event(std::int64_t step, std::int64_t every) { return (step + every - 1) / every * every; }
+
 void tell_warning(const std::string& text) { std::fprintf(stderr, "warning: %s\n", text.c_str()); }
 
 /// Refuses rods that do not fit, before any is made: the system may end a process that takes too much without a word. Of all ranks
@@ -113,6 +116,7 @@ Simulation::Simulation(const Communicator& comm, const Threads& threads, const S
     last_step_ = plan_.steps;
     if (options_.until > 0) last_step_ = std::min<std::int64_t>(last_step_, clock_.step_at(options_.until));
     if (options_.steps > 0) last_step_ = std::min(last_step_, options_.steps);
+    last_step_ = whole_event(last_step_, plan_.events_every());
     if (writes && first_step_ > 0 && plan_.rest_speed > 0 && first_step_ % plan_.cadence.series == 0) {
         look();
         look_for_rest();
@@ -201,8 +205,9 @@ void Simulation::advance(std::int64_t until) {
     bool going = true;
     while (clock_.done() < until && going) {
         const std::int64_t next_check = (clock_.done() / check_every + 1) * check_every;
-        const auto steps = coupled || settling_ ? clock_.next(std::min(until, next_check))
-                                                : clock_.next(until, together ? 1 : Clock::largest_batch);
+        const auto steps = coupled || settling_
+                               ? clock_.next(std::min({until, next_check, next_meeting(interactions_, clock_.done())}))
+                               : clock_.next(until, together ? 1 : Clock::largest_batch);
         const std::int64_t last = steps.back().index;
         const bool check = last == until || last >= next_check;
         const bool valid = coupled ? step_coupled(steps, check) : step_uncoupled(steps, check);
@@ -314,7 +319,7 @@ std::int64_t Simulation::next_event() const {
         if (every > 0) next = std::min(next, multiple_after(clock_.done(), every));
     if (plan_.fluid)
         for (const FluidOutput& output : plan_.fluid->outputs) next = std::min(next, multiple_after(clock_.done(), output.every));
-    return next;
+    return whole_event(next, plan_.events_every());
 }
 
 Exit Simulation::exit_code() const {

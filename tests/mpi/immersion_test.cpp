@@ -1,6 +1,6 @@
 // Bodies in a fluid: the same bits on any ranks, what they give the fluid, and the drag of a sphere.
 #include "fluid/make_flow.hpp"
-#include "immersion/obstacle.hpp"
+#include "immersion/immersion.hpp"
 
 #include <gtest/gtest.h>
 
@@ -38,7 +38,7 @@ Swum swum(const Communicator& comm, const Threads& threads, FlowScheme scheme, D
     constants.scheme = scheme;
     auto flow = make_flow(comm, threads, constants);
     flow->set_velocity([](const Vec3d&) { return Vec3d{0, 0, 0}; });
-    ObstacleForcing bodies(comm, threads, constants.grid, {.delta = delta, .sweeps = 3}, moving_bodies());
+    Immersion bodies(comm, threads, constants.grid, {.delta = delta, .sweeps = 3}, moving_bodies());
     flow->set_forcing(&bodies.forcing());
     bodies.begin_interval(0);
     for (int s = 0; s < 6; ++s) flow->step(0.03 * s, 0.03);
@@ -81,13 +81,13 @@ TEST(Obstacles, SphereHasItsDrag) {
     flow->set_velocity([](const Vec3d&) { return Vec3d{1, 0, 0}; });
     Obstacle sphere;
     sphere.centre = {3.5, 3, 3}, sphere.radius = 0.5;
-    ObstacleForcing bodies(comm, threads, constants.grid, {}, {sphere});
+    Immersion bodies(comm, threads, constants.grid, {}, {sphere});
     flow->set_forcing(&bodies.forcing());
     for (int t = 0; t < 16; ++t) {
         bodies.begin_interval(0.5 * t);
         flow->step_within(0.5 * t, 0.5, 0.8);
     }
-    EXPECT_NEAR(bodies.force(0, 1, 8).x / (0.5 * std::numbers::pi / 4), 1.019 * 1.087, 0.015 * 1.087);
+    EXPECT_NEAR(bodies.force_on_obstacle(0, 1, 8).x / (0.5 * std::numbers::pi / 4), 1.019 * 1.087, 0.015 * 1.087);
     EXPECT_LT(bodies.forcing().slip(), 0.02);
 }
 

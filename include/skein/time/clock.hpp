@@ -24,6 +24,9 @@ struct Step {
     int slot;           ///< place in its batch: row of the tables that loads prepare
     bool completes;     ///< the last stage of its step
     bool last;          ///< of its batch
+    double begin = 0;   ///< s, of the whole step
+
+    double end() const { return begin + dt; }
 };
 
 /// Deals out batches of steps; knows nothing of rods.
@@ -57,7 +60,8 @@ public:
                 const double drift = index == 1 && first ? stage.drift - scheme_.lag : stage.drift;
                 batch_.push_back({index, dt_, drift * dt_, stage.kick * dt_,
                                   shift_ + (static_cast<double>(index - 1) + stage.time) * dt_, stage.kick_length,
-                                  static_cast<int>(batch_.size()), &stage == &scheme_.stages.back(), false});
+                                  static_cast<int>(batch_.size()), &stage == &scheme_.stages.back(), false,
+                                  shift_ + static_cast<double>(index - 1) * dt_});
             }
         if (!batch_.empty()) batch_.back().last = true;
         return batch_;

@@ -1,0 +1,46 @@
+// Bodies in a fluid: obstacles, whose motion is given, and rods.
+#pragma once
+
+#include "immersion/direct_forcing.hpp"
+#include "immersion/immersed_rods.hpp"
+#include "immersion/obstacle.hpp"
+
+#include <memory>
+#include <vector>
+
+namespace skein {
+
+class Immersion {
+public:
+    /// `rods`: null where there are none.
+    Immersion(const Communicator& comm, const Threads& threads, const FluidGrid& grid, const ForcingNumbers& numbers,
+              std::vector<Obstacle> obstacles, std::unique_ptr<ImmersedRods> rods = nullptr);
+
+    DirectForcing& forcing() { return forcing_; }
+    const DirectForcing& forcing() const { return forcing_; }
+    ImmersedRods* rods() { return rods_.get(); }
+    const std::vector<Obstacle>& obstacles() const { return obstacles_; }
+    /// Positions of rods are so far behind their rates, s.
+    void set_lag(double lag) { lag_ = lag; }
+
+    /// Since the last call of begin_interval(), by a fluid of this density: the mean force on an obstacle, N.
+    Vec3d force_on_obstacle(std::size_t obstacle, double density, double time) const;
+    /// The same on the rods of a group, with what the fluid within their surfaces takes to move with them.
+    Vec3d force_on_rods(std::size_t group, double density, double time) const;
+    void begin_interval(double time) { forcing_.forget(), from_ = time; }
+
+private:
+    void place(double time, Markers& markers) const;
+    void place_obstacles(double time, Markers& markers) const;
+
+    FluidGrid grid_;
+    int rank_, ranks_;
+    std::vector<Obstacle> obstacles_;
+    std::vector<std::vector<Vec3d>> about_centre_; ///< markers of obstacles
+    std::int64_t obstacle_markers_ = 0;
+    std::unique_ptr<ImmersedRods> rods_;
+    DirectForcing forcing_;
+    double from_ = 0, lag_ = 0;
+};
+
+} // namespace skein

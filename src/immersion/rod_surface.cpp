@@ -1,0 +1,112 @@
+#include "immersion/rod_surface.hpp"
+
+#include "immersion/markers.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace skein {
+
+namespace {
+
+/// Places along a rod at rest.
+class AlongRod {
+public:
+    explicit AlongRod(const RodGroup& group) : group_(group) {
+        for (const ElementConstants& e : group.element) until_.push_back(length() + e.rest_length);
+    }
+    double length() const { return until_.empty() ? 0 : until_.back(); }
+
+    struct Place {
+        std::size_t element;
+        double along;
+    };
+    Place at(double s) const {
+        const auto found = std::upper_bound(until_.begin(), until_.end() - 1, s);
+        const auto k = static_cast<std::size_t>(found - until_.begin());
+        return {k, std::clamp((s - first(k)) / group_.element[k].rest_length, 0.0, 1.0)};
+    }
+    /// Linear between the middles of elements.
+    HalfAxes axes(double s) const {
+        const Place place = at(s);
+        const std::size_t k = place.element, last = until_.size() - 1,
+                          other = place.along < 0.5 ? (k > 0 ? k - 1 : 0) : std::min(k + 1, last);
+        const HalfAxes here = half_axes(group_, k), there = half_axes(group_, other);
+        const double distance = std::abs(middle(other) - middle(k)), w = distance > 0 ? std::abs(s - middle(k)) / distance : 0;
+        return {(1 - w) * here.along_d1 + w * there.along_d1, (1 - w) * here.along_d2 + w * there.along_d2};
+    }
+
+private:
+    double first(std::size_t k) const { return k > 0 ? until_[k - 1] : 0; }
+    double middle(std::size_t k) const { return 0.5 * (first(k) + until_[k]); }
+
+    const RodGroup& group_;
+    std::vector<double> until_;
+};
+
+int parts_of(double length, double spacing) { return std::max(1, static_cast<int>(std::lround(length / spacing))); }
+
+} // namespace
+
+HalfAxes half_axes(const RodGroup& group, std::size_t element) {
+    const Section& section = group.spec().section;
+    const double radius = group.element[element].radius;
+    if (section.kind == SectionKind::circular) return {radius, radius};
+    const double ratio = std::sqrt(section.radius / section.radius_2);
+    return {radius * ratio, radius / ratio};
+}
+
+SectionMarkers section_markers(const HalfAxes& axes, double spacing, double retraction) {
+    constexpr double thin = 1, flat = 2, too_close = 0.3; // fluid between two sides closer than that is of neither
+    const auto [least, most] = std::minmax(axes.along_d1, axes.along_d2);
+    if (least < thin * spacing && most < flat * least) return SectionMarkers::centre_line;
+    return least - retraction < too_close * spacing ? SectionMarkers::sheet : SectionMarkers::ring;
+}
+
+std::vector<RodMarker> rod_markers(const RodGroup& group, double spacing, double retraction) {
+    const AlongRod rod(group);
+    std::vector<RodMarker> markers;
+    const auto add = [&](double s, double off_d1, double off_d2) {
+        const auto [element, along] = rod.at(s);
+        markers.push_back({static_cast<std::uint32_t>(element), along, off_d1, off_d2});
+    };
+    const auto ring = [&](double s, double a, double b) {
+        for (const Vec3d& at : ellipse_markers(a, b, spacing)) add(s, at.x, at.y);
+    };
+    const auto section = [&](double s, bool filled) {
+        const HalfAxes axes = rod.axes(s);
+        const double a = axes.along_d1 - retraction, b = axes.along_d2 - retraction;
+        const SectionMarkers kind = section_markers(axes, spacing, retraction);
+        if (kind == SectionMarkers::centre_line) return add(s, 0, 0);
+        if (kind == SectionMarkers::sheet) {
+            const double half = std::max(std::max(a, b), 0.0);
+            const int parts = parts_of(2 * half, spacing);
+            for (int i = 0; i < parts; ++i) {
+                const double off = half * ((2 * i + 1.0) / parts - 1);
+                add(s, a >= b ? off : 0, a >= b ? 0 : off);
+            }
+            return;
+        }
+        ring(s, a, b);
+        if (!filled) return;
+        double within = spacing;
+        for (; within < std::min(a, b) - 0.5 * spacing; within += spacing) ring(s, a - within, b - within);
+        const double half = std::max(a, b) - within; // what is left is a line, or a point
+        const int parts = half > 0.5 * spacing ? parts_of(2 * half, spacing) : 1;
+        for (int i = 0; i < parts; ++i) {
+            const double off = parts == 1 ? 0 : half * ((2 * i + 1.0) / parts - 1);
+            add(s, a >= b ? off : 0, a >= b ? 0 : off);
+        }
+    };
+    const bool closed = group.closed();
+    const double end = closed ? 0 : std::min(retraction, 0.5 * rod.length()), length = rod.length() - 2 * end;
+    // Rings at both ends of an open rod are those of its caps.
+    const int parts = parts_of(length, spacing);
+    if (closed)
+        for (int i = 0; i < parts; ++i) section(length * (i + 0.5) / parts, false);
+    else
+        for (int i = 0; i <= parts; ++i) section(end + length * i / parts, i == 0 || i == parts);
+    return markers;
+}
+
+} // namespace skein

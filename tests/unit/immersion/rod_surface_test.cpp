@@ -1,0 +1,85 @@
+// Markers of rods lie within the surface, as far apart as they are to be, and close both ends.
+#include "immersion/rod_surface.hpp"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+namespace skein {
+namespace {
+
+constexpr double pi = std::numbers::pi;
+
+RodGroup rod(SectionKind kind, double a, double b, double length, double taper = 1) {
+    RodSpec spec;
+    spec.material = {.density = 1, .youngs_modulus = 1};
+    spec.section = {.kind = kind, .radius = a, .radius_2 = b, .taper = taper};
+    spec.shape.length = length, spec.shape.elements = 20;
+    return {spec, 0, 0, "."};
+}
+
+/// In the frame of a straight rod along z.
+std::vector<Vec3d> places(const RodGroup& group, const std::vector<RodMarker>& markers) {
+    std::vector<Vec3d> all;
+    for (const RodMarker& m : markers) {
+        EXPECT_LT(m.element, group.element.size());
+        EXPECT_GE(m.along, 0);
+        EXPECT_LE(m.along, 1);
+        all.push_back({m.off_d1, m.off_d2, (m.element + m.along) * group.element[m.element].rest_length});
+    }
+    return all;
+}
+
+TEST(RodSurface, RingsAndCapsOfARoundRod) {
+    const double h = 0.1, retraction = 0.04, radius = 0.5, length = 3;
+    const RodGroup group = rod(SectionKind::circular, radius, 0, length);
+    const std::vector<Vec3d> all = places(group, rod_markers(group, h, retraction));
+    const double inner = radius - retraction, surface = 2 * pi * inner * (length - 2 * retraction) + 2 * pi * inner * inner;
+    EXPECT_NEAR(static_cast<double>(all.size()), surface / (h * h), 0.05 * surface / (h * h));
+    Vec3d sum{0, 0, 0};
+    for (const Vec3d& at : all) {
+        const double off = std::hypot(at.x, at.y);
+        const bool side = std::abs(off - inner) < 1e-6, start = std::abs(at.z - retraction) < 1e-12,
+                   end = std::abs(at.z - length + retraction) < 1e-12;
+        EXPECT_TRUE(side || ((start || end) && off < inner)) << at.x << " " << at.y << " " << at.z;
+        double nearest = HUGE_VAL;
+        for (const Vec3d& other : all)
+            if (&other != &at) nearest = std::min(nearest, norm(other - at));
+        EXPECT_GT(nearest, 0.45 * h);
+        EXPECT_LT(nearest, 1.3 * h);
+        sum += at - Vec3d{0, 0, 0.5 * length};
+    }
+    EXPECT_LT(norm(sum), 1e-5);
+}
+
+TEST(RodSurface, ThinSectionsAreSheetsAndThreadsAreLines) {
+    const double h = 0.1, retraction = 0.04;
+    EXPECT_EQ(section_markers({0.3, 0.3}, h, retraction), SectionMarkers::ring);
+    EXPECT_EQ(section_markers({0.09, 0.4}, h, retraction), SectionMarkers::ring);
+    EXPECT_EQ(section_markers({0.06, 0.4}, h, retraction), SectionMarkers::sheet);
+    EXPECT_EQ(section_markers({0.06, 0.08}, h, retraction), SectionMarkers::centre_line);
+    const RodGroup flat = rod(SectionKind::elliptic, 0.06, 0.4, 2), thread = rod(SectionKind::circular, 0.05, 0, 2);
+    for (const RodMarker& m : rod_markers(flat, h, retraction)) {
+        EXPECT_EQ(m.off_d1, 0);
+        EXPECT_LT(std::abs(m.off_d2), 0.4 - retraction);
+    }
+    const std::vector<RodMarker> line = rod_markers(thread, h, retraction);
+    EXPECT_NEAR(static_cast<double>(line.size()), 2 / h, 1.5);
+    for (const RodMarker& m : line) EXPECT_EQ(std::hypot(m.off_d1, m.off_d2), 0);
+}
+
+/// Sections between middles of elements are those of the taper.
+TEST(RodSurface, FollowsATaper) {
+    const double h = 0.02, retraction = 0.008;
+    const RodGroup group = rod(SectionKind::elliptic, 0.3, 0.15, 2, 0.5);
+    for (const Vec3d& at : places(group, rod_markers(group, h, retraction))) {
+        if (at.z < 0.1 || at.z > 1.9) continue;
+        const double scale = 1 - 0.25 * at.z, a = 0.3 * scale - retraction, b = 0.15 * scale - retraction;
+        EXPECT_NEAR(at.x * at.x / (a * a) + at.y * at.y / (b * b), 1, 1e-3);
+    }
+}
+
+} // namespace
+} // namespace skein
