@@ -60,7 +60,7 @@ spacing = 0.1
 density = 2.0
 viscosity = 0.01
 courant = 0.4
-expected_speed = 3.0
+expected_speed = 1.5
 [immersion]
 coupling = "one_way"
 [[rods]]
