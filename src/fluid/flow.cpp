@@ -33,7 +33,9 @@ double step_limit(const FlowConstants& constants, double speed, double courant) 
     const double h = constants.grid.h, viscosity = constants.kinematic_viscosity;
     constexpr double stable = 2.5 / 12, margin = 1.5; // of viscosity by itself
     const double by_speed = speed > 0 ? courant * h / speed : HUGE_VAL,
-                 by_viscosity = viscosity > 0 ? stable / margin * h * h / viscosity : HUGE_VAL;
+                 by_viscosity = viscosity > 0 && constants.scheme != FlowScheme::crank_nicolson
+                                    ? stable / margin * h * h / viscosity
+                                    : HUGE_VAL;
     return std::min(by_speed, by_viscosity);
 }
 
