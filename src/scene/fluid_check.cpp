@@ -198,6 +198,14 @@ void check_fluid(const SceneSpec& scene, Objections& objections) {
         table.add("inflow", "'inflow' [m/s] towards positive x is needed where the fluid flows through");
     if (fluid.pressure != PressureMethod::multigrid) table.unused({"pressure_tolerance"}, "without pressure = \"multigrid\"");
     check_walls(fluid, table);
+    if (fluid.scheme == FlowScheme::crank_nicolson) {
+        if (fluid.along_x == FluidBoundary::through)
+            table.add("scheme",
+                      "'crank_nicolson' solves for viscosity between walls and periods, not where the fluid flows through: "
+                      "use another scheme or another 'along_x'");
+        if (fluid.pressure == PressureMethod::multigrid)
+            table.add("scheme", "'crank_nicolson' solves for viscosity by transforms alone: it needs pressure = \"direct\"");
+    }
     check_obstacles(scene, objections);
     const auto& cells = fluid.cells;
     check_outputs(scene, cells.size() == 3 && *std::min_element(cells.begin(), cells.end()) > 0 && fluid.spacing > 0, objections);

@@ -12,7 +12,12 @@ namespace skein {
 namespace {
 
 double projections(FlowScheme scheme) { return scheme == FlowScheme::rk3_projected ? 3 : 1; }
-double stages(FlowScheme scheme) { return scheme == FlowScheme::adams_bashforth ? 1 : 3; }
+/// Solutions for a component of the velocity in a step.
+double viscous_solves(const FluidPlan& plan) {
+    if (plan.constants.scheme != FlowScheme::crank_nicolson) return 0;
+    return 3.0 * (1 + (plan.obstacles.empty() ? 0 : plan.forcing.sweeps));
+}
+double stages(FlowScheme scheme) { return scheme == FlowScheme::rk3 || scheme == FlowScheme::rk3_projected ? 3 : 1; }
 
 double sum_of(const Vec3d& v) { return std::abs(v.x) + std::abs(v.y) + std::abs(v.z); }
 
@@ -86,11 +91,13 @@ std::vector<FluidOutput> outputs_of(const SceneSpec& scene, const FluidGrid& gri
 double FluidPlan::transposed_bytes(int ranks) const {
     if (constants.pressure != PressureMethod::direct) return 0;
     const double mine = static_cast<double>(constants.grid.count()) / ranks;
-    return projections(constants.scheme) * 2 * sizeof(double) * mine * (ranks - 1) / ranks;
+    return (projections(constants.scheme) + viscous_solves(*this)) * 2 * sizeof(double) * mine * (ranks - 1) / ranks;
 }
 
 double FluidPlan::ns_per_cell_step() const {
     constexpr double with_one_projection = 45, multigrid = 1000; // to the default tolerance
+    constexpr double one_stage = 25, viscous_solve = 11;
+    if (constants.scheme == FlowScheme::crank_nicolson) return one_stage + viscous_solve * viscous_solves(*this);
     return with_one_projection + (constants.pressure == PressureMethod::direct ? 0 : multigrid * projections(constants.scheme));
 }
 
