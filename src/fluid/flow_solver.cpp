@@ -191,7 +191,6 @@ void BoxFlow::fill_ghost_planes(int first, std::span<double* const> fields) {
 void BoxFlow::refresh() {
     for_planes(0, layout_.nz, [&](int k) {
         for (int c = 0; c < 3; ++c) fill_plane(c, now_[static_cast<std::size_t>(c)].data(), k);
-        fill_plane(of_pressure, pressure_.data(), k);
         P most(0.0);
         for (int j = 0; j < layout_.ny; ++j)
             for (int i = 0; i < layout_.nx; i += 8) {
@@ -202,8 +201,13 @@ void BoxFlow::refresh() {
         speed_[static_cast<std::size_t>(k)] = largest_of_lanes(most);
     });
     fill_ghost_planes(0, velocities());
-    fill_ghost_planes(of_pressure, std::array{pressure_.data()});
+    fill_pressure();
     begun_ = true;
+}
+
+void BoxFlow::fill_pressure() {
+    for_planes(0, layout_.nz, [&](int k) { fill_plane(of_pressure, pressure_.data(), k); });
+    fill_ghost_planes(of_pressure, std::array{pressure_.data()});
 }
 
 std::vector<std::span<double>> BoxFlow::state() {
@@ -501,9 +505,7 @@ void BoxFlow::step_half_implicit(double time, double dt) {
     if (forcing_) {
         forcing_->apply(stage);
         refresh();
-    }
-    for_planes(0, layout_.nz, [&](int k) { fill_plane(of_pressure, pressure_.data(), k); });
-    fill_ghost_planes(of_pressure, std::array{pressure_.data()});
+    } else fill_pressure();
 }
 
 double BoxFlow::step_limit(double courant) const {
