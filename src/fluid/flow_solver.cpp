@@ -203,7 +203,6 @@ void BoxFlow::refresh(double time) {
     go_to(time);
     for_planes(0, layout_.nz, [&](int k) {
         for (int c = 0; c < 3; ++c) fill_plane(c, now_[static_cast<std::size_t>(c)].data(), k);
-        fill_plane(of_pressure, pressure_.data(), k);
         P most(0.0);
         for (int j = 0; j < layout_.ny; ++j)
             for (int i = 0; i < layout_.nx; i += 8) {
@@ -214,8 +213,13 @@ void BoxFlow::refresh(double time) {
         speed_[static_cast<std::size_t>(k)] = largest_of_lanes(most);
     });
     fill_ghost_planes(0, velocities());
-    fill_ghost_planes(of_pressure, std::array{pressure_.data()});
+    fill_pressure();
     begun_ = true;
+}
+
+void BoxFlow::fill_pressure() {
+    for_planes(0, layout_.nz, [&](int k) { fill_plane(of_pressure, pressure_.data(), k); });
+    fill_ghost_planes(of_pressure, std::array{pressure_.data()});
 }
 
 std::vector<std::span<double>> BoxFlow::state() {
@@ -513,9 +517,7 @@ void BoxFlow::step_half_implicit(const StageFactors& factors, double time, doubl
     if (forcing_) {
         forcing_->apply(stage);
         refresh(time + dt);
-    }
-    for_planes(0, layout_.nz, [&](int k) { fill_plane(of_pressure, pressure_.data(), k); });
-    fill_ghost_planes(of_pressure, std::array{pressure_.data()});
+    } else fill_pressure();
     begun_ = true;
 }
 

@@ -57,6 +57,7 @@ private:
     void fill_beyond_walls();
     /// Planes of ghosts of fields of component `first` and the next ones, from neighbours and beyond the box. Collective.
     void fill_ghost_planes(int first, std::span<double* const> fields);
+    void fill_pressure(); ///< its ghosts. Collective
     Three<double*> velocities() { return {now_[0].data(), now_[1].data(), now_[2].data()}; }
     class ImplicitResponse;
     /// A stage that ends at a time, as bodies see it.

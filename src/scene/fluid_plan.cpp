@@ -11,12 +11,9 @@ namespace skein {
 
 namespace {
 
+/// Of an implicit step: solutions for three components of the velocity and the pressure.
+double implicit_solves(const FluidPlan& plan) { return 1.0 + (plan.obstacles.empty() ? 0 : plan.forcing.sweeps); }
 double projections(FlowScheme scheme) { return scheme == FlowScheme::rk3_projected ? 3 : 1; }
-/// Solutions for a component of the velocity in a step.
-double viscous_solves(const FluidPlan& plan) {
-    if (plan.constants.scheme != FlowScheme::crank_nicolson) return 0;
-    return 3.0 * (1 + (plan.obstacles.empty() ? 0 : plan.forcing.sweeps));
-}
 double stages(FlowScheme scheme) { return scheme == FlowScheme::rk3 || scheme == FlowScheme::rk3_projected ? 3 : 1; }
 
 double sum_of(const Vec3d& v) { return std::abs(v.x) + std::abs(v.y) + std::abs(v.z); }
@@ -88,23 +85,32 @@ std::vector<FluidOutput> outputs_of(const SceneSpec& scene, const FluidGrid& gri
 
 } // namespace
 
+double FluidPlan::bytes_per_cell() const {
+    const bool responds = constants.scheme == FlowScheme::crank_nicolson && !obstacles.empty();
+    return constants.pressure == PressureMethod::direct ? 96 + (responds ? 8 : 0) : 80 + multigrid_bytes_per_cell;
+}
+
 double FluidPlan::transposed_bytes(int ranks) const {
     if (constants.pressure != PressureMethod::direct) return 0;
     const double mine = static_cast<double>(constants.grid.count()) / ranks;
-    return (projections(constants.scheme) + viscous_solves(*this)) * 2 * sizeof(double) * mine * (ranks - 1) / ranks;
+    const double solves =
+        constants.scheme == FlowScheme::crank_nicolson ? 4 * implicit_solves(*this) : projections(constants.scheme);
+    return solves * 2 * sizeof(double) * mine * (ranks - 1) / ranks;
 }
 
 double FluidPlan::ns_per_cell_step() const {
     constexpr double with_one_projection = 45, multigrid = 1000; // to the default tolerance
-    constexpr double one_stage = 25, viscous_solve = 11;
-    if (constants.scheme == FlowScheme::crank_nicolson) return one_stage + viscous_solve * viscous_solves(*this);
+    constexpr double implicit_stage = 15, implicit_solve = 45;
+    if (constants.scheme == FlowScheme::crank_nicolson) return implicit_stage + implicit_solve * implicit_solves(*this);
     return with_one_projection + (constants.pressure == PressureMethod::direct ? 0 : multigrid * projections(constants.scheme));
 }
 
 double FluidPlan::ghost_bytes(int ranks) const {
     if (ranks == 1) return 0;
     const auto [nx, ny, nz] = constants.grid.cells;
-    const double fields = 3 * stages(constants.scheme) + 2 * projections(constants.scheme);
+    const double fields = constants.scheme == FlowScheme::crank_nicolson
+                              ? 4 + 5 * implicit_solves(*this)
+                              : 3 * stages(constants.scheme) + 2 * projections(constants.scheme);
     return fields * 2 * FieldLayout::ghosts * sizeof(double) * nx * ny;
 }
 

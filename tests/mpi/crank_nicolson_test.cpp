@@ -71,6 +71,14 @@ double largest_difference(std::vector<double> a, const std::vector<double>& b) {
 
 double order(double coarse, double fine) { return std::log2(coarse / fine); }
 
+/// Not on several ranks, each of which would do the same.
+class CrankNicolson : public testing::Test {
+protected:
+    void SetUp() override {
+        if (Communicator::world().size() > 1) GTEST_SKIP() << "the bits are those of one rank";
+    }
+};
+
 /// Axes of a plane.
 struct Plane {
     int first, second;
@@ -99,7 +107,7 @@ FlowConstants square(int n, const Plane& plane, FluidBoundary boundary) {
 
 /// In a period and between walls that do not rub, in each plane: the velocity of second order in step and grid together, and the
 /// pressure, which is that of the middle of a step.
-TEST(CrankNicolson, VorticesDecay) {
+TEST_F(CrankNicolson, VorticesDecay) {
     constexpr double duration = 0.5;
     for (const FluidBoundary boundary : {FluidBoundary::periodic, FluidBoundary::free_slip})
         for (const Plane& plane : planes) {
@@ -130,7 +138,7 @@ TEST(CrankNicolson, VorticesDecay) {
 }
 
 /// The same with 60 h^2 / nu: of second order in the step alone.
-TEST(CrankNicolson, IsOfSecondOrderInStepsFarBeyondViscosity) {
+TEST_F(CrankNicolson, IsOfSecondOrderInStepsFarBeyondViscosity) {
     const FlowConstants constants = square(128, planes[0], FluidBoundary::periodic);
     std::vector<double> ends[3][2];
     for (int i = 0; i < 3; ++i) {
@@ -145,7 +153,7 @@ TEST(CrankNicolson, IsOfSecondOrderInStepsFarBeyondViscosity) {
 }
 
 /// A sine of half a period decays between walls at rest, whatever lies across and along.
-TEST(CrankNicolson, ShearDecaysBetweenWalls) {
+TEST_F(CrankNicolson, ShearDecaysBetweenWalls) {
     for (int across = 0; across < 3; ++across)
         for (int c = 0; c < 3; ++c) {
             if (c == across) continue;
@@ -168,7 +176,7 @@ TEST(CrankNicolson, ShearDecaysBetweenWalls) {
 }
 
 /// The steady profile between walls at rest is that of the discrete equations, a parabola and h^2 / 4.
-TEST(CrankNicolson, FlowBetweenWallsIsAParabola) {
+TEST_F(CrankNicolson, FlowBetweenWallsIsAParabola) {
     for (int across = 0; across < 3; ++across) {
         const int c = (across + 1) % 3, n = 20;
         FlowConstants constants{.grid = {.cells = {4, 4, 4}, .h = 0.05}, .kinematic_viscosity = 0.3, .acceleration = along(c, 0.7)};
@@ -193,7 +201,7 @@ double duct(double a, double nu, double y, double z) {
     return a / nu * u;
 }
 
-TEST(CrankNicolson, FlowInADuctIsThatOfTheSeries) {
+TEST_F(CrankNicolson, FlowInADuctIsThatOfTheSeries) {
     double error[2];
     for (int fine = 0; fine < 2; ++fine) {
         const int n = 16 << fine;
@@ -210,7 +218,7 @@ TEST(CrankNicolson, FlowInADuctIsThatOfTheSeries) {
 }
 
 /// A vortex in a box whose walls are at rest: velocity and pressure of second order in the step.
-TEST(CrankNicolson, IsOfSecondOrderInABoxWithFriction) {
+TEST_F(CrankNicolson, IsOfSecondOrderInABoxWithFriction) {
     constexpr int n = 32;
     const FluidBoundary wall = FluidBoundary::no_slip;
     const FlowConstants constants{.grid = {.cells = {n, n, 4}, .h = 1.0 / n, .boundary = {wall, wall, FluidBoundary::periodic}},
@@ -238,7 +246,7 @@ TEST(CrankNicolson, IsOfSecondOrderInABoxWithFriction) {
 }
 
 /// Steps of 10^4 h^2 / nu: a start at once dies out and does not swing.
-TEST(CrankNicolson, AnyStepIsStable) {
+TEST_F(CrankNicolson, AnyStepIsStable) {
     const FluidBoundary wall = FluidBoundary::no_slip;
     const FlowConstants constants{.grid = {.cells = {16, 16, 16}, .h = 1.0 / 16, .boundary = {FluidBoundary::periodic, wall, wall}},
                                   .kinematic_viscosity = 1e3};
