@@ -100,7 +100,7 @@ double FluidPlan::transposed_bytes(int ranks) const {
 
 double FluidPlan::ns_per_cell_step() const {
     constexpr double with_one_projection = 45, multigrid = 1000; // to the default tolerance
-    constexpr double implicit_stage = 15, implicit_solve = 45;
+    constexpr double implicit_stage = 10, implicit_solve = 57;
     if (constants.scheme == FlowScheme::crank_nicolson) return implicit_stage + implicit_solve * implicit_solves(*this);
     return with_one_projection + (constants.pressure == PressureMethod::direct ? 0 : multigrid * projections(constants.scheme));
 }
