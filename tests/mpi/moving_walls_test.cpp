@@ -123,6 +123,26 @@ double error_of(const Communicator& comm, const FlowSolver& flow, const Shear& s
 /// With what errors at 32 cells are less than.
 const std::pair<Shear, double> shears[] = {{swinging_plates(), 6e-4}, {swinging_fluid(), 5e-4}, {starting_plates(), 2e-4}};
 
+TEST(MovingWalls, AreOfSecondOrderWithImplicitViscosity) {
+    const Communicator comm = Communicator::world();
+    for (const auto& [shear, bound] : shears)
+        for (int across = 0; across < 3; ++across)
+            for (int stream = 0; stream < 3; ++stream) {
+                if (stream == across) continue;
+                double error[2];
+                for (int fine = 0; fine < 2; ++fine) { // steps of 2 and 4 h^2 / nu
+                    const FlowConstants constants = between_plates(shear, across, stream, 16 << fine, FlowScheme::crank_nicolson);
+                    const auto flow = run(comm, constants, shear, across, stream, 20 << fine);
+                    error[fine] = error_of(comm, *flow, shear, across, stream);
+                    if (fine) continue;
+                    const auto here = run(Communicator::alone(), constants, shear, across, stream, 20);
+                    EXPECT_EQ(velocities(comm, *flow), velocities(Communicator::alone(), *here));
+                }
+                EXPECT_GT(std::log2(error[0] / error[1]), 1.95) << across << stream;
+                EXPECT_LT(error[1], bound) << across << stream;
+            }
+}
+
 TEST(MovingWalls, AreOfSecondOrderAcrossAnyDirectionWithTheSameBits) {
     const Communicator comm = Communicator::world();
     for (const auto& [shear, bound] : shears)
@@ -145,7 +165,8 @@ TEST(MovingWalls, AreOfSecondOrderAcrossAnyDirectionWithTheSameBits) {
 
 TEST(MovingWalls, AreOfSecondOrderInTime) {
     const Communicator alone = Communicator::alone();
-    for (const FlowScheme scheme : {FlowScheme::rk3, FlowScheme::rk3_projected, FlowScheme::adams_bashforth})
+    for (const FlowScheme scheme :
+         {FlowScheme::rk3, FlowScheme::rk3_projected, FlowScheme::adams_bashforth, FlowScheme::crank_nicolson})
         for (const auto& [shear, bound] : shears) {
             if (shear.frequency == 0) continue; // begins with a jump
             const FlowConstants constants = between_plates(shear, 2, 0, 16, scheme);
