@@ -12,7 +12,7 @@ namespace skein {
 namespace {
 
 /// Of an implicit step: solutions for three components of the velocity and the pressure.
-double implicit_solves(const FluidPlan& plan) { return 1.0 + (plan.obstacles.empty() ? 0 : plan.forcing.sweeps); }
+double implicit_solves(const FluidPlan& plan) { return 1.0 + (plan.has_bodies() ? plan.forcing.sweeps : 0); }
 double projections(FlowScheme scheme) { return scheme == FlowScheme::rk3_projected ? 3 : 1; }
 double stages(FlowScheme scheme) { return scheme == FlowScheme::rk3 || scheme == FlowScheme::rk3_projected ? 3 : 1; }
 
@@ -86,7 +86,7 @@ std::vector<FluidOutput> outputs_of(const SceneSpec& scene, const FluidGrid& gri
 } // namespace
 
 double FluidPlan::bytes_per_cell() const {
-    const bool responds = constants.scheme == FlowScheme::crank_nicolson && !obstacles.empty();
+    const bool responds = constants.scheme == FlowScheme::crank_nicolson && has_bodies();
     return constants.pressure == PressureMethod::direct ? 96 + (responds ? 8 : 0) : 80 + multigrid_bytes_per_cell;
 }
 

@@ -68,6 +68,7 @@ struct FluidPlan {
     std::int64_t every = 0; ///< with rods: steps of the run between two meetings of rods and fluid, a step of the fluid or several
     std::vector<RodsInFluid> rods; ///< by group
 
+    bool has_bodies() const { return !obstacles.empty() || !rods.empty(); }
     /// Steps of the fluid that may go between two meetings.
     std::int64_t most_parts() const { return every / stage_parts(constants.scheme).unit; }
 

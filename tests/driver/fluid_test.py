@@ -187,6 +187,16 @@ class Fluid(DriverTest):
             self.assertEqual(self.digest(out), self.digest("one"), out)
             self.assertEqual((self.directory / out / "observables.csv").read_bytes(), (self.directory / "one/observables.csv").read_bytes(), out)
 
+    def test_rods_go_on_with_forces_at_markers(self):
+        self.scene.write_text(RODS_IN_FLUID.replace("viscosity = 0.01", 'viscosity = 2.0\nscheme = "crank_nicolson"'))
+        self.run_skein("one")
+        self.run_skein("two", ranks=2)
+        steps = int(self.series("one")["step"][5])
+        self.run_skein("parts", "--steps", str(steps - 1), ranks=3)
+        self.assertIn("Resuming from", self.run_skein("parts", ranks=2).stdout)
+        for out in ("two", "parts"):
+            self.assertEqual(self.digest(out), self.digest("one"), out)
+
     def test_a_cubic_array_of_spheres_has_its_drag(self):
         self.scene = FLOW / "sphere_array.toml"
         self.run_skein("array", "--overwrite", "--set", "fluid.cells=[32,32,32]", "--set", "fluid.spacing=0.03125")
