@@ -2,7 +2,7 @@
 // whole steps beside what memory alone would take.
 //
 //   bench_fluid [options of Google Benchmark]
-#include "fluid/fast_poisson.hpp"
+#include "fluid/fast_helmholtz.hpp"
 #include "fluid/iterated_poisson.hpp"
 #include "fluid/make_flow.hpp"
 
@@ -31,12 +31,13 @@ void poisson(benchmark::State& state, int n, FluidBoundary boundary) {
     const FluidGrid grid = cube(n, boundary);
     const Communicator comm = Communicator::alone();
     const Threads threads(1);
-    FastPoisson solver(comm, threads, grid);
+    FastHelmholtz solver(comm, threads, grid);
+    const Helmholtz equation = Helmholtz::of_pressure(grid);
     const FieldLayout layout(n, n, n);
     AlignedVector<double> field(layout.size(), 1.0);
     for (auto _ : state)
         solver.solve(
-            [&](int i, int j, int k) { return load<8>(&field[static_cast<std::size_t>(layout.at(i, j, k))]); },
+            equation, [&](int i, int j, int k) { return load<8>(&field[static_cast<std::size_t>(layout.at(i, j, k))]); },
             [&](int i, int j, int k, const Pack<8>& p) { store(&field[static_cast<std::size_t>(layout.at(i, j, k))], p); });
     per_cell(state, static_cast<double>(grid.count()));
 }

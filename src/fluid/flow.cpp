@@ -39,7 +39,9 @@ double step_limit(const FlowConstants& constants, double speed, double courant) 
     constexpr double stable = 2.5 / 12, margin = 1.5; // of viscosity by itself
     constexpr double steps_of_period = 40;
     const double fastest = std::max(speed, wall_speed(constants)), by_speed = fastest > 0 ? courant * h / fastest : HUGE_VAL,
-                 by_viscosity = viscosity > 0 ? stable / margin * h * h / viscosity : HUGE_VAL,
+                 by_viscosity = viscosity > 0 && constants.scheme != FlowScheme::crank_nicolson
+                                    ? stable / margin * h * h / viscosity
+                                    : HUGE_VAL,
                  by_period = constants.frequency > 0 ? 1 / (steps_of_period * constants.frequency) : HUGE_VAL;
     return std::min({by_speed, by_viscosity, by_period});
 }

@@ -17,11 +17,12 @@ namespace skein {
 
 /// How a step goes from one time to the next.
 enum class FlowScheme {
-    rk3,            ///< three stages; the pressure gradient held in them, one projection at the end
-    rk3_projected,  ///< the same with a projection in every stage
-    adams_bashforth ///< one stage, from the rates of this step and the last
+    rk3,             ///< three stages; the pressure gradient held in them, one projection at the end
+    rk3_projected,   ///< the same with a projection in every stage
+    adams_bashforth, ///< one stage, from the rates of this step and the last
+    crank_nicolson   ///< the same for convection; viscosity half implicit, which does not limit the step
 };
-inline constexpr std::string_view flow_scheme_names[] = {"rk3", "rk3_projected", "adams_bashforth"};
+inline constexpr std::string_view flow_scheme_names[] = {"rk3", "rk3_projected", "adams_bashforth", "crank_nicolson"};
 
 /// Stages of a step, which follow each other in time: the parts of the step that they take, in `unit` equal ones.
 struct StageParts {
@@ -29,12 +30,13 @@ struct StageParts {
     int count, unit;
 };
 constexpr StageParts stage_parts(FlowScheme scheme) {
-    return scheme == FlowScheme::adams_bashforth ? StageParts{{1, 0, 0}, 1, 1} : StageParts{{8, 2, 5}, 3, 15};
+    return scheme == FlowScheme::adams_bashforth || scheme == FlowScheme::crank_nicolson ? StageParts{{1, 0, 0}, 1, 1}
+                                                                                         : StageParts{{8, 2, 5}, 3, 15};
 }
 
 /// How Poisson's equation of a projection is solved.
 enum class PressureMethod {
-    direct,   ///< by transforms: FastPoisson
+    direct,   ///< by transforms: FastHelmholtz
     multigrid ///< by iterations: PressureSolver
 };
 inline constexpr std::string_view pressure_method_names[] = {"direct", "multigrid"};

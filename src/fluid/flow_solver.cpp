@@ -60,7 +60,7 @@ private:
 
 namespace {
 
-constexpr int of_pressure = 3;
+constexpr int of_pressure = 3, of_change = 4; ///< `of_change` and the next two: of changes of velocities, 0 at walls that move
 constexpr Three<double> stage_rate{8.0 / 15, 5.0 / 12, 3.0 / 4}, stage_last{0, -17.0 / 60, -5.0 / 12}; // Wray
 
 FieldLayout layout_of(const FluidGrid& grid, const Slab& slab) { return {grid.cells[0], grid.cells[1], slab.count}; }
@@ -93,8 +93,12 @@ BoxFlow::BoxFlow(const Communicator& comm, const Threads& threads, const FlowCon
       uppermost_(comm.rank() + 1 == comm.size() && !constants.grid.periodic(2)),
       ghosts_(std::make_unique<PlaneGhosts>(comm, layout_, constants.grid.periodic(2))),
       speed_(static_cast<std::size_t>(slab_.count), 0.0) {
-    if (constants.pressure == PressureMethod::direct) poisson_.emplace(comm, threads, constants.grid);
-    else iterated_poisson_.emplace(comm, threads, constants.grid, constants.pressure_tolerance);
+    if (constants.pressure == PressureMethod::direct) {
+        direct_.emplace(comm, threads, constants.grid);
+        equations_.push_back(Helmholtz::of_pressure(constants.grid));
+        for (int c = 0; constants.scheme == FlowScheme::crank_nicolson && c < 3; ++c)
+            equations_.emplace_back(constants.grid, std::array{ends(c, 0), ends(c, 1), ends(c, 2)});
+    } else iterated_poisson_.emplace(comm, threads, constants.grid, constants.pressure_tolerance);
     for (Three<Field>* fields : {&now_, &next_, &rate_})
         for (Field& field : *fields) field.assign(layout_.size(), 0.0);
     pressure_.assign(layout_.size(), 0.0);
@@ -102,13 +106,18 @@ BoxFlow::BoxFlow(const Communicator& comm, const Threads& threads, const FlowCon
 BoxFlow::~BoxFlow() = default;
 
 std::size_t BoxFlow::bytes() const {
-    return 10 * layout_.size() * sizeof(double) + (poisson_ ? poisson_->bytes() : iterated_poisson_->bytes());
+    return 10 * layout_.size() * sizeof(double) + (direct_ ? direct_->bytes() : iterated_poisson_->bytes());
 }
 
 BoxFlow::Edge BoxFlow::edge(int c, int d, bool upper) const {
     const FluidBoundary kind = constants_.grid.boundary[static_cast<std::size_t>(d)];
     if (kind == FluidBoundary::periodic) return {0, 0, true, false};
     if (c == of_pressure) return {1, 0, false, false};
+    if (c >= of_change) {
+        Edge same = edge(c - of_change, d, upper);
+        same.fixed = 0;
+        return same;
+    }
     const auto component = [&](const Vec3d& v) { return c == 0 ? v.x : c == 1 ? v.y : v.z; };
     const double inflow = component(constants_.inflow);
     if (kind == FluidBoundary::through) {
@@ -119,6 +128,13 @@ BoxFlow::Edge BoxFlow::edge(int c, int d, bool upper) const {
     if (kind == FluidBoundary::free_slip) return {1, 0, false, false};
     const Vec3d& wall = constants_.wall_velocity[static_cast<std::size_t>(d)][upper ? 1 : 0];
     return {-1, 2 * oscillation_ * component(wall), false, false};
+}
+
+LineEnds BoxFlow::ends(int c, int d) const {
+    const Edge lower = edge(c, d, false);
+    if (lower.periodic) return LineEnds::periodic;
+    if (lower.on_face) return LineEnds::faces_zero;
+    return lower.mirrored > 0 ? LineEnds::gradient_zero : LineEnds::value_zero;
 }
 
 namespace {
@@ -201,7 +217,7 @@ std::vector<std::span<double>> BoxFlow::state() {
     std::vector<std::span<double>> all;
     for (Field& field : now_) all.emplace_back(field);
     all.emplace_back(pressure_);
-    if (constants_.scheme == FlowScheme::adams_bashforth)
+    if (constants_.scheme == FlowScheme::adams_bashforth || constants_.scheme == FlowScheme::crank_nicolson)
         for (Field& field : rate_) all.emplace_back(field);
     return all;
 }
@@ -211,7 +227,7 @@ void BoxFlow::set_velocity(const VelocityRow& velocity) {
     sample(velocity);
     // The pressure that belongs to it: that of a step of 1 s of rates alone, after which the velocities are put back.
     const Field u = now_[0];
-    sweep({1, 0, 0, {0, 0, 0}});
+    sweep<Viscosity::of_rates>({1, 0, 0, {0, 0, 0}}, diffusion());
     pass_outflow(0);
     project(1, true);
     std::swap(now_, next_);
@@ -240,8 +256,8 @@ void BoxFlow::sample(const VelocityRow& velocity) {
     project(1, false);
 }
 
-void BoxFlow::sweep(const StageFactors& factors) {
-    const StageSweep sweep(layout_, constants_.grid.h, constants_.kinematic_viscosity, factors);
+template <Viscosity viscosity> void BoxFlow::sweep(const StageFactors& factors, double diffusion) {
+    const StageSweep<viscosity> sweep(layout_, constants_.grid.h, diffusion, factors);
     for_planes(0, layout_.nz, [&](int k) {
         for (int j = 0; j < layout_.ny; ++j) {
             const std::ptrdiff_t row = layout_.at(0, j, k);
@@ -252,9 +268,45 @@ void BoxFlow::sweep(const StageFactors& factors) {
                           {next_[0].data() + at, next_[1].data() + at, next_[2].data() + at});
             }
         }
-        for (int c = 0; c < 3; ++c) fill_plane(c, next_[static_cast<std::size_t>(c)].data(), k);
+        for (int c = 0; viscosity == Viscosity::of_rates && c < 3; ++c) fill_plane(c, next_[static_cast<std::size_t>(c)].data(), k);
     });
     std::swap(now_, next_);
+}
+
+void BoxFlow::diffuse(int first, Three<Field>& fields, double b) {
+    for (std::size_t c = 0; b > 0 && c < 3; ++c) {
+        double* const u = fields[c].data();
+        add_beyond_walls(first + static_cast<int>(c), u, b);
+        Helmholtz& equation = equations_[1 + c];
+        equation.shift = equation.scale = -1 / b;
+        direct_->solve(
+            equation, [&](int i, int j, int k) __attribute__((always_inline)) { return load<8>(u + layout_.at(i, j, k)); },
+            [&](int i, int j, int k, const P& value) __attribute__((always_inline)) { store(u + layout_.at(i, j, k), value); });
+    }
+    for_planes(0, layout_.nz, [&](int k) {
+        for (std::size_t c = 0; c < 3; ++c) fill_plane(first + static_cast<int>(c), fields[c].data(), k);
+    });
+}
+
+/// Of neighbours beyond walls along which these move what is known goes to the right side.
+void BoxFlow::add_beyond_walls(int c, double* field, double b) const {
+    const auto add = [&](const Edge& wall, std::array<int, 3> first, std::array<int, 3> last) {
+        for_planes(first[2], last[2], [&](int k) {
+            for (int j = first[1]; j < last[1]; ++j)
+                for (int i = first[0]; i < last[0]; ++i) field[layout_.at(i, j, k)] += b * wall.fixed;
+        });
+    };
+    const std::array<int, 3> all{layout_.nx, layout_.ny, layout_.nz};
+    for (int d = 0; d < 3; ++d)
+        for (const bool upper : {false, true}) {
+            const Edge wall = edge(c, d, upper);
+            if (wall.fixed == 0 || wall.on_face || (d == 2 && !(upper ? uppermost_ : lowest_))) continue;
+            const auto along = static_cast<std::size_t>(d);
+            std::array<int, 3> first{0, 0, 0}, last = all;
+            if (upper) first[along] = all[along] - 1;
+            else last[along] = 1;
+            add(wall, first, last);
+        }
 }
 
 template <std::size_t N, class Body> std::vector<std::array<double, N>> BoxFlow::of_all_planes(Body&& body) const {
@@ -295,7 +347,7 @@ void BoxFlow::pass_outflow(double dt) {
     });
 }
 
-void BoxFlow::project(double dt, bool keep) {
+void BoxFlow::project(double dt, bool keep, double b) {
     Field& correction = next_[0];
     fill_ghost_planes(2, std::array{now_[2].data()});
     const double per_time = 1 / (dt * constants_.grid.h), pull = dt / constants_.grid.h;
@@ -306,10 +358,18 @@ void BoxFlow::project(double dt, bool keep) {
     const auto sink = [&](int i, int j, int k, const P& phi) __attribute__((always_inline)) {
         store(&correction[static_cast<std::size_t>(layout_.at(i, j, k))], phi);
     };
-    if (poisson_) poisson_->solve(source, sink);
+    if (direct_) direct_->solve(equations_.front(), source, sink);
     else iterated_poisson_->solve(source, sink);
     for_planes(0, layout_.nz, [&](int k) { fill_plane(of_pressure, correction.data(), k); });
     fill_ghost_planes(of_pressure, std::array{correction.data()});
+    const std::ptrdiff_t r = layout_.row, p = layout_.plane;
+    const auto wide = [](const double* f) __attribute__((always_inline)) { return load<8>(f); };
+    const auto single = [](const double* f) __attribute__((always_inline)) { return *f; };
+    // What an implicit viscosity makes of the gradient that is taken off: (1 - b second differences) phi.     theory.md (86)
+    const auto diffused = [&](const double* f, auto&& at) __attribute__((always_inline)) {
+        using T = decltype(at(f));
+        return at(f) - T(b) * (((at(f + 1) + at(f - 1)) + (at(f + r) + at(f - r)) + (at(f + p) + at(f - p))) - T(6.0) * at(f));
+    };
     for_planes(0, layout_.nz + 1, [&](int k) { // the pressure of the plane above too
         const bool inside = k < layout_.nz;
         P most(0.0);
@@ -319,7 +379,7 @@ void BoxFlow::project(double dt, bool keep) {
                 const std::ptrdiff_t at = row + i;
                 const double* const from = correction.data() + at;
                 const P phi = load<8>(from);
-                if (keep) store(pressure_.data() + at, load<8>(pressure_.data() + at) + phi);
+                if (keep) store(pressure_.data() + at, load<8>(pressure_.data() + at) + (b > 0 ? diffused(from, wide) : phi));
                 if (!inside || j == layout_.ny) continue;
                 const auto correct = [&](std::size_t c, std::ptrdiff_t ahead) __attribute__((always_inline)) {
                     double* const to = now_[c].data() + at;
@@ -329,8 +389,10 @@ void BoxFlow::project(double dt, bool keep) {
                 };
                 most = max(most, first_lanes(correct(0, 1) + correct(1, layout_.row) + correct(2, layout_.plane), layout_.nx - i));
             }
-            if (keep && layout_.nx % 8 == 0) // else the last pack has had it
-                pressure_[static_cast<std::size_t>(row + layout_.nx)] += correction[static_cast<std::size_t>(row + layout_.nx)];
+            if (keep && layout_.nx % 8 == 0) { // else the last pack has had it
+                const double* const from = correction.data() + row + layout_.nx;
+                pressure_[static_cast<std::size_t>(row + layout_.nx)] += b > 0 ? diffused(from, single) : *from;
+            }
         }
         if (!inside) return;
         speed_[static_cast<std::size_t>(k)] = largest_of_lanes(most);
@@ -339,47 +401,96 @@ void BoxFlow::project(double dt, bool keep) {
     fill_ghost_planes(0, velocities());
 }
 
-void BoxFlow::force(double time) {
-    if (!forcing_) return;
-    const auto fill_sides = [this](const std::function<bool(int)>& of_plane) {
-        for_planes(0, layout_.nz, [&](int k) {
-            if (!of_plane(k)) return;
-            for (int c = 0; c < 3; ++c) fill_plane(c, now_[static_cast<std::size_t>(c)].data(), k);
+/// Of one stage: its scratch is next_.
+class BoxFlow::StageViscosity final : public ImplicitViscosity {
+public:
+    StageViscosity(BoxFlow& flow, double b) : flow_(flow), b_(b) {}
+    void clear() override {
+        flow_.for_whole_planes([this](std::size_t begin, std::size_t end) {
+            for (Field& field : flow_.next_) std::fill(field.data() + begin, field.data() + end, 0.0);
         });
-    };
-    forcing_->apply({.velocity = velocities(),
-                     .scratch = {next_[0].data(), next_[1].data(), next_[2].data()},
-                     .time = time,
-                     .fill_beyond_walls = [&](const std::function<bool(int)>& sides, bool beyond) {
-                         fill_sides(sides);
-                         for (int c = 0; beyond && c < 3; ++c) fill_planes(c, now_[static_cast<std::size_t>(c)].data());
-                     }});
-    fill_sides([this](int k) { return forcing_->changed(k); });
+    }
+    void diffuse() override {
+        flow_.diffuse(of_change, flow_.next_, b_);
+        for (std::size_t c = 0; c < 3; ++c) flow_.fill_planes(of_change + static_cast<int>(c), flow_.next_[c].data());
+    }
+    void add(double factor) override {
+        flow_.for_whole_planes([&](std::size_t begin, std::size_t end) {
+            for (std::size_t c = 0; c < 3; ++c)
+                for (std::size_t at = begin; at < end; at += 8)
+                    store(&flow_.now_[c][at], fma(P(factor), load<8>(&flow_.next_[c][at]), load<8>(&flow_.now_[c][at])));
+        });
+    }
+
+private:
+    BoxFlow& flow_;
+    double b_;
+};
+
+FlowStage BoxFlow::forced_stage(double time, double dt, ImplicitViscosity* implicit) {
+    return {.velocity = velocities(),
+            .scratch = {next_[0].data(), next_[1].data(), next_[2].data()},
+            .time = time,
+            .dt = dt,
+            .implicit = implicit,
+            .fill_beyond_walls = [this](const std::function<bool(int)>& sides, bool beyond) {
+                fill_sides(sides);
+                for (int c = 0; beyond && c < 3; ++c) fill_planes(c, now_[static_cast<std::size_t>(c)].data());
+            }};
+}
+
+void BoxFlow::fill_sides(const std::function<bool(int)>& of_plane) {
+    for_planes(0, layout_.nz, [&](int k) {
+        if (!of_plane(k)) return;
+        for (int c = 0; c < 3; ++c) fill_plane(c, now_[static_cast<std::size_t>(c)].data(), k);
+    });
+}
+
+void BoxFlow::force(const FlowStage& stage) {
+    if (!forcing_) return;
+    forcing_->apply(stage);
+    fill_sides([&](int k) { return stage.implicit || forcing_->changed(k); });
 }
 
 void BoxFlow::stage(int s, double time, double dt) {
     // The last step ended at this time but for rounding, which a run that goes on from a checkpoint does not know.
     if (s == 0 && oscillation(constants_, time) != oscillation_) go_to(time), fill_beyond_walls();
     const StageParts parts = stage_parts(constants_.scheme);
+    const auto after = [&](int stages) {
+        const double done = std::accumulate(parts.part.begin(), parts.part.begin() + stages, 0);
+        return stages == parts.count ? time + dt : time + done / parts.unit * dt;
+    };
+    if (constants_.scheme == FlowScheme::crank_nicolson) return stage_half_implicit(time, dt);
     const bool one = parts.count == 1, last = s + 1 == parts.count, every = constants_.scheme == FlowScheme::rk3_projected;
     const auto at = static_cast<std::size_t>(s);
     const double last_rate = !one     ? stage_last[at]
                              : begun_ ? -0.5
                                       : 0.0,
                  rate = one ? 1 - last_rate : stage_rate[at], whole = rate + last_rate;
-    const auto after = [&](int stages) {
-        const double done = std::accumulate(parts.part.begin(), parts.part.begin() + stages, 0);
-        return stages == parts.count ? time + dt : time + done / parts.unit * dt;
-    };
-    const Vec3d& a = constants_.acceleration;
-    const double push = oscillation_integral(constants_, after(s), whole * dt);
+    const Vec3d push = oscillation_integral(constants_, after(s), whole * dt) * constants_.acceleration;
     go_to(after(s + 1));
-    sweep({rate * dt, last_rate * dt, whole * dt, {push * a.x, push * a.y, push * a.z}});
+    sweep<Viscosity::of_rates>({rate * dt, last_rate * dt, whole * dt, {push.x, push.y, push.z}}, diffusion());
     pass_outflow(whole * dt);
-    force(after(s + 1));
+    force(forced_stage(after(s + 1), whole * dt, nullptr));
     if (last || every) project(every || one ? whole * dt : dt, true);
     else fill_ghost_planes(0, velocities());
     if (last) begun_ = true;
+}
+
+/// The first step is Euler's, explicit in convection and implicit in viscosity: it damps what a start at once would leave to swing.
+void BoxFlow::stage_half_implicit(double time, double dt) {
+    const Vec3d push = oscillation_integral(constants_, time, dt) * constants_.acceleration;
+    const double last_rate = begun_ ? -0.5 : 0.0, ahead = begun_ ? 0.5 : 1.0, b = ahead * dt * diffusion();
+    sweep<Viscosity::of_velocity>({(1 - last_rate) * dt, last_rate * dt, dt, {push.x, push.y, push.z}},
+                                  (1 - ahead) * dt * diffusion());
+    go_to(time + dt);
+    StageViscosity viscosity(*this, b);
+    const FlowStage stage = forced_stage(time + dt, dt, &viscosity);
+    if (forcing_) forcing_->hold(stage);
+    diffuse(0, now_, b);
+    force(stage);
+    project(dt, true, b);
+    begun_ = true;
 }
 
 double BoxFlow::step_limit(double courant) const {

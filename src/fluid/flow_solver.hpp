@@ -1,7 +1,7 @@
 // The solver of one level of instructions (cmake/SkeinKernels.cmake).
 #pragma once
 
-#include "fluid/fast_poisson.hpp"
+#include "fluid/fast_helmholtz.hpp"
 #include "fluid/flow.hpp"
 #include "fluid/iterated_poisson.hpp"
 #include "fluid/sweeps.hpp"
@@ -37,13 +37,17 @@ public:
 private:
     using P = Pack<8>;
     using Field = AlignedVector<double>;
-    /// Of the velocity component c, or of the pressure (c = 3), in direction d, at the lower or the upper face.
+    /// Of the velocity component c, of the pressure (c = 3) or of changes of velocities (c - 4), in direction d, at the lower or
+    /// the upper face.
     struct Edge {
         double mirrored; ///< ghost = mirrored * inner + fixed; of a normal velocity: fixed at the face itself
         double fixed;
         bool periodic, on_face;
     };
     Edge edge(int c, int d, bool upper) const;
+    LineEnds ends(int c, int d) const; ///< of lines of it in direction d
+    /// What second differences are multiplied by in rates, 1/s.
+    double diffusion() const { return constants_.kinematic_viscosity / (constants_.grid.h * constants_.grid.h); }
     /// Ghosts that are filled from now on are those of a time, where walls move.
     void go_to(double time) { time_ = time, oscillation_ = oscillation(constants_, time); }
     /// Ghosts along x and y of a plane.
@@ -54,17 +58,35 @@ private:
     /// Planes of ghosts of fields of component `first` and the next ones, from neighbours and beyond the box. Collective.
     void fill_ghost_planes(int first, std::span<double* const> fields);
     Three<double*> velocities() { return {now_[0].data(), now_[1].data(), now_[2].data()}; }
-    /// Bodies in the fluid, after a stage that ends at a time.
-    void force(double time);
+    class StageViscosity;
+    /// A stage that ends at a time, as bodies see it.
+    FlowStage forced_stage(double time, double dt, ImplicitViscosity* implicit);
+    /// Ghosts along x and y of velocities in those planes for which `of_plane` says so.
+    void fill_sides(const std::function<bool(int)>& of_plane);
+    /// Bodies in the fluid, after a stage.
+    void force(const FlowStage& stage);
     /// Sets the velocity to that of a function, made free of divergence. Collective.
     void sample(const VelocityRow& velocity);
-    /// A stage: velocities from now_ to next_, which then change their names.
-    void sweep(const StageFactors& factors);
+    /// A stage: velocities from now_ to next_, which then change their names. Where viscosity is that of velocities, ghosts in its
+    /// planes are left alone.
+    template <Viscosity viscosity> void sweep(const StageFactors& factors, double diffusion);
+    /// (1 - b sum of second differences) u = f of three fields of component `first` and the next ones, from f to u, with ghosts in
+    /// its planes. Collective.
+    void diffuse(int first, Three<Field>& fields, double b);
+    void add_beyond_walls(int c, double* field, double b) const;
+    void stage_half_implicit(double time, double dt);
     void pass_outflow(double dt);
-    /// Makes velocities free of divergence; adds to the pressure with `keep`. Collective.
-    void project(double dt, bool keep);
+    /// Makes velocities free of divergence; adds to the pressure with `keep`, after diffuse(b) with what it makes of the gradient.
+    /// Collective.
+    void project(double dt, bool keep, double b = 0);
     template <class Body> void for_planes(int first, int behind, Body&& body) const {
         threads_.for_each(static_cast<std::size_t>(behind - first), [&](std::size_t k, int) { body(first + static_cast<int>(k)); });
+    }
+    /// body(begin, end) of numbers of fields, of planes with their ghosts and of ghosts.
+    template <class Body> void for_whole_planes(Body&& body) const {
+        const auto plane = static_cast<std::size_t>(layout_.plane);
+        threads_.for_each(static_cast<std::size_t>(layout_.nz + 2 * FieldLayout::ghosts),
+                          [&](std::size_t k, int) { body(k * plane, (k + 1) * plane); });
     }
     /// Of each plane of all ranks, in order: what `body(k)` says of plane k of this one.
     template <std::size_t N, class Body> std::vector<std::array<double, N>> of_all_planes(Body&& body) const;
@@ -77,7 +99,8 @@ private:
     bool lowest_, uppermost_; ///< this rank has the lower or upper end along z, where that is no period
     Three<Field> now_, next_, rate_;
     Field pressure_;
-    std::optional<FastPoisson> poisson_; ///< this or the next one
+    std::optional<FastHelmholtz> direct_; ///< this or the next one
+    std::vector<Helmholtz> equations_;    ///< of `direct_`: of the pressure and, where viscosity is implicit, of velocities
     std::optional<IteratedPoisson> iterated_poisson_;
     std::unique_ptr<PlaneGhosts> ghosts_;
     std::vector<double> speed_; ///< of each plane, the largest

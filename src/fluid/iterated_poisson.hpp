@@ -1,4 +1,4 @@
-// A PressureSolver in place of FastPoisson: the same sources and sinks, eight cells at a time.
+// A PressureSolver in place of FastHelmholtz: the same sources and sinks, eight cells at a time.
 #pragma once
 
 #include "fluid/fluid_grid.hpp"
@@ -25,7 +25,7 @@ public:
         answer_.assign(cells + 8, 0.0); // packs reach beyond the last row
     }
 
-    /// As FastPoisson::solve. Throws NumericalError on all ranks where there is no answer. Collective.
+    /// As FastHelmholtz::solve. Throws NumericalError on all ranks where there is no answer. Collective.
     template <class Source, class Sink> void solve(Source&& source, Sink&& sink) {
         for_packs([&](int i, int j, int k, std::size_t at) {
             double lanes[8];

@@ -1,6 +1,7 @@
-// Transforms of real lines that diagonalise second differences: of periodic ones, and of ones between two ends where the gradient
-// (cosines) or the value (sines) is 0, half a cell beyond the outer numbers. Two lines make a complex one, so that all are one
-// complex transform with a pass that takes pairs apart.                                                       theory.md (78), (79)
+// Transforms of real lines that diagonalise second differences: of periodic ones, of ones between two ends where the gradient
+// (cosines) or the value (sines) is 0, half a cell beyond the outer numbers, and of ones whose value is 0 one cell before the first
+// number and at the last (sines). Two lines make a complex one, so that all are one complex transform with a pass that takes pairs
+// apart; that of the last kind is twice as long.                                                              theory.md (78), (79)
 #pragma once
 
 #include "fluid/fft.hpp"
@@ -13,40 +14,44 @@
 
 namespace skein {
 
-enum class LineEnds { periodic, gradient_zero, value_zero };
+enum class LineEnds { periodic, gradient_zero, value_zero, faces_zero };
 
 /// Of `lanes()` lines side by side: number i of line l in row place(i), column l of a block.
 class LineTransform {
 public:
     LineTransform(int n, LineEnds ends)
-        : n_(n), lanes_(n <= 192 ? 16 : 8), ends_(ends), forward_(n, lanes_ / 2, Fft::Way::forward),
-          inverse_(n, lanes_ / 2, Fft::Way::inverse) {
+        : n_(n), length_(ends == LineEnds::faces_zero ? 2 * n : n), lanes_(n <= 192 ? 16 : 8), ends_(ends),
+          forward_(length_, lanes_ / 2, Fft::Way::forward), inverse_(length_, lanes_ / 2, Fft::Way::inverse) {
         const double pi = std::numbers::pi;
         for (int k = 0; k <= n / 2; ++k) {
             const double angle = ends == LineEnds::periodic ? 0 : pi * k / (2.0 * n);
             twiddle_.push_back({std::cos(angle), std::sin(angle)});
         }
         for (int k = 0; k < n; ++k) {
-            const double angle = ends == LineEnds::periodic        ? pi * k / n
-                                 : ends == LineEnds::gradient_zero ? pi * k / (2.0 * n)
-                                                                   : pi * (n - k) / (2.0 * n);
+            const double angle = ends == LineEnds::periodic     ? pi * k / n
+                                 : ends == LineEnds::value_zero ? pi * (n - k) / (2.0 * n)
+                                                                : pi * k / (2.0 * n);
             eigenvalue_.push_back(-4 * std::sin(angle) * std::sin(angle));
         }
     }
 
     int size() const { return n_; }
     int lanes() const { return lanes_; }
-    std::size_t block() const { return static_cast<std::size_t>(n_ * lanes_); }
-    int place(int i) const { return ends_ == LineEnds::periodic ? i : i % 2 == 0 ? i / 2 : n_ - 1 - i / 2; }
+    std::size_t block() const { return static_cast<std::size_t>(length_ * lanes_); }
+    int place(int i) const {
+        if (ends_ == LineEnds::faces_zero) return i + 1;
+        return ends_ == LineEnds::periodic ? i : i % 2 == 0 ? i / 2 : n_ - 1 - i / 2;
+    }
     /// By which number i is to be multiplied on its way in and out.
     double sign(int i) const { return ends_ == LineEnds::value_zero && i % 2 == 1 ? -1 : 1; }
-    /// Of the second difference, by number of the coefficient.
+    /// Of the second difference, by number of the coefficient; of `faces_zero` coefficient 0 is always 0.
     double eigenvalue(int k) const { return eigenvalue_[static_cast<std::size_t>(k)]; }
     /// There and back multiplies by this.
-    double gain() const { return n_; }
+    double gain() const { return length_; }
 
-    /// From numbers to coefficients, in order. What was in `numbers` is lost.
+    /// From numbers to coefficients, in order. What was in `numbers` is lost; the last of `faces_zero` is taken as 0.
     void forward(double* numbers, double* coefficients) const {
+        if (ends_ == LineEnds::faces_zero) return sines(forward_, -1, numbers, coefficients);
         forward_.run(numbers, coefficients);
         for_pairs(
             [&](std::size_t low, std::size_t high, double c, double s) {
@@ -59,6 +64,7 @@ public:
     }
     /// Back. What was in `coefficients` is lost.
     void inverse(double* coefficients, double* numbers) const {
+        if (ends_ == LineEnds::faces_zero) return sines(inverse_, 1, coefficients, numbers);
         for_pairs(
             [&](std::size_t low, std::size_t high, double c, double s) {
                 double *const at_low = coefficients + low, *const at_high = coefficients + high;
@@ -81,6 +87,22 @@ private:
     }
     static P turned(const P& difference) { return sign_of_second() * swapped(difference); }
 
+    /// Twice the sums of sines: rows 1 to n - 1, made odd about rows 0 and n, have a transform without cosines. `sign`: of the
+    /// exponent.
+    void sines(const Fft& fft, double sign, double* from, double* to) const {
+        const auto row = static_cast<std::size_t>(lanes_), n = static_cast<std::size_t>(n_);
+        const P turn = P(sign) * sign_of_second();
+        for (std::size_t l = 0; l < row; l += 8) {
+            store(from + l, P(0.0)), store(from + n * row + l, P(0.0));
+            for (std::size_t i = 1; i < n; ++i) store(from + (2 * n - i) * row + l, -load<8>(from + i * row + l));
+        }
+        fft.run(from, to);
+        for (std::size_t l = 0; l < row; l += 8) {
+            store(to + l, P(0.0)), store(to + n * row + l, P(0.0));
+            for (std::size_t k = 1; k < n; ++k) store(to + k * row + l, turn * swapped(load<8>(to + k * row + l)));
+        }
+    }
+
     /// Coefficients k and n - k, as places of packs, and the one in the middle of an even number.
     template <class Two, class One> void for_pairs(Two&& two, One&& one) const {
         const auto row = static_cast<std::size_t>(lanes_), n = static_cast<std::size_t>(n_);
@@ -93,7 +115,7 @@ private:
         }
     }
 
-    int n_, lanes_;
+    int n_, length_, lanes_; ///< `length_`: of the complex transform
     LineEnds ends_;
     Fft forward_, inverse_;
     std::vector<Twiddle> twiddle_;

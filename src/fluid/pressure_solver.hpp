@@ -1,7 +1,6 @@
 // Poisson's equation of the pressure on a grid of boxes whose edges may vary along each direction, solved by iterations: the
-// general path beside FastPoisson. What solves it is a library of its own, loaded when the first solver is made, so that only runs
-// that ask for it see PETSc.                                                                                              theory.md
-// (83)
+// general path beside FastHelmholtz. What solves it is a library of its own, loaded when the first solver is made, so that only
+// runs that ask for it see PETSc. theory.md (83)
 #pragma once
 
 #include "parallel/communicator.hpp"

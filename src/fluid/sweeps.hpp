@@ -18,13 +18,17 @@ struct StageFactors {
     Three<double> push; ///< of the acceleration, m/s
 };
 
+/// Where viscosity is: in the rates, or in the velocity that a stage begins with, where a stage is half implicit.
+enum class Viscosity { of_rates, of_velocity };
+
 /// Rates of convection in divergence form, which keeps kinetic energy, and of viscosity; then the velocities after the stage.
 /// `rate` holds those of the stage before, and then those of this one. Cost: 120 flop and 13 numbers in memory per cell.
-class StageSweep {
+template <Viscosity viscosity> class StageSweep {
 public:
     using P = Pack<8>;
-    StageSweep(const FieldLayout& layout, double h, double viscosity, const StageFactors& factors)
-        : row_(layout.row), plane_(layout.plane), quarter_(0.25 / h), diffusion_(viscosity / (h * h)), factors_(factors),
+    /// `diffusion`: what sums of second differences are multiplied by, 1/s, of velocities 1.
+    StageSweep(const FieldLayout& layout, double h, double diffusion, const StageFactors& factors)
+        : row_(layout.row), plane_(layout.plane), quarter_(0.25 / h), diffusion_(diffusion), factors_(factors),
           gradient_(factors.pressure / h) {}
 
     /// Eight cells from these pointers on.
@@ -45,14 +49,18 @@ public:
         const auto square = [](const P& a) __attribute__((always_inline)) { return a * a; };
         const P quarter(quarter_), diffusion(diffusion_), six(6.0);
         const auto rate_of = [&](const P& flux, const P& around, const P& here) __attribute__((always_inline)) {
-            return fma(diffusion, fnma(six, here, around), -(quarter * flux));
+            if constexpr (viscosity == Viscosity::of_velocity) return -(quarter * flux);
+            else return fma(diffusion, fnma(six, here, around), -(quarter * flux));
         };
-        const P of_u = rate_of((square(u0 + ue) - square(uw + u0)) + (uv - uv_south) + (uw_ - uw_below),
-                               (ue + uw) + (un + us) + (ut + ub), u0),
-                of_v = rate_of((uv - uv_west) + (square(v0 + vn) - square(vs + v0)) + (vw_ - vw_below),
-                               (ve + vw) + (vn + vs) + (vt + vb), v0),
-                of_w = rate_of((uw_ - uw_west) + (vw_ - vw_south) + (square(w0 + wt) - square(wb + w0)),
-                               (we + ww) + (wn + ws) + (wt + wb), w0);
+        const auto before_of = [&](const P& around, const P& here) __attribute__((always_inline)) {
+            if constexpr (viscosity == Viscosity::of_velocity) return fma(diffusion, fnma(six, here, around), here);
+            else return here;
+        };
+        const P around_u = (ue + uw) + (un + us) + (ut + ub), around_v = (ve + vw) + (vn + vs) + (vt + vb),
+                around_w = (we + ww) + (wn + ws) + (wt + wb);
+        const P of_u = rate_of((square(u0 + ue) - square(uw + u0)) + (uv - uv_south) + (uw_ - uw_below), around_u, u0),
+                of_v = rate_of((uv - uv_west) + (square(v0 + vn) - square(vs + v0)) + (vw_ - vw_below), around_v, v0),
+                of_w = rate_of((uw_ - uw_west) + (vw_ - vw_south) + (square(w0 + wt) - square(wb + w0)), around_w, w0);
         const P p0 = at(pressure), gradient(gradient_);
         const auto put = [&](std::size_t c, const P& now, const P& before, const P& ahead) __attribute__((always_inline)) {
             const P last = at(rate[c]);
@@ -61,7 +69,8 @@ public:
             to = fma(P(factors_.rate), now, to), to = fma(P(factors_.last_rate), last, to);
             store(out[c], fnma(gradient, ahead - p0, to));
         };
-        put(0, of_u, u0, at(pressure + 1)), put(1, of_v, v0, at(pressure + r)), put(2, of_w, w0, at(pressure + p));
+        put(0, of_u, before_of(around_u, u0), at(pressure + 1)), put(1, of_v, before_of(around_v, v0), at(pressure + r));
+        put(2, of_w, before_of(around_w, w0), at(pressure + p));
     }
 
 private:

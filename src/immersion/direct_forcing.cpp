@@ -6,6 +6,12 @@
 
 namespace skein {
 
+namespace {
+
+Vec3d by_component(const Vec3d& a, const Vec3d& b) { return {a.x * b.x, a.y * b.y, a.z * b.z}; }
+
+} // namespace
+
 DirectForcing::DirectForcing(const Communicator& comm, const Threads& threads, const FluidGrid& grid, const ForcingNumbers& numbers,
                              std::size_t bodies, Place place, bool moves)
     : comm_(comm), grid_(grid), numbers_(numbers), place_(std::move(place)), moves_(moves),
@@ -53,15 +59,63 @@ void DirectForcing::add_given(const std::vector<Vec3d>& changes) {
     for (std::size_t b = 0; b < given_.size(); ++b) given_[b] += Vec3d{sums[3 * b], sums[3 * b + 1], sums[3 * b + 2]};
 }
 
+void DirectForcing::recall_held(std::span<const double> kept) {
+    held_.recall(comm_, kept);
+    settled_ = false;
+}
+
+void DirectForcing::hold(const FlowStage& stage) {
+    if (!settled_ || moves_) {
+        settle(stage);
+        held_.settle(comm_, markers_.identity);
+    }
+    std::vector<Vec3d> pushes(held_.forces().begin(), held_.forces().end());
+    for (Vec3d& push : pushes) push = stage.dt * push;
+    planes_.spread(pushes, stage.velocity);
+}
+
+double DirectForcing::least_slips(std::span<const Vec3d> answer) const {
+    std::vector<double> terms[2];
+    for (std::size_t m = 0; m < answer.size(); ++m) {
+        const Vec3d weighted = by_component(weight_[m], answer[m]);
+        terms[0].push_back(dot(weighted, difference_[m])), terms[1].push_back(dot(weighted, answer[m]));
+    }
+    const std::vector<double> sums = exact_sums(comm_, terms);
+    return sums[1] > 0 ? sums[0] / sums[1] : 0;
+}
+
+void DirectForcing::apply_implicitly(const FlowStage& stage) {
+    const std::span<Vec3d> force = held_.forces();
+    std::vector<Vec3d> push(markers_.count()), answer(markers_.count());
+    find_differences(stage);
+    for (int sweep = 0; sweep < numbers_.sweeps; ++sweep) {
+        if (numbers_.slip > 0 && largest_difference() < numbers_.slip) break;
+        for (std::size_t m = 0; m < push.size(); ++m) push[m] = by_component(weight_[m], difference_[m]);
+        stage.implicit->clear();
+        planes_.spread(push, stage.scratch);
+        stage.implicit->diffuse();
+        planes_.interpolate({stage.scratch[0], stage.scratch[1], stage.scratch[2]}, answer);
+        const double times = least_slips(answer);
+        stage.implicit->add(times);
+        for (std::size_t m = 0; m < push.size(); ++m) {
+            difference_[m] -= times * answer[m];
+            force[m] += (times / stage.dt) * push[m];
+        }
+    }
+    slip_ = largest_difference();
+    for (std::size_t m = 0; m < push.size(); ++m) push[m] = stage.dt * force[m];
+    add_given(push);
+}
+
 void DirectForcing::apply(const FlowStage& stage) {
+    if (stage.implicit) return apply_implicitly(stage);
     if (!settled_ || moves_) settle(stage);
     std::vector<Vec3d> changes(markers_.count(), Vec3d{0, 0, 0}), change(markers_.count());
     find_differences(stage);
     for (int sweep = 0; sweep < numbers_.sweeps; ++sweep) {
         if (numbers_.slip > 0 && largest_difference() < numbers_.slip) break;
         for (std::size_t m = 0; m < change.size(); ++m) {
-            const Vec3d &w = weight_[m], &d = difference_[m];
-            change[m] = {w.x * d.x, w.y * d.y, w.z * d.z};
+            change[m] = by_component(weight_[m], difference_[m]);
             changes[m] += change[m];
         }
         planes_.spread(change, stage.velocity);

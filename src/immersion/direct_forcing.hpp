@@ -1,12 +1,15 @@
 // Direct forcing: within each stage velocities near markers are changed so that the fluid has the velocity of the markers, in a few
-// sweeps.                                                                                                      theory.md (80), (81)
+// sweeps. Where viscosity is implicit, forces at markers stay from step to step, and each sweep solves for what viscosity makes of
+// its part.                                                                                              theory.md (80), (81), (87)
 #pragma once
 
 #include "fluid/stage_forcing.hpp"
+#include "immersion/held_forces.hpp"
 #include "immersion/marker_planes.hpp"
 #include "immersion/markers.hpp"
 
 #include <functional>
+#include <span>
 #include <vector>
 
 namespace skein {
@@ -26,6 +29,7 @@ public:
     DirectForcing(const Communicator& comm, const Threads& threads, const FluidGrid& grid, const ForcingNumbers& numbers,
                   std::size_t bodies, Place place, bool moves);
 
+    void hold(const FlowStage& stage) override;
     void apply(const FlowStage& stage) override;
     bool changed(int plane) const override { return planes_.reaches(plane); }
 
@@ -35,8 +39,17 @@ public:
     /// Largest difference of velocities at markers after the last stage but for its projection, m/s; the same on all ranks.
     double slip() const { return slip_; }
 
+    /// None where viscosity is explicit.
+    const HeldForces& held() const { return held_; }
+    /// Goes on from what kept() of held() was. This rank alone.
+    void recall_held(std::span<const double> kept);
+
 private:
     void settle(const FlowStage& stage);
+    void apply_implicitly(const FlowStage& stage);
+    /// By how many times this answer to a push the slips become least, in the mean of their squares over what is forced.
+    /// Collective.
+    double least_slips(std::span<const Vec3d> answer) const;
     /// Velocities of markers less those of the fluid there. Collective.
     void find_differences(const FlowStage& stage);
     /// The largest of them on any rank, m/s. Collective.
@@ -54,6 +67,7 @@ private:
     std::vector<Vec3d> weight_;     ///< of markers, by component; 0 beyond walls, where there is no fluid
     std::vector<Vec3d> difference_; ///< of markers, m/s
     std::vector<Vec3d> given_;      ///< by body
+    HeldForces held_;
     double slip_ = 0;
 };
 

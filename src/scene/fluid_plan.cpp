@@ -12,7 +12,7 @@ namespace skein {
 namespace {
 
 double projections(FlowScheme scheme) { return scheme == FlowScheme::rk3_projected ? 3 : 1; }
-double stages(FlowScheme scheme) { return scheme == FlowScheme::adams_bashforth ? 1 : 3; }
+double stages(FlowScheme scheme) { return scheme == FlowScheme::rk3 || scheme == FlowScheme::rk3_projected ? 3 : 1; }
 
 double sum_of(const Vec3d& v) { return std::abs(v.x) + std::abs(v.y) + std::abs(v.z); }
 

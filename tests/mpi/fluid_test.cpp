@@ -1,5 +1,5 @@
 // The fluid on any number of ranks: what it solves, of what order, and the same bits.
-#include "fluid/fast_poisson.hpp"
+#include "fluid/fast_helmholtz.hpp"
 #include "fluid/make_flow.hpp"
 
 #include <gtest/gtest.h>
@@ -29,7 +29,7 @@ std::vector<double> random_numbers(const FluidGrid& grid) {
 }
 
 std::vector<double> solved(const Communicator& comm, const Threads& threads, const FluidGrid& grid, const std::vector<double>& f) {
-    FastPoisson solver(comm, threads, grid);
+    FastHelmholtz solver(comm, threads, grid);
     const Slab slab = slab_of(grid.cells[2], comm.rank(), comm.size());
     const FieldLayout layout(grid.cells[0], grid.cells[1], slab.count);
     AlignedVector<double> field(layout.size(), 0.0);
@@ -42,8 +42,10 @@ std::vector<double> solved(const Communicator& comm, const Threads& threads, con
         field[at] = f[static_cast<std::size_t>(((k + slab.first) * layout.ny + j) * layout.nx + i)];
     });
     AlignedVector<double> phi = field;
-    solver.solve([&](int i, int j, int k) { return load<8>(&field[static_cast<std::size_t>(layout.at(i, j, k))]); },
-                 [&](int i, int j, int k, const Pack<8>& p) { store(&phi[static_cast<std::size_t>(layout.at(i, j, k))], p); });
+    solver.solve(
+        Helmholtz::of_pressure(grid),
+        [&](int i, int j, int k) { return load<8>(&field[static_cast<std::size_t>(layout.at(i, j, k))]); },
+        [&](int i, int j, int k, const Pack<8>& p) { store(&phi[static_cast<std::size_t>(layout.at(i, j, k))], p); });
     std::vector<double> mine;
     for_cells([&](std::size_t at, int, int, int) { mine.push_back(phi[at]); });
     return comm.all_gather(mine);

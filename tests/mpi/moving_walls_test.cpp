@@ -145,7 +145,8 @@ TEST(MovingWalls, AreOfSecondOrderAcrossAnyDirectionWithTheSameBits) {
 
 TEST(MovingWalls, AreOfSecondOrderInTime) {
     const Communicator alone = Communicator::alone();
-    for (const FlowScheme scheme : {FlowScheme::rk3, FlowScheme::rk3_projected, FlowScheme::adams_bashforth})
+    for (const FlowScheme scheme :
+         {FlowScheme::rk3, FlowScheme::rk3_projected, FlowScheme::adams_bashforth, FlowScheme::crank_nicolson})
         for (const auto& [shear, bound] : shears) {
             if (shear.frequency == 0) continue; // begins with a jump
             const FlowConstants constants = between_plates(shear, 2, 0, 16, scheme);

@@ -1,6 +1,6 @@
 // Multigrid for the pressure on any number of ranks: against the direct solver on grids of cubes, against a closed form on others,
 // and within steps of the fluid.
-#include "fluid/fast_poisson.hpp"
+#include "fluid/fast_helmholtz.hpp"
 #include "fluid/iterated_poisson.hpp"
 #include "fluid/make_flow.hpp"
 #include "skein/core/error.hpp"
@@ -119,7 +119,7 @@ double relative_residual(const TensorGrid& grid, const std::vector<double>& phi,
 
 std::vector<double> solved_directly(const Communicator& comm, const FluidGrid& grid, const std::vector<double>& f) {
     const Threads threads(1);
-    FastPoisson solver(comm, threads, grid);
+    FastHelmholtz solver(comm, threads, grid);
     const auto [nx, ny, nz] = grid.cells;
     const Slab slab = slab_of(nz, comm.rank(), comm.size());
     std::vector<double> source(f), phi(f.size() + 8);
@@ -127,10 +127,11 @@ std::vector<double> solved_directly(const Communicator& comm, const FluidGrid& g
     const auto place = [&, x = nx, y = ny](int i, int j, int k) {
         return static_cast<std::size_t>(((k + slab.first) * y + j) * x + i);
     };
-    solver.solve([&](int i, int j, int k) { return load<8>(&source[place(i, j, k)]); },
-                 [&, x = nx](int i, int j, int k, const Pack<8>& p) {
-                     for (int l = 0; l < std::min(8, x - i); ++l) phi[place(i + l, j, k)] = p[l];
-                 });
+    solver.solve(
+        Helmholtz::of_pressure(grid), [&](int i, int j, int k) { return load<8>(&source[place(i, j, k)]); },
+        [&, x = nx](int i, int j, int k, const Pack<8>& p) {
+            for (int l = 0; l < std::min(8, x - i); ++l) phi[place(i + l, j, k)] = p[l];
+        });
     const std::size_t first = place(0, 0, 0), count = static_cast<std::size_t>(nx * ny * slab.count);
     return comm.all_gather(std::span<const double>(phi).subspan(first, count));
 }

@@ -11,17 +11,19 @@
 namespace skein {
 namespace {
 
-constexpr LineEnds all_ends[] = {LineEnds::periodic, LineEnds::gradient_zero, LineEnds::value_zero};
+constexpr LineEnds all_ends[] = {LineEnds::periodic, LineEnds::gradient_zero, LineEnds::value_zero, LineEnds::faces_zero};
 constexpr int sizes[] = {2, 3, 4, 5, 6, 7, 9, 14, 16, 20, 25, 64, 105, 128, 200};
 
 using Lines = std::vector<std::vector<double>>; ///< [line][number]
 
-Lines random_lines(int lines, int n) {
+Lines random_lines(int lines, int n, LineEnds ends) {
     std::mt19937 random(static_cast<unsigned>(n));
     std::normal_distribution<double> normal;
     Lines all(static_cast<std::size_t>(lines), std::vector<double>(static_cast<std::size_t>(n)));
     for (auto& line : all)
         for (double& x : line) x = normal(random);
+    if (ends == LineEnds::faces_zero)
+        for (auto& line : all) line.back() = 0;
     return all;
 }
 
@@ -46,11 +48,13 @@ std::vector<double> second_difference(const std::vector<double>& line, LineEnds 
     const auto at = [&](int i) {
         if (i >= 0 && i < n) return line[static_cast<std::size_t>(i)];
         if (ends == LineEnds::periodic) return line[static_cast<std::size_t>((i + n) % n)];
+        if (ends == LineEnds::faces_zero) return 0.0;
         const double inner = line[static_cast<std::size_t>(std::clamp(i, 0, n - 1))];
         return ends == LineEnds::gradient_zero ? inner : -inner;
     };
     std::vector<double> out;
     for (int i = 0; i < n; ++i) out.push_back(at(i - 1) - 2 * at(i) + at(i + 1));
+    if (ends == LineEnds::faces_zero) out.back() = 0;
     return out;
 }
 
@@ -58,7 +62,7 @@ TEST(LineTransform, ThereAndBack) {
     for (const LineEnds ends : all_ends)
         for (const int n : sizes) {
             const LineTransform transform(n, ends);
-            const Lines lines = random_lines(transform.lanes(), n), coefficients = transformed(transform, lines);
+            const Lines lines = random_lines(transform.lanes(), n, ends), coefficients = transformed(transform, lines);
             AlignedVector<double> in(transform.block()), out(transform.block());
             for (int k = 0; k < n; ++k)
                 for (int l = 0; l < transform.lanes(); ++l)
@@ -78,7 +82,7 @@ TEST(LineTransform, DiagonalisesSecondDifferences) {
     for (const LineEnds ends : all_ends)
         for (const int n : sizes) {
             const LineTransform transform(n, ends);
-            const Lines lines = random_lines(transform.lanes(), n);
+            const Lines lines = random_lines(transform.lanes(), n, ends);
             Lines differences = lines;
             for (auto& line : differences) line = second_difference(line, ends);
             const Lines of_lines = transformed(transform, lines), of_differences = transformed(transform, differences);
@@ -94,7 +98,7 @@ TEST(LineTransform, DiagonalisesSecondDifferences) {
 TEST(LineTransform, IsThatOfCosines) {
     constexpr int n = 12;
     const LineTransform transform(n, LineEnds::gradient_zero);
-    const Lines lines = random_lines(transform.lanes(), n), coefficients = transformed(transform, lines);
+    const Lines lines = random_lines(transform.lanes(), n, LineEnds::gradient_zero), coefficients = transformed(transform, lines);
     for (std::size_t l = 0; l < lines.size(); ++l)
         for (int k = 0; k < n; ++k) {
             double sum = 0;

@@ -1,5 +1,6 @@
-// The discrete Poisson equation of a box, solved directly: transforms of lines along y and x, plane by plane, then a tridiagonal
-// system along z for each of their coefficients.                                                              theory.md (77)-(79)
+// The discrete equations of Poisson and Helmholtz of a box, solved directly: transforms of lines along y and x, plane by plane,
+// then a tridiagonal system along z for each of their coefficients.                                           theory.md (77)-(79),
+// (84)
 #pragma once
 
 #include "fluid/fluid_grid.hpp"
@@ -14,14 +15,28 @@
 
 namespace skein {
 
-/// (sum over directions of second differences) phi = h^2 f, where phi is periodic or has no gradient across the faces of the box.
+/// (sum over directions of second differences + shift) phi = scale f, by what phi does at the ends of lines of each direction.
+struct Helmholtz {
+    Helmholtz(const FluidGrid& grid, const std::array<LineEnds, 3>& ends)
+        : x(grid.cells[0], ends[0]), y(grid.cells[1], ends[1]), z(ends[2]) {}
+    /// Of a pressure: no gradient across faces that are no period.
+    static Helmholtz of_pressure(const FluidGrid& grid) {
+        const auto end = [&](int d) { return grid.periodic(d) ? LineEnds::periodic : LineEnds::gradient_zero; };
+        Helmholtz equation(grid, {end(0), end(1), end(2)});
+        equation.scale = grid.h * grid.h;
+        return equation;
+    }
+    LineTransform x, y;
+    LineEnds z;
+    double shift = 0, scale = 1;
+};
+
 /// Any ranks, the same bits: planes are transformed whole, and coefficients change ranks for their tridiagonal systems.
-class FastPoisson {
+class FastHelmholtz {
 public:
     using P = Pack<8>;
-    FastPoisson(const Communicator& comm, const Threads& threads, const FluidGrid& grid)
+    FastHelmholtz(const Communicator& comm, const Threads& threads, const FluidGrid& grid)
         : threads_(threads), grid_(grid), ranks_(comm.size()), slab_(slab_of(grid.cells[2], comm.rank(), comm.size())),
-          x_(grid.cells[0], ends(grid, 0)), y_(grid.cells[1], ends(grid, 1)),
           modes_(slab_of(grid.cells[0], comm.rank(), comm.size())), row_((grid.cells[1] + 15) / 16 * 16),
           work_(static_cast<std::size_t>(threads.count())) {
         const std::size_t planes = static_cast<std::size_t>(grid.cells[2]);
@@ -44,8 +59,6 @@ public:
         const std::size_t wide = static_cast<std::size_t>((grid.cells[0] + 15) / 16 * 16);
         for (Work& w : work_) {
             w.plane.assign(static_cast<std::size_t>(row_) * wide, 0.0);
-            w.in.resize(std::max(x_.block(), y_.block()));
-            w.out.resize(w.in.size());
             w.pivot.resize(planes * chunk);
             w.last.resize(planes * chunk);
         }
@@ -53,18 +66,22 @@ public:
     }
 
     /// source(i, j, k): f in eight cells from (i, j, k) on, of which those beyond the row are left out; sink(i, j, k, phi): takes
-    /// phi there. k counts planes of this rank. Collective.
-    template <class Source, class Sink> void solve(Source&& source, Sink&& sink) {
+    /// phi there, when all of f has been read. k counts planes of this rank. Collective.
+    template <class Source, class Sink> void solve(const Helmholtz& equation, Source&& source, Sink&& sink) {
+        for (Work& w : work_) {
+            w.in.resize(std::max({w.in.size(), equation.x.block(), equation.y.block()}));
+            w.out.resize(w.in.size());
+        }
         threads_.for_each(static_cast<std::size_t>(slab_.count), [&](std::size_t k, int thread) {
-            transform_plane(static_cast<int>(k), work_[static_cast<std::size_t>(thread)], source);
+            transform_plane(equation, static_cast<int>(k), work_[static_cast<std::size_t>(thread)], source);
         });
         if (distributed()) to_columns_.start(), to_columns_.finish();
         threads_.for_each(static_cast<std::size_t>(modes_.count), [&](std::size_t m, int thread) {
-            solve_columns(static_cast<int>(m), work_[static_cast<std::size_t>(thread)]);
+            solve_columns(equation, static_cast<int>(m), work_[static_cast<std::size_t>(thread)]);
         });
         if (distributed()) to_planes_.start(), to_planes_.finish();
         threads_.for_each(static_cast<std::size_t>(slab_.count), [&](std::size_t k, int thread) {
-            transform_plane_back(static_cast<int>(k), work_[static_cast<std::size_t>(thread)], sink);
+            transform_plane_back(equation, static_cast<int>(k), work_[static_cast<std::size_t>(thread)], sink);
         });
     }
 
@@ -72,9 +89,6 @@ public:
 
 private:
     static constexpr int chunk = 32; ///< columns that are solved side by side
-    static LineEnds ends(const FluidGrid& grid, int direction) {
-        return grid.periodic(direction) ? LineEnds::periodic : LineEnds::gradient_zero;
-    }
     struct Work {
         AlignedVector<double> plane;   ///< [y][x]
         AlignedVector<double> in, out; ///< of a transform
@@ -95,90 +109,95 @@ private:
         return spectrum_of(rank) + (static_cast<std::ptrdiff_t>(k) * modes.count + (m - modes.first)) * row_;
     }
 
-    template <class Source> void transform_plane(int k, Work& w, Source&& source) {
+    template <class Source> void transform_plane(const Helmholtz& equation, int k, Work& w, Source&& source) {
+        const LineTransform &x = equation.x, &y = equation.y;
         const int nx = grid_.cells[0], ny = grid_.cells[1];
-        for (int i = 0; i < nx; i += y_.lanes()) {
+        for (int i = 0; i < nx; i += y.lanes()) {
             for (int j = 0; j < ny; ++j) {
-                double* to = &w.in[static_cast<std::size_t>(y_.place(j) * y_.lanes())];
-                const P sign(y_.sign(j));
-                for (int l = 0; l < y_.lanes(); l += 8) store(to + l, sign * first_lanes(source(i + l, j, k), nx - i - l));
+                double* to = &w.in[static_cast<std::size_t>(y.place(j) * y.lanes())];
+                const P sign(y.sign(j));
+                for (int l = 0; l < y.lanes(); l += 8) store(to + l, sign * first_lanes(source(i + l, j, k), nx - i - l));
             }
-            y_.forward(w.in.data(), w.out.data());
+            y.forward(w.in.data(), w.out.data());
             for (int j = 0; j < ny; ++j)
-                for (int l = 0; l < y_.lanes(); l += 8)
+                for (int l = 0; l < y.lanes(); l += 8)
                     store(&w.plane[static_cast<std::size_t>(j * wide_ + i + l)],
-                          load<8>(&w.out[static_cast<std::size_t>(j * y_.lanes() + l)]));
+                          load<8>(&w.out[static_cast<std::size_t>(j * y.lanes() + l)]));
         }
-        for (int j = 0; j < ny; j += x_.lanes()) {
+        for (int j = 0; j < ny; j += x.lanes()) {
             for (int i = 0; i < nx; i += 8)
-                for (int l = 0; l < x_.lanes(); l += 8) {
+                for (int l = 0; l < x.lanes(); l += 8) {
                     P square[8];
                     for (int t = 0; t < 8; ++t) square[t] = load<8>(&w.plane[static_cast<std::size_t>((j + l + t) * wide_ + i)]);
                     transpose(square);
                     for (int t = 0; t < std::min(8, nx - i); ++t)
-                        store(&w.in[static_cast<std::size_t>(x_.place(i + t) * x_.lanes() + l)], P(x_.sign(i + t)) * square[t]);
+                        store(&w.in[static_cast<std::size_t>(x.place(i + t) * x.lanes() + l)], P(x.sign(i + t)) * square[t]);
                 }
-            x_.forward(w.in.data(), w.out.data());
+            x.forward(w.in.data(), w.out.data());
             for (int m = 0; m < nx; ++m) {
                 double* to = coefficients(m, k) + j;
-                for (int l = 0; l < x_.lanes(); l += 8)
-                    store(to + l, load<8>(&w.out[static_cast<std::size_t>(m * x_.lanes() + l)]));
+                for (int l = 0; l < x.lanes(); l += 8) store(to + l, load<8>(&w.out[static_cast<std::size_t>(m * x.lanes() + l)]));
             }
         }
     }
 
-    template <class Sink> void transform_plane_back(int k, Work& w, Sink&& sink) {
+    template <class Sink> void transform_plane_back(const Helmholtz& equation, int k, Work& w, Sink&& sink) {
+        const LineTransform &x = equation.x, &y = equation.y;
         const int nx = grid_.cells[0], ny = grid_.cells[1];
-        for (int j = 0; j < ny; j += x_.lanes()) {
+        for (int j = 0; j < ny; j += x.lanes()) {
             for (int m = 0; m < nx; ++m) {
                 const double* from = coefficients(m, k) + j;
-                for (int l = 0; l < x_.lanes(); l += 8)
-                    store(&w.in[static_cast<std::size_t>(m * x_.lanes() + l)], load<8>(from + l));
+                for (int l = 0; l < x.lanes(); l += 8) store(&w.in[static_cast<std::size_t>(m * x.lanes() + l)], load<8>(from + l));
             }
-            x_.inverse(w.in.data(), w.out.data());
+            x.inverse(w.in.data(), w.out.data());
             for (int i = 0; i < nx; i += 8)
-                for (int l = 0; l < x_.lanes(); l += 8) {
+                for (int l = 0; l < x.lanes(); l += 8) {
                     P square[8];
                     for (int t = 0; t < 8; ++t)
-                        square[t] = i + t < nx ? P(x_.sign(i + t)) *
-                                                     load<8>(&w.out[static_cast<std::size_t>(x_.place(i + t) * x_.lanes() + l)])
+                        square[t] = i + t < nx ? P(x.sign(i + t)) *
+                                                     load<8>(&w.out[static_cast<std::size_t>(x.place(i + t) * x.lanes() + l)])
                                                : P(0.0);
                     transpose(square);
                     for (int t = 0; t < std::min(8, ny - j - l); ++t)
                         store(&w.plane[static_cast<std::size_t>((j + l + t) * wide_ + i)], square[t]);
                 }
         }
-        for (int i = 0; i < nx; i += y_.lanes()) {
+        for (int i = 0; i < nx; i += y.lanes()) {
             for (int j = 0; j < ny; ++j)
-                for (int l = 0; l < y_.lanes(); l += 8)
-                    store(&w.in[static_cast<std::size_t>(j * y_.lanes() + l)],
+                for (int l = 0; l < y.lanes(); l += 8)
+                    store(&w.in[static_cast<std::size_t>(j * y.lanes() + l)],
                           load<8>(&w.plane[static_cast<std::size_t>(j * wide_ + i + l)]));
-            y_.inverse(w.in.data(), w.out.data());
+            y.inverse(w.in.data(), w.out.data());
             for (int j = 0; j < ny; ++j)
-                for (int l = 0; l < std::min(y_.lanes(), nx - i); l += 8)
-                    sink(i + l, j, k, P(y_.sign(j)) * load<8>(&w.out[static_cast<std::size_t>(y_.place(j) * y_.lanes() + l)]));
+                for (int l = 0; l < std::min(y.lanes(), nx - i); l += 8)
+                    sink(i + l, j, k, P(y.sign(j)) * load<8>(&w.out[static_cast<std::size_t>(y.place(j) * y.lanes() + l)]));
         }
     }
 
     /// The tridiagonal systems of x mode m of this rank: pivots from the first plane on, then back.
-    void solve_columns(int m, Work& w) {
+    void solve_columns(const Helmholtz& equation, int m, Work& w) {
         const int nz = grid_.cells[2], ny = grid_.cells[1];
-        const bool periodic = grid_.periodic(2);
+        const LineTransform &x = equation.x, &y = equation.y;
+        // Beyond an end the value is that of the outer number, its opposite, or 0: that much more in the diagonal.
+        const P end(equation.z == LineEnds::gradient_zero ? 1.0 : equation.z == LineEnds::value_zero ? -1.0 : 0.0);
+        const int unknown = equation.z == LineEnds::faces_zero ? nz - 1 : nz;
         const std::ptrdiff_t plane = static_cast<std::ptrdiff_t>(modes_.count) * row_;
-        const double scale = grid_.h * grid_.h / (x_.gain() * y_.gain()), of_x = x_.eigenvalue(modes_.first + m);
+        const double scale = equation.scale / (x.gain() * y.gain()), of_x = x.eigenvalue(modes_.first + m);
         for (int j = 0; j < row_; j += chunk) {
             const int lanes = std::min<int>(chunk, row_ - j);
             double* const first = column_.data() + static_cast<std::ptrdiff_t>(m) * row_ + j;
             P diagonal[chunk / 8];
             for (int l = 0; l < lanes; ++l) {
                 const int at = j + l;
-                diagonal[l / 8].set(l % 8, at < ny ? of_x + y_.eigenvalue(at) - 2 : -3.0);
+                diagonal[l / 8].set(l % 8, at < ny ? of_x + y.eigenvalue(at) - 2 + equation.shift : -3.0);
             }
             for (int l = 0; l < lanes; l += 8) {
-                if (periodic)
+                if (equation.z == LineEnds::periodic)
                     solve_period(first + l, plane, nz, P(scale), diagonal[l / 8], &w.pivot[static_cast<std::size_t>(l)],
                                  &w.last[static_cast<std::size_t>(l)]);
-                else solve_between(first + l, plane, nz, P(scale), diagonal[l / 8], &w.pivot[static_cast<std::size_t>(l)]);
+                else
+                    solve_between(first + l, plane, unknown, P(scale), diagonal[l / 8], end, &w.pivot[static_cast<std::size_t>(l)]);
+                if (unknown < nz) store(first + l + unknown * plane, P(0.0));
             }
         }
     }
@@ -187,11 +206,11 @@ private:
         const Mask<8> some = abs(pivot) > P(1e-11);
         return select(some, P(1.0) / select(some, pivot, P(1.0)), P(0.0));
     }
-    static void solve_between(double* f, std::ptrdiff_t plane, int nz, P scale, P diagonal, double* pivots) {
+    static void solve_between(double* f, std::ptrdiff_t plane, int nz, P scale, P diagonal, P end, double* pivots) {
         P pivot(0.0), value(0.0);
         for (int k = 0; k < nz; ++k) {
-            const P one_end = (k == 0 ? P(1.0) : P(0.0)) + (k == nz - 1 ? P(1.0) : P(0.0));
-            pivot = inverse_of(diagonal + one_end - pivot);
+            const P ends = (k == 0 ? end : P(0.0)) + (k == nz - 1 ? end : P(0.0));
+            pivot = inverse_of(diagonal + ends - pivot);
             value = fms(scale, load<8>(f + k * plane), value) * pivot;
             store(pivots + k * chunk, pivot), store(f + k * plane, value);
         }
@@ -235,7 +254,6 @@ private:
     FluidGrid grid_;
     int ranks_;
     Slab slab_;
-    LineTransform x_, y_;
     Slab modes_; ///< along x, whose columns this rank solves
     int row_;    ///< coefficients along y, with room to whole packs
     std::ptrdiff_t wide_ = 0;
