@@ -28,6 +28,11 @@ struct Helmholtz {
     double end() const { return z == LineEnds::gradient_zero ? 1 : z == LineEnds::value_zero ? -1 : 0; }
     /// Of `planes` planes up to the upper end, those whose numbers are not known.
     int unknown(int planes) const { return z == LineEnds::faces_zero ? planes - 1 : planes; }
+    /// Whether the constant is free.
+    bool singular() const {
+        const auto free = [](LineEnds ends) { return ends == LineEnds::periodic || ends == LineEnds::gradient_zero; };
+        return shift == 0 && free(x.ends()) && free(y.ends()) && free(z);
+    }
 
     LineTransform x, y;
     LineEnds z;

@@ -28,8 +28,9 @@ std::vector<double> random_numbers(const FluidGrid& grid) {
     return all;
 }
 
-std::vector<double> solved(const Communicator& comm, const Threads& threads, const FluidGrid& grid, const std::vector<double>& f) {
-    FastHelmholtz solver(comm, threads, grid);
+std::vector<double> solved(const Communicator& comm, const Threads& threads, const FluidGrid& grid, const std::vector<double>& f,
+                           ColumnExchange exchange = ColumnExchange::transposes) {
+    FastHelmholtz solver(comm, threads, grid, exchange);
     const Slab slab = slab_of(grid.cells[2], comm.rank(), comm.size());
     const FieldLayout layout(grid.cells[0], grid.cells[1], slab.count);
     AlignedVector<double> field(layout.size(), 0.0);
@@ -89,6 +90,35 @@ TEST(FastPoisson, SolvesTheDiscreteEquationWithTheSameBits) {
             EXPECT_LT(residual(grid, phi, f), 1e-12) << "walls " << walls << " cells " << cells[0];
             EXPECT_EQ(phi, solved(Communicator::alone(), threads, grid, f));
             EXPECT_EQ(phi, solved(comm, team, grid, f));
+        }
+}
+
+double largest_of(const std::vector<double>& all) {
+    double most = 0;
+    for (const double x : all) most = std::max(most, std::abs(x));
+    return most;
+}
+double largest_difference(const std::vector<double>& a, const std::vector<double>& b) {
+    std::vector<double> difference(a.size());
+    std::transform(a.begin(), a.end(), b.begin(), difference.begin(), std::minus());
+    return largest_of(difference);
+}
+
+/// Planes of slabs that are as thick as they are thin: coefficients that reach across all of them, and others.
+TEST(SlabColumns, FindWhatWholeColumnsFindButForRounding) {
+    const Communicator comm = Communicator::world();
+    const Threads threads(1), team(2);
+    for (unsigned walls = 0; walls < 8; ++walls)
+        for (const std::array<int, 3> cells : {std::array{24, 20, 18}, std::array{21, 15, 9}, std::array{16, 35, 100},
+                                               std::array{5, 8, 245}, std::array{9, 8, 2 * comm.size()}}) {
+            const FluidGrid grid = grid_of(cells, walls);
+            const std::vector<double> f = random_numbers(grid), whole = solved(comm, threads, grid, f),
+                                      phi = solved(comm, threads, grid, f, ColumnExchange::interfaces);
+            EXPECT_LT(residual(grid, phi, f), 1e-12 * largest_of(f)) << "walls " << walls << " cells " << cells[0];
+            EXPECT_LT(largest_difference(phi, whole), 1e-12 * largest_of(whole)) << "walls " << walls << " cells " << cells[0];
+            std::printf("%u %d: %g %g\n", walls, cells[2], residual(grid, phi, f) / largest_of(f),
+                        largest_difference(phi, whole) / largest_of(whole));
+            EXPECT_EQ(phi, solved(comm, team, grid, f, ColumnExchange::interfaces));
         }
 }
 
