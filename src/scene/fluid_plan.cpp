@@ -1,5 +1,6 @@
 #include "scene/fluid_plan.hpp"
 
+#include "fluid/slab_coupling.hpp"
 #include "fluid/start_velocity.hpp"
 #include "scene/scene_tables.hpp"
 
@@ -83,11 +84,17 @@ std::vector<FluidOutput> outputs_of(const SceneSpec& scene, const FluidGrid& gri
 
 } // namespace
 
-double FluidPlan::transposed_bytes(int ranks) const {
-    if (constants.pressure != PressureMethod::direct) return 0;
-    const double mine = static_cast<double>(constants.grid.count()) / ranks;
-    return projections(constants.scheme) * 2 * sizeof(double) * mine * (ranks - 1) / ranks;
+double FluidPlan::solve_bytes(int ranks) const {
+    if (constants.pressure != PressureMethod::direct || ranks == 1) return 0;
+    const auto to_others = [&](double numbers) { return 2 * sizeof(double) * numbers * (ranks - 1) / ranks; };
+    const FluidGrid& grid = constants.grid;
+    if (constants.exchange == ColumnExchange::transposes) return to_others(static_cast<double>(grid.count()) / ranks);
+    const double neighbours = grid.periodic(2) || ranks > 2 ? 2 : 1;
+    return neighbours * sizeof(double) * grid.cells[0] * grid.cells[1] +
+           2 * to_others(static_cast<double>(coupling_coefficients(grid, ranks)));
 }
+
+double FluidPlan::column_bytes(int ranks) const { return projections(constants.scheme) * solve_bytes(ranks); }
 
 double FluidPlan::ns_per_cell_step() const {
     constexpr double with_one_projection = 45, multigrid = 1000; // to the default tolerance

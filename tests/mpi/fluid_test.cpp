@@ -4,8 +4,10 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <functional>
 #include <numbers>
 #include <random>
 #include <vector>
@@ -116,8 +118,6 @@ TEST(SlabColumns, FindWhatWholeColumnsFindButForRounding) {
                                       phi = solved(comm, threads, grid, f, ColumnExchange::interfaces);
             EXPECT_LT(residual(grid, phi, f), 1e-12 * largest_of(f)) << "walls " << walls << " cells " << cells[0];
             EXPECT_LT(largest_difference(phi, whole), 1e-12 * largest_of(whole)) << "walls " << walls << " cells " << cells[0];
-            std::printf("%u %d: %g %g\n", walls, cells[2], residual(grid, phi, f) / largest_of(f),
-                        largest_difference(phi, whole) / largest_of(whole));
             EXPECT_EQ(phi, solved(comm, team, grid, f, ColumnExchange::interfaces));
         }
 }
@@ -238,6 +238,25 @@ TEST(Flow, HasTheSameBitsOnAnyRanksAndThreads) {
         const std::vector<double> here = after_steps(Communicator::world(), threads, constants);
         EXPECT_EQ(here, after_steps(Communicator::alone(), threads, constants));
         EXPECT_EQ(here, after_steps(Communicator::world(), team, constants));
+    }
+}
+
+/// Columns slab by slab, of the pressure and of implicit viscosity: the flow of whole columns but for rounding, the same bits on
+/// any threads and when it goes on from its state.
+TEST(Flow, IsThatOfWholeColumnsSlabBySlab) {
+    const Communicator comm = Communicator::world();
+    const Threads threads(1), team(2);
+    std::vector<FlowConstants> kinds = all_kinds();
+    for (unsigned walls = 0; walls < 8; ++walls)
+        kinds.push_back({.grid = grid_of({24, 20, 16}, walls, walls == 5 ? FluidBoundary::free_slip : FluidBoundary::no_slip),
+                         .kinematic_viscosity = 0.5,
+                         .scheme = FlowScheme::crank_nicolson});
+    for (FlowConstants constants : kinds) {
+        const std::vector<double> whole = after_steps(comm, threads, constants);
+        constants.exchange = ColumnExchange::interfaces;
+        const std::vector<double> slabs = after_steps(comm, threads, constants);
+        EXPECT_LT(largest_difference(slabs, whole), 1e-12 * largest_of(whole));
+        EXPECT_EQ(slabs, after_steps(comm, team, constants));
     }
 }
 
