@@ -4,7 +4,7 @@
 Draws OUT_DIR/flow.png, vorticity across a plane of cells in the first and the last frame of output.fields, or of a slice of the scene, with obstacles in the last alone; with these
 OUT_DIR/forces.png, the forces on them, without OUT_DIR/energy.png, kinetic energy and what takes it. Prints mean forces, or how well the loss of energy and the
 dissipation agree. Of a scene with a vortex (vortices.py) OUT_DIR/vortex.png and how far it is from theory, of one with walls or an acceleration that swings (plates.py)
-OUT_DIR/profiles.png. Needs numpy, h5py and matplotlib.
+OUT_DIR/profiles.png, of a cubic array of spheres (arrays.py) OUT_DIR/drag.png and how far its drag is from what is published. Needs numpy, h5py and matplotlib.
 """
 
 import argparse
@@ -22,6 +22,7 @@ import numpy as np  # noqa: E402
 matplotlib.use("Agg")
 import matplotlib.pyplot as plt  # noqa: E402  (after the choice of Agg)
 
+import arrays  # noqa: E402
 import plates  # noqa: E402
 import vortices  # noqa: E402
 from skein.style import INK, QUIET, bare  # noqa: E402
@@ -135,6 +136,10 @@ def main():
         else:
             draw_energy(rows, picture)
         print(picture)
+    array = arrays.read_array(given.out_dir) if forced else None
+    if array:
+        arrays.draw_drag(rows, array, given.out_dir / "drag.png")
+        print(given.out_dir / "drag.png")
     vortex = vortices.read_vortex(given.out_dir)
     if vortex:
         picture = given.out_dir / "vortex.png"

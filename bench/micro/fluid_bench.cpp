@@ -5,6 +5,7 @@
 #include "fluid/fast_helmholtz.hpp"
 #include "fluid/iterated_poisson.hpp"
 #include "fluid/make_flow.hpp"
+#include "immersion/obstacle.hpp"
 
 #include <benchmark/benchmark.h>
 
@@ -71,13 +72,18 @@ void fftw_pair(benchmark::State& state, int n) {
     fftw_destroy_plan(there), fftw_destroy_plan(back);
 }
 
-void step(benchmark::State& state, int n, FluidBoundary boundary, FlowScheme scheme) {
+/// Of `sweeps`, with a sphere a quarter of the cube across; of none without it.
+void step(benchmark::State& state, int n, FluidBoundary boundary, FlowScheme scheme, int sweeps = 0) {
     const FlowConstants constants{.grid = cube(n, boundary), .kinematic_viscosity = 0.01, .scheme = scheme};
     const Threads threads(1);
     auto flow = make_flow(Communicator::alone(), threads, constants);
     flow->set_velocity([](const Vec3d& at) {
         return Vec3d{std::sin(at.x) * std::cos(at.y) * std::cos(at.z), -std::cos(at.x) * std::sin(at.y) * std::cos(at.z), 0};
     });
+    const double middle = std::numbers::pi;
+    ObstacleForcing bodies(Communicator::alone(), threads, constants.grid, {.sweeps = sweeps},
+                           {Obstacle{.centre = {middle, middle, middle}, .radius = middle / 4}});
+    if (sweeps > 0) flow->set_forcing(&bodies.forcing());
     for (auto _ : state) flow->step(0, 1e-3);
     const double cells = static_cast<double>(constants.grid.count());
     per_cell(state, cells);
@@ -115,9 +121,15 @@ int main(int argc, char** argv) {
                     add("multigrid to " + std::string(tolerance < 1e-8 ? "1e-10" : "1e-6") + box + size,
                         [=](benchmark::State& s) { multigrid(s, n, boundary, tolerance); });
 #endif
-            for (const FlowScheme scheme : {FlowScheme::rk3, FlowScheme::rk3_projected, FlowScheme::adams_bashforth})
+            for (const FlowScheme scheme :
+                 {FlowScheme::rk3, FlowScheme::rk3_projected, FlowScheme::adams_bashforth, FlowScheme::crank_nicolson})
                 add("step " + std::string(flow_scheme_names[static_cast<std::size_t>(scheme)]) + box + size,
                     [=](benchmark::State& s) { step(s, n, boundary, scheme); });
+            for (const FlowScheme scheme : {FlowScheme::rk3, FlowScheme::crank_nicolson})
+                for (const int sweeps : {1, 2})
+                    add("step " + std::string(flow_scheme_names[static_cast<std::size_t>(scheme)]) + ", sphere, sweeps " +
+                            std::to_string(sweeps) + box + size,
+                        [=](benchmark::State& s) { step(s, n, boundary, scheme, sweeps); });
         }
     }
     benchmark::RegisterBenchmark("streaming", streaming)->Unit(benchmark::kMillisecond);

@@ -30,8 +30,8 @@ struct StageParts {
     int count, unit;
 };
 constexpr StageParts stage_parts(FlowScheme scheme) {
-    return scheme == FlowScheme::adams_bashforth || scheme == FlowScheme::crank_nicolson ? StageParts{{1, 0, 0}, 1, 1}
-                                                                                         : StageParts{{8, 2, 5}, 3, 15};
+    const bool one = scheme == FlowScheme::adams_bashforth || scheme == FlowScheme::crank_nicolson;
+    return one ? StageParts{{1, 0, 0}, 1, 1} : StageParts{{8, 2, 5}, 3, 15};
 }
 
 /// How Poisson's equation of a projection is solved.

@@ -105,8 +105,13 @@ BoxFlow::BoxFlow(const Communicator& comm, const Threads& threads, const FlowCon
 }
 BoxFlow::~BoxFlow() = default;
 
+void BoxFlow::set_forcing(StageForcing* forcing) {
+    forcing_ = forcing;
+    if (forcing && constants_.scheme == FlowScheme::crank_nicolson) correction_.assign(layout_.size(), 0.0);
+}
+
 std::size_t BoxFlow::bytes() const {
-    return 10 * layout_.size() * sizeof(double) + (direct_ ? direct_->bytes() : iterated_poisson_->bytes());
+    return (10 * layout_.size() + correction_.size()) * sizeof(double) + (direct_ ? direct_->bytes() : iterated_poisson_->bytes());
 }
 
 BoxFlow::Edge BoxFlow::edge(int c, int d, bool upper) const {
@@ -198,7 +203,6 @@ void BoxFlow::refresh(double time) {
     go_to(time);
     for_planes(0, layout_.nz, [&](int k) {
         for (int c = 0; c < 3; ++c) fill_plane(c, now_[static_cast<std::size_t>(c)].data(), k);
-        fill_plane(of_pressure, pressure_.data(), k);
         P most(0.0);
         for (int j = 0; j < layout_.ny; ++j)
             for (int i = 0; i < layout_.nx; i += 8) {
@@ -209,8 +213,13 @@ void BoxFlow::refresh(double time) {
         speed_[static_cast<std::size_t>(k)] = largest_of_lanes(most);
     });
     fill_ghost_planes(0, velocities());
-    fill_ghost_planes(of_pressure, std::array{pressure_.data()});
+    fill_pressure();
     begun_ = true;
+}
+
+void BoxFlow::fill_pressure() {
+    for_planes(0, layout_.nz, [&](int k) { fill_plane(of_pressure, pressure_.data(), k); });
+    fill_ghost_planes(of_pressure, std::array{pressure_.data()});
 }
 
 std::vector<std::span<double>> BoxFlow::state() {
@@ -273,7 +282,7 @@ template <Viscosity viscosity> void BoxFlow::sweep(const StageFactors& factors, 
     std::swap(now_, next_);
 }
 
-void BoxFlow::diffuse(int first, Three<Field>& fields, double b) {
+void BoxFlow::diffuse(Three<Field>& fields, int first, double b) {
     for (std::size_t c = 0; b > 0 && c < 3; ++c) {
         double* const u = fields[c].data();
         add_beyond_walls(first + static_cast<int>(c), u, b);
@@ -347,13 +356,12 @@ void BoxFlow::pass_outflow(double dt) {
     });
 }
 
-void BoxFlow::project(double dt, bool keep, double b) {
-    Field& correction = next_[0];
-    fill_ghost_planes(2, std::array{now_[2].data()});
-    const double per_time = 1 / (dt * constants_.grid.h), pull = dt / constants_.grid.h;
+void BoxFlow::find_correction(Three<Field>& u, int first, double dt, Field& correction) {
+    fill_ghost_planes(first + 2, std::array{u[2].data()});
+    const double per_time = 1 / (dt * constants_.grid.h);
     const auto source = [&](int i, int j, int k) __attribute__((always_inline)) {
         const std::ptrdiff_t at = layout_.at(i, j, k);
-        return P(per_time) * outflow_of(layout_, {now_[0].data() + at, now_[1].data() + at, now_[2].data() + at});
+        return P(per_time) * outflow_of(layout_, {u[0].data() + at, u[1].data() + at, u[2].data() + at});
     };
     const auto sink = [&](int i, int j, int k, const P& phi) __attribute__((always_inline)) {
         store(&correction[static_cast<std::size_t>(layout_.at(i, j, k))], phi);
@@ -362,14 +370,10 @@ void BoxFlow::project(double dt, bool keep, double b) {
     else iterated_poisson_->solve(source, sink);
     for_planes(0, layout_.nz, [&](int k) { fill_plane(of_pressure, correction.data(), k); });
     fill_ghost_planes(of_pressure, std::array{correction.data()});
-    const std::ptrdiff_t r = layout_.row, p = layout_.plane;
-    const auto wide = [](const double* f) __attribute__((always_inline)) { return load<8>(f); };
-    const auto single = [](const double* f) __attribute__((always_inline)) { return *f; };
-    // What an implicit viscosity makes of the gradient that is taken off: (1 - b second differences) phi.     theory.md (86)
-    const auto diffused = [&](const double* f, auto&& at) __attribute__((always_inline)) {
-        using T = decltype(at(f));
-        return at(f) - T(b) * (((at(f + 1) + at(f - 1)) + (at(f + r) + at(f - r)) + (at(f + p) + at(f - p))) - T(6.0) * at(f));
-    };
+}
+
+void BoxFlow::take_gradient(Three<Field>& u, int first, double dt, const Field& correction, bool keep) {
+    const double pull = dt / constants_.grid.h;
     for_planes(0, layout_.nz + 1, [&](int k) { // the pressure of the plane above too
         const bool inside = k < layout_.nz;
         P most(0.0);
@@ -379,60 +383,81 @@ void BoxFlow::project(double dt, bool keep, double b) {
                 const std::ptrdiff_t at = row + i;
                 const double* const from = correction.data() + at;
                 const P phi = load<8>(from);
-                if (keep) store(pressure_.data() + at, load<8>(pressure_.data() + at) + (b > 0 ? diffused(from, wide) : phi));
+                if (keep) store(pressure_.data() + at, load<8>(pressure_.data() + at) + phi);
                 if (!inside || j == layout_.ny) continue;
                 const auto correct = [&](std::size_t c, std::ptrdiff_t ahead) __attribute__((always_inline)) {
-                    double* const to = now_[c].data() + at;
+                    double* const to = u[c].data() + at;
                     const P velocity = fnma(P(pull), load<8>(from + ahead) - phi, load<8>(to));
                     store(to, velocity);
                     return abs(velocity);
                 };
                 most = max(most, first_lanes(correct(0, 1) + correct(1, layout_.row) + correct(2, layout_.plane), layout_.nx - i));
             }
-            if (keep && layout_.nx % 8 == 0) { // else the last pack has had it
-                const double* const from = correction.data() + row + layout_.nx;
-                pressure_[static_cast<std::size_t>(row + layout_.nx)] += b > 0 ? diffused(from, single) : *from;
-            }
+            if (keep && layout_.nx % 8 == 0) // else the last pack has had it
+                pressure_[static_cast<std::size_t>(row + layout_.nx)] += correction[static_cast<std::size_t>(row + layout_.nx)];
         }
         if (!inside) return;
         speed_[static_cast<std::size_t>(k)] = largest_of_lanes(most);
-        for (int c = 0; c < 3; ++c) fill_plane(c, now_[static_cast<std::size_t>(c)].data(), k);
+        for (int c = 0; c < 3; ++c) fill_plane(first + c, u[static_cast<std::size_t>(c)].data(), k);
     });
-    fill_ghost_planes(0, velocities());
+    fill_ghost_planes(first, std::array{u[0].data(), u[1].data(), u[2].data()});
 }
 
-/// Of one stage: its scratch is next_.
-class BoxFlow::StageViscosity final : public ImplicitViscosity {
+void BoxFlow::project(double dt, bool keep) {
+    find_correction(now_, 0, dt, next_[0]);
+    take_gradient(now_, 0, dt, next_[0], keep);
+}
+
+void BoxFlow::keep_diffused(const Field& correction, double times, double b) {
+    const std::ptrdiff_t r = layout_.row, p = layout_.plane;
+    for_planes(0, layout_.nz, [&](int k) {
+        for (int j = 0; j < layout_.ny; ++j)
+            for (int i = 0; i < layout_.nx; i += 8) {
+                const std::ptrdiff_t at = layout_.at(i, j, k);
+                const double* const f = correction.data() + at;
+                const P here = load<8>(f), around = (load<8>(f + 1) + load<8>(f - 1)) + (load<8>(f + r) + load<8>(f - r)) +
+                                                    (load<8>(f + p) + load<8>(f - p));
+                const P diffused = fnma(P(b), fnma(P(6.0), here, around), here);
+                store(pressure_.data() + at, fma(P(times), diffused, load<8>(pressure_.data() + at)));
+            }
+    });
+}
+
+/// What an implicit stage makes of pushes: its scratch is next_, and what makes it free of divergence correction_.
+class BoxFlow::ImplicitResponse final : public StageResponse {
 public:
-    StageViscosity(BoxFlow& flow, double b) : flow_(flow), b_(b) {}
+    /// `b`: see diffuse().
+    ImplicitResponse(BoxFlow& flow, double dt, double b) : flow_(flow), dt_(dt), b_(b) {}
     void clear() override {
         flow_.for_whole_planes([this](std::size_t begin, std::size_t end) {
             for (Field& field : flow_.next_) std::fill(field.data() + begin, field.data() + end, 0.0);
         });
     }
-    void diffuse() override {
-        flow_.diffuse(of_change, flow_.next_, b_);
-        for (std::size_t c = 0; c < 3; ++c) flow_.fill_planes(of_change + static_cast<int>(c), flow_.next_[c].data());
+    void respond() override {
+        flow_.diffuse(flow_.next_, of_change, b_);
+        flow_.find_correction(flow_.next_, of_change, dt_, flow_.correction_);
+        flow_.take_gradient(flow_.next_, of_change, dt_, flow_.correction_, false);
     }
-    void add(double factor) override {
+    void add(double times) override {
         flow_.for_whole_planes([&](std::size_t begin, std::size_t end) {
             for (std::size_t c = 0; c < 3; ++c)
                 for (std::size_t at = begin; at < end; at += 8)
-                    store(&flow_.now_[c][at], fma(P(factor), load<8>(&flow_.next_[c][at]), load<8>(&flow_.now_[c][at])));
+                    store(&flow_.now_[c][at], fma(P(times), load<8>(&flow_.next_[c][at]), load<8>(&flow_.now_[c][at])));
         });
+        flow_.keep_diffused(flow_.correction_, times, b_);
     }
 
 private:
     BoxFlow& flow_;
-    double b_;
+    double dt_, b_;
 };
 
-FlowStage BoxFlow::forced_stage(double time, double dt, ImplicitViscosity* implicit) {
+FlowStage BoxFlow::forced_stage(double time, double dt, StageResponse* response) {
     return {.velocity = velocities(),
             .scratch = {next_[0].data(), next_[1].data(), next_[2].data()},
             .time = time,
             .dt = dt,
-            .implicit = implicit,
+            .response = response,
             .fill_beyond_walls = [this](const std::function<bool(int)>& sides, bool beyond) {
                 fill_sides(sides);
                 for (int c = 0; beyond && c < 3; ++c) fill_planes(c, now_[static_cast<std::size_t>(c)].data());
@@ -449,27 +474,29 @@ void BoxFlow::fill_sides(const std::function<bool(int)>& of_plane) {
 void BoxFlow::force(const FlowStage& stage) {
     if (!forcing_) return;
     forcing_->apply(stage);
-    fill_sides([&](int k) { return stage.implicit || forcing_->changed(k); });
+    fill_sides([this](int k) { return forcing_->changed(k); });
 }
 
 void BoxFlow::stage(int s, double time, double dt) {
     // The last step ended at this time but for rounding, which a run that goes on from a checkpoint does not know.
     if (s == 0 && oscillation(constants_, time) != oscillation_) go_to(time), fill_beyond_walls();
     const StageParts parts = stage_parts(constants_.scheme);
-    const auto after = [&](int stages) {
-        const double done = std::accumulate(parts.part.begin(), parts.part.begin() + stages, 0);
-        return stages == parts.count ? time + dt : time + done / parts.unit * dt;
-    };
-    if (constants_.scheme == FlowScheme::crank_nicolson) return stage_half_implicit(time, dt);
     const bool one = parts.count == 1, last = s + 1 == parts.count, every = constants_.scheme == FlowScheme::rk3_projected;
     const auto at = static_cast<std::size_t>(s);
     const double last_rate = !one     ? stage_last[at]
                              : begun_ ? -0.5
                                       : 0.0,
                  rate = one ? 1 - last_rate : stage_rate[at], whole = rate + last_rate;
-    const Vec3d push = oscillation_integral(constants_, after(s), whole * dt) * constants_.acceleration;
+    const auto after = [&](int stages) {
+        const double done = std::accumulate(parts.part.begin(), parts.part.begin() + stages, 0);
+        return stages == parts.count ? time + dt : time + done / parts.unit * dt;
+    };
+    const Vec3d& a = constants_.acceleration;
+    const double push = oscillation_integral(constants_, after(s), whole * dt);
+    const StageFactors factors{rate * dt, last_rate * dt, whole * dt, {push * a.x, push * a.y, push * a.z}};
     go_to(after(s + 1));
-    sweep<Viscosity::of_rates>({rate * dt, last_rate * dt, whole * dt, {push.x, push.y, push.z}}, diffusion());
+    if (constants_.scheme == FlowScheme::crank_nicolson) return step_half_implicit(factors, time, dt);
+    sweep<Viscosity::of_rates>(factors, diffusion());
     pass_outflow(whole * dt);
     force(forced_stage(after(s + 1), whole * dt, nullptr));
     if (last || every) project(every || one ? whole * dt : dt, true);
@@ -478,18 +505,19 @@ void BoxFlow::stage(int s, double time, double dt) {
 }
 
 /// The first step is Euler's, explicit in convection and implicit in viscosity: it damps what a start at once would leave to swing.
-void BoxFlow::stage_half_implicit(double time, double dt) {
-    const Vec3d push = oscillation_integral(constants_, time, dt) * constants_.acceleration;
-    const double last_rate = begun_ ? -0.5 : 0.0, ahead = begun_ ? 0.5 : 1.0, b = ahead * dt * diffusion();
-    sweep<Viscosity::of_velocity>({(1 - last_rate) * dt, last_rate * dt, dt, {push.x, push.y, push.z}},
-                                  (1 - ahead) * dt * diffusion());
-    go_to(time + dt);
-    StageViscosity viscosity(*this, b);
-    const FlowStage stage = forced_stage(time + dt, dt, &viscosity);
+void BoxFlow::step_half_implicit(const StageFactors& factors, double time, double dt) {
+    const double ahead = begun_ ? 0.5 : 1.0, b = ahead * dt * diffusion();
+    sweep<Viscosity::of_velocity>(factors, (1 - ahead) * dt * diffusion());
+    ImplicitResponse response(*this, dt, b);
+    const FlowStage stage = forced_stage(time + dt, dt, &response);
     if (forcing_) forcing_->hold(stage);
-    diffuse(0, now_, b);
-    force(stage);
-    project(dt, true, b);
+    diffuse(now_, 0, b);
+    project(dt, false);
+    keep_diffused(next_[0], 1, b);
+    if (forcing_) {
+        forcing_->apply(stage);
+        refresh(time + dt);
+    } else fill_pressure();
     begun_ = true;
 }
 

@@ -22,7 +22,7 @@ public:
     Slab slab() const override { return slab_; }
     using FlowSolver::set_velocity;
     void set_velocity(const VelocityRow& velocity) override;
-    void set_forcing(StageForcing* forcing) override { forcing_ = forcing; }
+    void set_forcing(StageForcing* forcing) override;
     void stage(int s, double time, double dt) override;
     double step_limit(double courant) const override;
     std::vector<FlowFigures> figures() const override;
@@ -45,11 +45,11 @@ private:
         bool periodic, on_face;
     };
     Edge edge(int c, int d, bool upper) const;
+    /// Ghosts that are filled from now on are those of a time, where walls move.
+    void go_to(double time) { time_ = time, oscillation_ = oscillation(constants_, time); }
     LineEnds ends(int c, int d) const; ///< of lines of it in direction d
     /// What second differences are multiplied by in rates, 1/s.
     double diffusion() const { return constants_.kinematic_viscosity / (constants_.grid.h * constants_.grid.h); }
-    /// Ghosts that are filled from now on are those of a time, where walls move.
-    void go_to(double time) { time_ = time, oscillation_ = oscillation(constants_, time); }
     /// Ghosts along x and y of a plane.
     void fill_plane(int c, double* field, int k) const;
     void fill_planes(int c, double* field) const; ///< beyond the box, along z
@@ -57,13 +57,14 @@ private:
     void fill_beyond_walls();
     /// Planes of ghosts of fields of component `first` and the next ones, from neighbours and beyond the box. Collective.
     void fill_ghost_planes(int first, std::span<double* const> fields);
+    void fill_pressure(); ///< its ghosts. Collective
     Three<double*> velocities() { return {now_[0].data(), now_[1].data(), now_[2].data()}; }
-    class StageViscosity;
+    class ImplicitResponse;
     /// A stage that ends at a time, as bodies see it.
-    FlowStage forced_stage(double time, double dt, ImplicitViscosity* implicit);
+    FlowStage forced_stage(double time, double dt, StageResponse* response);
     /// Ghosts along x and y of velocities in those planes for which `of_plane` says so.
     void fill_sides(const std::function<bool(int)>& of_plane);
-    /// Bodies in the fluid, after a stage.
+    /// Bodies in the fluid, after an explicit stage.
     void force(const FlowStage& stage);
     /// Sets the velocity to that of a function, made free of divergence. Collective.
     void sample(const VelocityRow& velocity);
@@ -72,13 +73,18 @@ private:
     template <Viscosity viscosity> void sweep(const StageFactors& factors, double diffusion);
     /// (1 - b sum of second differences) u = f of three fields of component `first` and the next ones, from f to u, with ghosts in
     /// its planes. Collective.
-    void diffuse(int first, Three<Field>& fields, double b);
+    void diffuse(Three<Field>& fields, int first, double b);
     void add_beyond_walls(int c, double* field, double b) const;
-    void stage_half_implicit(double time, double dt);
+    void step_half_implicit(const StageFactors& factors, double time, double dt);
     void pass_outflow(double dt);
-    /// Makes velocities free of divergence; adds to the pressure with `keep`, after diffuse(b) with what it makes of the gradient.
-    /// Collective.
-    void project(double dt, bool keep, double b = 0);
+    /// Makes velocities free of divergence by the gradient of next_[0], which is added to the pressure with `keep`. Collective.
+    void project(double dt, bool keep);
+    /// Its two parts, of three fields of component `first` and the next ones.
+    void find_correction(Three<Field>& u, int first, double dt, Field& correction);
+    void take_gradient(Three<Field>& u, int first, double dt, const Field& correction, bool keep);
+    /// Adds so many times (1 - b sum of second differences) correction to the pressure but for its ghosts: what diffuse() makes of
+    /// the pressure's gradient is that of the correction.                                                        theory.md (86)
+    void keep_diffused(const Field& correction, double times, double b);
     template <class Body> void for_planes(int first, int behind, Body&& body) const {
         threads_.for_each(static_cast<std::size_t>(behind - first), [&](std::size_t k, int) { body(first + static_cast<int>(k)); });
     }
@@ -98,7 +104,7 @@ private:
     FieldLayout layout_;
     bool lowest_, uppermost_; ///< this rank has the lower or upper end along z, where that is no period
     Three<Field> now_, next_, rate_;
-    Field pressure_;
+    Field pressure_, correction_;         ///< `correction_`: of what bodies push in implicit stages; none without them
     std::optional<FastHelmholtz> direct_; ///< this or the next one
     std::vector<Helmholtz> equations_;    ///< of `direct_`: of the pressure and, where viscosity is implicit, of velocities
     std::optional<IteratedPoisson> iterated_poisson_;

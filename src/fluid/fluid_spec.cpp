@@ -51,7 +51,9 @@ void FluidSpec::fields(FieldVisitor& f) {
     f.choice({.name = "scheme",
               .unit = "",
               .text = "rk3: three stages and one projection; rk3_projected: a projection in every stage, for comparison; "
-                      "adams_bashforth: one stage, for short steps"},
+                      "adams_bashforth: one stage, for short steps; crank_nicolson: one stage with implicit viscosity, which does "
+                      "not limit the "
+                      "step, for low Reynolds numbers"},
              scheme, flow_scheme_names);
     f.visit({.name = "courant",
              .unit = "-",

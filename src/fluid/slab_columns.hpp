@@ -9,7 +9,7 @@
 namespace skein {
 
 /// Neighbours send each other a number of each column, which tells most coefficients all. Bits depend on the number of ranks, of
-/// which there are at least two.
+/// which there are at least two. Equations have a period along z where the grid has one.
 class SlabColumns {
 public:
     using P = Columns::P;

@@ -6,26 +6,26 @@
 
 namespace skein {
 
-/// Viscosity that a stage solves for, as `scratch` of the stage feels it.
-class ImplicitViscosity {
+/// What an implicit stage makes of pushes, in `scratch` of the stage.
+class StageResponse {
 public:
-    virtual ~ImplicitViscosity() = default;
+    virtual ~StageResponse() = default;
     /// Sets it to 0.
     virtual void clear() = 0;
-    /// From changes of velocity without viscosity, ghosts aside, to the changes at the end of the stage, ghosts beyond walls among
-    /// them. Collective.
-    virtual void diffuse() = 0;
-    /// Adds so many times it to the velocity.
-    virtual void add(double factor) = 0;
+    /// From pushes, m/s without viscosity and ghosts aside, to the changes of velocity at the end of the stage, by viscosity and
+    /// free of divergence, with their ghosts. Collective.
+    virtual void respond() = 0;
+    /// Adds so many times these changes to the velocity, and what belongs to them to the pressure.
+    virtual void add(double times) = 0;
 };
 
-/// A flow after a stage without its bodies and before its projection.
+/// A flow after a stage without its bodies: where that is explicit, before its projection.
 struct FlowStage {
     std::array<double*, 3> velocity; ///< of this rank, as FlowSolver::layout() has them
     std::array<double*, 3> scratch;  ///< as large, of no meaning
     double time;                     ///< at the end of the stage, s
     double dt;                       ///< of the stage, s
-    ImplicitViscosity* implicit;     ///< null: viscosity is explicit
+    StageResponse* response;         ///< null: the stage is explicit, and pushes are changes of velocity
     /// Sets ghosts of velocities beyond walls: across x and y in planes of this rank for which `sides` says so, and with `beyond`
     /// across z. This rank alone.
     std::function<void(const std::function<bool(int plane)>& sides, bool beyond)> fill_beyond_walls;
@@ -34,8 +34,7 @@ struct FlowStage {
 class StageForcing {
 public:
     virtual ~StageForcing() = default;
-    /// Of stages with implicit viscosity, before that is solved for: adds to the velocity what the forces of the last step do
-    /// without it. Collective.
+    /// Of implicit stages, before they are solved for: adds the pushes by forces of the last step to the velocity. Collective.
     virtual void hold(const FlowStage& stage) = 0;
     /// Changes velocities of this rank's cells; their ghosts are set afterwards. Collective.
     virtual void apply(const FlowStage& stage) = 0;

@@ -91,12 +91,12 @@ void DirectForcing::apply_implicitly(const FlowStage& stage) {
     for (int sweep = 0; sweep < numbers_.sweeps; ++sweep) {
         if (numbers_.slip > 0 && largest_difference() < numbers_.slip) break;
         for (std::size_t m = 0; m < push.size(); ++m) push[m] = by_component(weight_[m], difference_[m]);
-        stage.implicit->clear();
+        stage.response->clear();
         planes_.spread(push, stage.scratch);
-        stage.implicit->diffuse();
+        stage.response->respond();
         planes_.interpolate({stage.scratch[0], stage.scratch[1], stage.scratch[2]}, answer);
         const double times = least_slips(answer);
-        stage.implicit->add(times);
+        stage.response->add(times);
         for (std::size_t m = 0; m < push.size(); ++m) {
             difference_[m] -= times * answer[m];
             force[m] += (times / stage.dt) * push[m];
@@ -108,7 +108,7 @@ void DirectForcing::apply_implicitly(const FlowStage& stage) {
 }
 
 void DirectForcing::apply(const FlowStage& stage) {
-    if (stage.implicit) return apply_implicitly(stage);
+    if (stage.response) return apply_implicitly(stage);
     if (!settled_ || moves_) settle(stage);
     std::vector<Vec3d> changes(markers_.count(), Vec3d{0, 0, 0}), change(markers_.count());
     find_differences(stage);

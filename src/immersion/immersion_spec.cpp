@@ -6,7 +6,11 @@ void ImmersionSpec::fields(FieldVisitor& f) {
     f.choice(
         {.name = "delta", .unit = "", .text = "weights of the grid points near a marker: of three or four along each direction"},
         delta, delta_names);
-    f.visit({.name = "sweeps", .unit = "-", .text = "corrections of velocities in a stage, at most", .at_least = 1, .at_most = 20},
+    f.visit({.name = "sweeps",
+             .unit = "-",
+             .text = "corrections of velocities in a stage, at most; of scheme crank_nicolson each solves for viscosity once more",
+             .at_least = 1,
+             .at_most = 20},
             sweeps);
     f.visit({.name = "slip",
              .unit = "m/s",

@@ -199,6 +199,14 @@ void check_fluid(const SceneSpec& scene, Objections& objections) {
     if (fluid.pressure != PressureMethod::multigrid) table.unused({"pressure_tolerance"}, "without pressure = \"multigrid\"");
     else table.unused({"pressure_exchange"}, "with pressure = \"multigrid\"");
     check_walls(fluid, table);
+    if (fluid.scheme == FlowScheme::crank_nicolson) {
+        if (fluid.along_x == FluidBoundary::through)
+            table.add("scheme",
+                      "'crank_nicolson' solves for viscosity between walls and periods, not where the fluid flows through: "
+                      "use another scheme or another 'along_x'");
+        if (fluid.pressure == PressureMethod::multigrid)
+            table.add("scheme", "'crank_nicolson' solves for viscosity by transforms alone: it needs pressure = \"direct\"");
+    }
     check_obstacles(scene, objections);
     const auto& cells = fluid.cells;
     check_outputs(scene, cells.size() == 3 && *std::min_element(cells.begin(), cells.end()) > 0 && fluid.spacing > 0, objections);

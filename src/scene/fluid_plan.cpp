@@ -12,6 +12,8 @@ namespace skein {
 
 namespace {
 
+/// Of an implicit step: solutions for three components of the velocity and the pressure.
+double implicit_solves(const FluidPlan& plan) { return 1.0 + (plan.obstacles.empty() ? 0 : plan.forcing.sweeps); }
 double projections(FlowScheme scheme) { return scheme == FlowScheme::rk3_projected ? 3 : 1; }
 double stages(FlowScheme scheme) { return scheme == FlowScheme::rk3 || scheme == FlowScheme::rk3_projected ? 3 : 1; }
 
@@ -84,6 +86,11 @@ std::vector<FluidOutput> outputs_of(const SceneSpec& scene, const FluidGrid& gri
 
 } // namespace
 
+double FluidPlan::bytes_per_cell() const {
+    const bool responds = constants.scheme == FlowScheme::crank_nicolson && !obstacles.empty();
+    return constants.pressure == PressureMethod::direct ? 96 + (responds ? 8 : 0) : 80 + multigrid_bytes_per_cell;
+}
+
 double FluidPlan::solve_bytes(int ranks) const {
     if (constants.pressure != PressureMethod::direct || ranks == 1) return 0;
     const auto to_others = [&](double numbers) { return 2 * sizeof(double) * numbers * (ranks - 1) / ranks; };
@@ -94,17 +101,24 @@ double FluidPlan::solve_bytes(int ranks) const {
            2 * to_others(static_cast<double>(coupling_coefficients(grid, ranks)));
 }
 
-double FluidPlan::column_bytes(int ranks) const { return projections(constants.scheme) * solve_bytes(ranks); }
+double FluidPlan::column_bytes(int ranks) const {
+    const bool implicit = constants.scheme == FlowScheme::crank_nicolson;
+    return (implicit ? 4 * implicit_solves(*this) : projections(constants.scheme)) * solve_bytes(ranks);
+}
 
 double FluidPlan::ns_per_cell_step() const {
     constexpr double with_one_projection = 45, multigrid = 1000; // to the default tolerance
+    constexpr double implicit_stage = 10, implicit_solve = 57;
+    if (constants.scheme == FlowScheme::crank_nicolson) return implicit_stage + implicit_solve * implicit_solves(*this);
     return with_one_projection + (constants.pressure == PressureMethod::direct ? 0 : multigrid * projections(constants.scheme));
 }
 
 double FluidPlan::ghost_bytes(int ranks) const {
     if (ranks == 1) return 0;
     const auto [nx, ny, nz] = constants.grid.cells;
-    const double fields = 3 * stages(constants.scheme) + 2 * projections(constants.scheme);
+    const double fields = constants.scheme == FlowScheme::crank_nicolson
+                              ? 4 + 5 * implicit_solves(*this)
+                              : 3 * stages(constants.scheme) + 2 * projections(constants.scheme);
     return fields * 2 * FieldLayout::ghosts * sizeof(double) * nx * ny;
 }
 

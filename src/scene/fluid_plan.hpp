@@ -74,8 +74,9 @@ struct FluidPlan {
     /// Of a step of the fluid, at the speed that is known, s.
     double step_limit() const { return skein::step_limit(constants, speed.value, courant); }
 
-    /// Ten fields, and coefficients and as many to be sent on more ranks than one, or what multigrid keeps, as measured.
-    double bytes_per_cell() const { return constants.pressure == PressureMethod::direct ? 96 : 80 + multigrid_bytes_per_cell; }
+    /// Ten fields, one more of implicit schemes with bodies, and coefficients and as many to be sent on more ranks than one, or
+    /// what multigrid keeps, as measured.
+    double bytes_per_cell() const;
     static constexpr double multigrid_bytes_per_cell = 400;
     /// Sent by a rank: in a direct solve for the pressure, and in all of a step; and planes of ghosts in a step.
     double solve_bytes(int ranks) const;

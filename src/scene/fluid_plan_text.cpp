@@ -12,9 +12,10 @@ namespace skein {
 std::string fluid_text(const FluidPlan& fluid) {
     const FlowConstants& c = fluid.constants;
     const auto bound = [&](std::size_t d) { return fluid_boundary_names[static_cast<std::size_t>(c.grid.boundary[d])]; };
-    return fmt::format("{} x {} x {} cells of {:.4g} m, {} / {} / {}, {:.4g} kg/m^3, {:.4g} Pa s; {}, Courant number {:g}",
+    return fmt::format("{} x {} x {} cells of {:.4g} m, {} / {} / {}, {:.4g} kg/m^3, {:.4g} Pa s; {}, Courant number {:g}{}",
                        c.grid.cells[0], c.grid.cells[1], c.grid.cells[2], c.grid.h, bound(0), bound(1), bound(2), c.density,
-                       c.density * c.kinematic_viscosity, flow_scheme_names[static_cast<std::size_t>(c.scheme)], fluid.courant);
+                       c.density * c.kinematic_viscosity, flow_scheme_names[static_cast<std::size_t>(c.scheme)], fluid.courant,
+                       c.scheme == FlowScheme::crank_nicolson ? "; viscosity does not limit the step" : "");
 }
 
 std::string drive_text(const FluidPlan& fluid) {

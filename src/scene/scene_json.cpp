@@ -81,7 +81,7 @@ std::string scene_json(const SceneSpec& scene, bool physics_only) {
     for (const FormulaConstant& c : copy.constants) json["constants"][c.name] = {{"value", c.value}, {"unit", c.unit}};
     if (copy.contact) json["contact"] = contact_echo(*copy.contact);
     if (copy.fluid) json["fluid"] = table_echo(*copy.fluid);
-    if (copy.fluid && physics_only) json["fluid"].erase("expected_speed"); // of plans
+    if (copy.fluid && copy.rods.empty() && physics_only) json["fluid"].erase("expected_speed"); // of plans alone
     if (copy.has_immersed()) json["immersion"] = table_echo(copy.immersion);
     if (physics_only) copy.fluid_outputs.clear();
     for_each_list(copy, [&](const char* name, auto& specs) {

@@ -152,8 +152,13 @@ std::vector<Figure> FluidInteraction::figures(double) const {
 KeptNumbers FluidInteraction::kept() const {
     const FieldLayout layout = flow_->layout();
     const auto state = flow_->state();
+    std::vector<double> numbers{static_cast<double>(steps_), flow_->time()};
+    if (bodies_) {
+        const std::vector<double> held = bodies_->forcing().held().kept(comm_);
+        numbers.insert(numbers.end(), held.begin(), held.end());
+    }
     KeptNumbers kept{.name = kept_name(),
-                     .numbers = {static_cast<double>(steps_), flow_->time()},
+                     .numbers = std::move(numbers),
                      .sums = 0,
                      .columns = state.size() * static_cast<std::size_t>(layout.nx * layout.ny),
                      .rows = {}};
@@ -179,10 +184,11 @@ void FluidInteraction::recall(const KeptNumbers& kept) {
         for (const std::span<double> field : state)
             for (int j = 0; j < layout.ny; ++j, from += layout.nx) std::copy_n(from, layout.nx, field.begin() + layout.at(0, j, k));
     flow_->refresh(kept.numbers.size() > 1 ? kept.numbers[1] : 0); // 0: of programs before walls could move
+    if (bodies_) bodies_->forcing().recall_held(std::span(kept.numbers).subspan(2));
     failure_.clear();
 }
 
-std::uint64_t FluidInteraction::digest() const { // that of the rows of kept(), without a copy of them
+std::uint64_t FluidInteraction::digest() const { // that of the rows of kept(), without a copy of them, and of forces by marker
     const FieldLayout layout = flow_->layout();
     const auto state = flow_->state();
     std::vector<std::uint64_t> hash(static_cast<std::size_t>(layout.nz));
@@ -195,6 +201,14 @@ std::uint64_t FluidInteraction::digest() const { // that of the rows of kept(), 
                     h = hash_with(h, x);
         hash[k] = hash_end(h);
     });
+    if (bodies_) {
+        const HeldForces& held = bodies_->forcing().held();
+        for (std::size_t m = 0; m < held.forces().size(); ++m) {
+            const Vec3d& f = held.forces()[m];
+            const double numbers[] = {f.x, f.y, f.z};
+            hash.push_back(hash_numbers(held.identities()[m], numbers));
+        }
+    }
     return std::accumulate(hash.begin(), hash.end(), std::uint64_t{0});
 }
 

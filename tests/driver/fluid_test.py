@@ -60,7 +60,7 @@ spacing = 0.1
 density = 2.0
 viscosity = 0.01
 courant = 0.4
-expected_speed = 3.0
+expected_speed = 1.5
 [immersion]
 coupling = "one_way"
 [[rods]]
@@ -175,6 +175,25 @@ class Fluid(DriverTest):
             given = -interval * (series[f"thick_fluid_force_{axis}N"] + series[f"threads_fluid_force_{axis}N"])
             numpy.testing.assert_allclose(numpy.diff(momentum), given[1:], atol=1e-12 * abs(momentum).max())
         self.assertGreater(series["fluid_momentum_xkg_ms"][-1], 0.1)
+
+    def test_implicit_viscosity_goes_on_with_forces_at_markers(self):
+        self.scene.write_text(FLUID.replace("viscosity = 0.01", 'viscosity = 2.0\nscheme = "crank_nicolson"'))
+        self.run_skein("one")
+        self.assertLess(self.series("one")["fluid_steps"][-1], 50, "viscosity alone would want 150")
+        self.run_skein("two", ranks=2)
+        self.run_skein("parts", "--steps", "4", ranks=3)
+        self.assertIn("Resuming from", self.run_skein("parts", ranks=2).stdout)
+        for out in ("two", "parts"):
+            self.assertEqual(self.digest(out), self.digest("one"), out)
+            self.assertEqual((self.directory / out / "observables.csv").read_bytes(), (self.directory / "one/observables.csv").read_bytes(), out)
+
+    def test_a_cubic_array_of_spheres_has_its_drag(self):
+        self.scene = FLOW / "sphere_array.toml"
+        self.run_skein("array", "--overwrite", "--set", "fluid.cells=[32,32,32]", "--set", "fluid.spacing=0.03125")
+        done = subprocess.run([sys.executable, str(FLOW / "plot.py"), str(self.directory / "array")], capture_output=True, text=True, timeout=100)
+        self.assertEqual(done.returncode, 0, done.stderr)
+        self.assertGreater((self.directory / "array/drag.png").stat().st_size, 10000)
+        self.assertLess(abs(float(re.search(r"published 7.442, difference ([+-][\d.]+)%", done.stdout)[1])), 2)
 
     def test_fields_are_those_of_the_scene(self):
         """Means of faces at the middles of cells, and derivatives of what the scene says, to second order."""

@@ -30,8 +30,8 @@ std::vector<double> random_numbers(const FluidGrid& grid) {
     return all;
 }
 
-std::vector<double> solved(const Communicator& comm, const Threads& threads, const FluidGrid& grid, const std::vector<double>& f,
-                           ColumnExchange exchange = ColumnExchange::transposes) {
+std::vector<double> solved(const Communicator& comm, const Threads& threads, const FluidGrid& grid, const Helmholtz& equation,
+                           const std::vector<double>& f, ColumnExchange exchange = ColumnExchange::transposes) {
     FastHelmholtz solver(comm, threads, grid, exchange);
     const Slab slab = slab_of(grid.cells[2], comm.rank(), comm.size());
     const FieldLayout layout(grid.cells[0], grid.cells[1], slab.count);
@@ -44,55 +44,45 @@ std::vector<double> solved(const Communicator& comm, const Threads& threads, con
     for_cells([&](std::size_t at, int i, int j, int k) {
         field[at] = f[static_cast<std::size_t>(((k + slab.first) * layout.ny + j) * layout.nx + i)];
     });
-    AlignedVector<double> phi = field;
+    // In place, as the fluid does it.
     solver.solve(
-        Helmholtz::of_pressure(grid),
-        [&](int i, int j, int k) { return load<8>(&field[static_cast<std::size_t>(layout.at(i, j, k))]); },
-        [&](int i, int j, int k, const Pack<8>& p) { store(&phi[static_cast<std::size_t>(layout.at(i, j, k))], p); });
+        equation, [&](int i, int j, int k) { return load<8>(&field[static_cast<std::size_t>(layout.at(i, j, k))]); },
+        [&](int i, int j, int k, const Pack<8>& p) { store(&field[static_cast<std::size_t>(layout.at(i, j, k))], p); });
     std::vector<double> mine;
-    for_cells([&](std::size_t at, int, int, int) { mine.push_back(phi[at]); });
+    for_cells([&](std::size_t at, int, int, int) { mine.push_back(field[at]); });
     return comm.all_gather(mine);
 }
 
-double residual(const FluidGrid& grid, const std::vector<double>& phi, const std::vector<double>& f) {
+/// The largest difference of (second differences + shift) phi and scale f.
+double residual(const FluidGrid& grid, const std::array<LineEnds, 3>& ends, const Helmholtz& equation,
+                const std::vector<double>& phi, const std::vector<double>& f) {
     const auto at = [&](std::array<int, 3> c) {
-        for (int d = 0; d < 3; ++d) {
-            const auto u = static_cast<std::size_t>(d);
-            const int n = grid.cells[u];
-            c[u] = grid.periodic(d) ? (c[u] + n) % n : std::clamp(c[u], 0, n - 1);
+        double sign = 1;
+        for (std::size_t d = 0; d < 3; ++d) {
+            const int n = grid.cells[d], inside = std::clamp(c[d], 0, n - 1);
+            if (ends[d] == LineEnds::faces_zero && (c[d] < 0 || c[d] >= n - 1)) return 0.0;
+            if (ends[d] == LineEnds::value_zero && inside != c[d]) sign = -sign;
+            c[d] = ends[d] == LineEnds::periodic ? (c[d] + n) % n : inside;
         }
-        return phi[static_cast<std::size_t>((c[2] * grid.cells[1] + c[1]) * grid.cells[0] + c[0])];
+        return sign * phi[static_cast<std::size_t>((c[2] * grid.cells[1] + c[1]) * grid.cells[0] + c[0])];
     };
     double most = 0;
     std::size_t cell = 0;
     for (int k = 0; k < grid.cells[2]; ++k)
         for (int j = 0; j < grid.cells[1]; ++j)
             for (int i = 0; i < grid.cells[0]; ++i, ++cell) {
+                const std::array<int, 3> here{i, j, k};
+                bool known = false; // a wall
+                for (std::size_t d = 0; d < 3; ++d) known |= ends[d] == LineEnds::faces_zero && here[d] == grid.cells[d] - 1;
+                if (known) {
+                    most = std::max(most, std::abs(phi[cell]));
+                    continue;
+                }
                 const double around = at({i - 1, j, k}) + at({i + 1, j, k}) + at({i, j - 1, k}) + at({i, j + 1, k}) +
                                       at({i, j, k - 1}) + at({i, j, k + 1});
-                most = std::max(most, std::abs((around - 6 * at({i, j, k})) / (grid.h * grid.h) - f[cell]));
+                most = std::max(most, std::abs(around + (equation.shift - 6) * phi[cell] - equation.scale * f[cell]));
             }
     return most;
-}
-
-FluidGrid grid_of(std::array<int, 3> cells, unsigned walls, FluidBoundary wall = FluidBoundary::free_slip) {
-    FluidGrid grid{.cells = cells, .h = 0.1};
-    for (std::size_t d = 0; d < 3; ++d) grid.boundary[d] = walls >> d & 1 ? wall : FluidBoundary::periodic;
-    return grid;
-}
-
-TEST(FastPoisson, SolvesTheDiscreteEquationWithTheSameBits) {
-    const Communicator comm = Communicator::world();
-    const Threads threads(1), team(2);
-    for (unsigned walls = 0; walls < 8; ++walls)
-        for (const std::array<int, 3> cells :
-             {std::array{24, 20, 18}, std::array{21, 15, 7}, std::array{16, 35, 2}, std::array{9, 8, 1}}) {
-            const FluidGrid grid = grid_of(cells, walls);
-            const std::vector<double> f = random_numbers(grid), phi = solved(comm, threads, grid, f);
-            EXPECT_LT(residual(grid, phi, f), 1e-12) << "walls " << walls << " cells " << cells[0];
-            EXPECT_EQ(phi, solved(Communicator::alone(), threads, grid, f));
-            EXPECT_EQ(phi, solved(comm, team, grid, f));
-        }
 }
 
 double largest_of(const std::vector<double>& all) {
@@ -106,7 +96,56 @@ double largest_difference(const std::vector<double>& a, const std::vector<double
     return largest_of(difference);
 }
 
-/// Planes of slabs that are as thick as they are thin: coefficients that reach across all of them, and others.
+FluidGrid grid_of(std::array<int, 3> cells, unsigned walls, FluidBoundary wall = FluidBoundary::free_slip) {
+    FluidGrid grid{.cells = cells, .h = 0.1};
+    for (std::size_t d = 0; d < 3; ++d) grid.boundary[d] = walls >> d & 1 ? wall : FluidBoundary::periodic;
+    return grid;
+}
+
+std::array<LineEnds, 3> pressure_ends(unsigned walls) {
+    std::array<LineEnds, 3> ends;
+    for (std::size_t d = 0; d < 3; ++d) ends[d] = walls >> d & 1 ? LineEnds::gradient_zero : LineEnds::periodic;
+    return ends;
+}
+
+TEST(FastHelmholtz, SolvesPoissonsEquationWithTheSameBits) {
+    const Communicator comm = Communicator::world();
+    const Threads threads(1), team(2);
+    for (unsigned walls = 0; walls < 8; ++walls)
+        for (const std::array<int, 3> cells :
+             {std::array{24, 20, 18}, std::array{21, 15, 7}, std::array{16, 35, 2}, std::array{9, 8, 1}}) {
+            const FluidGrid grid = grid_of(cells, walls);
+            const Helmholtz equation = Helmholtz::of_pressure(grid);
+            const std::vector<double> f = random_numbers(grid), phi = solved(comm, threads, grid, equation, f);
+            EXPECT_LT(residual(grid, pressure_ends(walls), equation, phi, f), 1e-14) << "walls " << walls << " cells " << cells[0];
+            EXPECT_EQ(phi, solved(Communicator::alone(), threads, grid, equation, f));
+            EXPECT_EQ(phi, solved(comm, team, grid, equation, f));
+        }
+}
+
+/// Of a velocity: (1 - b second differences) phi = f.
+TEST(FastHelmholtz, SolvesForAnyEndsWithTheSameBits) {
+    const Communicator comm = Communicator::world();
+    const Threads threads(1), team(2);
+    constexpr LineEnds kinds[] = {LineEnds::periodic, LineEnds::gradient_zero, LineEnds::value_zero, LineEnds::faces_zero};
+    for (unsigned which = 0; which < 64; ++which)
+        for (const double b : {0.05, 25.0, 1e4}) {
+            const std::array<LineEnds, 3> ends{kinds[which % 4], kinds[which / 4 % 4], kinds[which / 16]};
+            const FluidGrid grid = grid_of(b < 1 ? std::array{24, 20, 9} : std::array{21, 15, 8}, which < 16 ? 0 : 4);
+            Helmholtz equation(grid, ends);
+            equation.shift = equation.scale = -1 / b;
+            const std::vector<double> f = random_numbers(grid), phi = solved(comm, threads, grid, equation, f),
+                                      slabs = solved(comm, threads, grid, equation, f, ColumnExchange::interfaces);
+            EXPECT_LT(b * residual(grid, ends, equation, phi, f), 1e-12) << "ends " << which << " b " << b;
+            EXPECT_LT(b * residual(grid, ends, equation, slabs, f), 1e-12) << "ends " << which << " b " << b;
+            EXPECT_LT(largest_difference(slabs, phi), 1e-12 * largest_of(phi)) << "ends " << which << " b " << b;
+            if (b != 25) continue;
+            EXPECT_EQ(phi, solved(Communicator::alone(), threads, grid, equation, f));
+            EXPECT_EQ(phi, solved(comm, team, grid, equation, f));
+        }
+}
+
+/// Slabs that are thick and thin: coefficients that reach across all of them, and others.
 TEST(SlabColumns, FindWhatWholeColumnsFindButForRounding) {
     const Communicator comm = Communicator::world();
     const Threads threads(1), team(2);
@@ -114,13 +153,18 @@ TEST(SlabColumns, FindWhatWholeColumnsFindButForRounding) {
         for (const std::array<int, 3> cells : {std::array{24, 20, 18}, std::array{21, 15, 9}, std::array{16, 35, 100},
                                                std::array{5, 8, 245}, std::array{9, 8, 2 * comm.size()}}) {
             const FluidGrid grid = grid_of(cells, walls);
-            const std::vector<double> f = random_numbers(grid), whole = solved(comm, threads, grid, f),
-                                      phi = solved(comm, threads, grid, f, ColumnExchange::interfaces);
-            EXPECT_LT(residual(grid, phi, f), 1e-12 * largest_of(f)) << "walls " << walls << " cells " << cells[0];
+            const Helmholtz equation = Helmholtz::of_pressure(grid);
+            const std::vector<double> f = random_numbers(grid), whole = solved(comm, threads, grid, equation, f),
+                                      phi = solved(comm, threads, grid, equation, f, ColumnExchange::interfaces);
+            EXPECT_LT(residual(grid, pressure_ends(walls), equation, phi, f), 1e-12 * equation.scale * largest_of(f))
+                << "walls " << walls << " cells " << cells[0];
             EXPECT_LT(largest_difference(phi, whole), 1e-12 * largest_of(whole)) << "walls " << walls << " cells " << cells[0];
-            EXPECT_EQ(phi, solved(comm, team, grid, f, ColumnExchange::interfaces));
+            EXPECT_EQ(phi, solved(comm, team, grid, equation, f, ColumnExchange::interfaces));
         }
 }
+
+constexpr FlowScheme all_schemes[] = {FlowScheme::rk3, FlowScheme::rk3_projected, FlowScheme::adams_bashforth,
+                                      FlowScheme::crank_nicolson};
 
 FlowConstants vortices(int n, FlowScheme scheme) {
     FlowConstants c;
@@ -161,7 +205,7 @@ double error_after(const FlowConstants& constants, int steps, const Vec3d& strea
 }
 
 TEST(Flow, IsOfSecondOrderInSpace) {
-    for (const FlowScheme scheme : {FlowScheme::rk3, FlowScheme::rk3_projected, FlowScheme::adams_bashforth}) {
+    for (const FlowScheme scheme : all_schemes) {
         double error[3];
         for (int i = 0; i < 3; ++i) error[i] = error_after(vortices(16 << i, scheme), 20 << i, {0, 0, 0});
         EXPECT_GT(std::log2(error[0] / error[1]), 1.95);
@@ -171,7 +215,7 @@ TEST(Flow, IsOfSecondOrderInSpace) {
 }
 
 TEST(Flow, IsOfSecondOrderInTime) {
-    for (const FlowScheme scheme : {FlowScheme::rk3, FlowScheme::rk3_projected, FlowScheme::adams_bashforth}) {
+    for (const FlowScheme scheme : all_schemes) {
         const double coarse = error_after(vortices(16, scheme), 10, {1, 0.5, 0}, true),
                      fine = error_after(vortices(16, scheme), 20, {1, 0.5, 0}, true);
         EXPECT_GT(std::log2(coarse / fine), 1.95) << flow_scheme_names[static_cast<std::size_t>(scheme)];
@@ -187,10 +231,11 @@ Vec3d tangled(const Vec3d& at) {
 
 std::vector<FlowConstants> all_kinds() {
     std::vector<FlowConstants> all;
-    for (const FlowScheme scheme : {FlowScheme::rk3, FlowScheme::rk3_projected, FlowScheme::adams_bashforth})
+    for (const FlowScheme scheme : all_schemes)
         for (const FluidBoundary wall : {FluidBoundary::free_slip, FluidBoundary::no_slip})
             for (unsigned walls = 0; walls < 8; ++walls) {
-                if (scheme != FlowScheme::rk3 && walls != 0 && walls != 6) continue; // boundaries know nothing of schemes
+                const bool by_boundary = scheme == FlowScheme::rk3 || scheme == FlowScheme::crank_nicolson; // others are as rk3
+                if (!by_boundary && walls != 0 && walls != 6) continue;
                 all.push_back(
                     {.grid = grid_of({24, 20, 16}, walls, wall), .density = 3, .kinematic_viscosity = 2e-3, .scheme = scheme});
             }

@@ -85,6 +85,8 @@ TEST(Plan, PredictsStepsOfAFluidFromWhatIsFastest) {
     expect(4 * 4, 0.5, "fluid.expected_speed");
     scene.fluid->viscosity = 1; // sets steps of 2.5/12/1.5 h^2/nu = 2.17e-3 s
     expect(4 * 231, 0.5, "fluid.expected_speed");
+    scene.fluid->scheme = FlowScheme::crank_nicolson; // for which viscosity sets none
+    expect(4 * 4, 0.5, "fluid.expected_speed");
 }
 
 /// The plan that docs/tour.md explains, line by line, in blocks of code.
