@@ -24,9 +24,10 @@ public:
         const auto share = [&](int rank) { return slab_of(static_cast<int>(all.size()), rank, ranks_); };
         const auto room = [](int count) { return static_cast<std::size_t>((count + 7) / 8 * 8); };
         std::size_t begin = 0;
+        std::vector<std::size_t> begins; // in sent_, by rank
         for (int r = 0; r < ranks_; ++r) {
             const Slab of_rank = share(r);
-            begin_.push_back(begin);
+            begins.push_back(begin);
             for (int c = 0; c < of_rank.count; ++c)
                 places_.push_back({all[static_cast<std::size_t>(of_rank.first + c)], begin + static_cast<std::size_t>(c),
                                    begin + room(of_rank.count) + static_cast<std::size_t>(c)});
@@ -42,7 +43,7 @@ public:
             const auto numbers = [](double* first, std::size_t count) { return std::as_writable_bytes(std::span(first, count)); };
             const auto at = static_cast<std::size_t>(r);
             const std::size_t count = 2 * room(share(r).count);
-            if (count > 0) of_slab.push_back({r, numbers(sent_.data() + begin_[at], count)});
+            if (count > 0) of_slab.push_back({r, numbers(sent_.data() + begins[at], count)});
             if (room_ > 0) of_chains.push_back({r, numbers(chain(r, 0), 2 * room_)});
         }
         to_chains_ = RepeatedMessages(comm, of_slab, of_chains);
@@ -170,12 +171,11 @@ private:
 
     const Threads& threads_;
     int ranks_, planes_;
-    std::vector<Place> places_;      ///< of all
-    std::vector<std::size_t> begin_; ///< in sent_, by rank that solves them
-    std::vector<Coefficient> own_;   ///< whose chains this rank solves
-    std::size_t room_;               ///< for them, in whole packs
-    AlignedVector<double> sent_;     ///< [rank that solves][first, last][coefficient] of this slab, and back [below, above]
-    AlignedVector<double> chains_;   ///< [rank of a slab][first, last][own coefficient], and back
+    std::vector<Place> places_;    ///< of all
+    std::vector<Coefficient> own_; ///< whose chains this rank solves
+    std::size_t room_;             ///< for them, in whole packs
+    AlignedVector<double> sent_;   ///< [rank that solves][first, last][coefficient] of this slab, and back [below, above]
+    AlignedVector<double> chains_; ///< [rank of a slab][first, last][own coefficient], and back
     RepeatedMessages to_chains_, to_slabs_;
     std::vector<std::vector<Link>> work_; ///< by thread and slab
 };
