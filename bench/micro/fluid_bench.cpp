@@ -5,7 +5,7 @@
 #include "fluid/fast_helmholtz.hpp"
 #include "fluid/iterated_poisson.hpp"
 #include "fluid/make_flow.hpp"
-#include "immersion/obstacle.hpp"
+#include "immersion/immersion.hpp"
 
 #include <benchmark/benchmark.h>
 
@@ -81,8 +81,8 @@ void step(benchmark::State& state, int n, FluidBoundary boundary, FlowScheme sch
         return Vec3d{std::sin(at.x) * std::cos(at.y) * std::cos(at.z), -std::cos(at.x) * std::sin(at.y) * std::cos(at.z), 0};
     });
     const double middle = std::numbers::pi;
-    ObstacleForcing bodies(Communicator::alone(), threads, constants.grid, {.sweeps = sweeps},
-                           {Obstacle{.centre = {middle, middle, middle}, .radius = middle / 4}});
+    Immersion bodies(Communicator::alone(), threads, constants.grid, {.sweeps = sweeps},
+                     {Obstacle{.centre = {middle, middle, middle}, .radius = middle / 4}});
     if (sweeps > 0) flow->set_forcing(&bodies.forcing());
     for (auto _ : state) flow->step(0, 1e-3);
     const double cells = static_cast<double>(constants.grid.count());

@@ -5,7 +5,7 @@
     bench/scaling/fluid.py --cells 960 640 640 --layouts 1x16 2x16 4x16 8x16 --csv ...         on a cluster
 
 Runs fluid_box.toml on every layout, repeats in turn, and takes medians. Strong scaling keeps the cells; weak scaling takes planes along z in
-proportion to cores, so its largest layout is that of strong scaling. A step is one of the fluid. `transposes` and `ghosts` are what a
+proportion to cores, so its largest layout is that of strong scaling. A step is one of the fluid. `columns` and `ghosts` are what a
 rank sends in a step, as `skein plan` tells; `GB/s` is both over the time of the step, which is what the network has to carry at least.
 Ends with code 1 where layouts disagree in a digest.
 """
@@ -51,16 +51,16 @@ def configurations(args):
 
 
 def sent_bytes(args, box):
-    """What a rank sends in a step in transposes and as ghosts, by the plan; nothing where there is one rank."""
-    command = [args.skein, "plan", args.scene, "--ranks", str(box.ranks), "--threads", str(box.threads), *box.settings()]
+    """What a rank sends in a step for columns of coefficients and as ghosts, by the plan; nothing where there is one rank."""
+    command = [args.skein, "plan", args.scene, "--ranks", str(box.ranks), "--threads", str(box.threads), *box.settings(), "--set", f"fluid.pressure_exchange={args.exchange}"]
     plan = subprocess.run(command, check=True, capture_output=True, text=True).stdout
-    found = re.search(r"sent +by a rank in a step: ([\d.]+) (\w+) in transposes, ([\d.]+) (\w+) as ghosts", plan)
+    found = re.search(r"sent +by a rank in a step: ([\d.]+) (\w+) (?:in transposes|at interfaces) \([^)]*\), ([\d.]+) (\w+) as ghosts", plan)
     return (float(found[1]) * UNITS[found[2]], float(found[3]) * UNITS[found[4]]) if found else (0.0, 0.0)
 
 
 def run(args, box, out):
     launch = shlex.split(args.launch.format(ranks=box.ranks, threads=box.threads))
-    command = [*launch, args.skein, "run", args.scene, *box.settings(), "--threads", str(box.threads), "--out", out, "--overwrite", "--no-checkpoint", "--quiet"]
+    command = [*launch, args.skein, "run", args.scene, *box.settings(), "--set", f"fluid.pressure_exchange={args.exchange}", "--threads", str(box.threads), "--out", out, "--overwrite", "--no-checkpoint", "--quiet"]
     wait_for_quiet(args.patience)
     start, busy, own = time.monotonic(), busy_seconds(), own_seconds()
     subprocess.run(command, check=True)
@@ -78,20 +78,20 @@ def table(args, boxes):
         for box in own:
             cells = box.counts[0] * box.counts[1] * box.counts[2]
             work, base_work = box.step_s() / cells, base.step_s() / (base.counts[0] * base.counts[1] * base.counts[2])
-            transposes, ghosts = sent_bytes(args, box)
+            columns, ghosts = sent_bytes(args, box)
             yield {"study": study, "ranks": box.ranks, "threads": box.threads, "cells": "x".join(map(str, box.counts)), "repeats": len(box.samples),
                    "step_s": f"{box.step_s():.5g}", "least_step_s": f"{min(map(step_seconds, box.samples)):.5g}",
                    "most_step_s": f"{max(map(step_seconds, box.samples)):.5g}", "ns_per_cell_step_and_core": f"{1e9 * work * box.cores:.4g}",
                    "speedup": f"{base_work / work:.4g}", "efficiency": f"{base_work / work * base.cores / box.cores:.4g}",
-                   "serial_fraction": f"{serial:.3g}" if study == "strong" else "", "transposes_bytes": f"{transposes:.4g}", "ghosts_bytes": f"{ghosts:.4g}",
+                   "serial_fraction": f"{serial:.3g}" if study == "strong" else "", "columns_bytes": f"{columns:.4g}", "ghosts_bytes": f"{ghosts:.4g}",
                    "other_programs_cores": f"{box.median(lambda sample: sample['others']):.3f}", "digest": box.samples[0]["digest"]}
 
 
 def show(rows):
-    print(f"\n{'study':<7}{'layout':>7}{'cells':>15}{'ms a step':>11}{'ns':>7}{'speedup':>9}{'efficiency':>11}{'transposes':>12}{'ghosts':>9}{'GB/s':>7}{'others':>8}"
-          "\n(ns: per cell, step and core; transposes, ghosts: MB that a rank sends in a step; others: cores that other programs took)")
+    print(f"\n{'study':<7}{'layout':>7}{'cells':>15}{'ms a step':>11}{'ns':>7}{'speedup':>9}{'efficiency':>11}{'columns':>12}{'ghosts':>9}{'GB/s':>7}{'others':>8}"
+          "\n(ns: per cell, step and core; columns, ghosts: MB that a rank sends in a step; others: cores that other programs took)")
     for row in rows:
-        sent = float(row["transposes_bytes"]), float(row["ghosts_bytes"])
+        sent = float(row["columns_bytes"]), float(row["ghosts_bytes"])
         print(f"{row['study']:<7}{row['ranks']:>4}x{row['threads']:<2}{row['cells']:>15}{1e3 * float(row['step_s']):>11.1f}{row['ns_per_cell_step_and_core']:>7}"
               f"{row['speedup']:>9}{row['efficiency']:>11}{1e-6 * sent[0]:>12.2f}{1e-6 * sent[1]:>9.2f}{1e-9 * sum(sent) / float(row['step_s']):>7.2f}{row['other_programs_cores']:>8}")
 
@@ -104,6 +104,7 @@ def main():
     parser.add_argument("--cells", type=int, nargs=3, metavar=("NX", "NY", "NZ"), default=(128, 128, 128))
     parser.add_argument("--layouts", nargs="+", default=["1x1", "1x2", "2x1"], help="ranks x threads")
     parser.add_argument("--studies", nargs="+", default=["strong", "weak"], choices=["strong", "weak"])
+    parser.add_argument("--exchange", default="transposes", choices=["transposes", "interfaces"], help="fluid.pressure_exchange; of the second digests depend on ranks")
     parser.add_argument("--repeats", type=int, default=5)
     parser.add_argument("--launch", default="mpirun -n {ranks} --map-by slot:PE={threads} --bind-to core", help="launcher of {ranks} ranks of {threads} threads")
     parser.add_argument("--patience", type=float, default=30, help="longest wait for a quiet machine before a run, s")
@@ -124,7 +125,7 @@ def main():
     show(rows)
     digests = {}
     for box in boxes:
-        digests.setdefault(box.counts, set()).update(sample["digest"] for sample in box.samples)
+        digests.setdefault((box.counts, box.ranks if args.exchange == "interfaces" else 0), set()).update(sample["digest"] for sample in box.samples)
     if any(len(found) > 1 for found in digests.values()):
         sys.exit("digests differ")
 

@@ -41,6 +41,13 @@ enum class PressureMethod {
 };
 inline constexpr std::string_view pressure_method_names[] = {"direct", "multigrid"};
 
+/// How ranks share the columns of the direct solver.
+enum class ColumnExchange {
+    transposes, ///< columns change ranks and are solved whole: the same bits on any ranks
+    interfaces  ///< ranks solve their own planes, and tell each other what is at interfaces
+};
+inline constexpr std::string_view column_exchange_names[] = {"transposes", "interfaces"};
+
 struct FlowConstants {
     FluidGrid grid;
     double density = 1;             ///< kg/m^3
@@ -52,6 +59,7 @@ struct FlowConstants {
     double frequency = 0; ///< Hz, of the cosine that acceleration and velocities of walls are multiplied by; 0: of none
     FlowScheme scheme = FlowScheme::rk3;
     PressureMethod pressure = PressureMethod::direct;
+    ColumnExchange exchange = ColumnExchange::transposes;
     double pressure_tolerance = 1e-10; ///< of multigrid
 };
 

@@ -94,7 +94,7 @@ BoxFlow::BoxFlow(const Communicator& comm, const Threads& threads, const FlowCon
       ghosts_(std::make_unique<PlaneGhosts>(comm, layout_, constants.grid.periodic(2))),
       speed_(static_cast<std::size_t>(slab_.count), 0.0) {
     if (constants.pressure == PressureMethod::direct) {
-        direct_.emplace(comm, threads, constants.grid);
+        direct_.emplace(comm, threads, constants.grid, constants.exchange);
         equations_.push_back(Helmholtz::of_pressure(constants.grid));
         for (int c = 0; constants.scheme == FlowScheme::crank_nicolson && c < 3; ++c)
             equations_.emplace_back(constants.grid, std::array{ends(c, 0), ends(c, 1), ends(c, 2)});

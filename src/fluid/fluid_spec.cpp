@@ -72,6 +72,13 @@ void FluidSpec::fields(FieldVisitor& f) {
               .text = "direct: Poisson's equation by transforms; multigrid: by iterations, for any numbers of cells, at many times "
                       "the cost, with bits that depend on the number of ranks; needs PETSc"},
              pressure, pressure_method_names);
+    f.choice({.name = "pressure_exchange",
+              .unit = "",
+              .text =
+                  "what ranks exchange in a direct solve: transposes: coefficients, which change ranks and come back, with the "
+                  "same bits on any ranks; interfaces: numbers at interfaces of slabs alone, far fewer, with results that agree "
+                  "to about 1e-12 on other numbers of ranks, not in bits"},
+             pressure_exchange, column_exchange_names);
     f.visit({.name = "pressure_tolerance",
              .unit = "-",
              .text = "residual at which multigrid is done, over the right side",
@@ -102,6 +109,7 @@ FlowConstants FluidSpec::constants() const {
     c.frequency = frequency;
     c.scheme = scheme;
     c.pressure = pressure;
+    c.exchange = pressure_exchange;
     c.pressure_tolerance = pressure_tolerance;
     return c;
 }

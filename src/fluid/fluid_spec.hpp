@@ -32,6 +32,7 @@ struct FluidSpec {
     double courant = 0.5;      ///< largest sum of Courant numbers of a step
     double expected_speed = 0; ///< m/s, for plans alone; 0: from what the scene says
     PressureMethod pressure = PressureMethod::direct;
+    ColumnExchange pressure_exchange = ColumnExchange::transposes;
     double pressure_tolerance = 1e-10; ///< residual of multigrid over the right side
 
     FlowConstants constants() const;

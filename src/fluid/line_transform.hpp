@@ -6,6 +6,7 @@
 
 #include "fluid/fft.hpp"
 #include "fluid/lanes.hpp"
+#include "fluid/line_ends.hpp"
 
 #include <cmath>
 #include <cstddef>
@@ -13,8 +14,6 @@
 #include <vector>
 
 namespace skein {
-
-enum class LineEnds { periodic, gradient_zero, value_zero, faces_zero };
 
 /// Of `lanes()` lines side by side: number i of line l in row place(i), column l of a block.
 class LineTransform {
@@ -27,15 +26,11 @@ public:
             const double angle = ends == LineEnds::periodic ? 0 : pi * k / (2.0 * n);
             twiddle_.push_back({std::cos(angle), std::sin(angle)});
         }
-        for (int k = 0; k < n; ++k) {
-            const double angle = ends == LineEnds::periodic     ? pi * k / n
-                                 : ends == LineEnds::value_zero ? pi * (n - k) / (2.0 * n)
-                                                                : pi * k / (2.0 * n);
-            eigenvalue_.push_back(-4 * std::sin(angle) * std::sin(angle));
-        }
+        for (int k = 0; k < n; ++k) eigenvalue_.push_back(second_difference(n, ends, k));
     }
 
     int size() const { return n_; }
+    LineEnds ends() const { return ends_; }
     int lanes() const { return lanes_; }
     std::size_t block() const { return static_cast<std::size_t>(length_ * lanes_); }
     int place(int i) const {

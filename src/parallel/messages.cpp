@@ -57,6 +57,7 @@ RepeatedMessages::RepeatedMessages(const Communicator& comm, std::span<const Par
     for (const Part& part : sent) {
         MPI_Send_init(part.bytes.data(), static_cast<int>(part.bytes.size()), MPI_BYTE, part.rank, tag, native(comm),
                       &requests_->all.emplace_back());
+        if (part.rank == comm.rank()) continue;
         requests_->bytes += static_cast<std::int64_t>(part.bytes.size());
         ++requests_->messages;
     }

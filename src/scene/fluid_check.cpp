@@ -197,6 +197,7 @@ void check_fluid(const SceneSpec& scene, Objections& objections) {
     else if (!(fluid.inflow.x > 0))
         table.add("inflow", "'inflow' [m/s] towards positive x is needed where the fluid flows through");
     if (fluid.pressure != PressureMethod::multigrid) table.unused({"pressure_tolerance"}, "without pressure = \"multigrid\"");
+    else table.unused({"pressure_exchange"}, "with pressure = \"multigrid\"");
     check_walls(fluid, table);
     if (fluid.scheme == FlowScheme::crank_nicolson) {
         if (fluid.along_x == FluidBoundary::through)

@@ -1,5 +1,6 @@
 #include "scene/fluid_plan.hpp"
 
+#include "fluid/slab_coupling.hpp"
 #include "fluid/start_velocity.hpp"
 #include "scene/scene_tables.hpp"
 
@@ -90,12 +91,19 @@ double FluidPlan::bytes_per_cell() const {
     return constants.pressure == PressureMethod::direct ? 96 + (responds ? 8 : 0) : 80 + multigrid_bytes_per_cell;
 }
 
-double FluidPlan::transposed_bytes(int ranks) const {
-    if (constants.pressure != PressureMethod::direct) return 0;
-    const double mine = static_cast<double>(constants.grid.count()) / ranks;
-    const double solves =
-        constants.scheme == FlowScheme::crank_nicolson ? 4 * implicit_solves(*this) : projections(constants.scheme);
-    return solves * 2 * sizeof(double) * mine * (ranks - 1) / ranks;
+double FluidPlan::solve_bytes(int ranks) const {
+    if (constants.pressure != PressureMethod::direct || ranks == 1) return 0;
+    const auto to_others = [&](double numbers) { return 2 * sizeof(double) * numbers * (ranks - 1) / ranks; };
+    const FluidGrid& grid = constants.grid;
+    if (constants.exchange == ColumnExchange::transposes) return to_others(static_cast<double>(grid.count()) / ranks);
+    const double neighbours = grid.periodic(2) || ranks > 2 ? 2 : 1;
+    return neighbours * sizeof(double) * grid.cells[0] * grid.cells[1] +
+           2 * to_others(static_cast<double>(coupling_coefficients(grid, ranks)));
+}
+
+double FluidPlan::column_bytes(int ranks) const {
+    const bool implicit = constants.scheme == FlowScheme::crank_nicolson;
+    return (implicit ? 4 * implicit_solves(*this) : projections(constants.scheme)) * solve_bytes(ranks);
 }
 
 double FluidPlan::ns_per_cell_step() const {

@@ -79,8 +79,9 @@ struct FluidPlan {
     /// what multigrid keeps, as measured.
     double bytes_per_cell() const;
     static constexpr double multigrid_bytes_per_cell = 400;
-    /// Sent by a rank in a step: coefficients that change ranks and come back, if the pressure is direct, and planes of ghosts.
-    double transposed_bytes(int ranks) const;
+    /// Sent by a rank: in a direct solve for the pressure, and in all of a step; and planes of ghosts in a step.
+    double solve_bytes(int ranks) const;
+    double column_bytes(int ranks) const;
     double ghost_bytes(int ranks) const;
 
     /// Of the fluid, in a run of so many steps of dt; where no speed is known, as viscosity

@@ -1,5 +1,6 @@
 #include "scene/fluid_plan_text.hpp"
 
+#include "fluid/slab_coupling.hpp"
 #include "scene/plan_words.hpp"
 
 #include <cmath>
@@ -30,12 +31,26 @@ std::string drive_text(const FluidPlan& fluid) {
     return joined(all, ", ") + (c.frequency > 0 ? fmt::format("; times cos(2 pi {:.4g} Hz t)", c.frequency) : "");
 }
 
-std::string pressure_text(const FluidPlan& fluid) {
+std::string pressure_text(const FluidPlan& fluid, int ranks) {
     const FlowConstants& c = fluid.constants;
-    if (c.pressure == PressureMethod::direct) return "direct";
+    if (c.pressure == PressureMethod::direct && c.exchange == ColumnExchange::transposes) return "direct";
+    if (c.pressure == PressureMethod::direct)
+        return fmt::format("direct, by numbers at interfaces of slabs{}; other numbers of ranks agree to about 1e-12, not in bits",
+                           ranks > 1 ? fmt::format(", {:.3g} % of columns through all slabs",
+                                                   100.0 * static_cast<double>(coupling_coefficients(c.grid, ranks)) /
+                                                       (1.0 * c.grid.cells[0] * c.grid.cells[1]))
+                                     : "");
     return fmt::format("multigrid to {:g} of the right side, {} ({:.0f} B per cell); bits depend on the number of ranks",
                        c.pressure_tolerance, bytes_text(FluidPlan::multigrid_bytes_per_cell * static_cast<double>(c.grid.count())),
                        FluidPlan::multigrid_bytes_per_cell);
+}
+
+std::string sent_text(const FluidPlan& fluid, int ranks) {
+    const std::string ghosts = fmt::format("{} as ghosts", bytes_text(fluid.ghost_bytes(ranks)));
+    if (fluid.constants.pressure != PressureMethod::direct) return fmt::format("by a rank in a step: {}", ghosts);
+    const bool whole = fluid.constants.exchange == ColumnExchange::transposes;
+    return fmt::format("by a rank in a step: {} {} ({} a solve), {}", bytes_text(fluid.column_bytes(ranks)),
+                       whole ? "in transposes" : "at interfaces", bytes_text(fluid.solve_bytes(ranks)), ghosts);
 }
 
 std::string obstacle_text(const Obstacle& o, const FluidPlan& fluid) {
@@ -135,6 +150,7 @@ nlohmann::ordered_json fluid_json(const FluidPlan& fluid, std::int64_t steps, do
             {"scheme", flow_scheme_names[static_cast<std::size_t>(c.scheme)]},
             {"courant", fluid.courant},
             {"pressure", pressure_method_names[static_cast<std::size_t>(c.pressure)]},
+            {"pressure_exchange", column_exchange_names[static_cast<std::size_t>(c.exchange)]},
             {"pressure_tolerance", c.pressure_tolerance},
             {"bytes_per_cell", fluid.bytes_per_cell()},
             {"outputs", outputs},

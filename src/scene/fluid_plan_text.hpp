@@ -14,7 +14,8 @@ namespace skein {
 std::string fluid_text(const FluidPlan& fluid);
 /// What drives it besides inflow and obstacles; empty: nothing.
 std::string drive_text(const FluidPlan& fluid);
-std::string pressure_text(const FluidPlan& fluid);
+std::string pressure_text(const FluidPlan& fluid, int ranks);
+std::string sent_text(const FluidPlan& fluid, int ranks);
 std::string rods_in_fluid_text(const RodsInFluid& rods, const FluidPlan& fluid);
 std::string obstacle_text(const Obstacle& obstacle, const FluidPlan& fluid);
 /// Of a run of `steps` steps of dt, s.

@@ -110,11 +110,8 @@ std::string to_text(const Plan& p) {
     if (p.fluid) line("fluid", fluid_text(*p.fluid));
     if (p.fluid)
         if (const std::string drive = drive_text(*p.fluid); !drive.empty()) line("  driven by", drive);
-    if (p.fluid) line("  pressure", pressure_text(*p.fluid));
-    if (p.fluid && p.machine.ranks > 1)
-        line("  sent", fmt::format("by a rank in a step: {} in transposes, {} as ghosts",
-                                   bytes_text(p.fluid->transposed_bytes(p.machine.ranks)),
-                                   bytes_text(p.fluid->ghost_bytes(p.machine.ranks))));
+    if (p.fluid) line("  pressure", pressure_text(*p.fluid, p.machine.ranks));
+    if (p.fluid && p.machine.ranks > 1) line("  sent", sent_text(*p.fluid, p.machine.ranks));
     if (p.fluid)
         for (const Obstacle& o : p.fluid->obstacles) line("  obstacle", obstacle_text(o, *p.fluid));
     if (p.fluid)

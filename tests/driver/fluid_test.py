@@ -253,6 +253,22 @@ class Fluid(DriverTest):
         self.assertLess(errors[1], 1)
         self.assertGreater(errors[0] / errors[1], 2**1.7)
 
+    def test_columns_slab_by_slab_find_the_flow_of_whole_ones_and_repeat_their_bits(self):
+        self.run_skein("whole", ranks=3)
+        self.scene.write_text(FLUID.replace(WALLS, WALLS + 'pressure_exchange = "interfaces"'))
+        plan = self.run_skein("slabs", ranks=3).stdout
+        self.assertRegex(plan, r"direct, by numbers at interfaces of slabs, 100 % of columns through all slabs; other numbers of ranks agree to about 1e-12")
+        self.assertRegex(plan, r"sent +by a rank in a step: 17.9 kB at interfaces \(17.9 kB a solve\)")
+        for name, frame in self.fields("slabs").items():
+            for field in ("velocity", "pressure"):
+                whole = self.fields("whole")[name][field]
+                numpy.testing.assert_allclose(frame[field], whole, atol=1e-6 * abs(whole).max(), err_msg=f"{name}: {field}")  # single precision
+        self.run_skein("threads", ranks=3, threads=2)
+        self.run_skein("parts", "--steps", "4", ranks=3)
+        self.assertIn("Resuming from", self.run_skein("parts", ranks=3).stdout)
+        for out in ("threads", "parts"):
+            self.assertEqual(self.digest(out), self.digest("slabs"), out)
+
     def test_an_unsteady_scene_is_refused_and_told(self):
         self.scene.write_text(FLUID.replace("viscosity = 0.01", "viscosity = 1e9"))
         done = self.run_skein("out", expect=4)

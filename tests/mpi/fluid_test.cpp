@@ -4,8 +4,10 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <functional>
 #include <numbers>
 #include <random>
 #include <vector>
@@ -29,8 +31,8 @@ std::vector<double> random_numbers(const FluidGrid& grid) {
 }
 
 std::vector<double> solved(const Communicator& comm, const Threads& threads, const FluidGrid& grid, const Helmholtz& equation,
-                           const std::vector<double>& f) {
-    FastHelmholtz solver(comm, threads, grid);
+                           const std::vector<double>& f, ColumnExchange exchange = ColumnExchange::transposes) {
+    FastHelmholtz solver(comm, threads, grid, exchange);
     const Slab slab = slab_of(grid.cells[2], comm.rank(), comm.size());
     const FieldLayout layout(grid.cells[0], grid.cells[1], slab.count);
     AlignedVector<double> field(layout.size(), 0.0);
@@ -83,10 +85,27 @@ double residual(const FluidGrid& grid, const std::array<LineEnds, 3>& ends, cons
     return most;
 }
 
+double largest_of(const std::vector<double>& all) {
+    double most = 0;
+    for (const double x : all) most = std::max(most, std::abs(x));
+    return most;
+}
+double largest_difference(const std::vector<double>& a, const std::vector<double>& b) {
+    std::vector<double> difference(a.size());
+    std::transform(a.begin(), a.end(), b.begin(), difference.begin(), std::minus());
+    return largest_of(difference);
+}
+
 FluidGrid grid_of(std::array<int, 3> cells, unsigned walls, FluidBoundary wall = FluidBoundary::free_slip) {
     FluidGrid grid{.cells = cells, .h = 0.1};
     for (std::size_t d = 0; d < 3; ++d) grid.boundary[d] = walls >> d & 1 ? wall : FluidBoundary::periodic;
     return grid;
+}
+
+std::array<LineEnds, 3> pressure_ends(unsigned walls) {
+    std::array<LineEnds, 3> ends;
+    for (std::size_t d = 0; d < 3; ++d) ends[d] = walls >> d & 1 ? LineEnds::gradient_zero : LineEnds::periodic;
+    return ends;
 }
 
 TEST(FastHelmholtz, SolvesPoissonsEquationWithTheSameBits) {
@@ -97,10 +116,8 @@ TEST(FastHelmholtz, SolvesPoissonsEquationWithTheSameBits) {
              {std::array{24, 20, 18}, std::array{21, 15, 7}, std::array{16, 35, 2}, std::array{9, 8, 1}}) {
             const FluidGrid grid = grid_of(cells, walls);
             const Helmholtz equation = Helmholtz::of_pressure(grid);
-            std::array<LineEnds, 3> ends;
-            for (std::size_t d = 0; d < 3; ++d) ends[d] = walls >> d & 1 ? LineEnds::gradient_zero : LineEnds::periodic;
             const std::vector<double> f = random_numbers(grid), phi = solved(comm, threads, grid, equation, f);
-            EXPECT_LT(residual(grid, ends, equation, phi, f), 1e-14) << "walls " << walls << " cells " << cells[0];
+            EXPECT_LT(residual(grid, pressure_ends(walls), equation, phi, f), 1e-14) << "walls " << walls << " cells " << cells[0];
             EXPECT_EQ(phi, solved(Communicator::alone(), threads, grid, equation, f));
             EXPECT_EQ(phi, solved(comm, team, grid, equation, f));
         }
@@ -114,14 +131,35 @@ TEST(FastHelmholtz, SolvesForAnyEndsWithTheSameBits) {
     for (unsigned which = 0; which < 64; ++which)
         for (const double b : {0.05, 25.0, 1e4}) {
             const std::array<LineEnds, 3> ends{kinds[which % 4], kinds[which / 4 % 4], kinds[which / 16]};
-            const FluidGrid grid = grid_of(b < 1 ? std::array{24, 20, 9} : std::array{21, 15, 8}, 0);
+            const FluidGrid grid = grid_of(b < 1 ? std::array{24, 20, 9} : std::array{21, 15, 8}, which < 16 ? 0 : 4);
             Helmholtz equation(grid, ends);
             equation.shift = equation.scale = -1 / b;
-            const std::vector<double> f = random_numbers(grid), phi = solved(comm, threads, grid, equation, f);
+            const std::vector<double> f = random_numbers(grid), phi = solved(comm, threads, grid, equation, f),
+                                      slabs = solved(comm, threads, grid, equation, f, ColumnExchange::interfaces);
             EXPECT_LT(b * residual(grid, ends, equation, phi, f), 1e-12) << "ends " << which << " b " << b;
+            EXPECT_LT(b * residual(grid, ends, equation, slabs, f), 1e-12) << "ends " << which << " b " << b;
+            EXPECT_LT(largest_difference(slabs, phi), 1e-12 * largest_of(phi)) << "ends " << which << " b " << b;
             if (b != 25) continue;
             EXPECT_EQ(phi, solved(Communicator::alone(), threads, grid, equation, f));
             EXPECT_EQ(phi, solved(comm, team, grid, equation, f));
+        }
+}
+
+/// Slabs that are thick and thin: coefficients that reach across all of them, and others.
+TEST(SlabColumns, FindWhatWholeColumnsFindButForRounding) {
+    const Communicator comm = Communicator::world();
+    const Threads threads(1), team(2);
+    for (unsigned walls = 0; walls < 8; ++walls)
+        for (const std::array<int, 3> cells : {std::array{24, 20, 18}, std::array{21, 15, 9}, std::array{16, 35, 100},
+                                               std::array{5, 8, 245}, std::array{9, 8, 2 * comm.size()}}) {
+            const FluidGrid grid = grid_of(cells, walls);
+            const Helmholtz equation = Helmholtz::of_pressure(grid);
+            const std::vector<double> f = random_numbers(grid), whole = solved(comm, threads, grid, equation, f),
+                                      phi = solved(comm, threads, grid, equation, f, ColumnExchange::interfaces);
+            EXPECT_LT(residual(grid, pressure_ends(walls), equation, phi, f), 1e-12 * equation.scale * largest_of(f))
+                << "walls " << walls << " cells " << cells[0];
+            EXPECT_LT(largest_difference(phi, whole), 1e-12 * largest_of(whole)) << "walls " << walls << " cells " << cells[0];
+            EXPECT_EQ(phi, solved(comm, team, grid, equation, f, ColumnExchange::interfaces));
         }
 }
 
@@ -245,6 +283,25 @@ TEST(Flow, HasTheSameBitsOnAnyRanksAndThreads) {
         const std::vector<double> here = after_steps(Communicator::world(), threads, constants);
         EXPECT_EQ(here, after_steps(Communicator::alone(), threads, constants));
         EXPECT_EQ(here, after_steps(Communicator::world(), team, constants));
+    }
+}
+
+/// Columns slab by slab, of the pressure and of implicit viscosity: the flow of whole columns but for rounding, the same bits on
+/// any threads and when it goes on from its state.
+TEST(Flow, IsThatOfWholeColumnsSlabBySlab) {
+    const Communicator comm = Communicator::world();
+    const Threads threads(1), team(2);
+    std::vector<FlowConstants> kinds = all_kinds();
+    for (unsigned walls = 0; walls < 8; ++walls)
+        kinds.push_back({.grid = grid_of({24, 20, 16}, walls, walls == 5 ? FluidBoundary::free_slip : FluidBoundary::no_slip),
+                         .kinematic_viscosity = 0.5,
+                         .scheme = FlowScheme::crank_nicolson});
+    for (FlowConstants constants : kinds) {
+        const std::vector<double> whole = after_steps(comm, threads, constants);
+        constants.exchange = ColumnExchange::interfaces;
+        const std::vector<double> slabs = after_steps(comm, threads, constants);
+        EXPECT_LT(largest_difference(slabs, whole), 1e-12 * largest_of(whole));
+        EXPECT_EQ(slabs, after_steps(comm, team, constants));
     }
 }
 

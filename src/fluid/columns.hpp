@@ -1,0 +1,173 @@
+// Tridiagonal systems along z, one for each coefficient along x and y.                                                theory.md
+// (78)
+#pragma once
+
+#include "fluid/helmholtz.hpp"
+#include "fluid/lanes.hpp"
+#include "fluid/plane_transform.hpp"
+#include "parallel/communicator.hpp"
+#include "parallel/messages.hpp"
+#include "parallel/threads.hpp"
+#include "skein/core/aligned.hpp"
+
+#include <vector>
+
+namespace skein {
+
+/// Eight columns side by side.
+class Columns {
+public:
+    using P = Pack<8>;
+    static constexpr int chunk = 32; ///< that a thread solves one after the other, so that planes are read in whole cache lines
+
+    /// A pivot that is 0 but for rounding is that of the constant, which is free: it is taken as 0.
+    SKEIN_INLINE static P inverse_of(P pivot) {
+        const Mask<8> some = abs(pivot) > P(1e-11);
+        return select(some, P(1.0) / select(some, pivot, P(1.0)), P(0.0));
+    }
+
+    /// What is known at both ends of n numbers: that much more in the diagonal, and the numbers beyond.
+    struct Ends {
+        P lower{0.0}, upper{0.0}, below{0.0}, above{0.0};
+    };
+
+    /// n numbers `plane` apart, from right sides over `scale` to answers. `pivots`: room for n rows of a chunk.
+    static void solve_between(double* f, std::ptrdiff_t plane, int n, P scale, P diagonal, const Ends& ends, double* pivots) {
+        P pivot(0.0), value = ends.below;
+        for (int k = 0; k < n; ++k) {
+            const P more = (k == 0 ? ends.lower : P(0.0)) + (k == n - 1 ? ends.upper : P(0.0));
+            pivot = inverse_of(diagonal + more - pivot);
+            value = fms(scale, load<8>(f + k * plane), k == n - 1 ? value + ends.above : value) * pivot;
+            store(pivots + k * chunk, pivot), store(f + k * plane, value);
+        }
+        for (int k = n - 2; k >= 0; --k) {
+            value = fnma(load<8>(pivots + k * chunk), value, load<8>(f + k * plane));
+            store(f + k * plane, value);
+        }
+    }
+    /// All but the last unknown by that one, x_k = y_k + z_k x_last; then that. `last`: room as `pivots`.
+    static void solve_period(double* f, std::ptrdiff_t plane, int nz, P scale, P diagonal, double* pivots, double* last) {
+        if (nz == 1) {
+            store(f, scale * load<8>(f) * inverse_of(diagonal + P(2.0)));
+            return;
+        }
+        if (nz == 2) { // both neighbours are the same cell
+            const P a = scale * load<8>(f), b = scale * load<8>(f + plane), sum = (a + b) * inverse_of(diagonal + P(2.0)),
+                    difference = (a - b) * inverse_of(diagonal - P(2.0));
+            store(f, P(0.5) * (sum + difference)), store(f + plane, P(0.5) * (sum - difference));
+            return;
+        }
+        const int n = nz - 1;
+        P pivot(0.0), y(0.0), z(0.0);
+        for (int k = 0; k < n; ++k) {
+            pivot = inverse_of(diagonal - pivot);
+            y = fms(scale, load<8>(f + k * plane), y) * pivot;
+            z = ((k == 0 ? P(-1.0) : P(0.0)) + (k == n - 1 ? P(-1.0) : P(0.0)) - z) * pivot;
+            store(pivots + k * chunk, pivot), store(f + k * plane, y), store(last + k * chunk, z);
+        }
+        const P y_end = y, z_end = z;
+        for (int k = n - 2; k >= 0; --k) {
+            const P p = load<8>(pivots + k * chunk);
+            y = fnma(p, y, load<8>(f + k * plane)), z = fnma(p, z, load<8>(last + k * chunk));
+            store(f + k * plane, y), store(last + k * chunk, z);
+        }
+        const P x = (scale * load<8>(f + n * plane) - y_end - y) * inverse_of(diagonal + z_end + z);
+        store(f + n * plane, x);
+        for (int k = 0; k < n; ++k) store(f + k * plane, fma(load<8>(last + k * chunk), x, load<8>(f + k * plane)));
+    }
+
+    /// body(j, diagonal): of eight coefficients from j on, of x mode m.
+    template <class Body> static void for_packs(const Helmholtz& equation, int m, int begin, int end, Body&& body) {
+        for (int j = begin; j < end; j += 8) {
+            P diagonal;
+            for (int l = 0; l < 8; ++l) diagonal.set(l, equation.diagonal(m, j + l));
+            body(j, diagonal);
+        }
+    }
+};
+
+/// Columns change ranks: each rank solves whole ones, of its share of the modes along x. The same bits on any ranks.
+class TransposedColumns {
+public:
+    using P = Columns::P;
+    TransposedColumns(const Communicator& comm, const Threads& threads, const FluidGrid& grid)
+        : threads_(threads), nz_(grid.cells[2]), row_(row_of(grid)), modes_(slab_of(grid.cells[0], comm.rank(), comm.size())),
+          work_(static_cast<std::size_t>(threads.count())) {
+        column_ = UnsetArray<double>(numbers(nz_, modes_.count));
+        for (Work& w : work_) {
+            w.pivot.resize(static_cast<std::size_t>(nz_) * Columns::chunk);
+            w.last.resize(w.pivot.size());
+        }
+        if (comm.size() == 1) {
+            for (int m = 0; m < modes_.count; ++m) add_row(column_.data(), m, modes_.count);
+            return;
+        }
+        const int planes = slab_of(nz_, comm.rank(), comm.size()).count;
+        spectrum_ = UnsetArray<double>(numbers(planes, grid.cells[0]));
+        std::vector<RepeatedMessages::Part> of_planes, of_modes;
+        for (int r = 0; r < comm.size(); ++r) {
+            const Slab other = slab_of(nz_, r, comm.size()), modes = slab_of(grid.cells[0], r, comm.size());
+            double *const to = spectrum_.data() + numbers(planes, modes.first), *const from = column_.data() +
+                                                                                              numbers(other.first, modes_.count);
+            of_planes.push_back({r, std::as_writable_bytes(std::span(to, numbers(planes, modes.count)))});
+            of_modes.push_back({r, std::as_writable_bytes(std::span(from, numbers(other.count, modes_.count)))});
+            for (int m = 0; m < modes.count; ++m) add_row(to, m, modes.count);
+        }
+        to_columns_ = RepeatedMessages(comm, of_planes, of_modes);
+        to_planes_ = RepeatedMessages(comm, of_modes, of_planes);
+    }
+
+    /// Of this rank's planes.
+    const CoefficientRows& rows() const { return rows_; }
+    /// From right sides to answers. Collective.
+    void solve(const Helmholtz& equation) {
+        to_columns_.start(), to_columns_.finish();
+        threads_.for_each(static_cast<std::size_t>(modes_.count), [&](std::size_t m, int thread) {
+            solve(equation, static_cast<int>(m), work_[static_cast<std::size_t>(thread)]);
+        });
+        to_planes_.start(), to_planes_.finish();
+    }
+
+    std::size_t bytes() const { return (column_.size() + spectrum_.size()) * sizeof(double); }
+
+private:
+    struct Work {
+        AlignedVector<double> pivot; ///< [z][chunk]
+        AlignedVector<double> last;  ///< [z][chunk]: answers to the last unknown of a period
+    };
+
+    std::size_t numbers(int planes, int modes) const {
+        return static_cast<std::size_t>(planes) * static_cast<std::size_t>(modes) * static_cast<std::size_t>(row_);
+    }
+    /// Of a mode in planes of `modes` of them.
+    void add_row(double* planes, int mode, int modes) {
+        rows_.first.push_back(planes + static_cast<std::ptrdiff_t>(mode) * row_);
+        rows_.plane.push_back(static_cast<std::ptrdiff_t>(modes) * row_);
+    }
+    void solve(const Helmholtz& equation, int m, Work& w) {
+        const int unknown = equation.unknown(nz_);
+        const std::ptrdiff_t plane = static_cast<std::ptrdiff_t>(modes_.count) * row_;
+        const P scale(equation.scale_of_coefficients()), end(equation.end());
+        for (int first = 0; first < row_; first += Columns::chunk)
+            Columns::for_packs(
+                equation, modes_.first + m, first, std::min(first + Columns::chunk, row_), [&](int j, const P& diagonal) {
+                    double* const f = column_.data() + static_cast<std::ptrdiff_t>(m) * row_ + j;
+                    double* const pivots = &w.pivot[static_cast<std::size_t>(j - first)];
+                    if (equation.z == LineEnds::periodic)
+                        Columns::solve_period(f, plane, nz_, scale, diagonal, pivots, &w.last[static_cast<std::size_t>(j - first)]);
+                    else Columns::solve_between(f, plane, unknown, scale, diagonal, {.lower = end, .upper = end}, pivots);
+                    if (unknown < nz_) store(f + unknown * plane, P(0.0));
+                });
+    }
+
+    const Threads& threads_;
+    int nz_, row_;
+    Slab modes_;                  ///< along x, whose columns this rank solves
+    UnsetArray<double> column_;   ///< [z][mode][row]
+    UnsetArray<double> spectrum_; ///< [rank][plane][mode][row], to be sent; none on one rank
+    CoefficientRows rows_;
+    RepeatedMessages to_columns_, to_planes_; ///< none on one rank
+    std::vector<Work> work_;                  ///< by thread
+};
+
+} // namespace skein

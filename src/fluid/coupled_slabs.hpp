@@ -1,0 +1,183 @@
+// Those coefficients whose columns couple the slabs of all ranks: a chain of two unknowns a slab, for each of them.
+//                                                                                                      theory.md (79a), (79b)
+#pragma once
+
+#include "fluid/columns.hpp"
+#include "fluid/slab_coupling.hpp"
+
+#include <array>
+#include <vector>
+
+namespace skein {
+
+/// Of all equations with the same ends. Each rank solves the chains of its share of the coefficients.
+class CoupledSlabs {
+public:
+    using P = Columns::P;
+    CoupledSlabs(const Communicator& comm, const Threads& threads, const FluidGrid& grid, const Helmholtz& equation)
+        : threads_(threads), ranks_(comm.size()), planes_(grid.cells[2]), work_(static_cast<std::size_t>(threads.count())) {
+        const int least = equation.unknown(planes_ / ranks_);
+        std::vector<Coefficient> all;
+        for (int m = 0; m < grid.cells[0]; ++m)
+            for (int j = 0; j < grid.cells[1]; ++j)
+                if (couples_slabs(equation.x.eigenvalue(m) + equation.y.eigenvalue(j), least)) all.push_back({m, j});
+        const auto share = [&](int rank) { return slab_of(static_cast<int>(all.size()), rank, ranks_); };
+        const auto room = [](int count) { return static_cast<std::size_t>((count + 7) / 8 * 8); };
+        std::size_t begin = 0;
+        std::vector<std::size_t> begins; // in sent_, by rank
+        for (int r = 0; r < ranks_; ++r) {
+            const Slab of_rank = share(r);
+            begins.push_back(begin);
+            for (int c = 0; c < of_rank.count; ++c)
+                places_.push_back({all[static_cast<std::size_t>(of_rank.first + c)], begin + static_cast<std::size_t>(c),
+                                   begin + room(of_rank.count) + static_cast<std::size_t>(c)});
+            begin += 2 * room(of_rank.count);
+        }
+        const Slab mine = share(comm.rank());
+        own_.assign(all.begin() + mine.first, all.begin() + mine.first + mine.count);
+        room_ = room(mine.count);
+        sent_.assign(begin, 0.0);
+        chains_.assign(static_cast<std::size_t>(ranks_) * 2 * room_, 0.0);
+        std::vector<RepeatedMessages::Part> of_slab, of_chains;
+        for (int r = 0; r < ranks_; ++r) {
+            const auto numbers = [](double* first, std::size_t count) { return std::as_writable_bytes(std::span(first, count)); };
+            const auto at = static_cast<std::size_t>(r);
+            const std::size_t count = 2 * room(share(r).count);
+            if (count > 0) of_slab.push_back({r, numbers(sent_.data() + begins[at], count)});
+            if (room_ > 0) of_chains.push_back({r, numbers(chain(r, 0), 2 * room_)});
+        }
+        to_chains_ = RepeatedMessages(comm, of_slab, of_chains);
+        to_slabs_ = RepeatedMessages(comm, of_chains, of_slab);
+        for (std::vector<Link>& links : work_) links.resize(static_cast<std::size_t>(ranks_));
+    }
+
+    /// From the first and last numbers of this slab by itself, by (m, j), on: those just below and above it will come. Collective.
+    void start(const Helmholtz& equation, const double* first, const double* last, int row) {
+        for (const Place& place : places_) {
+            const std::ptrdiff_t at = place.coefficient.at(row);
+            sent_[place.lower] = first[at], sent_[place.upper] = last[at];
+        }
+        to_chains_.start(), to_chains_.finish();
+        threads_.for_each(room_ / 8, [&](std::size_t pack, int thread) {
+            if (equation.z == LineEnds::periodic) solve_ring(equation, 8 * pack, work_[static_cast<std::size_t>(thread)]);
+            else solve_chain(equation, 8 * pack, work_[static_cast<std::size_t>(thread)]);
+        });
+        to_slabs_.start();
+    }
+    void finish(double* below, double* above, int row) {
+        to_slabs_.finish();
+        for (const Place& place : places_) {
+            const std::ptrdiff_t at = place.coefficient.at(row);
+            below[at] = sent_[place.lower], above[at] = sent_[place.upper];
+        }
+    }
+
+    std::size_t bytes() const { return (sent_.size() + chains_.size()) * sizeof(double) + places_.size() * sizeof(Place); }
+
+private:
+    struct Coefficient {
+        int m, j;
+        std::ptrdiff_t at(int row) const { return static_cast<std::ptrdiff_t>(m) * row + j; }
+    };
+    struct Place {
+        Coefficient coefficient;
+        std::size_t lower, upper; ///< in sent_
+    };
+    /// What 1 just beyond one end of a slab is at that end and at the other: alpha and beta of (79a).
+    struct Reach {
+        P near, far;
+    };
+    /// Of a slab: last = p + q first of the next + t last of all; first = a + b first of the next + c last of all.
+    struct Link {
+        P p, q, t, a, b, c;
+    };
+
+    double* chain(int rank, std::size_t end) { return chains_.data() + (static_cast<std::size_t>(rank) * 2 + end) * room_; }
+    /// Of n planes, with so much more in the diagonal at the other end.
+    static Reach reach(const P& diagonal, int n, const P& end) {
+        P pivot(0.0), far(1.0);
+        for (int k = 0; k < n; ++k) {
+            pivot = Columns::inverse_of(diagonal + (k == 0 ? end : P(0.0)) - pivot);
+            far = far * -pivot;
+        }
+        return {-pivot, far};
+    }
+    P diagonal_of(const Helmholtz& equation, std::size_t first) const {
+        P diagonal(-3.0);
+        for (std::size_t l = 0; l < 8 && first + l < own_.size(); ++l)
+            diagonal.set(static_cast<int>(l), equation.diagonal(own_[first + l].m, own_[first + l].j));
+        return diagonal;
+    }
+    int planes(int rank) const { return slab_of(planes_, rank, ranks_).count; }
+    /// Slabs from `begin` to `end`, each by the next one and the last of all; `p`, `q` and `t` are of the one before.
+    void link(const P& diagonal, int begin, int end, std::size_t at, std::vector<Link>& links, P p, P q, P t) {
+        const int least = planes_ / ranks_;
+        const Reach thin = reach(diagonal, least, P(0.0)), thick = reach(diagonal, least + 1, P(0.0));
+        for (int r = begin; r < end; ++r) {
+            const auto& [near, far] = planes(r) == least ? thin : thick;
+            const P inverse = P(1.0) / (P(1.0) - near * q), a = (load<8>(chain(r, 0) + at) + near * p) * inverse, b = far * inverse,
+                    c = near * t * inverse;
+            p = load<8>(chain(r, 1) + at) + far * (p + q * a), t = far * (t + q * c), q = near + far * (q * b);
+            links[static_cast<std::size_t>(r)] = {p, q, t, a, b, c};
+        }
+    }
+    /// Eight columns between two ends, from slab to slab; then back, with the numbers beyond each slab.
+    void solve_chain(const Helmholtz& equation, std::size_t at, std::vector<Link>& links) {
+        const P diagonal = diagonal_of(equation, at), end(equation.end());
+        const int last = ranks_ - 1;
+        const P p = load<8>(chain(0, 1) + at), q = reach(diagonal, planes(0), end).near;
+        links[0] = {p, q, P(0.0), P(0.0), P(0.0), P(0.0)};
+        link(diagonal, 1, last, at, links, p, q, P(0.0));
+        const Link& before = links[static_cast<std::size_t>(last - 1)];
+        const P near = reach(diagonal, equation.unknown(planes(last)), end).near;
+        // The constant is free: that the last number of all is 0, as whole columns have it.
+        const P first = select(constants(equation, diagonal), -load<8>(chain(last, 1) + at) - before.p,
+                               (load<8>(chain(last, 0) + at) + near * before.p) * Columns::inverse_of(P(1.0) - near * before.q));
+        P above = P(0.0), here = first;
+        for (int r = last; r >= 0; --r) {
+            const Link& below = links[static_cast<std::size_t>(std::max(r - 1, 0))];
+            store(chain(r, 0) + at, fma(below.q, here, below.p)), store(chain(r, 1) + at, above);
+            above = here, here = fma(below.b, here, below.a);
+        }
+    }
+    /// The same round a period: by the first number of all and the last.
+    void solve_ring(const Helmholtz& equation, std::size_t at, std::vector<Link>& links) {
+        const P diagonal = diagonal_of(equation, at);
+        link(diagonal, 0, ranks_, at, links, P(0.0), P(0.0), P(1.0));
+        // First numbers of slabs by those two, from above.
+        P a(0.0), b(1.0), c(0.0);
+        for (int r = ranks_ - 1; r >= 0; --r) {
+            Link& of = links[static_cast<std::size_t>(r)];
+            a = fma(of.b, a, of.a), c = fma(of.b, c, of.c), b = of.b * b;
+            of.a = a, of.b = b, of.c = c;
+        }
+        const Link& all = links[static_cast<std::size_t>(ranks_ - 1)];
+        const P inverse = P(1.0) / (P(1.0) - b), free = P(1.0) - all.t - all.q * c * inverse,
+                last = select(constants(equation, diagonal), P(0.0), (all.p + all.q * a * inverse) * Columns::inverse_of(free)),
+                first = (a + c * last) * inverse;
+        P below = last;
+        for (int r = 0; r < ranks_; ++r) {
+            const Link& of = links[static_cast<std::size_t>(r)];
+            const bool top = r + 1 == ranks_;
+            const Link& next = links[static_cast<std::size_t>(top ? 0 : r + 1)];
+            const P above = top ? first : fma(next.b, first, fma(next.c, last, next.a));
+            store(chain(r, 0) + at, below), store(chain(r, 1) + at, above);
+            below = fma(of.q, above, fma(of.t, last, of.p));
+        }
+    }
+    static Mask<8> constants(const Helmholtz& equation, const P& diagonal) {
+        return abs(diagonal + P(2.0)) < P(equation.singular() ? 1e-11 : -1.0);
+    }
+
+    const Threads& threads_;
+    int ranks_, planes_;
+    std::vector<Place> places_;    ///< of all
+    std::vector<Coefficient> own_; ///< whose chains this rank solves
+    std::size_t room_;             ///< for them, in whole packs
+    AlignedVector<double> sent_;   ///< [rank that solves][first, last][coefficient] of this slab, and back [below, above]
+    AlignedVector<double> chains_; ///< [rank of a slab][first, last][own coefficient], and back
+    RepeatedMessages to_chains_, to_slabs_;
+    std::vector<std::vector<Link>> work_; ///< by thread and slab
+};
+
+} // namespace skein

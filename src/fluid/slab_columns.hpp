@@ -1,0 +1,145 @@
+// Columns that stay on their ranks: each solves its own planes, and what it has to know of others are the numbers just beyond
+// them.                                                                                              theory.md (79a), (79b)
+#pragma once
+
+#include "fluid/coupled_slabs.hpp"
+
+#include <map>
+
+namespace skein {
+
+/// Neighbours send each other a number of each column, which tells most coefficients all. Bits depend on the number of ranks, of
+/// which there are at least two. Equations have a period along z where the grid has one.
+class SlabColumns {
+public:
+    using P = Columns::P;
+    SlabColumns(const Communicator& comm, const Threads& threads, const FluidGrid& grid)
+        : comm_(comm), threads_(threads), grid_(grid), planes_(slab_of(grid.cells[2], comm.rank(), comm.size()).count),
+          row_(row_of(grid)), plane_(static_cast<std::ptrdiff_t>(grid.cells[0]) * row_),
+          work_(static_cast<std::size_t>(threads.count())) {
+        const int ranks = comm.size(), rank = comm.rank();
+        const bool periodic = grid.periodic(2);
+        below_ = rank > 0 ? rank - 1 : periodic ? ranks - 1 : -1;
+        above_ = rank + 1 < ranks ? rank + 1 : periodic ? 0 : -1;
+        numbers_ = UnsetArray<double>(static_cast<std::size_t>(planes_ * plane_));
+        for (int m = 0; m < grid.cells[0]; ++m) {
+            rows_.first.push_back(numbers_.data() + static_cast<std::ptrdiff_t>(m) * row_);
+            rows_.plane.push_back(plane_);
+        }
+        for (AlignedVector<double>* plane : {&first_, &last_, &beyond_lower_, &beyond_upper_})
+            plane->assign(static_cast<std::size_t>(plane_), 0.0);
+        for (AlignedVector<double>& pivots : work_) pivots.resize(static_cast<std::size_t>(planes_) * Columns::chunk);
+        const auto part = [](int to, AlignedVector<double>& plane) {
+            return RepeatedMessages::Part{to, std::as_writable_bytes(std::span(plane.data(), plane.size()))};
+        };
+        // Between two ranks that are both neighbours of each other messages match in order: upwards first.
+        std::vector<RepeatedMessages::Part> sent, received;
+        if (above_ >= 0) sent.push_back(part(above_, last_));
+        if (below_ >= 0) received.push_back(part(below_, beyond_lower_));
+        if (below_ >= 0) sent.push_back(part(below_, first_));
+        if (above_ >= 0) received.push_back(part(above_, beyond_upper_));
+        neighbours_ = RepeatedMessages(comm, sent, received);
+    }
+
+    /// Of this rank's planes.
+    const CoefficientRows& rows() const { return rows_; }
+    /// From right sides to answers. Collective.
+    void solve(const Helmholtz& equation) {
+        const std::array ends{equation.x.ends(), equation.y.ends(), equation.z};
+        auto coupled = coupled_.find(ends);
+        if (coupled == coupled_.end()) coupled = coupled_.try_emplace(ends, comm_, threads_, grid_, equation).first;
+        for_chunks([&](int m, int begin, int end, int) { find_outer(equation, m, begin, end); });
+        if (above_ < 0 && equation.singular()) last_.front() = last_of_constant(equation);
+        neighbours_.start();
+        coupled->second.start(equation, first_.data(), last_.data(), row_);
+        neighbours_.finish();
+        for_chunks([&](int m, int begin, int end, int) { find_beyond(equation, m, begin, end); });
+        coupled->second.finish(beyond_lower_.data(), beyond_upper_.data(), row_);
+        for_chunks([&](int m, int begin, int end, int thread) {
+            solve(equation, m, begin, end, work_[static_cast<std::size_t>(thread)]);
+        });
+    }
+
+    std::size_t bytes() const {
+        std::size_t all = (numbers_.size() + 4 * first_.size()) * sizeof(double);
+        for (const auto& [ends, coupled] : coupled_) all += coupled.bytes();
+        return all;
+    }
+
+private:
+    /// body(m, begin, end, thread) of coefficients of x mode m from `begin` on.
+    template <class Body> void for_chunks(Body&& body) {
+        threads_.for_each(static_cast<std::size_t>(grid_.cells[0]), [&](std::size_t m, int thread) {
+            for (int j = 0; j < row_; j += Columns::chunk) body(static_cast<int>(m), j, std::min(j + Columns::chunk, row_), thread);
+        });
+    }
+    std::ptrdiff_t place(int m, int j) const { return static_cast<std::ptrdiff_t>(m) * row_ + j; }
+    int unknown(const Helmholtz& equation) const { return above_ < 0 ? equation.unknown(planes_) : planes_; }
+    bool at_end() const { return above_ < 0 || below_ < 0; }
+
+    /// First and last number of this slab by itself, with 0 beyond interfaces: sums from the other end on, of which a slab at an
+    /// end of the box needs the one that begins there.
+    void find_outer(const Helmholtz& equation, int m, int begin, int end) {
+        const int n = unknown(equation);
+        const P scale(equation.scale_of_coefficients()), wall(at_end() ? equation.end() : 0.0);
+        Columns::for_packs(equation, m, begin, end, [&](int j, const P& diagonal) {
+            const double* const f = numbers_.data() + place(m, j);
+            P pivot(0.0), from_below(0.0), from_above(0.0);
+            for (int k = 0; k < n; ++k) {
+                pivot = Columns::inverse_of(diagonal + (k == 0 ? wall : P(0.0)) - pivot);
+                from_below = fms(scale, load<8>(f + k * plane_), from_below) * pivot;
+                from_above = fms(scale, load<8>(f + (n - 1 - k) * plane_), from_above) * pivot;
+            }
+            store(&first_[static_cast<std::size_t>(place(m, j))], from_above);
+            store(&last_[static_cast<std::size_t>(place(m, j))], from_below);
+        });
+    }
+    /// Of the constant in the uppermost slab, which decides what is free: no gradient at its end, 0 below.
+    double last_of_constant(const Helmholtz& equation) const {
+        double sum = 0;
+        for (int k = 0; k < planes_; ++k) sum += (k + 1) * numbers_[static_cast<std::size_t>(k * plane_)];
+        return -equation.scale_of_coefficients() * sum;
+    }
+    /// Numbers beyond this slab, of what neighbours sent: of coefficients that do not reach across a slab.
+    void find_beyond(const Helmholtz& equation, int m, int begin, int end) {
+        Columns::for_packs(equation, m, begin, end, [&](int j, const P& diagonal) {
+            const P cosh = P(-0.5) * diagonal, near = P(1.0) / (cosh + sqrt(max(cosh * cosh - P(1.0), P(0.0)))),
+                    inverse = Columns::inverse_of(P(1.0) - near * near);
+            const auto join = [&](AlignedVector<double>& beyond, const AlignedVector<double>& own) {
+                double* const to = &beyond[static_cast<std::size_t>(place(m, j))];
+                store(to, fma(near, load<8>(&own[static_cast<std::size_t>(place(m, j))]), load<8>(to)) * inverse);
+            };
+            join(beyond_lower_, first_), join(beyond_upper_, last_);
+        });
+    }
+    void solve(const Helmholtz& equation, int m, int begin, int end, AlignedVector<double>& pivots) {
+        const int n = unknown(equation);
+        const P scale(equation.scale_of_coefficients()), wall(equation.end());
+        Columns::for_packs(equation, m, begin, end, [&](int j, const P& diagonal) {
+            Columns::Ends ends;
+            if (below_ < 0) ends.lower = wall;
+            else ends.below = load<8>(&beyond_lower_[static_cast<std::size_t>(place(m, j))]);
+            if (above_ < 0) ends.upper = wall;
+            else ends.above = load<8>(&beyond_upper_[static_cast<std::size_t>(place(m, j))]);
+            double* const f = numbers_.data() + place(m, j);
+            Columns::solve_between(f, plane_, n, scale, diagonal, ends, &pivots[static_cast<std::size_t>(j - begin)]);
+            if (n < planes_) store(f + n * plane_, P(0.0));
+        });
+    }
+
+    Communicator comm_;
+    const Threads& threads_;
+    FluidGrid grid_;
+    int planes_, row_;
+    std::ptrdiff_t plane_;
+    int below_, above_;                                 ///< ranks; -1: none
+    UnsetArray<double> numbers_;                        ///< [plane][mode][row]
+    AlignedVector<double> first_, last_;                ///< [mode][row]: outer numbers of this slab by itself
+    AlignedVector<double> beyond_lower_, beyond_upper_; ///< [mode][row]: those of neighbours, then the numbers beyond
+    CoefficientRows rows_;
+    RepeatedMessages neighbours_;
+    std::map<std::array<LineEnds, 3>, CoupledSlabs> coupled_; ///< by ends of an equation
+    std::vector<AlignedVector<double>> work_;                 ///< pivots, by thread
+};
+
+} // namespace skein
