@@ -16,8 +16,7 @@ FlowFigures& FlowFigures::operator+=(const FlowFigures& plane) {
 void FlowSolver::set_velocity(const std::function<Vec3d(const Vec3d& place)>& velocity) {
     set_velocity(VelocityRow([&](int component, const Vec3d& first, double spacing, std::span<double> row) {
         for (std::size_t i = 0; i < row.size(); ++i) {
-            const Vec3d v = velocity(first + Vec3d{spacing * static_cast<double>(i), 0, 0});
-            row[i] = component == 0 ? v.x : component == 1 ? v.y : v.z;
+            row[i] = component_of(velocity(first + Vec3d{spacing * static_cast<double>(i), 0, 0}), component);
         }
     }));
 }

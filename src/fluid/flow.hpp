@@ -28,6 +28,13 @@ inline constexpr std::string_view flow_scheme_names[] = {"rk3", "rk3_projected",
 struct StageParts {
     std::array<int, 3> part;
     int count, unit;
+
+    /// Units that the first `stages` of them take.
+    constexpr int until(int stages) const {
+        int units = 0;
+        for (int s = 0; s < stages; ++s) units += part[static_cast<std::size_t>(s)];
+        return units;
+    }
 };
 constexpr StageParts stage_parts(FlowScheme scheme) {
     const bool one = scheme == FlowScheme::adams_bashforth || scheme == FlowScheme::crank_nicolson;

@@ -1,26 +1,23 @@
 #include "fluid/flow_solver.hpp"
 
 #include "fluid/make_flow.hpp"
+#include "fluid/slab_neighbours.hpp"
 #include "skein/core/error.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <map>
-#include <numeric>
 
 namespace skein {
 
 /// Ghost planes of fields, from the ranks below and above. Messages are made once for each array.
 class PlaneGhosts {
 public:
-    PlaneGhosts(const Communicator& comm, const FieldLayout& layout, bool periodic) : comm_(comm), layout_(layout) {
-        const int ranks = comm.size(), rank = comm.rank();
-        below_ = rank > 0 ? rank - 1 : periodic ? ranks - 1 : -1;
-        above_ = rank + 1 < ranks ? rank + 1 : periodic ? 0 : -1;
-    }
+    PlaneGhosts(const Communicator& comm, const FieldLayout& layout, bool periodic)
+        : comm_(comm), layout_(layout), neighbours_(comm, periodic) {}
     void exchange(std::span<double* const> fields) {
         if (comm_.size() == 1) {
-            if (below_ >= 0)
+            if (neighbours_.below >= 0)
                 for (double* field : fields) wrap(field);
             return;
         }
@@ -39,22 +36,16 @@ private:
         std::copy_n(planes(field, 0), numbers(), planes(field, layout_.nz));
     }
     RepeatedMessages make(std::span<double* const> fields) const {
-        std::vector<RepeatedMessages::Part> sent, received;
-        const auto part = [&](int rank, double* field, int k) {
-            return RepeatedMessages::Part{rank, std::as_writable_bytes(std::span(planes(field, k), numbers()))};
-        };
-        // Between two ranks that are both neighbours of each other messages match in order: upwards first.
+        NeighbourParts parts(neighbours_);
         for (double* field : fields) {
-            if (above_ >= 0) sent.push_back(part(above_, field, layout_.nz - width));
-            if (below_ >= 0) received.push_back(part(below_, field, -width));
-            if (below_ >= 0) sent.push_back(part(below_, field, 0));
-            if (above_ >= 0) received.push_back(part(above_, field, layout_.nz));
+            const auto at = [&](int k) { return std::span(planes(field, k), numbers()); };
+            parts.add(at(0), at(layout_.nz - width), at(-width), at(layout_.nz));
         }
-        return {comm_, sent, received};
+        return parts.messages(comm_);
     }
     Communicator comm_;
     FieldLayout layout_;
-    int below_, above_; ///< -1: none
+    SlabNeighbours neighbours_;
     std::map<std::vector<double*>, RepeatedMessages> messages_;
 };
 
@@ -123,8 +114,7 @@ BoxFlow::Edge BoxFlow::edge(int c, int d, bool upper) const {
         same.fixed = 0;
         return same;
     }
-    const auto component = [&](const Vec3d& v) { return c == 0 ? v.x : c == 1 ? v.y : v.z; };
-    const double inflow = component(constants_.inflow);
+    const double inflow = component_of(constants_.inflow, c);
     if (kind == FluidBoundary::through) {
         if (upper) return {1, 0, false, false}; // of the normal velocity too: pass_outflow has set it at the face
         return {-1, c == d ? inflow : 2 * inflow, false, c == d};
@@ -132,7 +122,7 @@ BoxFlow::Edge BoxFlow::edge(int c, int d, bool upper) const {
     if (c == d) return {-1, 0, false, true};
     if (kind == FluidBoundary::free_slip) return {1, 0, false, false};
     const Vec3d& wall = constants_.wall_velocity[static_cast<std::size_t>(d)][upper ? 1 : 0];
-    return {-1, 2 * oscillation_ * component(wall), false, false};
+    return {-1, 2 * oscillation_ * component_of(wall, c), false, false};
 }
 
 LineEnds BoxFlow::ends(int c, int d) const {
@@ -409,15 +399,12 @@ void BoxFlow::project(double dt, bool keep) {
 }
 
 void BoxFlow::keep_diffused(const Field& correction, double times, double b) {
-    const std::ptrdiff_t r = layout_.row, p = layout_.plane;
     for_planes(0, layout_.nz, [&](int k) {
         for (int j = 0; j < layout_.ny; ++j)
             for (int i = 0; i < layout_.nx; i += 8) {
                 const std::ptrdiff_t at = layout_.at(i, j, k);
                 const double* const f = correction.data() + at;
-                const P here = load<8>(f), around = (load<8>(f + 1) + load<8>(f - 1)) + (load<8>(f + r) + load<8>(f - r)) +
-                                                    (load<8>(f + p) + load<8>(f - p));
-                const P diffused = fnma(P(b), fnma(P(6.0), here, around), here);
+                const P here = load<8>(f), diffused = fnma(P(b), fnma(P(6.0), here, around(layout_, f)), here);
                 store(pressure_.data() + at, fma(P(times), diffused, load<8>(pressure_.data() + at)));
             }
     });
@@ -488,8 +475,7 @@ void BoxFlow::stage(int s, double time, double dt) {
                                       : 0.0,
                  rate = one ? 1 - last_rate : stage_rate[at], whole = rate + last_rate;
     const auto after = [&](int stages) {
-        const double done = std::accumulate(parts.part.begin(), parts.part.begin() + stages, 0);
-        return stages == parts.count ? time + dt : time + done / parts.unit * dt;
+        return stages == parts.count ? time + dt : time + static_cast<double>(parts.until(stages)) / parts.unit * dt;
     };
     const Vec3d& a = constants_.acceleration;
     const double push = oscillation_integral(constants_, after(s), whole * dt);
@@ -539,12 +525,11 @@ std::vector<FlowFigures> BoxFlow::figures() const {
                 P here_speed(0.0);
                 for (std::size_t c = 0; c < 3; ++c) {
                     const double* f = now_[c].data() + at;
-                    const P here = of(load<8>(f)), around = (load<8>(f + 1) + load<8>(f - 1)) + (load<8>(f + r) + load<8>(f - r)) +
-                                                            (load<8>(f + p) + load<8>(f - p));
+                    const P here = of(load<8>(f));
                     sum[c] += here;
                     here_speed += abs(here);
                     squares = fma(here, here, squares);
-                    loss = fma(here, of(fms(P(6.0), here, around)), loss);
+                    loss = fma(here, of(fms(P(6.0), here, around(layout_, f))), loss);
                 }
                 speed = max(speed, here_speed);
                 const double *const u = now_[0].data() + at, *const v = now_[1].data() + at, *const w = now_[2].data() + at;

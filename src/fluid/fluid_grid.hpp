@@ -11,6 +11,9 @@
 
 namespace skein {
 
+/// Along x, y or z.
+inline double component_of(const Vec3d& v, int direction) { return direction == 0 ? v.x : direction == 1 ? v.y : v.z; }
+
 /// Of both faces of a direction.
 enum class FluidBoundary {
     periodic,

@@ -1,7 +1,6 @@
 #include "fluid/fluid_spec.hpp"
 
 #include <algorithm>
-#include <iterator>
 
 namespace skein {
 
@@ -89,9 +88,9 @@ void FluidSpec::fields(FieldVisitor& f) {
 
 int FluidSpec::moving_direction() const {
     if (moving_walls != MovingWalls::automatic) return static_cast<int>(moving_walls) - static_cast<int>(MovingWalls::x);
-    const FluidBoundary bounds[] = {along_x, along_y, along_z};
-    if (std::count(std::begin(bounds), std::end(bounds), FluidBoundary::no_slip) != 1) return -1;
-    return static_cast<int>(std::find(std::begin(bounds), std::end(bounds), FluidBoundary::no_slip) - std::begin(bounds));
+    const std::array bounds = boundaries();
+    if (std::count(bounds.begin(), bounds.end(), FluidBoundary::no_slip) != 1) return -1;
+    return static_cast<int>(std::find(bounds.begin(), bounds.end(), FluidBoundary::no_slip) - bounds.begin());
 }
 
 FlowConstants FluidSpec::constants() const {
@@ -99,7 +98,7 @@ FlowConstants FluidSpec::constants() const {
     for (std::size_t d = 0; d < 3; ++d) c.grid.cells[d] = static_cast<int>(cells[d]);
     c.grid.h = spacing;
     c.grid.lower = lower;
-    c.grid.boundary = {along_x, along_y, along_z};
+    c.grid.boundary = boundaries();
     c.density = density;
     c.kinematic_viscosity = viscosity / density;
     c.inflow = inflow;

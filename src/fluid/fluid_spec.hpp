@@ -30,12 +30,13 @@ struct FluidSpec {
     std::vector<std::string> velocity_formula; ///< at the start, m/s; none: at rest, or the inflow where something flows through
     FlowScheme scheme = FlowScheme::rk3;
     double courant = 0.5;      ///< largest sum of Courant numbers of a step
-    double expected_speed = 0; ///< m/s, for plans alone; 0: from what the scene says
+    double expected_speed = 0; ///< m/s, for plans and, with rods, for steps; 0: from what the scene says
     PressureMethod pressure = PressureMethod::direct;
     ColumnExchange pressure_exchange = ColumnExchange::transposes;
     double pressure_tolerance = 1e-10; ///< residual of multigrid over the right side
 
     FlowConstants constants() const;
+    std::array<FluidBoundary, 3> boundaries() const { return {along_x, along_y, along_z}; }
     /// Across which walls move: as moving_walls says, or else the one direction across which they are no_slip; -1: there is no
     /// such.
     int moving_direction() const;

@@ -3,6 +3,7 @@
 #pragma once
 
 #include "fluid/coupled_slabs.hpp"
+#include "fluid/slab_neighbours.hpp"
 
 #include <map>
 
@@ -15,12 +16,8 @@ public:
     using P = Columns::P;
     SlabColumns(const Communicator& comm, const Threads& threads, const FluidGrid& grid)
         : comm_(comm), threads_(threads), grid_(grid), planes_(slab_of(grid.cells[2], comm.rank(), comm.size()).count),
-          row_(row_of(grid)), plane_(static_cast<std::ptrdiff_t>(grid.cells[0]) * row_),
+          row_(row_of(grid)), plane_(static_cast<std::ptrdiff_t>(grid.cells[0]) * row_), neighbours_(comm, grid.periodic(2)),
           work_(static_cast<std::size_t>(threads.count())) {
-        const int ranks = comm.size(), rank = comm.rank();
-        const bool periodic = grid.periodic(2);
-        below_ = rank > 0 ? rank - 1 : periodic ? ranks - 1 : -1;
-        above_ = rank + 1 < ranks ? rank + 1 : periodic ? 0 : -1;
         numbers_ = UnsetArray<double>(static_cast<std::size_t>(planes_ * plane_));
         for (int m = 0; m < grid.cells[0]; ++m) {
             rows_.first.push_back(numbers_.data() + static_cast<std::ptrdiff_t>(m) * row_);
@@ -29,16 +26,9 @@ public:
         for (AlignedVector<double>* plane : {&first_, &last_, &beyond_lower_, &beyond_upper_})
             plane->assign(static_cast<std::size_t>(plane_), 0.0);
         for (AlignedVector<double>& pivots : work_) pivots.resize(static_cast<std::size_t>(planes_) * Columns::chunk);
-        const auto part = [](int to, AlignedVector<double>& plane) {
-            return RepeatedMessages::Part{to, std::as_writable_bytes(std::span(plane.data(), plane.size()))};
-        };
-        // Between two ranks that are both neighbours of each other messages match in order: upwards first.
-        std::vector<RepeatedMessages::Part> sent, received;
-        if (above_ >= 0) sent.push_back(part(above_, last_));
-        if (below_ >= 0) received.push_back(part(below_, beyond_lower_));
-        if (below_ >= 0) sent.push_back(part(below_, first_));
-        if (above_ >= 0) received.push_back(part(above_, beyond_upper_));
-        neighbours_ = RepeatedMessages(comm, sent, received);
+        NeighbourParts parts(neighbours_);
+        parts.add(first_, last_, beyond_lower_, beyond_upper_);
+        messages_ = parts.messages(comm);
     }
 
     /// Of this rank's planes.
@@ -49,10 +39,10 @@ public:
         auto coupled = coupled_.find(ends);
         if (coupled == coupled_.end()) coupled = coupled_.try_emplace(ends, comm_, threads_, grid_, equation).first;
         for_chunks([&](int m, int begin, int end, int) { find_outer(equation, m, begin, end); });
-        if (above_ < 0 && equation.singular()) last_.front() = last_of_constant(equation);
-        neighbours_.start();
+        if (neighbours_.above < 0 && equation.singular()) last_.front() = last_of_constant(equation);
+        messages_.start();
         coupled->second.start(equation, first_.data(), last_.data(), row_);
-        neighbours_.finish();
+        messages_.finish();
         for_chunks([&](int m, int begin, int end, int) { find_beyond(equation, m, begin, end); });
         coupled->second.finish(beyond_lower_.data(), beyond_upper_.data(), row_);
         for_chunks([&](int m, int begin, int end, int thread) {
@@ -74,8 +64,8 @@ private:
         });
     }
     std::ptrdiff_t place(int m, int j) const { return static_cast<std::ptrdiff_t>(m) * row_ + j; }
-    int unknown(const Helmholtz& equation) const { return above_ < 0 ? equation.unknown(planes_) : planes_; }
-    bool at_end() const { return above_ < 0 || below_ < 0; }
+    int unknown(const Helmholtz& equation) const { return neighbours_.above < 0 ? equation.unknown(planes_) : planes_; }
+    bool at_end() const { return neighbours_.above < 0 || neighbours_.below < 0; }
 
     /// First and last number of this slab by itself, with 0 beyond interfaces: sums from the other end on, of which a slab at an
     /// end of the box needs the one that begins there.
@@ -117,9 +107,9 @@ private:
         const P scale(equation.scale_of_coefficients()), wall(equation.end());
         Columns::for_packs(equation, m, begin, end, [&](int j, const P& diagonal) {
             Columns::Ends ends;
-            if (below_ < 0) ends.lower = wall;
+            if (neighbours_.below < 0) ends.lower = wall;
             else ends.below = load<8>(&beyond_lower_[static_cast<std::size_t>(place(m, j))]);
-            if (above_ < 0) ends.upper = wall;
+            if (neighbours_.above < 0) ends.upper = wall;
             else ends.above = load<8>(&beyond_upper_[static_cast<std::size_t>(place(m, j))]);
             double* const f = numbers_.data() + place(m, j);
             Columns::solve_between(f, plane_, n, scale, diagonal, ends, &pivots[static_cast<std::size_t>(j - begin)]);
@@ -132,12 +122,12 @@ private:
     FluidGrid grid_;
     int planes_, row_;
     std::ptrdiff_t plane_;
-    int below_, above_;                                 ///< ranks; -1: none
+    SlabNeighbours neighbours_;
     UnsetArray<double> numbers_;                        ///< [plane][mode][row]
     AlignedVector<double> first_, last_;                ///< [mode][row]: outer numbers of this slab by itself
     AlignedVector<double> beyond_lower_, beyond_upper_; ///< [mode][row]: those of neighbours, then the numbers beyond
     CoefficientRows rows_;
-    RepeatedMessages neighbours_;
+    RepeatedMessages messages_;
     std::map<std::array<LineEnds, 3>, CoupledSlabs> coupled_; ///< by ends of an equation
     std::vector<AlignedVector<double>> work_;                 ///< pivots, by thread
 };

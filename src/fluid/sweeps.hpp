@@ -80,6 +80,12 @@ private:
     double gradient_;
 };
 
+/// Sum of the six neighbours of each of eight cells.
+SKEIN_INLINE Pack<8> around(const FieldLayout& layout, const double* f) {
+    const std::ptrdiff_t r = layout.row, p = layout.plane;
+    return (load<8>(f + 1) + load<8>(f - 1)) + (load<8>(f + r) + load<8>(f - r)) + (load<8>(f + p) + load<8>(f - p));
+}
+
 /// Sum of the differences of velocities over eight cells, times h the divergence.
 SKEIN_INLINE Pack<8> outflow_of(const FieldLayout& layout, const Three<const double*>& velocity) {
     return (load<8>(velocity[0]) - load<8>(velocity[0] - 1)) + (load<8>(velocity[1]) - load<8>(velocity[1] - layout.row)) +

@@ -37,7 +37,7 @@ void ImmersedRods::place(double lag, std::uint32_t first_body, std::int64_t firs
             const Slot<1>&from = rod.state[marker.element], &to = rod.state[marker.element + 1];
             const Mat3d& frame = rod.frames[marker.element];
             const Vec3d spin = lane(from.spin, 0), off = marker.off_d1 * frame.d1 + marker.off_d2 * frame.d2,
-                        turning = spin.x * frame.d1 + spin.y * frame.d2 + spin.z * frame.d3;
+                        turning = transpose_times(frame, spin);
             const auto between = [&](const Vec3d& a, const Vec3d& b) { return (1 - marker.along) * a + marker.along * b; };
             const std::size_t at = others + before_[i] + m;
             markers.place[at] = between(lane(from.position, 0), lane(to.position, 0)) + off;

@@ -10,8 +10,6 @@ namespace {
 
 constexpr int ghosts = FieldLayout::ghosts;
 
-double component_of(const Vec3d& v, int c) { return c == 0 ? v.x : c == 1 ? v.y : v.z; }
-
 int wrapped(int i, int n) { return (i % n + n) % n; }
 
 /// Weights along a direction of the grid for the velocity `component`: point i is at i + 1/2, of the velocity across d at i + 1.

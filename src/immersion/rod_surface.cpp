@@ -73,30 +73,25 @@ std::vector<RodMarker> rod_markers(const RodGroup& group, double spacing, double
     const auto ring = [&](double s, double a, double b) {
         for (const Vec3d& at : ellipse_markers(a, b, spacing)) add(s, at.x, at.y);
     };
+    /// Along the longer axis, about the axis of the rod.
+    const auto line = [&](double s, double half, bool along_d1) {
+        const int parts = parts_of(2 * half, spacing);
+        for (int i = 0; i < parts; ++i) {
+            const double off = half * ((2 * i + 1.0) / parts - 1);
+            add(s, along_d1 ? off : 0, along_d1 ? 0 : off);
+        }
+    };
     const auto section = [&](double s, bool filled) {
         const HalfAxes axes = rod.axes(s);
         const double a = axes.along_d1 - retraction, b = axes.along_d2 - retraction;
         const SectionMarkers kind = section_markers(axes, spacing, retraction);
         if (kind == SectionMarkers::centre_line) return add(s, 0, 0);
-        if (kind == SectionMarkers::sheet) {
-            const double half = std::max(std::max(a, b), 0.0);
-            const int parts = parts_of(2 * half, spacing);
-            for (int i = 0; i < parts; ++i) {
-                const double off = half * ((2 * i + 1.0) / parts - 1);
-                add(s, a >= b ? off : 0, a >= b ? 0 : off);
-            }
-            return;
-        }
+        if (kind == SectionMarkers::sheet) return line(s, std::max({a, b, 0.0}), a >= b);
         ring(s, a, b);
         if (!filled) return;
         double within = spacing;
         for (; within < std::min(a, b) - 0.5 * spacing; within += spacing) ring(s, a - within, b - within);
-        const double half = std::max(a, b) - within; // what is left is a line, or a point
-        const int parts = half > 0.5 * spacing ? parts_of(2 * half, spacing) : 1;
-        for (int i = 0; i < parts; ++i) {
-            const double off = parts == 1 ? 0 : half * ((2 * i + 1.0) / parts - 1);
-            add(s, a >= b ? off : 0, a >= b ? 0 : off);
-        }
+        line(s, std::max(std::max(a, b) - within, 0.0), a >= b); // what is left is a line, or a point
     };
     const bool closed = group.closed();
     const double end = closed ? 0 : std::min(retraction, 0.5 * rod.length()), length = rod.length() - 2 * end;

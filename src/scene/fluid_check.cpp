@@ -21,7 +21,7 @@ constexpr long most_cells = 16384; ///< along a direction
 constexpr long least_between_walls = 4;
 
 void check_cells(const FluidSpec& fluid, Objections& table) {
-    const FluidBoundary bounds[] = {fluid.along_x, fluid.along_y, fluid.along_z};
+    const std::array bounds = fluid.boundaries();
     table.length("cells", fluid.cells.size(), 3, "along x, y and z");
     for (std::size_t d = 0; d < std::min<std::size_t>(3, fluid.cells.size()); ++d) {
         const long n = fluid.cells[d];
@@ -40,8 +40,8 @@ void check_cells(const FluidSpec& fluid, Objections& table) {
 
 /// What moves, and whether it can.
 void check_walls(const FluidSpec& fluid, Objections& table) {
-    const FluidBoundary bounds[] = {fluid.along_x, fluid.along_y, fluid.along_z};
-    const auto no_slip = [&](int d) { return bounds[d] == FluidBoundary::no_slip; };
+    const std::array bounds = fluid.boundaries();
+    const auto no_slip = [&](int d) { return bounds[static_cast<std::size_t>(d)] == FluidBoundary::no_slip; };
     const bool moves = norm(fluid.lower_wall_velocity) > 0 || norm(fluid.upper_wall_velocity) > 0;
     const int across = fluid.moving_direction(), sets = no_slip(0) + no_slip(1) + no_slip(2);
     if (!moves && norm(fluid.acceleration) == 0) table.unused({"frequency"}, "where nothing drives the fluid");
@@ -51,12 +51,11 @@ void check_walls(const FluidSpec& fluid, Objections& table) {
     if (!moves) return table.unused({"moving_walls"}, "without 'lower_wall_velocity' or 'upper_wall_velocity'");
     for (const auto& [key, velocity] : {std::pair{"lower_wall_velocity", fluid.lower_wall_velocity},
                                         std::pair{"upper_wall_velocity", fluid.upper_wall_velocity}}) {
-        const double components[] = {velocity.x, velocity.y, velocity.z};
         if (across < 0 && norm(velocity) > 0)
             table.add(key, fmt::format("walls across {} directions are \"no_slip\": 'moving_walls' says which of them move", sets));
-        if (across >= 0 && components[across] != 0)
+        if (across >= 0 && component_of(velocity, across) != 0)
             table.add(key, fmt::format("walls across {0} move along themselves alone: the {0} component must be 0, not {1:g} m/s",
-                                       "xyz"[across], components[across]));
+                                       "xyz"[across], component_of(velocity, across)));
     }
 }
 
@@ -114,7 +113,7 @@ void check_names(const FluidOutputSpec& spec, Objections& table) {
 void check_slice(const FluidOutputSpec& spec, const FluidGrid& grid, Objections& table) {
     if (!table.given("at")) return table.add("", "'at' [m] is needed for a slice");
     const auto d = static_cast<std::size_t>(spec.across);
-    const double lower = d == 0 ? grid.lower.x : d == 1 ? grid.lower.y : grid.lower.z, upper = lower + grid.h * grid.cells[d];
+    const double lower = component_of(grid.lower, static_cast<int>(d)), upper = lower + grid.h * grid.cells[d];
     if (spec.at < lower || spec.at > upper)
         table.add("at", fmt::format("a slice across {} at {:g} m is outside of the fluid, which reaches from {:g} to {:g} m",
                                     direction_names[d], spec.at, lower, upper));
@@ -122,7 +121,7 @@ void check_slice(const FluidOutputSpec& spec, const FluidGrid& grid, Objections&
 
 void check_box(const FluidOutputSpec& spec, const FluidGrid& grid, Objections& table) {
     const double within = 0.5 * grid.h;
-    const Vec3d upper = grid.lower + grid.h * Vec3d{1.0 * grid.cells[0], 1.0 * grid.cells[1], 1.0 * grid.cells[2]};
+    const Vec3d upper = grid.upper();
     for (const auto& [key, corner] : {std::pair{"lower", spec.lower}, std::pair{"upper", spec.upper}}) {
         if (!corner) continue;
         const Vec3d below = *corner - grid.lower, above = upper - *corner;

@@ -15,7 +15,6 @@ namespace {
 /// Of an implicit step: solutions for three components of the velocity and the pressure.
 double implicit_solves(const FluidPlan& plan) { return 1.0 + (plan.has_bodies() ? plan.forcing.sweeps : 0); }
 double projections(FlowScheme scheme) { return scheme == FlowScheme::rk3_projected ? 3 : 1; }
-double stages(FlowScheme scheme) { return scheme == FlowScheme::rk3 || scheme == FlowScheme::rk3_projected ? 3 : 1; }
 
 double sum_of(const Vec3d& v) { return std::abs(v.x) + std::abs(v.y) + std::abs(v.z); }
 
@@ -118,7 +117,7 @@ double FluidPlan::ghost_bytes(int ranks) const {
     const auto [nx, ny, nz] = constants.grid.cells;
     const double fields = constants.scheme == FlowScheme::crank_nicolson
                               ? 4 + 5 * implicit_solves(*this)
-                              : 3 * stages(constants.scheme) + 2 * projections(constants.scheme);
+                              : 3 * stage_parts(constants.scheme).count + 2 * projections(constants.scheme);
     return fields * 2 * FieldLayout::ghosts * sizeof(double) * nx * ny;
 }
 
@@ -150,10 +149,9 @@ double FluidOutput::most_bytes(const FluidGrid& grid) const {
 
 CellBox cells_of(const FluidOutputSpec& spec, const FluidGrid& grid) {
     CellBox box{{0, 0, 0}, grid.cells, 1};
-    const auto along = [](const Vec3d& v, std::size_t d) { return d == 0 ? v.x : d == 1 ? v.y : v.z; };
     if (spec.kind == FluidOutputKind::slice) {
         const auto d = static_cast<std::size_t>(spec.across);
-        const double cell = std::floor((spec.at - along(grid.lower, d)) / grid.h);
+        const double cell = std::floor((spec.at - component_of(grid.lower, static_cast<int>(d))) / grid.h);
         box.first[d] = static_cast<int>(std::clamp(cell, 0.0, grid.cells[d] - 1.0)), box.count[d] = 1;
     }
     if (spec.kind == FluidOutputKind::box) {
@@ -161,7 +159,8 @@ CellBox cells_of(const FluidOutputSpec& spec, const FluidGrid& grid) {
         for (std::size_t d = 0; d < 3; ++d) {
             const auto corner = [&](const std::optional<Vec3d>& of, int absent) {
                 if (!of) return absent;
-                const double cell = std::round((along(*of, d) - along(grid.lower, d)) / grid.h);
+                const double cell =
+                    std::round((component_of(*of, static_cast<int>(d)) - component_of(grid.lower, static_cast<int>(d))) / grid.h);
                 return static_cast<int>(std::clamp(cell, 0.0, 1.0 * grid.cells[d]));
             };
             box.first[d] = corner(spec.lower, 0);

@@ -47,9 +47,10 @@ std::int64_t FluidInteraction::next_meeting(std::int64_t done) const {
     const std::int64_t within = done % plan_.every;
     if (within == 0) return done + 1; // how long a step of the fluid may be is found there
     const StageParts parts = stage_parts(plan_.constants.scheme);
-    std::int64_t next = done - within % part_;
-    for (int s = 0; s < parts.count && next <= done; ++s) next += part_ / parts.unit * parts.part[static_cast<std::size_t>(s)];
-    return next;
+    const std::int64_t unit = part_ / parts.unit, of_part = within % part_;
+    int stages = 1;
+    while (unit * parts.until(stages) <= of_part) ++stages;
+    return done - of_part + unit * parts.until(stages);
 }
 
 void FluidInteraction::drive(const Step& step, Timers& timers) {
@@ -92,10 +93,8 @@ void FluidInteraction::step_with_rods(const Step& step) {
         bodies_->begin_interval(step.begin), to_ = step.begin + whole;
     }
     const std::int64_t unit = part_ / parts.unit, done = (within - 1) % part_ + 1;
-    std::int64_t until = 0;
     for (int s = 0; s < parts.count; ++s) {
-        until += unit * parts.part[static_cast<std::size_t>(s)];
-        if (done != until) continue;
+        if (done != unit * parts.until(s + 1)) continue;
         const double dt = static_cast<double>(part_) * step.dt, from = step.end() - static_cast<double>(done) * step.dt;
         flow_->stage(s, from, dt);
         if (s + 1 == parts.count) ++steps_;
@@ -183,8 +182,9 @@ void FluidInteraction::recall(const KeptNumbers& kept) {
     for (int k = 0; k < layout.nz; ++k)
         for (const std::span<double> field : state)
             for (int j = 0; j < layout.ny; ++j, from += layout.nx) std::copy_n(from, layout.nx, field.begin() + layout.at(0, j, k));
-    flow_->refresh(kept.numbers.size() > 1 ? kept.numbers[1] : 0); // 0: of programs before walls could move
-    if (bodies_) bodies_->forcing().recall_held(std::span(kept.numbers).subspan(2));
+    const std::size_t known = std::min<std::size_t>(2, kept.numbers.size()); // 1: of programs before walls could move
+    flow_->refresh(known > 1 ? kept.numbers[1] : 0);
+    if (bodies_) bodies_->forcing().recall_held(std::span(kept.numbers).subspan(known));
     failure_.clear();
 }
 
