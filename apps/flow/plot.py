@@ -29,7 +29,7 @@ from skein.style import INK, QUIET, bare  # noqa: E402
 
 
 def plane(path, axis, share):
-    """Vorticity across a plane of cells at a share of the box along an axis, [row][column]; spacing and time."""
+    """Vorticity across a plane of cells at a share of the box along an axis, [row][column]; its edges as imshow takes them; time."""
     with h5py.File(path) as file:
         if "vorticity" not in file:
             sys.exit(f"{path}: has no vorticity; name it in 'fields' of the output")
@@ -38,7 +38,10 @@ def plane(path, axis, share):
         at = min(int(share * vorticity.shape[direction]), vorticity.shape[direction] - 1)
         cut = [slice(None)] * 3
         cut[direction] = at
-        return vorticity[tuple(cut)][..., "xyz".index(axis)], file.attrs["spacing"], file.attrs["time"]
+        values, spacing = vorticity[tuple(cut)][..., "xyz".index(axis)], file.attrs["spacing"]
+        across = [name for name in "xyz" if name != axis]
+        extent = [edge for name, cells in zip(across, values.shape[::-1]) for edge in file.attrs[f"lower_{name}"] + np.array([0, cells * spacing])]
+        return values, extent, file.attrs["time"]
 
 
 def axis_of_slice(path):
@@ -56,8 +59,7 @@ def draw_planes(files, axis, share, to):
     wide = width > 1.2 * height  # then one above the other
     size = (7.6, 0.6 + 7.0 * len(planes) * height / width) if wide else (4.2 * len(planes) + 0.6, 4.2 * max(1.0, height / width))
     figure, axes = plt.subplots(*((len(planes), 1) if wide else (1, len(planes))), figsize=size, squeeze=False, constrained_layout=True)
-    for one, (values, spacing, time) in zip(axes.flat, planes):
-        extent = [0, values.shape[1] * spacing, 0, values.shape[0] * spacing]
+    for one, (values, extent, time) in zip(axes.flat, planes):
         image = one.imshow(values, origin="lower", extent=extent, cmap="RdBu_r", vmin=-most, vmax=most, interpolation="bilinear")
         one.set_title(f"t = {time:.4g} s", color=INK)
         across = [name for name in "xyz" if name != axis]
