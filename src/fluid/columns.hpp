@@ -26,27 +26,39 @@ public:
         return select(some, P(1.0) / select(some, pivot, P(1.0)), P(0.0));
     }
 
+    /// Of one thread: rows of eight numbers one after the other, so that they stay in its nearest cache. A column's own rows are
+    /// whole planes apart.
+    struct Work {
+        explicit Work(int nz) {
+            for (AlignedVector<double>* rows : {&pivots, &values, &lasts}) rows->resize(static_cast<std::size_t>(8 * nz));
+        }
+        AlignedVector<double> pivots, values;
+        AlignedVector<double> lasts; ///< answers to the last unknown of a period
+    };
     /// What is known at both ends of n numbers: that much more in the diagonal, and the numbers beyond.
     struct Ends {
         P lower{0.0}, upper{0.0}, below{0.0}, above{0.0};
     };
 
-    /// n numbers `plane` apart, from right sides over `scale` to answers. `pivots`: room for n rows of a chunk.
-    static void solve_between(double* f, std::ptrdiff_t plane, int n, P scale, P diagonal, const Ends& ends, double* pivots) {
+    /// n numbers `plane` apart, from right sides over `scale` to answers.
+    static void solve_between(double* f, std::ptrdiff_t plane, int n, P scale, P diagonal, const Ends& ends, Work& work) {
+        if (n == 0) return;
+        double *const pivots = work.pivots.data(), *const values = work.values.data();
         P pivot(0.0), value = ends.below;
         for (int k = 0; k < n; ++k) {
             const P more = (k == 0 ? ends.lower : P(0.0)) + (k == n - 1 ? ends.upper : P(0.0));
             pivot = inverse_of(diagonal + more - pivot);
-            value = fms(scale, load<8>(f + k * plane), k == n - 1 ? value + ends.above : value) * pivot;
-            store(pivots + k * chunk, pivot), store(f + k * plane, value);
+            value = fms(scale, next(f + k * plane), k == n - 1 ? value + ends.above : value) * pivot;
+            store(pivots + 8 * k, pivot), store(values + 8 * k, value);
         }
+        store(f + (n - 1) * plane, value);
         for (int k = n - 2; k >= 0; --k) {
-            value = fnma(load<8>(pivots + k * chunk), value, load<8>(f + k * plane));
+            value = fnma(load<8>(pivots + 8 * k), value, load<8>(values + 8 * k));
             store(f + k * plane, value);
         }
     }
-    /// All but the last unknown by that one, x_k = y_k + z_k x_last; then that. `last`: room as `pivots`.
-    static void solve_period(double* f, std::ptrdiff_t plane, int nz, P scale, P diagonal, double* pivots, double* last) {
+    /// All but the last unknown by that one, x_k = y_k + z_k x_last; then that.
+    static void solve_period(double* f, std::ptrdiff_t plane, int nz, P scale, P diagonal, Work& work) {
         if (nz == 1) {
             store(f, scale * load<8>(f) * inverse_of(diagonal + P(2.0)));
             return;
@@ -58,22 +70,23 @@ public:
             return;
         }
         const int n = nz - 1;
+        double *const pivots = work.pivots.data(), *const values = work.values.data(), *const lasts = work.lasts.data();
         P pivot(0.0), y(0.0), z(0.0);
         for (int k = 0; k < n; ++k) {
             pivot = inverse_of(diagonal - pivot);
-            y = fms(scale, load<8>(f + k * plane), y) * pivot;
+            y = fms(scale, next(f + k * plane), y) * pivot;
             z = ((k == 0 ? P(-1.0) : P(0.0)) + (k == n - 1 ? P(-1.0) : P(0.0)) - z) * pivot;
-            store(pivots + k * chunk, pivot), store(f + k * plane, y), store(last + k * chunk, z);
+            store(pivots + 8 * k, pivot), store(values + 8 * k, y), store(lasts + 8 * k, z);
         }
         const P y_end = y, z_end = z;
         for (int k = n - 2; k >= 0; --k) {
-            const P p = load<8>(pivots + k * chunk);
-            y = fnma(p, y, load<8>(f + k * plane)), z = fnma(p, z, load<8>(last + k * chunk));
-            store(f + k * plane, y), store(last + k * chunk, z);
+            const P p = load<8>(pivots + 8 * k);
+            y = fnma(p, y, load<8>(values + 8 * k)), z = fnma(p, z, load<8>(lasts + 8 * k));
+            store(values + 8 * k, y), store(lasts + 8 * k, z);
         }
-        const P x = (scale * load<8>(f + n * plane) - y_end - y) * inverse_of(diagonal + z_end + z);
+        const P x = (scale * next(f + n * plane) - y_end - y) * inverse_of(diagonal + z_end + z);
+        for (int k = 0; k < n; ++k) store(f + k * plane, fma(load<8>(lasts + 8 * k), x, load<8>(values + 8 * k)));
         store(f + n * plane, x);
-        for (int k = 0; k < n; ++k) store(f + k * plane, fma(load<8>(last + k * chunk), x, load<8>(f + k * plane)));
     }
 
     /// body(j, diagonal): of eight coefficients from j on, of x mode m.
@@ -84,6 +97,13 @@ public:
             body(j, diagonal);
         }
     }
+
+private:
+    /// Eight numbers of a column; those of a column of the next chunk are on their way from memory.
+    SKEIN_INLINE static P next(const double* numbers) {
+        __builtin_prefetch(numbers + chunk, 1, 2);
+        return load<8>(numbers);
+    }
 };
 
 /// Columns change ranks: each rank solves whole ones, of its share of the modes along x. The same bits on any ranks.
@@ -92,12 +112,8 @@ public:
     using P = Columns::P;
     TransposedColumns(const Communicator& comm, const Threads& threads, const FluidGrid& grid)
         : threads_(threads), nz_(grid.cells[2]), row_(row_of(grid)), modes_(slab_of(grid.cells[0], comm.rank(), comm.size())),
-          work_(static_cast<std::size_t>(threads.count())) {
+          work_(static_cast<std::size_t>(threads.count()), Columns::Work(nz_)) {
         column_ = UnsetArray<double>(numbers(nz_, modes_.count));
-        for (Work& w : work_) {
-            w.pivot.resize(static_cast<std::size_t>(nz_) * Columns::chunk);
-            w.last.resize(w.pivot.size());
-        }
         if (comm.size() == 1) {
             for (int m = 0; m < modes_.count; ++m) add_row(column_.data(), m, modes_.count);
             return;
@@ -131,11 +147,6 @@ public:
     std::size_t bytes() const { return (column_.size() + spectrum_.size()) * sizeof(double); }
 
 private:
-    struct Work {
-        AlignedVector<double> pivot; ///< [z][chunk]
-        AlignedVector<double> last;  ///< [z][chunk]: answers to the last unknown of a period
-    };
-
     std::size_t numbers(int planes, int modes) const {
         return static_cast<std::size_t>(planes) * static_cast<std::size_t>(modes) * static_cast<std::size_t>(row_);
     }
@@ -144,7 +155,7 @@ private:
         rows_.first.push_back(planes + static_cast<std::ptrdiff_t>(mode) * row_);
         rows_.plane.push_back(static_cast<std::ptrdiff_t>(modes) * row_);
     }
-    void solve(const Helmholtz& equation, int m, Work& w) {
+    void solve(const Helmholtz& equation, int m, Columns::Work& work) {
         const int unknown = equation.unknown(nz_);
         const std::ptrdiff_t plane = static_cast<std::ptrdiff_t>(modes_.count) * row_;
         const P scale(equation.scale_of_coefficients()), end(equation.end());
@@ -152,10 +163,8 @@ private:
             Columns::for_packs(
                 equation, modes_.first + m, first, std::min(first + Columns::chunk, row_), [&](int j, const P& diagonal) {
                     double* const f = column_.data() + static_cast<std::ptrdiff_t>(m) * row_ + j;
-                    double* const pivots = &w.pivot[static_cast<std::size_t>(j - first)];
-                    if (equation.z == LineEnds::periodic)
-                        Columns::solve_period(f, plane, nz_, scale, diagonal, pivots, &w.last[static_cast<std::size_t>(j - first)]);
-                    else Columns::solve_between(f, plane, unknown, scale, diagonal, {.lower = end, .upper = end}, pivots);
+                    if (equation.z == LineEnds::periodic) Columns::solve_period(f, plane, nz_, scale, diagonal, work);
+                    else Columns::solve_between(f, plane, unknown, scale, diagonal, {.lower = end, .upper = end}, work);
                     if (unknown < nz_) store(f + unknown * plane, P(0.0));
                 });
     }
@@ -167,7 +176,7 @@ private:
     UnsetArray<double> spectrum_; ///< [rank][plane][mode][row], to be sent; none on one rank
     CoefficientRows rows_;
     RepeatedMessages to_columns_, to_planes_; ///< none on one rank
-    std::vector<Work> work_;                  ///< by thread
+    std::vector<Columns::Work> work_;         ///< by thread
 };
 
 } // namespace skein

@@ -36,11 +36,16 @@ public:
     template <class Source> void forward(const Helmholtz& equation, int k, const CoefficientRows& to, Source&& source) {
         const LineTransform &x = equation.x, &y = equation.y;
         make_room(equation);
+        for (int j = 0; j < ny_; ++j) { // by rows, as they are read from memory
+            double* const row = &plane_[static_cast<std::size_t>(j * wide_)];
+            const P sign(y.sign(j));
+            for (int i = 0; i < wide_; i += 8) store(row + i, sign * first_lanes(source(i, j, k), nx_ - i));
+        }
         for (int i = 0; i < nx_; i += y.lanes()) {
             for (int j = 0; j < ny_; ++j) {
                 double* const row = &in_[static_cast<std::size_t>(y.place(j) * y.lanes())];
-                const P sign(y.sign(j));
-                for (int l = 0; l < y.lanes(); l += 8) store(row + l, sign * first_lanes(source(i + l, j, k), nx_ - i - l));
+                for (int l = 0; l < y.lanes(); l += 8)
+                    store(row + l, load<8>(&plane_[static_cast<std::size_t>(j * wide_ + i + l)]));
             }
             y.forward(in_.data(), out_.data());
             for (int j = 0; j < ny_; ++j)
@@ -60,7 +65,10 @@ public:
             x.forward(in_.data(), out_.data());
             for (int m = 0; m < nx_; ++m) {
                 double* const row = to.at(m, k) + j;
-                for (int l = 0; l < x.lanes(); l += 8) store(row + l, load<8>(&out_[static_cast<std::size_t>(m * x.lanes() + l)]));
+                for (int l = 0; l < x.lanes(); l += 8) {
+                    __builtin_prefetch(row + x.lanes() + l, 1, 2);
+                    store(row + l, load<8>(&out_[static_cast<std::size_t>(m * x.lanes() + l)]));
+                }
             }
         }
     }
@@ -72,7 +80,10 @@ public:
         for (int j = 0; j < ny_; j += x.lanes()) {
             for (int m = 0; m < nx_; ++m) {
                 const double* const row = from.at(m, k) + j;
-                for (int l = 0; l < x.lanes(); l += 8) store(&in_[static_cast<std::size_t>(m * x.lanes() + l)], load<8>(row + l));
+                for (int l = 0; l < x.lanes(); l += 8) {
+                    __builtin_prefetch(row + x.lanes() + l, 0, 2);
+                    store(&in_[static_cast<std::size_t>(m * x.lanes() + l)], load<8>(row + l));
+                }
             }
             x.inverse(in_.data(), out_.data());
             for (int i = 0; i < nx_; i += 8)
@@ -94,9 +105,12 @@ public:
                           load<8>(&plane_[static_cast<std::size_t>(j * wide_ + i + l)]));
             y.inverse(in_.data(), out_.data());
             for (int j = 0; j < ny_; ++j)
-                for (int l = 0; l < std::min(y.lanes(), nx_ - i); l += 8)
-                    sink(i + l, j, k, P(y.sign(j)) * load<8>(&out_[static_cast<std::size_t>(y.place(j) * y.lanes() + l)]));
+                for (int l = 0; l < y.lanes(); l += 8)
+                    store(&plane_[static_cast<std::size_t>(j * wide_ + i + l)],
+                          P(y.sign(j)) * load<8>(&out_[static_cast<std::size_t>(y.place(j) * y.lanes() + l)]));
         }
+        for (int j = 0; j < ny_; ++j) // by rows, as they are written to memory
+            for (int i = 0; i < nx_; i += 8) sink(i, j, k, load<8>(&plane_[static_cast<std::size_t>(j * wide_ + i)]));
     }
 
 private:

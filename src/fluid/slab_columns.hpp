@@ -17,7 +17,7 @@ public:
     SlabColumns(const Communicator& comm, const Threads& threads, const FluidGrid& grid)
         : comm_(comm), threads_(threads), grid_(grid), planes_(slab_of(grid.cells[2], comm.rank(), comm.size()).count),
           row_(row_of(grid)), plane_(static_cast<std::ptrdiff_t>(grid.cells[0]) * row_), neighbours_(comm, grid.periodic(2)),
-          work_(static_cast<std::size_t>(threads.count())) {
+          work_(static_cast<std::size_t>(threads.count()), Columns::Work(planes_)) {
         numbers_ = UnsetArray<double>(static_cast<std::size_t>(planes_ * plane_));
         for (int m = 0; m < grid.cells[0]; ++m) {
             rows_.first.push_back(numbers_.data() + static_cast<std::ptrdiff_t>(m) * row_);
@@ -25,7 +25,6 @@ public:
         }
         for (AlignedVector<double>* plane : {&first_, &last_, &beyond_lower_, &beyond_upper_})
             plane->assign(static_cast<std::size_t>(plane_), 0.0);
-        for (AlignedVector<double>& pivots : work_) pivots.resize(static_cast<std::size_t>(planes_) * Columns::chunk);
         NeighbourParts parts(neighbours_);
         parts.add(first_, last_, beyond_lower_, beyond_upper_);
         messages_ = parts.messages(comm);
@@ -102,7 +101,7 @@ private:
             join(beyond_lower_, first_), join(beyond_upper_, last_);
         });
     }
-    void solve(const Helmholtz& equation, int m, int begin, int end, AlignedVector<double>& pivots) {
+    void solve(const Helmholtz& equation, int m, int begin, int end, Columns::Work& work) {
         const int n = unknown(equation);
         const P scale(equation.scale_of_coefficients()), wall(equation.end());
         Columns::for_packs(equation, m, begin, end, [&](int j, const P& diagonal) {
@@ -112,7 +111,7 @@ private:
             if (neighbours_.above < 0) ends.upper = wall;
             else ends.above = load<8>(&beyond_upper_[static_cast<std::size_t>(place(m, j))]);
             double* const f = numbers_.data() + place(m, j);
-            Columns::solve_between(f, plane_, n, scale, diagonal, ends, &pivots[static_cast<std::size_t>(j - begin)]);
+            Columns::solve_between(f, plane_, n, scale, diagonal, ends, work);
             if (n < planes_) store(f + n * plane_, P(0.0));
         });
     }
@@ -129,7 +128,7 @@ private:
     CoefficientRows rows_;
     RepeatedMessages messages_;
     std::map<std::array<LineEnds, 3>, CoupledSlabs> coupled_; ///< by ends of an equation
-    std::vector<AlignedVector<double>> work_;                 ///< pivots, by thread
+    std::vector<Columns::Work> work_;                         ///< by thread
 };
 
 } // namespace skein
