@@ -92,7 +92,7 @@ public:
     /// body(j, diagonal): of eight coefficients from j on, of x mode m.
     template <class Body> static void for_packs(const Helmholtz& equation, int m, int begin, int end, Body&& body) {
         for (int j = begin; j < end; j += 8) {
-            P diagonal;
+            P diagonal(0.0);
             for (int l = 0; l < 8; ++l) diagonal.set(l, equation.diagonal(m, j + l));
             body(j, diagonal);
         }
