@@ -49,10 +49,10 @@ int parts_of(double length, double spacing) { return std::max(1, static_cast<int
 } // namespace
 
 HalfAxes half_axes(const RodGroup& group, std::size_t element) {
-    const Section& section = group.spec().section;
-    const double radius = group.element[element].radius;
-    if (section.kind == SectionKind::circular) return {radius, radius};
-    const double ratio = std::sqrt(section.radius / section.radius_2);
+    const ElementConstants& e = group.element[element];
+    const double radius = e.radius;
+    if (group.spec().section.kind == SectionKind::circular) return {radius, radius};
+    const double ratio = std::sqrt(std::sqrt(e.inertia.y / e.inertia.x)); // (a/b)^(1/2), as J2/J1 = (a/b)^2
     return {radius * ratio, radius / ratio};
 }
 

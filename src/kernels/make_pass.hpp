@@ -146,7 +146,10 @@ public:
     const GroupPlan& plan() const { return plan_of(*family_.front()); }
 
     Made operator()(const pass::Drift& p) const {
-        return with_top(p.top, []<class Top>(Top) -> Made { return std::make_unique<DriftPass<Top, W, Map>>(); });
+        return with_top(p.top, []<class Top>(Top) -> Made {
+            if constexpr (std::is_same_v<Top, EllipticTopOfEach>) throw std::logic_error("tops of each element's own, in a family");
+            else return std::make_unique<DriftPass<Top, W, Map>>();
+        });
     }
     Made operator()(pass::Orthonormalise) const { return std::make_unique<OrthonormalisePass<W, Map>>(); }
     Made operator()(const pass::Elastic& p) const {

@@ -1,5 +1,6 @@
 // Muscles as formulas of a scene: a moment in the rod that changes with time and place along it.           theory.md (36), (36a)
 //   m_j = m(s_j, t)  [N m]  at every vertex j, as couples on the elements beside it             loads/vertex_couples.hpp
+//   or m_j = B_j k(s_j, t), k [1/m] a change of the rest curvature and B_j the stiffness of the vertex's cell
 // A ring's last vertex, s = L, is where it closes; of an open rod s = 0 and s = L are vertices where the end is clamped: the
 // element has m_0, or -m_n, and the clamp what is opposite. Cost: 30 flop per element beside the formulas, about body axes 100.
 #pragma once
@@ -23,15 +24,18 @@ namespace skein {
 struct MuscleFormula {
     static constexpr std::string_view kind = "muscle_formula", label = "muscles by formula";
     static constexpr bool for_rigid_bodies = false;
-    std::vector<std::string> moment;
+    std::vector<std::string> moment, curvature; ///< one of them
     LoadFrame frame = LoadFrame::body;
 
     void fields(FieldVisitor& f) {
         f.visit({.name = "moment",
                  .unit = "N m",
-                 .text = "three formulas of s, t, L, rod, X, Y, Z: the moment that muscles make at the vertex at s",
-                 .required = true},
+                 .text = "three formulas of s, t, L, rod, X, Y, Z: the moment that muscles make at the vertex at s"},
                 moment);
+        f.visit({.name = "curvature",
+                 .unit = "1/m",
+                 .text = "instead of `moment`: by how much muscles change the rest curvature about d1, d2, d3 at the vertex"},
+                curvature);
         f.choice({.name = "frame",
                   .unit = "",
                   .text = "of `moment`: body axes (d1, d2, d3) turn with the rod, as a change of its rest curvature does"},
@@ -53,12 +57,14 @@ struct MuscleFormula {
 
     template <int W> struct TileData {
         PlaceValues<W> places;
-        AlignedVector<Pack<W>> acts; ///< [node]: 1 where it is a vertex
+        AlignedVector<Pack<W>> acts;            ///< [node]: 1 where it is a vertex
+        AlignedVector<Vec3<Pack<W>>> stiffness; ///< [node]: of its cell, N m^2; empty where formulas are of moments
     };
     template <int W> TileData<W> bind(const RodTile<W>& rod) const {
-        TileData<W> data{place_values<W>(moment_, rod, false), {}};
+        TileData<W> data{place_values<W>(moment_, rod, false), {}, {}};
         for (int i = 0; i <= rod.n; ++i) {
             Pack<W> acts(1.0);
+            Vec3<Pack<W>> stiffness{};
             for (int l = 0; l < W; ++l) {
                 const RodGroup& group = rod.group_of(l);
                 const int slot = rod.strands ? rod.strands->slot(l, i) : i;
@@ -66,8 +72,10 @@ struct MuscleFormula {
                                   : slot == group.elements() ? group.spec().end == EndKind::clamped
                                                              : slot > 0;
                 acts.set(l, held || group.closed());
+                set_lane(stiffness, l, slot < 0 ? Vec3d{0, 0, 0} : stiffness_at(group, slot));
             }
             data.acts.push_back(acts);
+            if (!curvature.empty()) data.stiffness.push_back(stiffness);
         }
         return data;
     }
@@ -80,7 +88,9 @@ struct MuscleFormula {
         FormulaRun<W> run(moment_, data.places, step.slot);
         const auto moment = [&](int node, int i) {
             const Mask<W> acts = data.acts[static_cast<std::size_t>(node)] > P(0.5);
-            return select(acts, Vec3<P>{run[0][i], run[1][i], run[2][i]}, Vec3<P>{P(0.0), P(0.0), P(0.0)});
+            const Vec3<P> value{run[0][i], run[1][i], run[2][i]};
+            return select(acts, data.stiffness.empty() ? value : scale(data.stiffness[static_cast<std::size_t>(node)], value),
+                          Vec3<P>{P(0.0), P(0.0), P(0.0)});
         };
         const auto moment_alone = [&](int node) {
             run.at_nodes(rod, node, 1);
@@ -124,6 +134,13 @@ struct MuscleFormula {
     }
 
     // What use() makes of them, and add() calls.
+    const char* key() const { return curvature.empty() ? "moment" : "curvature"; }
+    /// Of the cell or half cell around a node of a group's rod, N m^2.
+    static Vec3d stiffness_at(const RodGroup& group, int node) {
+        if (group.closed()) return group.voronoi[static_cast<std::size_t>(node > 0 ? node - 1 : group.elements() - 1)].stiffness;
+        if (node == 0) return group.start_wall.stiffness;
+        return node == group.elements() ? group.end_wall.stiffness : group.voronoi[static_cast<std::size_t>(node) - 1].stiffness;
+    }
     /// Of the vertex after element k; where a rod ends there is no turn.
     template <class Map, int W> SKEIN_INLINE static VertexCouples<Pack<W>>
     about(const RodTile<W>& rod, int k, const Quaternion<Pack<W>>& next, const Vec3<Pack<W>>& m) {

@@ -62,6 +62,14 @@ template <int SmallAxis> struct EllipticTop {
     }
 };
 
+/// The smaller of J1 and J2 is that of the element: of rods whose lanes have the same constants.
+struct EllipticTopOfEach {
+    template <int W> SKEIN_INLINE static void turn(const ElementConstants& c, Quaternion<Pack<W>>& q, Vec3<Pack<W>>& w, Pack<W> h) {
+        if (c.inertia.x < c.inertia.y) EllipticTop<0>::turn(c, q, w, h);
+        else EllipticTop<1>::turn(c, q, w, h);
+    }
+};
+
 template <class Top, int W, class Map = Across<W>> SKEIN_INLINE void drift(const RodTile<W>& rod, double length) {
     const Pack<W> h(length);
     for (int k = 0; k < rod.n; ++k) {

@@ -57,10 +57,16 @@ double radius_factor(const Section& section, std::size_t k, const Share& share) 
     return section.profile.empty() ? 1 + (section.taper - 1) * share.middle : section.profile[k];
 }
 
+/// The same of the semi-axis along d2.
+double second_factor(const Section& section, std::size_t k, const Share& share) {
+    return section.profile_2.empty() ? radius_factor(section, k, share) : section.profile_2[k];
+}
+
 /// Of the largest section, whichever way it lies.
 double outer_radius(const RodSpec& spec, std::size_t k, const Share& share) {
     const Section& s = spec.section;
-    return radius_factor(s, k, share) * (s.kind == SectionKind::elliptic ? std::max(s.radius, s.radius_2) : s.radius);
+    const double radius = radius_factor(s, k, share) * s.radius;
+    return s.kind == SectionKind::elliptic ? std::max(radius, second_factor(s, k, share) * s.radius_2) : radius;
 }
 
 /// St Venant's torsion constant of an ellipse, over the polar moment i3 of a circle: pi a^3 b^3/(a^2 + b^2).
@@ -69,12 +75,12 @@ double torsion_constant(const Section& s, double f, double a, double b, double i
     return a == b ? i3 : pi * (a * a * a) * (b * b * b) / (a * a + b * b);
 }
 
-/// Of a section that is scaled by f.                                                                  theory.md (3)
-Vec3d bending_stiffness(const RodSpec& spec, double f) {
+/// Of a section that is scaled by f along d1 and by g along d2.                                       theory.md (3)
+Vec3d bending_stiffness(const RodSpec& spec, double f, double g) {
     const Material& m = spec.material;
     const double shear = m.shear_modulus > 0 ? m.shear_modulus : m.youngs_modulus / 3;
     const double a = f * spec.section.radius;
-    const double b = spec.section.kind == SectionKind::elliptic ? f * spec.section.radius_2 : a;
+    const double b = spec.section.kind == SectionKind::elliptic ? g * spec.section.radius_2 : a;
     const double i1 = 0.25 * pi * a * b * b * b, i2 = 0.25 * pi * a * a * a * b;
     const auto& given = spec.section.bending_stiffness;
     // Sections of constant volume are e0 times smaller at rest: theory.md (11d).
@@ -89,9 +95,9 @@ Vec3d bending_stiffness(const RodSpec& spec, double f) {
 ElementConstants element_constants(const RodSpec& spec, std::size_t k, const Share& share) {
     const Material& m = spec.material;
     const double shear = m.shear_modulus > 0 ? m.shear_modulus : m.youngs_modulus / 3;
-    const double f = radius_factor(spec.section, k, share);
+    const double f = radius_factor(spec.section, k, share), g = second_factor(spec.section, k, share);
     const double a = f * spec.section.radius;
-    const double b = spec.section.kind == SectionKind::elliptic ? f * spec.section.radius_2 : a;
+    const double b = spec.section.kind == SectionKind::elliptic ? g * spec.section.radius_2 : a;
     const double area = pi * a * b, i1 = 0.25 * pi * a * b * b * b, i2 = 0.25 * pi * a * a * a * b, i3 = i1 + i2;
     const double l = spec.shape.length * share.length;
     const double mass = m.density * l;
@@ -108,7 +114,7 @@ ElementConstants element_constants(const RodSpec& spec, std::size_t k, const Sha
             .inertia = {mass * i1, mass * i2, mass * i3},
             .inv_inertia = {1 / (mass * i1), 1 / (mass * i2), 1 / (mass * i3)},
             .inertia_ratio = i3 / i1,
-            .bending = bending_stiffness(spec, f)};
+            .bending = bending_stiffness(spec, f, g)};
 }
 
 /// Every element's j; empty where all are 1. `group` has its elements and cells, not scaled.
@@ -132,31 +138,33 @@ void scale_rotary_inertia(ElementConstants& c, double j) {
 // middles of the elements beside, or of what taper.hpp puts in its place. A mean of stiffnesses is not near, which go as its fourth
 // power.
 
-/// Cell between elements, whose own section has this scale.
+/// Cell between elements, whose own section has these scales along d1 and d2.
 VoronoiConstants voronoi_constants(const RodSpec& spec, const ElementConstants& before, const ElementConstants& after,
-                                   bool same_section, double scale, const Vec3d& rest_curvature) {
+                                   bool same_section, double scale, double scale_2, const Vec3d& rest_curvature) {
     const double l = before.rest_length, l_after = after.rest_length, sum = l + l_after;
     return {.inv_length = 2 / sum,
             .share_before = l / sum,
             .share_after = l_after / sum,
-            .stiffness = same_section ? (1 / sum) * (l * before.bending + l_after * after.bending) : bending_stiffness(spec, scale),
+            .stiffness =
+                same_section ? (1 / sum) * (l * before.bending + l_after * after.bending) : bending_stiffness(spec, scale, scale_2),
             .rest_curvature = rest_curvature};
 }
 
 /// Scale of the section at an end of the rod: where a profile gives it, on the line through the last element's and the next one's,
 /// but half to twice the last element's, should there be a step.
-double scale_at_end(const RodSpec& spec, const Shares& share, std::size_t last, std::size_t next) {
-    const auto& profile = spec.section.profile;
-    if (profile.empty()) return last == 0 ? 1 : spec.section.taper;
+double scale_at_end(const std::vector<double>& profile, double taper, const Shares& share, std::size_t last, std::size_t next) {
+    if (profile.empty()) return last == 0 ? 1 : taper;
     const double l = share[last].length, slope = (profile[last] - profile[next]) / (l + share[next].length);
     return std::clamp(profile[last] + slope * l, 0.5 * profile[last], 2 * profile[last]);
 }
 
-SectionScales section_scales(const RodSpec& spec, const std::vector<ElementConstants>& element) {
+/// `factor`: of an element's section; `profile`: where that is given by element.
+template <class Factor> SectionScales section_scales(const RodSpec& spec, const std::vector<ElementConstants>& element,
+                                                     Factor&& factor, const std::vector<double>& profile) {
     const Shares share(spec.shape);
     const std::size_t n = share.size(), last = n - 1;
     SectionScales scales{std::vector<double>(n), std::vector<double>(n + 1)};
-    for (std::size_t k = 0; k < n; ++k) scales.element[k] = radius_factor(spec.section, k, share[k]);
+    for (std::size_t k = 0; k < n; ++k) scales.element[k] = factor(spec.section, k, share[k]);
     const auto between = [&](std::size_t before, std::size_t after) {
         const double l = element[before].rest_length, l_after = element[after].rest_length;
         const double f = scales.element[before], f_after = scales.element[after];
@@ -165,8 +173,8 @@ SectionScales section_scales(const RodSpec& spec, const std::vector<ElementConst
     for (std::size_t i = 1; i < n; ++i) scales.node[i] = between(i - 1, i);
     if (spec.shape.closed) scales.node[0] = scales.node[n] = between(last, 0);
     else {
-        scales.node[0] = scale_at_end(spec, share, 0, std::min<std::size_t>(1, last));
-        scales.node[n] = scale_at_end(spec, share, last, last > 0 ? last - 1 : 0);
+        scales.node[0] = scale_at_end(profile, spec.section.taper, share, 0, std::min<std::size_t>(1, last));
+        scales.node[n] = scale_at_end(profile, spec.section.taper, share, last, last > 0 ? last - 1 : 0);
     }
     return scales;
 }
@@ -266,32 +274,38 @@ void RodGroup::work_out_constants() {
         return shape.rest_curvature_profile.empty() ? shape.rest_curvature
                                                     : shape.rest_curvature_profile[static_cast<std::size_t>(k)];
     };
-    const bool tapers = spec_.section.taper != 1 || !spec_.section.profile.empty();
-    const SectionScales scales = tapers ? section_scales(spec_, element) : SectionScales{};
-    const bool varies = tapers && !scales.uniform();
+    const Section& section = spec_.section;
+    const bool two = !section.profile_2.empty(), tapers = section.taper != 1 || !section.profile.empty() || two;
+    const SectionScales scales = tapers ? section_scales(spec_, element, radius_factor, section.profile) : SectionScales{};
+    const SectionScales scales_2 = two ? section_scales(spec_, element, second_factor, section.profile_2) : scales;
+    const bool varies = tapers && !(scales.uniform() && scales_2.uniform());
     const auto scale_at = [&](std::size_t node) { return varies ? scales.node[node] : 1; };
+    const auto scale_2_at = [&](std::size_t node) { return varies ? scales_2.node[node] : 1; };
     const auto same_section = [&](std::size_t before, std::size_t after) {
-        return !varies || scales.element[before] == scales.element[after];
+        return !varies || (scales.element[before] == scales.element[after] && scales_2.element[before] == scales_2.element[after]);
     };
     for (long k = 0; k < cells; ++k) {
         const auto before = static_cast<std::size_t>(k), after = static_cast<std::size_t>((k + 1) % n);
         voronoi.push_back(voronoi_constants(spec_, element[before], element[after], same_section(before, after),
-                                            scale_at(before + 1), kappa0(k)));
+                                            scale_at(before + 1), scale_2_at(before + 1), kappa0(k)));
     }
-    if (varies && !closed() && n > 1 && shape.length_profile.empty()) {
+    if (varies && !two && !closed() && n > 1 && shape.length_profile.empty()) {
         const std::vector<double> cell = cell_scales(scales, spec_.start, spec_.end);
         for (std::size_t k = 0; k < voronoi.size(); ++k)
-            if (cell[k + 1] != scales.node[k + 1]) voronoi[k].stiffness = bending_stiffness(spec_, cell[k + 1]);
+            if (cell[k + 1] != scales.node[k + 1]) voronoi[k].stiffness = bending_stiffness(spec_, cell[k + 1], cell[k + 1]);
     }
     const auto last = static_cast<std::size_t>(n - 1);
     const auto stiffness_at_end = [&](std::size_t k, std::size_t node) {
-        return !varies || scales.node[node] == scales.element[k] ? element[k].bending : bending_stiffness(spec_, scales.node[node]);
+        const bool same = !varies || (scales.node[node] == scales.element[k] && scales_2.node[node] == scales_2.element[k]);
+        return same ? element[k].bending : bending_stiffness(spec_, scales.node[node], scales_2.node[node]);
     };
     start_wall = {2 * element[0].inv_rest_length, 0, 1, stiffness_at_end(0, 0), kappa0(0)};
     end_wall = {2 * element[last].inv_rest_length, 1, 0, stiffness_at_end(last, last + 1), kappa0(n - 2)};
     weigh_cells();
     // Part of an element's mass that is its first node's.
-    const auto share_before = [&](std::size_t k) { return varies ? mass_share_before(scales.node[k], scales.node[k + 1]) : 0.5; };
+    const auto share_before = [&](std::size_t k) {
+        return varies ? mass_share_before({scales.node[k], scales_2.node[k]}, {scales.node[k + 1], scales_2.node[k + 1]}) : 0.5;
+    };
     const bool masses_weighted = takes_end_weights(spec_) && (weighs_masses(spec_.start) || weighs_masses(spec_.end));
     double inverse_mass = masses_weighted ? inverse_mass_of_ends() : 1; // 1/m + 1/m' over that of halves: the largest
     for (std::size_t k = 0; varies && k < share.size(); ++k)

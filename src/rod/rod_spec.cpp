@@ -37,6 +37,19 @@ void Section::fields(FieldVisitor& f) {
             taper);
     f.visit({.name = "profile", .unit = "-", .text = "radius of every element over `radius`; replaces `taper`", .above = 0},
             profile);
+    f.visit({.name = "profile_2",
+             .unit = "-",
+             .text = "elliptic: semi-axis along d2 of every element over `radius_2`; as the other one where absent",
+             .above = 0},
+            profile_2);
+    f.visit({.name = "radius_formula",
+             .unit = "m",
+             .text =
+                 "formula of `s` [m], arc length at rest, and `L`: radius, or semi-axis along d1, at the middle of every element; "
+                 "instead of `profile`"},
+            radius_formula);
+    f.visit({.name = "radius_2_formula", .unit = "m", .text = "the same of the semi-axis along d2; instead of `profile_2`"},
+            radius_2_formula);
     f.visit({.name = "torsion_constant",
              .unit = "m^4",
              .text =

@@ -42,10 +42,10 @@ bool SectionScales::uniform() const {
     return std::all_of(element.begin(), element.end(), same) && std::all_of(node.begin(), node.end(), same);
 }
 
-double mass_share_before(double node_scale_before, double node_scale_after) {
-    if (node_scale_before == node_scale_after) return 0.5;
-    const double a = node_scale_before * node_scale_before, b = node_scale_before * node_scale_after,
-                 c = node_scale_after * node_scale_after;
+double mass_share_before(const NodeScales& before, const NodeScales& after) {
+    if (before.first == after.first && before.second == after.second) return 0.5;
+    const double a = before.first * before.second, b = 0.5 * (before.first * after.second + after.first * before.second),
+                 c = after.first * after.second;
     return (3 * a + 2 * b + c) / (4 * (a + b + c));
 }
 

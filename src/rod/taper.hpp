@@ -16,8 +16,12 @@ struct SectionScales {
     bool uniform() const;
 };
 
+/// Of a section at a node, along d1 and along d2.
+struct NodeScales {
+    double first, second;
+};
 /// Part of an element's mass that the first of its nodes has: with it the centre of mass is that of the cone between the nodes.
-double mass_share_before(double node_scale_before, double node_scale_after);
+double mass_share_before(const NodeScales& before, const NodeScales& after);
 
 /// By node [n + 1]: scale of the section that stands for the cell around it in an open rod of n >= 2 equal elements. At and beside
 /// an end that is held in its turn, that of the section at the node.

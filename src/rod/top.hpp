@@ -8,13 +8,14 @@ namespace skein {
 
 enum class TopKind {
     circular,
-    elliptic_d1, ///< J1 is the smallest
-    elliptic_d2, ///< J2 is
-    plain        ///< of the published law
+    elliptic_d1,   ///< J1 is the smallest
+    elliptic_d2,   ///< J2 is
+    elliptic_each, ///< here the one, there the other
+    plain          ///< of the published law
 };
 /// Each its own: groups whose passes have the same names share tiles along.
 inline constexpr std::string_view drift_names[] = {"drift (circular)", "drift (elliptic, J1 < J2)", "drift (elliptic, J2 < J1)",
-                                                   "drift (elastica)"};
+                                                   "drift (elliptic)", "drift (elastica)"};
 
 inline TopKind top_of(const RodGroup& group) {
     if (group.law() == Law::elastica) return TopKind::plain;
@@ -23,6 +24,7 @@ inline TopKind top_of(const RodGroup& group) {
         return j.x == j.y ? TopKind::circular : j.x < j.y ? TopKind::elliptic_d1 : TopKind::elliptic_d2;
     }
     const Section& s = group.spec().section;
+    if (s.kind == SectionKind::elliptic && !s.profile_2.empty()) return TopKind::elliptic_each;
     if (s.kind == SectionKind::circular || s.radius == s.radius_2) return TopKind::circular;
     // I1 = pi/4 a b^3 is the smaller one where the semi-axis b along d2 is the shorter.
     return s.radius_2 < s.radius ? TopKind::elliptic_d1 : TopKind::elliptic_d2;
@@ -35,6 +37,8 @@ template <class F> auto with_top(TopKind kind, F&& f) {
         return f(EllipticTop<0>{});
     case TopKind::elliptic_d2:
         return f(EllipticTop<1>{});
+    case TopKind::elliptic_each:
+        return f(EllipticTopOfEach{});
     case TopKind::plain:
         return f(PlainTop{});
     case TopKind::circular:

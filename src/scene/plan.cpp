@@ -18,6 +18,7 @@
 #include "rod/packing.hpp"
 #include "rod/rest_curvature.hpp"
 #include "rod/rods.hpp"
+#include "rod/section_formula.hpp"
 #include "scene/assembly_check.hpp"
 #include "scene/doubts.hpp"
 #include "scene/group_names.hpp"
@@ -439,6 +440,7 @@ std::vector<RodGroup> make_groups(const SceneSpec& scene) {
         spec.start_motion.use(names);
         spec.end_motion.use(names);
         read_rest_curvature(spec.shape, names);
+        read_section(spec, names);
         const bool in_file = spec.placement.kind == PlacementKind::file;
         auto source =
             in_file ? open_rod_file((std::filesystem::path(directory) / spec.placement.file).string(), spec.source) : nullptr;

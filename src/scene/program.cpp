@@ -31,12 +31,13 @@ std::string_view name_of(const PassSpec& pass) {
 }
 
 bool may_lie_along(const PassSpec& pass) {
-    return std::visit(
-        Overloaded{[](const pass::Drift& p) { return p.top != TopKind::plain; }, [](pass::Orthonormalise) { return true; },
-                   [](pass::Slide p) { return !p.clamped_last; }, [](const pass::Elastic& p) { return p.law != Law::elastica; },
-                   [](const pass::ApplyLoad& p) { return !p.needs_whole_rods; },
-                   [](const pass::Kick& p) { return p.kind != KickKind::elastica; }, [](const auto&) { return false; }},
-        pass);
+    return std::visit(Overloaded{[](const pass::Drift& p) { return p.top != TopKind::plain && p.top != TopKind::elliptic_each; },
+                                 [](pass::Orthonormalise) { return true; }, [](pass::Slide p) { return !p.clamped_last; },
+                                 [](const pass::Elastic& p) { return p.law != Law::elastica; },
+                                 [](const pass::ApplyLoad& p) { return !p.needs_whole_rods; },
+                                 [](const pass::Kick& p) { return p.kind != KickKind::elastica; },
+                                 [](const auto&) { return false; }},
+                      pass);
 }
 
 double predicted_ns(const PassSpec& pass) {

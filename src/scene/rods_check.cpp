@@ -34,8 +34,20 @@ void section(const RodSpec& rods, Objections& of_group) {
     }
     if (!s.bending_stiffness.empty())
         objections.length("bending_stiffness", s.bending_stiffness.size(), 2, "E I1 about d1 and E I2 about d2");
+    if (s.kind == SectionKind::circular) objections.unused({"profile_2", "radius_2_formula"}, "in a circular section");
+    if (!s.radius_formula.empty()) objections.unused({"profile", "taper"}, "beside 'radius_formula'");
+    if (!s.radius_2_formula.empty()) objections.unused({"profile_2"}, "beside 'radius_2_formula'");
+    if (!s.profile_2.empty()) {
+        if (s.radius_2_formula.empty())
+            objections.length("profile_2", s.profile_2.size(), rods.shape.elements, "one for each of the elements");
+        objections.unused({"taper"}, "beside radii along d2 of each element's own");
+        for (const bool given : {s.torsion_constant > 0, !s.bending_stiffness.empty()})
+            if (given)
+                objections.add(s.torsion_constant > 0 ? "torsion_constant" : "bending_stiffness",
+                               "it goes as the fourth power of one radius along the rod, and this section has two of their own");
+    }
     if (s.profile.empty()) return;
-    objections.unused({"taper"}, "beside 'profile', which says the radius of every element");
+    if (s.radius_formula.empty()) objections.unused({"taper"}, "beside 'profile', which says the radius of every element");
     objections.length("profile", s.profile.size(), rods.shape.elements, "one for each of the elements");
 }
 

@@ -2,6 +2,7 @@
 
 #include "core/nearest.hpp"
 #include "rod/rest_curvature.hpp"
+#include "rod/section_formula.hpp"
 #include "scene/assembly_check.hpp"
 #include "scene/contact_check.hpp"
 #include "scene/fluid_check.hpp"
@@ -35,7 +36,7 @@ public:
         time_and_output();
         for (std::size_t i = 0; i < scene_.rods.size(); ++i) {
             TableObjections table(*this, path_of_group(scene_, i));
-            check_rods(with_rest_curvature(scene_.rods[i], table), table);
+            check_rods(with_profiles(scene_.rods[i], table), table);
             motions(scene_.rods[i], table);
         }
         for (const auto& [path, message] : faults(names_for_formulas(scene_))) add(path, message);
@@ -65,9 +66,13 @@ public:
     bool given(std::string_view path) const override { return given_.contains(std::string(path)); }
 
 private:
-    /// The rods with the profile that their formulas say.
-    RodSpec with_rest_curvature(const RodSpec& given, Objections& of_group) const {
+    /// The rods with the profiles that their formulas say.
+    RodSpec with_profiles(const RodSpec& given, Objections& of_group) const {
         RodSpec rods = given;
+        TableObjections section(of_group, "section");
+        for (const SectionFault& found : read_section(rods, names_for_formulas(scene_)))
+            section.add_within(found.key, found.fault.part.begin, found.fault.part.length,
+                               fmt::format("'{}': {}", found.key, found.fault.message));
         if (rods.shape.rest_curvature_formula.empty()) return rods;
         TableObjections table(of_group, "shape");
         const std::string key = "rest_curvature_formula";

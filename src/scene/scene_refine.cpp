@@ -110,10 +110,11 @@ void refine_rods(RodSpec& rods, const Refinement& by) {
                fmt::format("shape.elements: {} elements of '{}' cannot be halved: give an even number", was.elements, rods.name));
     if (shape.elements < 2) refuse(rods.source, fmt::format("shape.elements: '{}' has too few to be halved", rods.name));
     if (!given.empty()) shape.length_profile = shared_lengths(given, by);
-    if (auto& profile = rods.section.profile; !profile.empty()) {
-        const double least = 0.5 * *std::min_element(profile.begin(), profile.end());
-        profile = between(middles_of(was), profile, middles_of(shape), was.closed);
-        for (double& radius : profile) radius = std::max(radius, least); // the last pieces go on as straight lines
+    for (auto* profile : {&rods.section.profile, &rods.section.profile_2}) {
+        if (profile->empty()) continue;
+        const double least = 0.5 * *std::min_element(profile->begin(), profile->end());
+        *profile = between(middles_of(was), *profile, middles_of(shape), was.closed);
+        for (double& radius : *profile) radius = std::max(radius, least); // the last pieces go on as straight lines
     }
     for (auto* curvature : {&shape.rest_curvature_profile, &shape.start_curvature_profile})
         if (!curvature->empty()) *curvature = between(vertices_of(was), *curvature, vertices_of(shape), was.closed);

@@ -42,10 +42,12 @@ struct Section {
     double radius = 0;   ///< m
     double radius_2 = 0; ///< m, elliptic only
     double taper = 1;
-    std::vector<double> profile;           ///< empty, or one factor per element
-    double torsion_constant = 0;           ///< m^4; 0: St Venant's of the ellipse
-    std::vector<double> shear_factors;     ///< empty: Material::shear_factor, or alpha_c along d1 and d2
-    std::vector<double> bending_stiffness; ///< empty, or E I1, E I2 about d1 and d2, N m^2
+    std::vector<double> profile;                  ///< empty, or one factor per element
+    std::vector<double> profile_2;                ///< the same of radius_2; empty: that of `radius`
+    std::string radius_formula, radius_2_formula; ///< of s, which the profiles are worked out from; empty: none
+    double torsion_constant = 0;                  ///< m^4; 0: St Venant's of the ellipse
+    std::vector<double> shear_factors;            ///< empty: Material::shear_factor, or alpha_c along d1 and d2
+    std::vector<double> bending_stiffness;        ///< empty, or E I1, E I2 about d1 and d2, N m^2
 
     void fields(FieldVisitor& f);
 };

@@ -185,7 +185,7 @@ TEST(Taper, GivesNodesTheCentreOfMassOfEveryElement) {
             const double t = (i + 0.5) / steps, f = 1 + (after - 1) * t;
             mass += f * f / steps, first += f * f * t / steps;
         }
-        EXPECT_NEAR(mass_share_before(1, after), 1 - first / mass, 1e-6) << after;
+        EXPECT_NEAR(mass_share_before({1, 1}, {after, after}), 1 - first / mass, 1e-6) << after;
     }
     for (const bool closed : {false, true}) {
         RodSpec spec = test::simple_rod(6);
