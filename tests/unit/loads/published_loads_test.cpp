@@ -9,6 +9,9 @@
 #include <numbers>
 
 namespace skein {
+
+extern template std::unique_ptr<TilePass<1>> make_pass<1, Across<1>>(const Load&, const RodGroup&); // support/load_passes.cpp
+
 namespace {
 
 constexpr double pi = std::numbers::pi;
