@@ -48,25 +48,26 @@ set(SKEIN_CONTACT_KERNELS ${CMAKE_SOURCE_DIR}/src/contact/broad_phase.cpp ${CMAK
                           ${CMAKE_SOURCE_DIR}/src/contact/contacts.cpp ${CMAKE_SOURCE_DIR}/src/core/rotation.cpp)
 set(SKEIN_ROD_KERNELS ${CMAKE_SOURCE_DIR}/src/kernels/kernels_at.cpp ${CMAKE_SOURCE_DIR}/src/kernels/load_passes_at.cpp
                       ${CMAKE_SOURCE_DIR}/src/rod/rod_tiles.cpp ${CMAKE_SOURCE_DIR}/src/rod/rod_tiles_layout.cpp)
-set(SKEIN_FLUID_KERNELS ${CMAKE_SOURCE_DIR}/src/fluid/flow_solver.cpp)
+if(SKEIN_FLUID)
+  set(SKEIN_FLUID_KERNELS ${CMAKE_SOURCE_DIR}/src/fluid/flow_solver.cpp)
+else()
+  set(SKEIN_FLUID_KERNELS ${CMAKE_SOURCE_DIR}/src/fluid/no_flow_solver.cpp)
+endif()
 
-# skein_level(<level>): libraries skein_contact_<level>, skein_rods_<level>_w<width> and, with a fluid, skein_fluid_<level>, and in
-# SKEIN_LEVEL_OBJECT_<level> the object that joins them.
+# skein_level(<level>): libraries skein_contact_<level>, skein_fluid_<level> and skein_rods_<level>_w<width>, and in
+# SKEIN_LEVEL_OBJECT_<level> the object that joins them. No definition depends on what is built beside them, so that no option makes the
+# kernels of rods, the longest to compile, anew.
 function(skein_level level)
   add_library(skein_contact_${level} STATIC ${SKEIN_CONTACT_KERNELS})
-  set(parts skein_contact_${level})
-  if(SKEIN_FLUID)
-    add_library(skein_fluid_${level} STATIC ${SKEIN_FLUID_KERNELS})
-    list(APPEND parts skein_fluid_${level})
-  endif()
+  add_library(skein_fluid_${level} STATIC ${SKEIN_FLUID_KERNELS})
+  set(parts skein_contact_${level} skein_fluid_${level})
   set(entries "")
   foreach(width ${SKEIN_LEVEL_WIDTHS_${level}})
     if(NOT width IN_LIST SKEIN_WIDTHS)
       continue()
     endif()
     add_library(skein_rods_${level}_w${width} STATIC ${SKEIN_ROD_KERNELS})
-    target_compile_definitions(skein_rods_${level}_w${width}
-                               PRIVATE SKEIN_WIDTH=${width} SKEIN_KERNELS=skein_kernels_w${width} $<$<BOOL:${SKEIN_FLUID}>:SKEIN_FLUID>)
+    target_compile_definitions(skein_rods_${level}_w${width} PRIVATE SKEIN_WIDTH=${width} SKEIN_KERNELS=skein_kernels_w${width})
     list(APPEND parts skein_rods_${level}_w${width})
     list(APPEND entries --keep-global-symbol=skein_kernels_w${width})
   endforeach()

@@ -22,6 +22,11 @@ function(skein_test_build name)
 endfunction()
 skein_test_build(skein_test_main)
 
+# Passes of all loads for tests of the baseline, compiled once.
+add_library(skein_test_passes STATIC ${CMAKE_SOURCE_DIR}/tests/support/load_passes.cpp)
+target_link_libraries(skein_test_passes PUBLIC skein_loads)
+target_compile_options(skein_test_passes PRIVATE $<$<CONFIG:Release>:-O1>)
+
 # Tests that jobscripts/sanitize.sh runs.
 add_custom_target(sanitized_tests)
 
@@ -46,10 +51,11 @@ function(skein_unit_test name)
   add_dependencies(sanitized_tests ${name})
 endfunction()
 
-# What Open MPI needs to run as root, in a container, with more ranks than cores.
+# What Open MPI needs to run as root, in a container, with more ranks than cores; a rank by itself starts no daemon.
 set(SKEIN_MPI_ENVIRONMENT
   OMPI_ALLOW_RUN_AS_ROOT=1 OMPI_ALLOW_RUN_AS_ROOT_CONFIRM=1 OMPI_MCA_rmaps_base_oversubscribe=1
-  OMPI_MCA_hwloc_base_binding_policy=none OMPI_MCA_btl_vader_single_copy_mechanism=none OMPI_MCA_mpi_yield_when_idle=1)
+  OMPI_MCA_hwloc_base_binding_policy=none OMPI_MCA_btl_vader_single_copy_mechanism=none OMPI_MCA_mpi_yield_when_idle=1
+  OMPI_MCA_ess_singleton_isolated=1)
 
 # skein_mpi_run(<test name> RANKS <n> COMMAND ...): one ctest case of the label mpi.
 function(skein_mpi_run name)

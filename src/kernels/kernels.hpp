@@ -21,7 +21,7 @@ struct Kernels {
     std::unique_ptr<Rods> (*make_rods)(const Plan& plan, std::span<const RodGroup> groups, std::vector<LocalRod> owned,
                                        const Threads& threads, Surroundings& around);
     std::unique_ptr<ContactSolver> (*make_contacts)(ContactScene scene, const Threads& threads);
-    /// Null where Skein was built without the fluid.
+    /// Throws InputError where Skein was built without the fluid.
     std::unique_ptr<FlowSolver> (*make_flow)(const Communicator& comm, const Threads& threads, const FlowConstants& constants);
 };
 

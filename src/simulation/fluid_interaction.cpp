@@ -27,11 +27,7 @@ ForceBalance::Weight weight_of(const Plan& plan) {
 }
 
 std::unique_ptr<FlowSolver> make_flow(const InteractionParts& parts) {
-    const auto make = kernels(parts.plan.machine.lanes).make_flow;
-    if (!make)
-        throw InputError("the scene has a [fluid], and this program was built without the solver for it: build with "
-                         "-DSKEIN_FLUID=ON, which needs FFTW (Debian: libfftw3-dev)");
-    return make(parts.comm, parts.threads, parts.plan.fluid->constants);
+    return kernels(parts.plan.machine.lanes).make_flow(parts.comm, parts.threads, parts.plan.fluid->constants);
 }
 
 } // namespace

@@ -94,6 +94,29 @@ length = 0.1
 elements = 6
 """  # to be packed
 
+# A box between walls and a ball that swings in it; a scene of both says what the velocity is at the start, and how long it goes on.
+FLUID_IN_A_BOX = """
+[constants]
+k = { value = 3.141592653589793, unit = "1/m" }
+U = { value = 1.0, unit = "m/s" }
+[fluid]
+cells = [24, 20, 16]
+spacing = 0.1
+lower = [0.5, -1.0, 0.0]
+density = 2.0
+viscosity = 0.01
+along_y = "no_slip"
+along_z = "free_slip"
+"""
+BALL_IN_IT = """
+[[obstacle]]
+name = "ball"
+centre = [1.5, 0.1, 0.8]
+radius = 0.25
+amplitude = [0.0, 0.0, 0.2]
+frequency = 1.0
+"""
+
 
 def table(name, keys):
     """Of a scene: `name` with its brackets."""
@@ -151,8 +174,10 @@ class DriverTest(unittest.TestCase):
         return [MPIRUN, "-n", str(ranks), SKEIN, "run", str(self.scene), "--out", str(self.directory / out),
                 "--threads", str(threads), *arguments]
 
-    def run_skein(self, out, *arguments, expect=0, **layout):
-        done = subprocess.run(self.command(out, *arguments, **layout), capture_output=True, text=True, timeout=200)
+    def run_skein(self, out, *arguments, expect=0, ranks=1, **layout):
+        """A rank by itself without mpirun, which would take longer than most of these runs."""
+        command = self.command(out, *arguments, ranks=ranks, **layout)
+        done = subprocess.run(command[3:] if ranks == 1 else command, capture_output=True, text=True, timeout=200)
         self.assertEqual(done.returncode, expect, done.stdout + done.stderr)
         return done
 

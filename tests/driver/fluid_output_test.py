@@ -12,7 +12,7 @@ import unittest
 import h5py
 import numpy
 
-from driver import DriverTest
+from driver import BALL_IN_IT, FLUID_IN_A_BOX, DriverTest
 
 try:  # Debian: python3-vtk9 or python3-paraview
     from vtkmodules.util.numpy_support import vtk_to_numpy
@@ -26,26 +26,11 @@ except ImportError:
 CELLS, SPACING, LOWER = (24, 20, 16), 0.1, (0.5, -1.0, 0.0)
 FIELDS = {"velocity": 3, "vorticity": 3, "q": 1, "pressure": 1}
 SCENE = """
-[constants]
-k = { value = 3.141592653589793, unit = "1/m" }
-U = { value = 1.0, unit = "m/s" }
 [time]
 duration = 0.4
-[fluid]
-cells = [24, 20, 16]
-spacing = 0.1
-lower = [0.5, -1.0, 0.0]
-density = 2.0
-viscosity = 0.01
-along_y = "no_slip"
-along_z = "free_slip"
+""" + FLUID_IN_A_BOX + """
 velocity_formula = ["U * sin(k*y) * (1 + 0.2 * cos(2*k*z))", "0.3 * U * sin(2 * k * x / 2.4)", "0 * U"]
-[[obstacle]]
-name = "ball"
-centre = [1.5, 0.1, 0.8]
-radius = 0.25
-amplitude = [0.0, 0.0, 0.2]
-frequency = 1.0
+""" + BALL_IN_IT + """
 [output]
 checkpoint = 0.2
 [[fluid_output]]

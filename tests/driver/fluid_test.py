@@ -12,7 +12,7 @@ import unittest
 import h5py
 import numpy
 
-from driver import SKEIN, DriverTest
+from driver import BALL_IN_IT, FLUID_IN_A_BOX, SKEIN, DriverTest
 
 FLOW = pathlib.Path(__file__).resolve().parents[2] / "apps/flow"
 WALLS = """
@@ -22,27 +22,11 @@ frequency = 1.3
 """
 FLUID = """
 title = "vortices round a ball"
-[constants]
-k = { value = 3.141592653589793, unit = "1/m" }
-U = { value = 1.0, unit = "m/s" }
 [time]
 duration = 0.5
-[fluid]
-cells = [24, 20, 16]
-spacing = 0.1
-lower = [0.5, -1.0, 0.0]
-density = 2.0
-viscosity = 0.01
-along_y = "no_slip"
-along_z = "free_slip"
+""" + FLUID_IN_A_BOX + """
 velocity_formula = ["U * sin(k*y)", "0.3 * U * sin(2 * k * x / 2.4)", "0 * U"]
-""" + WALLS + """
-[[obstacle]]
-name = "ball"
-centre = [1.5, 0.1, 0.8]
-radius = 0.25
-amplitude = [0.0, 0.0, 0.2]
-frequency = 1.0
+""" + WALLS + BALL_IN_IT + """
 [output]
 series = 0.05
 fields = 0.25

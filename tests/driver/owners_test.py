@@ -132,7 +132,7 @@ class Owners(DriverTest):
     def test_where_it_pays(self):
         """The rank that has the heap gives some of it away, and what both have to do is even then."""
         self.scene.write_text(HEAP)
-        self.run_skein("even", "--walltime", "20", ranks=2, expect=3)
+        self.run_skein("even", "--walltime", "10", ranks=2, expect=3)
         summary = self.summary("even")
         self.assertGreaterEqual(summary["balance"]["migrations"], 1)
         self.assertGreater(summary["balance"]["rods"], 50)

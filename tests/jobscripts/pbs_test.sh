@@ -54,11 +54,11 @@ code=$(job known.log PATH="$work/bin:$PATH" FAKE_WALLTIME=04:00:00 OPTIONS="$opt
 
 # The time is up after some seconds; the successor is the script with the variables that qsub was given.
 options="--set time.duration=7.2e5 --set output.trajectory=0 --set output.tips=0 --set output.series=0 --set output.checkpoint=0 --quiet --out $work/long"
-code=$(job limit.log PATH="$work/bin:$PATH" FAKE_WALLTIME=00:02:08 OPTIONS="$options")
+code=$(job limit.log PATH="$work/bin:$PATH" FAKE_WALLTIME=00:02:04 OPTIONS="$options")
 [[ $code == 0 ]] || fail "the job that submits its successor left with code $code"
 grep -q 'skein left with code 3' "$work/limit.log" || fail "the job was not stopped by its limit"
 told=$(paste -s -d ' ' "$work/qsub.arguments")
-[[ $told == "-W depend=afterany:1.test -N cilia -q short -l select=1:ncpus=2:mpiprocs=2:ompthreads=1 -l place=scatter:excl -l walltime=00:02:08 -v SKEIN_START,SCENE,OPTIONS,THREADS,SKEIN,SKEIN_RESTARTS jobscripts/pbs/cilia.pbs" ]] ||
+[[ $told == "-W depend=afterany:1.test -N cilia -q short -l select=1:ncpus=2:mpiprocs=2:ompthreads=1 -l place=scatter:excl -l walltime=00:02:04 -v SKEIN_START,SCENE,OPTIONS,THREADS,SKEIN,SKEIN_RESTARTS jobscripts/pbs/cilia.pbs" ]] ||
     fail "qsub was told: $told"
 reached=$(field long steps)
 steps=$((reached + 3000))
@@ -73,7 +73,7 @@ grep -q 'start 2,' "$work/successor.log" || fail "the successor does not count"
 
 # There is an end to successors; a job that is deleted has none; one that is asked to stop has one.
 rm "$work/qsub.arguments"
-code=$(job last.log PATH="$work/bin:$PATH" FAKE_WALLTIME=00:02:05 SKEIN_RESTARTS=1 SKEIN_START=2 OPTIONS="${options/$work\/long/$work\/last}")
+code=$(job last.log PATH="$work/bin:$PATH" FAKE_WALLTIME=00:02:03 SKEIN_RESTARTS=1 SKEIN_START=2 OPTIONS="${options/$work\/long/$work\/last}")
 [[ $code == 3 && ! -e $work/qsub.arguments ]] || fail "code $code after the last start"
 for signal in TERM USR1; do
     rm -f "$work/qsub.arguments"

@@ -143,7 +143,8 @@ class Draw(unittest.TestCase):
         self.assertFalse(list(self.out.glob(".part*")))
 
     def test_every_scene_of_the_cases(self):
-        """After a few steps, from frames or the checkpoint; but for the largest, which take minutes in matplotlib, and those without rods."""
+        """After a few steps, from frames or the checkpoint; but for the largest, which take minutes in matplotlib, and those without rods.
+        In this process: to start Python and matplotlib takes as long as to draw, and test_command does."""
         for scene in sorted(APPS.glob("*/*.toml")):
             if scene.stem in ("farm_111797", "nest_1536", "nest_1536_published") or "\n[fluid]" in scene.read_text():
                 continue
@@ -151,7 +152,7 @@ class Draw(unittest.TestCase):
                 out = self.directory.path / scene.stem
                 done = subprocess.run([SKEIN, "run", str(scene), "--out", str(out), "-q", "--steps", "16"], capture_output=True, text=True, timeout=100)
                 self.assertIn(done.returncode, (0, 3), done.stderr)
-                self.command(out, "--size", "240x180", "--renderer", "plain", "--detail", "0.3")
+                skein.draw(out, size=(240, 180), renderer="plain", detail=0.3)
                 with Image.open(out / "picture.png") as image:
                     self.assertGreater(np.sum(np.asarray(image.convert("RGB")).min(axis=2) < 200), 100)
 

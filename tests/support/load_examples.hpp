@@ -2,7 +2,8 @@
 // Tests of all loads run over this list, and fail for a load of the scenes' list that is not in it.
 #pragma once
 
-#include "loads/load_passes.hpp"
+#include "loads/load_list.hpp"
+#include "loads/load_pass.hpp"
 #include "support/rods_for_tests.hpp"
 
 #include <fmt/format.h>

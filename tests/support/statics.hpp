@@ -3,7 +3,8 @@
 #pragma once
 
 #include "core/rotation.hpp"
-#include "loads/load_passes.hpp"
+#include "loads/load_list.hpp"
+#include "loads/load_pass.hpp"
 #include "rod/elastic.hpp"
 #include "support/rods_for_tests.hpp"
 

@@ -1,7 +1,8 @@
 // The snake of Gazzola et al. 2018 as PyElastica's example has it: a wave of muscle couple runs from its end to its start, and it
 // crawls by friction that holds more across than along. Eleven periods of that example gave 0.1589 lengths per period ahead.
 #include "loads/damping.hpp"
-#include "loads/load_passes.hpp"
+#include "loads/load_list.hpp"
+#include "loads/load_pass.hpp"
 #include "loads/plane_friction.hpp"
 #include "rod/elastica.hpp"
 #include "rod/rods.hpp"

@@ -3,6 +3,7 @@
 import numpy as np
 
 from .shapes import unit
+from .sheet import blank
 
 DETAIL = 0.2  # of surfaces, against those for VTK: each face is a polygon of its own
 
@@ -15,9 +16,6 @@ class Stage:
         self.width, self.height = width, height
 
     def draw(self, view, shown):
-        import matplotlib
-        matplotlib.use("Agg")
-        import matplotlib.pyplot as plt
         from matplotlib.collections import PolyCollection
         mesh, camera = shown.mesh, view.camera
         right, _, back = camera.axes
@@ -32,7 +30,7 @@ class Stage:
         bright = 0.34 + 0.24 * (1 + normal[chosen] @ view.up) + 0.5 * np.clip(normal[chosen] @ lamp, 0, 1)
         shine = 0.22 * np.clip(np.sum(normal[chosen] * unit(lamp + towards_eye[chosen]), axis=1), 0, 1)[:, None] ** 40
         faces = np.clip(mesh.colours[mesh.faces[chosen]].mean(axis=1) * bright[:, None] + shine, 0, 1)
-        figure = plt.figure(figsize=(self.width / 100, self.height / 100), dpi=100, facecolor="white")
+        figure = blank(self.width, self.height)
         axes = figure.add_axes([0, 0, 1, 1])
         axes.add_collection(PolyCollection(place.reshape(-1, 4, 2)[far_first], facecolors=faces, edgecolors=faces, linewidths=0.35))
         aspect = self.width / self.height
@@ -40,5 +38,4 @@ class Stage:
         axes.set_axis_off()
         figure.canvas.draw()
         image = np.asarray(figure.canvas.buffer_rgba())[..., :3].copy()
-        plt.close(figure)
         return image

@@ -5,6 +5,15 @@ import numpy as np
 from ..style import INK, QUIET
 
 
+def blank(width, height):
+    """A white figure that pyplot does not keep, so that a program may draw any number of pictures."""
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.figure import Figure
+    figure = Figure(figsize=(width / 100, height / 100), dpi=100, facecolor="white")
+    FigureCanvasAgg(figure)
+    return figure
+
+
 def colour_bar(figure, place, scale, size=9):
     from matplotlib.cm import ScalarMappable
     from matplotlib.colors import Normalize
@@ -21,11 +30,8 @@ class Sheet:
     """Made once, filled frame by frame."""
 
     def __init__(self, width, height, title, scale, words=True):
-        import matplotlib
-        matplotlib.use("Agg")
-        import matplotlib.pyplot as plt
         self.size = width, height
-        self.figure = plt.figure(figsize=(width / 100, height / 100), dpi=100, facecolor="white")
+        self.figure = blank(width, height)
         axes = self.figure.add_axes([0, 0, 1, 1])
         axes.set_axis_off()
         self.image = axes.imshow(np.full((height, width, 3), 255, np.uint8), interpolation="nearest", aspect="auto")

@@ -2,7 +2,9 @@
 #include "contact/wall_pass.hpp"
 
 #include "diagnostics/observables.hpp"
-#include "loads/load_passes.hpp"
+#include "loads/gravity.hpp"
+#include "loads/load_pass.hpp"
+#include "loads/uniform_force.hpp"
 #include "rod/elastic.hpp"
 #include "rod/kick.hpp"
 #include "rod/rod_tiles.hpp"
@@ -13,6 +15,7 @@
 
 #include <cmath>
 #include <numbers>
+#include <optional>
 
 namespace skein {
 namespace {
@@ -24,7 +27,7 @@ using State = std::vector<Slot<1>>;
 template <int W> class Stage {
 public:
     Stage(const RodGroup& group, const std::vector<State>& states, const std::vector<Wall>& scene, const Vec3d& gravity, double dt,
-          std::int64_t done = 0, const std::vector<Load>& more = {})
+          std::int64_t done = 0, const std::optional<UniformForce>& push = {})
         : group_(group), walls(std::make_shared<Walls>(scene)), contacts(std::make_shared<WallContactTiles<W>>(*walls, group)),
           slot_(states[0].size()), load_(states[0].size()), clock_(dt, done) {
         for (std::size_t k = 0; k < slot_.size(); ++k)
@@ -32,8 +35,8 @@ public:
         tile_ = {slot_.data(), group.element.data(), group.voronoi.data(), &group, group.elements(), 0, {}, W};
         with_top(top_of(group), [&]<class Top>(Top) { program_.push_back(std::make_unique<DriftPass<Top, W>>()); });
         with_energy_law(group.law(), [&]<class L>(L) { program_.push_back(std::make_unique<ElasticPass<L, W>>(ends_of(group))); });
-        program_.push_back(make_pass<W>(Gravity{gravity}, group));
-        for (const Load& load : more) program_.push_back(make_pass<W>(load, group));
+        program_.push_back(std::make_unique<LoadPass<Gravity, W>>(Gravity{gravity}, group));
+        if (push) program_.push_back(std::make_unique<LoadPass<UniformForce, W>>(*push, group));
         auto pass = std::make_unique<WallPass<W>>(walls, group, contacts);
         wall_pass = pass.get();
         program_.push_back(std::move(pass));
@@ -238,7 +241,7 @@ TEST(Walls, HoldARodOnAnIncline) {
         // Tilted slowly: under a load that comes at once springs swing beyond it and let go.
         const UniformForce fall{.force = {mass_of(group) * gravity * std::sin(slope), 0, 0}, .ramp = {0.5}};
         Stage<1> tilted(group, {lying(group, k, gravity * std::cos(slope))}, {floor_of(law)}, {0, 0, -gravity * std::cos(slope)},
-                        1e-5, 0, {fall});
+                        1e-5, 0, fall);
         tilted.advance(100000);
         const State before = tilted.state();
         tilted.advance(100000);

@@ -1,5 +1,6 @@
 // Loads as formulas: named loads written as such, ends, places, what is told at the start, and the limits of the step.
-#include "loads/load_passes.hpp"
+#include "loads/load_list.hpp"
+#include "loads/load_pass.hpp"
 #include "support/rods_for_tests.hpp"
 
 #include <gtest/gtest.h>

@@ -1,5 +1,6 @@
 // Loads as values: what holds for all of the list, and how members that a load may leave out are found.
-#include "loads/load_passes.hpp"
+#include "loads/load_list.hpp"
+#include "loads/load_pass.hpp"
 #include "support/rods_for_tests.hpp"
 
 #include <gtest/gtest.h>

@@ -1,5 +1,6 @@
 // Every load against its formula, written out plainly.
-#include "loads/load_passes.hpp"
+#include "loads/load_list.hpp"
+#include "loads/load_pass.hpp"
 #include "support/rods_for_tests.hpp"
 
 #include <gtest/gtest.h>

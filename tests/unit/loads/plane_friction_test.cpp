@@ -1,5 +1,6 @@
 // Friction of its own in every direction: against the formulae, element by element, and a snake that crawls.
-#include "loads/load_passes.hpp"
+#include "loads/load_list.hpp"
+#include "loads/load_pass.hpp"
 #include "loads/plane_friction.hpp"
 #include "rod/elastic.hpp"
 #include "rod/kick.hpp"

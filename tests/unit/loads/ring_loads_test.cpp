@@ -1,6 +1,7 @@
 // Loads and damping on rings: no vertex, node or element is first or last.
 #include "loads/damping.hpp"
-#include "loads/load_passes.hpp"
+#include "loads/load_list.hpp"
+#include "loads/load_pass.hpp"
 #include "rod/drift.hpp"
 #include "support/rods_for_tests.hpp"
 

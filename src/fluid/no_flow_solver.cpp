@@ -1,0 +1,13 @@
+// In place of flow_solver.cpp where Skein is built without the fluid: kernels of rods are then the same objects in both builds.
+#include "fluid/make_flow.hpp"
+
+#include "skein/core/error.hpp"
+
+namespace skein {
+
+std::unique_ptr<FlowSolver> make_flow(const Communicator&, const Threads&, const FlowConstants&) {
+    throw InputError("the scene has a [fluid], and this program was built without the solver for it: build with "
+                     "-DSKEIN_FLUID=ON, which needs FFTW (Debian: libfftw3-dev)");
+}
+
+} // namespace skein
