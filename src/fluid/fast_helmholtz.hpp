@@ -1,9 +1,9 @@
-// The discrete equations of Poisson and Helmholtz of a box, solved directly: transforms of lines along y and x, plane by plane,
-// then a tridiagonal system along z for each of their coefficients.                                           theory.md (77)-(79),
-// (84)
+// The discrete equations of Poisson and Helmholtz of a box, solved directly: transforms of lines along x and y, then a tridiagonal
+// system along z for each of their coefficients.                                                     theory.md (77)-(79), (84)
 #pragma once
 
 #include "fluid/flow.hpp"
+#include "fluid/row_exchange.hpp"
 #include "fluid/slab_columns.hpp"
 
 #include <optional>
@@ -11,40 +11,73 @@
 
 namespace skein {
 
-/// Planes are transformed whole, so that any ranks have the same bits where columns are solved whole too.
+/// Lines are transformed whole, so that any ranks have the same bits where columns are solved whole too.
 class FastHelmholtz {
 public:
     using P = Pack<8>;
-    FastHelmholtz(const Communicator& comm, const Threads& threads, const FluidGrid& grid,
+    FastHelmholtz(const Communicator& comm, const Threads& threads, const FluidGrid& grid, const Pencils& pencils,
                   ColumnExchange exchange = ColumnExchange::transposes)
-        : threads_(threads), planes_(static_cast<std::size_t>(slab_of(grid.cells[2], comm.rank(), comm.size()).count)),
-          transforms_(static_cast<std::size_t>(threads.count()), PlaneTransform(grid)) {
-        if (exchange == ColumnExchange::interfaces && comm.size() > 1) slabs_.emplace(comm, threads, grid);
-        else whole_.emplace(comm, threads, grid);
+        : threads_(threads), planes_(static_cast<std::size_t>(pencils.planes().count)) {
+        if (exchange == ColumnExchange::interfaces && pencils.slabs() > 1) slabs_.emplace(comm, threads, grid, pencils);
+        else whole_.emplace(comm, threads, grid, pencils);
+        if (pencils.across() > 1) shared_.emplace(comm, grid, pencils);
+        for (int t = 0; t < threads.count(); ++t) work_.emplace_back(grid, pencils);
     }
 
     /// source(i, j, k): f in eight cells from (i, j, k) on, of which those beyond the row are left out; sink(i, j, k, phi): takes
-    /// phi there, when all of f has been read. k counts planes of this rank. Collective.
+    /// phi there, when all of f has been read. j and k count rows and planes of this rank. Collective.
     template <class Source, class Sink> void solve(const Helmholtz& equation, Source&& source, Sink&& sink) {
-        const CoefficientRows& rows = slabs_ ? slabs_->rows() : whole_->rows();
-        threads_.for_each(planes_, [&](std::size_t k, int thread) {
-            transforms_[static_cast<std::size_t>(thread)].forward(equation, static_cast<int>(k), rows, source);
-        });
+        const PlaneRows& columns = slabs_ ? slabs_->rows() : whole_->rows();
+        const auto along_x = [&](Work& work, int k) {
+            work.x.forward(equation.x, k, shared_ ? shared_->of_rows() : work.packs, source);
+        };
+        const auto along_y = [&](Work& work, int k) {
+            work.y.forward(equation.y, k, shared_ ? shared_->of_modes() : work.rows, columns);
+        };
+        const auto back_along_y = [&](Work& work, int k) {
+            work.y.back(equation.y, k, columns, shared_ ? shared_->of_modes() : work.rows);
+        };
+        const auto back_along_x = [&](Work& work, int k) {
+            work.x.back(equation.x, k, shared_ ? shared_->of_rows() : work.packs, sink);
+        };
+        if (shared_) for_planes(along_x), shared_->to_modes(), for_planes(along_y);
+        else for_planes([&](Work& work, int k) { along_x(work, k), along_y(work, k); });
         if (slabs_) slabs_->solve(equation);
         else whole_->solve(equation);
-        threads_.for_each(planes_, [&](std::size_t k, int thread) {
-            transforms_[static_cast<std::size_t>(thread)].back(equation, static_cast<int>(k), rows, sink);
-        });
+        if (shared_) for_planes(back_along_y), shared_->to_rows(), for_planes(back_along_x);
+        else for_planes([&](Work& work, int k) { back_along_y(work, k), back_along_x(work, k); });
     }
 
-    std::size_t bytes() const { return slabs_ ? slabs_->bytes() : whole_->bytes(); }
+    std::size_t bytes() const { return (slabs_ ? slabs_->bytes() : whole_->bytes()) + (shared_ ? shared_->bytes() : 0); }
 
 private:
+    /// Of one thread: between both transforms a plane stays in its cache, where this rank has the whole of it.
+    struct Work {
+        Work(const FluidGrid& grid, const Pencils& pencils)
+            : x(grid.cells[0], pencils.rows().count), y(pencils.modes(pencils.share()).count) {
+            if (pencils.across() > 1) return;
+            const std::ptrdiff_t row = row_of(grid.cells[0]);
+            plane.assign(static_cast<std::size_t>(row * grid.cells[1]), 0.0);
+            for (int m = 0; m < grid.cells[0]; m += 8) packs.add(plane.data() + m, 0, row);
+            for (int j = 0; j < grid.cells[1]; ++j) rows.add(plane.data() + j * row, 0);
+        }
+        TransformAlongX x;
+        TransformAlongY y;
+        AlignedVector<double> plane; ///< [y][x mode]; none where ranks share it
+        PlanePacks packs;
+        PlaneRows rows;
+    };
+    template <class Body> void for_planes(Body&& body) {
+        threads_.for_each(planes_,
+                          [&](std::size_t k, int thread) { body(work_[static_cast<std::size_t>(thread)], static_cast<int>(k)); });
+    }
+
     const Threads& threads_;
     std::size_t planes_;
     std::optional<TransposedColumns> whole_; ///< columns: these or the next ones
     std::optional<SlabColumns> slabs_;
-    std::vector<PlaneTransform> transforms_; ///< by thread
+    std::optional<RowExchange> shared_; ///< none where this rank has all rows of its planes
+    std::vector<Work> work_;            ///< by thread
 };
 
 } // namespace skein
