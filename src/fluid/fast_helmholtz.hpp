@@ -21,51 +21,43 @@ public:
         if (exchange == ColumnExchange::interfaces && pencils.slabs() > 1) slabs_.emplace(comm, threads, grid, pencils);
         else whole_.emplace(comm, threads, grid, pencils);
         if (pencils.across() > 1) shared_.emplace(comm, grid, pencils);
-        for (int t = 0; t < threads.count(); ++t) work_.emplace_back(grid, pencils);
+        for (int t = 0; t < threads.count(); ++t)
+            work_.push_back(
+                {TransformAlongX(grid.cells[0], pencils.rows().count), TransformAlongY(pencils.modes(pencils.share()).count)});
     }
 
     /// source(i, j, k): f in eight cells from (i, j, k) on, of which those beyond the row are left out; sink(i, j, k, phi): takes
     /// phi there, when all of f has been read. j and k count rows and planes of this rank. Collective.
     template <class Source, class Sink> void solve(const Helmholtz& equation, Source&& source, Sink&& sink) {
         const PlaneRows& columns = slabs_ ? slabs_->rows() : whole_->rows();
-        const auto along_x = [&](Work& work, int k) {
-            work.x.forward(equation.x, k, shared_ ? shared_->of_rows() : work.packs, source);
-        };
-        const auto along_y = [&](Work& work, int k) {
-            work.y.forward(equation.y, k, shared_ ? shared_->of_modes() : work.rows, columns);
-        };
-        const auto back_along_y = [&](Work& work, int k) {
-            work.y.back(equation.y, k, columns, shared_ ? shared_->of_modes() : work.rows);
-        };
-        const auto back_along_x = [&](Work& work, int k) {
-            work.x.back(equation.x, k, shared_ ? shared_->of_rows() : work.packs, sink);
-        };
-        if (shared_) for_planes(along_x), shared_->to_modes(), for_planes(along_y);
-        else for_planes([&](Work& work, int k) { along_x(work, k), along_y(work, k); });
+        if (shared_) {
+            for_planes([&](Work& work, int k) { work.x.forward(equation.x, k, shared_->of_rows(), source); });
+            shared_->to_modes();
+            for_planes([&](Work& work, int k) { work.y.forward(equation.y, k, shared_->of_modes(), columns); });
+        } else
+            for_planes([&](Work& work, int k) { // which stays in the cache
+                work.x.forward(equation.x, k, source);
+                work.y.forward(equation.y, k, work.x.tiles(equation.x), columns);
+            });
         if (slabs_) slabs_->solve(equation);
         else whole_->solve(equation);
-        if (shared_) for_planes(back_along_y), shared_->to_rows(), for_planes(back_along_x);
-        else for_planes([&](Work& work, int k) { back_along_y(work, k), back_along_x(work, k); });
+        if (shared_) {
+            for_planes([&](Work& work, int k) { work.y.back(equation.y, k, columns, shared_->of_modes()); });
+            shared_->to_rows();
+            for_planes([&](Work& work, int k) { work.x.back(equation.x, k, shared_->of_rows(), sink); });
+        } else
+            for_planes([&](Work& work, int k) {
+                work.y.back(equation.y, k, columns, work.x.tiles(equation.x));
+                work.x.back(equation.x, k, sink);
+            });
     }
 
     std::size_t bytes() const { return (slabs_ ? slabs_->bytes() : whole_->bytes()) + (shared_ ? shared_->bytes() : 0); }
 
 private:
-    /// Of one thread: between both transforms a plane stays in its cache, where this rank has the whole of it.
     struct Work {
-        Work(const FluidGrid& grid, const Pencils& pencils)
-            : x(grid.cells[0], pencils.rows().count), y(pencils.modes(pencils.share()).count) {
-            if (pencils.across() > 1) return;
-            const std::ptrdiff_t row = row_of(grid.cells[0]);
-            plane.assign(static_cast<std::size_t>(row * grid.cells[1]), 0.0);
-            for (int m = 0; m < grid.cells[0]; m += 8) packs.add(plane.data() + m, 0, row);
-            for (int j = 0; j < grid.cells[1]; ++j) rows.add(plane.data() + j * row, 0);
-        }
         TransformAlongX x;
         TransformAlongY y;
-        AlignedVector<double> plane; ///< [y][x mode]; none where ranks share it
-        PlanePacks packs;
-        PlaneRows rows;
     };
     template <class Body> void for_planes(Body&& body) {
         threads_.for_each(planes_,
