@@ -3,7 +3,7 @@
 // ahead.
 #pragma once
 
-#include "neighbourhood/transposed.hpp"
+#include "core/transposed.hpp"
 
 #include <algorithm>
 #include <utility>

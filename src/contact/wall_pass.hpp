@@ -11,7 +11,7 @@
 #include "contact/contact_limits.hpp"
 #include "contact/wall_contacts.hpp"
 #include "contact/wall_points.hpp"
-#include "neighbourhood/transposed.hpp"
+#include "core/transposed.hpp"
 
 #include <array>
 #include <bit>

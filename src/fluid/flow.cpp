@@ -30,7 +30,7 @@ void FlowSolver::set_velocity(const std::function<Vec3d(const Vec3d& place)>& ve
 }
 
 void FlowSolver::step(double time, double dt) {
-    for (int s = 0; s < stage_parts(constants().scheme).count; ++s) stage(s, time, dt);
+    for (int s = 0; s < stage_parts(constants().scheme).count; ++s) begin_stage(s, time, dt), end_stage(s, time, dt);
 }
 
 std::int64_t FlowSolver::step_within(double time, double dt, double courant) {

@@ -103,9 +103,11 @@ public:
     void set_velocity(const std::function<Vec3d(const Vec3d& place)>& velocity);
     /// What changes velocities in each stage, of bodies in the fluid; null: nothing. Must outlive its use.
     virtual void set_forcing(StageForcing* forcing) = 0;
-    /// Stage s of a step of dt from a time, s; all of stage_parts() in order make the step. Throws NumericalError on all ranks
-    /// where no pressure is found. Collective.
-    virtual void stage(int s, double time, double dt) = 0;
+    /// Stage s of a step of dt from a time, s; all of stage_parts() in order make the step. First as if there were no bodies, of
+    /// explicit schemes; then, when bodies have come to its end, what they change. Throw NumericalError on all ranks where no
+    /// pressure is found. Collective.
+    virtual void begin_stage(int s, double time, double dt) = 0;
+    virtual void end_stage(int s, double time, double dt) = 0;
     /// All of them.
     void step(double time, double dt);
     /// The longest step, s, of a sum of Courant numbers of 1, or of 1.5 of the most that viscosity allows, and a fortieth of a

@@ -500,11 +500,9 @@ void BoxFlow::force(const FlowStage& stage) {
     fill_sides([this](int k) { return forcing_->changed(k); });
 }
 
-void BoxFlow::stage(int s, double time, double dt) {
-    // The last step ended at this time but for rounding, which a run that goes on from a checkpoint does not know.
-    if (s == 0 && oscillation(constants_, time) != oscillation_) go_to(time), fill_beyond_walls();
+BoxFlow::StageOfStep BoxFlow::stage_of_step(int s, double time, double dt) const {
     const StageParts parts = stage_parts(constants_.scheme);
-    const bool one = parts.count == 1, last = s + 1 == parts.count, every = constants_.scheme == FlowScheme::rk3_projected;
+    const bool one = parts.count == 1;
     const auto at = static_cast<std::size_t>(s);
     const double last_rate = !one     ? stage_last[at]
                              : begun_ ? -0.5
@@ -515,15 +513,31 @@ void BoxFlow::stage(int s, double time, double dt) {
     };
     const Vec3d& a = constants_.acceleration;
     const double push = oscillation_integral(constants_, after(s), whole * dt);
-    const StageFactors factors{rate * dt, last_rate * dt, whole * dt, {push * a.x, push * a.y, push * a.z}};
-    go_to(after(s + 1));
-    if (constants_.scheme == FlowScheme::crank_nicolson) return step_half_implicit(factors, time, dt);
-    sweep<Viscosity::of_rates>(factors, diffusion());
-    pass_outflow(whole * dt);
-    force(forced_stage(after(s + 1), whole * dt, nullptr));
-    if (last || every) project(every || one ? whole * dt : dt, true);
+    return {.factors = {rate * dt, last_rate * dt, whole * dt, {push * a.x, push * a.y, push * a.z}},
+            .whole = whole * dt,
+            .end = after(s + 1),
+            .last = s + 1 == parts.count};
+}
+
+void BoxFlow::begin_stage(int s, double time, double dt) {
+    // The last step ended at this time but for rounding, which a run that goes on from a checkpoint does not know.
+    if (s == 0 && oscillation(constants_, time) != oscillation_) go_to(time), fill_beyond_walls();
+    const StageOfStep stage = stage_of_step(s, time, dt);
+    go_to(stage.end);
+    if (constants_.scheme == FlowScheme::crank_nicolson) return; // bodies are a part of its equations
+    sweep<Viscosity::of_rates>(stage.factors, diffusion());
+    pass_outflow(stage.whole);
+    if (forcing_) forcing_->meet(forced_stage(stage.end, stage.whole, nullptr));
+}
+
+void BoxFlow::end_stage(int s, double time, double dt) {
+    const StageOfStep stage = stage_of_step(s, time, dt);
+    if (constants_.scheme == FlowScheme::crank_nicolson) return step_half_implicit(stage.factors, time, dt);
+    force(forced_stage(stage.end, stage.whole, nullptr));
+    const bool every = constants_.scheme == FlowScheme::rk3_projected, one = stage_parts(constants_.scheme).count == 1;
+    if (stage.last || every) project(every || one ? stage.whole : dt, true);
     else fill_ghosts(0, velocities());
-    if (last) begun_ = true;
+    if (stage.last) begun_ = true;
 }
 
 /// The first step is Euler's, explicit in convection and implicit in viscosity: it damps what a start at once would leave to swing.

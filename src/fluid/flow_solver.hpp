@@ -23,7 +23,8 @@ public:
     using FlowSolver::set_velocity;
     void set_velocity(const VelocityRow& velocity) override;
     void set_forcing(StageForcing* forcing) override;
-    void stage(int s, double time, double dt) override;
+    void begin_stage(int s, double time, double dt) override;
+    void end_stage(int s, double time, double dt) override;
     double step_limit(double courant) const override;
     std::vector<FlowFigures> figures() const override;
     FieldLayout layout() const override { return layout_; }
@@ -63,6 +64,13 @@ private:
     void fill_pressure(); ///< its ghosts. Collective
     Three<double*> velocities() { return {now_[0].data(), now_[1].data(), now_[2].data()}; }
     class ImplicitResponse;
+    /// Stage s of a step from `time` on.
+    struct StageOfStep {
+        StageFactors factors;
+        double whole, end; ///< s; its length, and the time at its end
+        bool last;         ///< of the step
+    };
+    StageOfStep stage_of_step(int s, double time, double dt) const;
     /// A stage that ends at a time, as bodies see it.
     FlowStage forced_stage(double time, double dt, StageResponse* response);
     /// Ghosts along x and y of velocities in those planes for which `of_plane` says so.

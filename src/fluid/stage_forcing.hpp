@@ -36,7 +36,10 @@ public:
     virtual ~StageForcing() = default;
     /// Of implicit stages, before they are solved for: adds the pushes by forces of the last step to the velocity. Collective.
     virtual void hold(const FlowStage& stage) = 0;
-    /// Changes velocities of this rank's cells; their ghosts are set afterwards. Collective.
+    /// Of explicit stages, before bodies move on: notes what the flow would be at its end without them. Collective.
+    virtual void meet(const FlowStage& stage) = 0;
+    /// Changes velocities of this rank's cells; their ghosts are set afterwards. Behind meet() where the stage is explicit.
+    /// Collective.
     virtual void apply(const FlowStage& stage) = 0;
     /// Of this rank's planes of cells, whether it changed some of one in the last stage.
     virtual bool changed(int plane) const = 0;

@@ -22,7 +22,7 @@ void DirectForcing::settle(const FlowStage& stage) {
     markers_.clear();
     place_(stage.time, markers_);
     planes_.settle(markers_.place, markers_.identity);
-    weight_.resize(markers_.count()), difference_.resize(markers_.count());
+    for (std::vector<Vec3d>* of_markers : {&weight_, &found_, &difference_, &changes_}) of_markers->resize(markers_.count());
     planes_.clear(stage.scratch);
     planes_.spread(std::vector<Vec3d>(markers_.count(), Vec3d{1, 1, 1}), stage.scratch);
     planes_.interpolate({stage.scratch[0], stage.scratch[1], stage.scratch[2]}, weight_);
@@ -34,10 +34,18 @@ void DirectForcing::settle(const FlowStage& stage) {
     settled_ = true;
 }
 
-void DirectForcing::find_differences(const FlowStage& stage) {
+void DirectForcing::find_velocities(const FlowStage& stage) {
     stage.fill_beyond_walls([this](int plane) { return planes_.reaches_sides(plane); }, planes_.reaches_beyond());
-    planes_.interpolate({stage.velocity[0], stage.velocity[1], stage.velocity[2]}, difference_);
-    for (std::size_t m = 0; m < difference_.size(); ++m) difference_[m] = markers_.velocity[m] - difference_[m];
+    planes_.interpolate({stage.velocity[0], stage.velocity[1], stage.velocity[2]}, found_);
+}
+
+void DirectForcing::subtract_found() {
+    for (std::size_t m = 0; m < difference_.size(); ++m) difference_[m] = markers_.velocity[m] - found_[m];
+}
+
+void DirectForcing::find_differences(const FlowStage& stage) {
+    find_velocities(stage);
+    subtract_found();
 }
 
 double DirectForcing::largest_difference() const {
@@ -107,22 +115,27 @@ void DirectForcing::apply_implicitly(const FlowStage& stage) {
     add_given(push);
 }
 
+void DirectForcing::meet(const FlowStage& stage) {
+    if (!settled_ || moves_) settle(stage);
+    find_velocities(stage);
+}
+
 void DirectForcing::apply(const FlowStage& stage) {
     if (stage.response) return apply_implicitly(stage);
-    if (!settled_ || moves_) settle(stage);
-    std::vector<Vec3d> changes(markers_.count(), Vec3d{0, 0, 0}), change(markers_.count());
-    find_differences(stage);
+    std::vector<Vec3d> change(markers_.count());
+    std::fill(changes_.begin(), changes_.end(), Vec3d{0, 0, 0});
+    subtract_found();
     for (int sweep = 0; sweep < numbers_.sweeps; ++sweep) {
         if (numbers_.slip > 0 && largest_difference() < numbers_.slip) break;
         for (std::size_t m = 0; m < change.size(); ++m) {
             change[m] = by_component(weight_[m], difference_[m]);
-            changes[m] += change[m];
+            changes_[m] += change[m];
         }
         planes_.spread(change, stage.velocity);
         find_differences(stage);
     }
     slip_ = largest_difference();
-    add_given(changes);
+    add_given(changes_);
 }
 
 } // namespace skein

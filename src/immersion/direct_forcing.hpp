@@ -30,6 +30,7 @@ public:
                   std::size_t bodies, Place place, bool moves, int across = 1);
 
     void hold(const FlowStage& stage) override;
+    void meet(const FlowStage& stage) override;
     void apply(const FlowStage& stage) override;
     bool changed(int plane) const override { return planes_.reaches(plane); }
 
@@ -38,6 +39,15 @@ public:
     void forget() { std::fill(given_.begin(), given_.end(), Vec3d{0, 0, 0}); }
     /// Largest difference of velocities at markers after the last stage but for its projection, m/s; the same on all ranks.
     double slip() const { return slip_; }
+
+    /// Of this rank; between meet() and apply() their velocities may be changed.
+    Markers& markers() { return markers_; }
+    /// By which a change of all markers by 1 is to be multiplied at each for 1 to come of it, by component.
+    const std::vector<Vec3d>& weights() const { return weight_; }
+    /// Velocities of the fluid at markers as meet() found them, m/s.
+    const std::vector<Vec3d>& found() const { return found_; }
+    /// What apply() changed at markers in all of its sweeps, m/s at a marker: each cell near it by its share.
+    const std::vector<Vec3d>& changes() const { return changes_; }
 
     /// None where viscosity is explicit.
     const HeldForces& held() const { return held_; }
@@ -50,8 +60,10 @@ private:
     /// By how many times this answer to a push the slips become least, in the mean of their squares over what is forced.
     /// Collective.
     double least_slips(std::span<const Vec3d> answer) const;
-    /// Velocities of markers less those of the fluid there. Collective.
+    /// Velocities of the fluid at markers; and those of markers less them. Collective.
+    void find_velocities(const FlowStage& stage);
     void find_differences(const FlowStage& stage);
+    void subtract_found();
     /// The largest of them on any rank, m/s. Collective.
     double largest_difference() const;
     /// Adds the changes of a stage to what bodies have given. Collective.
@@ -65,7 +77,9 @@ private:
     MarkerPlanes planes_;
     Markers markers_;
     std::vector<Vec3d> weight_;     ///< of markers, by component; 0 beyond walls, where there is no fluid
+    std::vector<Vec3d> found_;      ///< velocities of the fluid at markers, m/s
     std::vector<Vec3d> difference_; ///< of markers, m/s
+    std::vector<Vec3d> changes_;    ///< of markers, m/s
     std::vector<Vec3d> given_;      ///< by body
     HeldForces held_;
     double slip_ = 0;

@@ -28,8 +28,22 @@ Immersion::Immersion(const Communicator& comm, const Threads& threads, const Flu
 
 void Immersion::place(double time, Markers& markers) const {
     place_obstacles(time, markers);
-    if (rods_) rods_->place(lag_, static_cast<std::uint32_t>(obstacles_.size()), obstacle_markers_, markers);
+    if (!rods_) return;
+    const std::size_t others = markers.count();
+    rods_->place(lag_, static_cast<std::uint32_t>(obstacles_.size()), obstacle_markers_, markers);
+    if (ahead_ > 0)
+        for (std::size_t m = others; m < markers.count(); ++m) markers.place[m] += ahead_ * markers.velocity[m];
 }
+
+void Immersion::begin_stage(const ForceBalance::Stage& stage) {
+    balance_->begin_stage(stage, lag_, of_rods(forcing_.found()), of_rods(forcing_.weights()));
+}
+
+void Immersion::come_to_end(const ForceBalance::Stage& stage) {
+    balance_->find_mean_velocities(stage.length, lag_, of_rods(forcing_.markers().velocity));
+}
+
+void Immersion::end_stage() { balance_->end_stage(of_rods(forcing_.changes())); }
 
 /// A marker is the rank's that has its cell.
 void Immersion::place_obstacles(double time, Markers& markers) const {

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "immersion/direct_forcing.hpp"
+#include "immersion/force_balance.hpp"
 #include "immersion/immersed_rods.hpp"
 #include "immersion/obstacle.hpp"
 
@@ -22,6 +23,19 @@ public:
     const std::vector<Obstacle>& obstacles() const { return obstacles_; }
     /// Positions of rods are so far behind their rates, s.
     void set_lag(double lag) { lag_ = lag; }
+    double lag() const { return lag_; }
+
+    /// Rods feel the fluid from now on.
+    void feel(std::unique_ptr<ForceBalance> balance) { balance_ = std::move(balance); }
+    ForceBalance* balance() { return balance_.get(); }
+    const ForceBalance* balance() const { return balance_.get(); }
+    /// Where rods feel it: markers stand where they will be at the end of a stage, by their velocities now. Around
+    /// FlowSolver::begin_stage.
+    void expect_stage(const ForceBalance::Stage& stage) { ahead_ = stage.length; }
+    void begin_stage(const ForceBalance::Stage& stage);
+    /// Around FlowSolver::end_stage, when rods have come there.
+    void come_to_end(const ForceBalance::Stage& stage);
+    void end_stage();
 
     /// Since the last call of begin_interval(), by a fluid of this density: the mean force on an obstacle, N.
     Vec3d force_on_obstacle(std::size_t obstacle, double density, double time) const;
@@ -32,6 +46,11 @@ public:
 private:
     void place(double time, Markers& markers) const;
     void place_obstacles(double time, Markers& markers) const;
+    /// Of markers, those of own rods, which come behind those of obstacles.
+    template <class T> std::span<T> of_rods(std::vector<T>& of_markers) const { return std::span(of_markers).last(rods_->count()); }
+    std::span<const Vec3d> of_rods(const std::vector<Vec3d>& of_markers) const {
+        return std::span(of_markers).last(rods_->count());
+    }
 
     FluidGrid grid_;
     int rank_;
@@ -41,7 +60,8 @@ private:
     std::int64_t obstacle_markers_ = 0;
     std::unique_ptr<ImmersedRods> rods_;
     DirectForcing forcing_;
-    double from_ = 0, lag_ = 0;
+    std::unique_ptr<ForceBalance> balance_; ///< null where rods do not feel the fluid
+    double from_ = 0, lag_ = 0, ahead_ = 0; ///< s
 };
 
 } // namespace skein

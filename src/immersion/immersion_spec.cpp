@@ -25,7 +25,7 @@ void ImmersionSpec::fields(FieldVisitor& f) {
             retraction);
     f.choice({.name = "coupling",
               .unit = "",
-              .text = "one_way: rods move the fluid and do not feel it; two_way: they feel it, which is not there yet"},
+              .text = "two_way: rods move the fluid and feel it; one_way: they move as if there were none, and move it"},
              coupling, rod_coupling_names);
 }
 

@@ -4,6 +4,7 @@
 
 #include "contact/wall_pass.hpp"
 #include "contact/wall_points.hpp"
+#include "immersion/fluid_load_pass.hpp"
 #include "kernels/surroundings.hpp"
 #include "loads/laplacian_filter.hpp"
 #include "loads/load_pass.hpp"
@@ -99,6 +100,9 @@ public:
     }
     Made operator()(pass::TakeSurfaceLoads) const {
         return std::make_unique<TakeSurfaceLoadsPass<W>>(parts_.around.exposure, parts_.around.loads, *parts_.group.body());
+    }
+    Made operator()(pass::FeelFluid) const {
+        return std::make_unique<FluidLoadPass<W>>(parts_.around.fluid, parts_.group, parts_.plan.inertia_share);
     }
     Made operator()(pass::FoldRing) const { return std::make_unique<FoldRingPass<W>>(); }
     Made operator()(pass::AuditLoads) const { return std::make_unique<AuditLoadsPass<W>>(parts_.audit); }

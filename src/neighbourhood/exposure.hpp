@@ -3,8 +3,8 @@
 // numbers in the scene, so sums over them have the same order on any number of ranks.
 #pragma once
 
+#include "core/transposed.hpp"
 #include "neighbourhood/scene_slots.hpp"
-#include "neighbourhood/transposed.hpp"
 #include "rod/rods.hpp"
 #include "skein/core/aligned.hpp"
 #include "skein/rod/mapping.hpp"

@@ -94,11 +94,22 @@ void check_obstacles(const SceneSpec& scene, Objections& objections) {
     }
 }
 
+/// Rods that feel the fluid.
+void check_two_way(const SceneSpec& scene, Objections& objections) {
+    const auto one_way = [](const std::string& what) {
+        return what + "; coupling = \"one_way\" has rods move as if there were no fluid";
+    };
+    if (scene.fluid->scheme == FlowScheme::crank_nicolson)
+        objections.add("fluid.scheme", one_way("rods that feel the fluid need a scheme of explicit viscosity"));
+    if (scene.time.integrator != Integrator::verlet)
+        objections.add("time.integrator",
+                       one_way("rods that feel the fluid need the integrator \"verlet\", whose kicks all go forward"));
+    if (scene.output.audit) objections.add("output.audit", one_way("there is no audit of rods that feel a fluid"));
+}
+
 void check_rods(const SceneSpec& scene, Objections& objections) {
     if (scene.rods.empty()) return;
-    if (scene.immersion.coupling == RodCoupling::two_way)
-        TableObjections(objections, "immersion")
-            .add("coupling", "rods do not feel a fluid yet: coupling = \"one_way\" has them move as if there were none");
+    if (scene.immersion.coupling == RodCoupling::two_way) check_two_way(scene, objections);
     if (scene.time.relax) objections.add("time.relax", "'relax' has no motion for the fluid to follow");
     if (!scene.start.from.empty()) objections.add("start.from", "rods in a fluid cannot begin with the state of another run yet");
     for (std::size_t g = 0; g < scene.rods.size(); ++g) {

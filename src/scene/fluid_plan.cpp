@@ -178,7 +178,8 @@ RodsInFluid rods_in_fluid(const RodGroup& group, const FluidPlan& fluid) {
     const double h = fluid.constants.grid.h, retraction = fluid.retraction * h;
     RodsInFluid rods{.name = group.name(),
                      .markers = static_cast<std::int64_t>(rod_markers(group, h, retraction).size()),
-                     .least_axis = HUGE_VAL};
+                     .least_axis = HUGE_VAL,
+                     .density_ratio = group.spec().material.density / fluid.constants.density};
     for (std::size_t k = 0; k < group.element.size(); ++k) {
         const HalfAxes axes = half_axes(group, k);
         rods.least_axis = std::min({rods.least_axis, axes.along_d1 / h, axes.along_d2 / h});
@@ -198,6 +199,7 @@ FluidPlan plan_fluid(const SceneSpec& scene) {
                    .outputs = {},
                    .speed = {},
                    .retraction = scene.immersion.retraction,
+                   .coupling = scene.immersion.coupling,
                    .ranks_across_at = scene.fluid->ranks_across_at};
     plan.outputs = outputs_of(scene, plan.constants.grid);
     plan.speed = speed_of(plan, scene.fluid->expected_speed);

@@ -50,6 +50,7 @@ struct RodsInFluid {
     std::string name;
     std::int64_t markers = 0;             ///< of a rod
     double least_axis = 0, most_axis = 0; ///< half axes of sections, over the spacing
+    double density_ratio = 0;             ///< over the fluid's
     std::array<bool, 3> has{};            ///< by SectionMarkers
 };
 RodsInFluid rods_in_fluid(const RodGroup& group, const FluidPlan& fluid);
@@ -64,11 +65,13 @@ struct FluidPlan {
     FormulaScope names; ///< that it may hold
     std::vector<FluidOutput> outputs;
     FluidSpeed speed;
-    double retraction = 0;            ///< of rods, over the spacing
+    double retraction = 0; ///< of rods, over the spacing
+    RodCoupling coupling = RodCoupling::two_way;
     std::string ranks_across_at = {}; ///< "file:line" where the scene says how many share the rows of a slab
     std::int64_t every = 0; ///< with rods: steps of the run between two meetings of rods and fluid, a step of the fluid or several
     std::vector<RodsInFluid> rods; ///< by group
 
+    bool felt() const { return !rods.empty() && coupling == RodCoupling::two_way; }
     bool has_bodies() const { return !obstacles.empty() || !rods.empty(); }
     /// Steps of the fluid that may go between two meetings.
     std::int64_t most_parts() const { return every / stage_parts(constants.scheme).unit; }

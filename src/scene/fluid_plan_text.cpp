@@ -1,6 +1,7 @@
 #include "scene/fluid_plan_text.hpp"
 
 #include "fluid/slab_coupling.hpp"
+#include "immersion/force_balance.hpp"
 #include "scene/plan_words.hpp"
 
 #include <cmath>
@@ -72,8 +73,12 @@ std::string rods_in_fluid_text(const RodsInFluid& rods, const FluidPlan& fluid) 
     if (has(SectionMarkers::ring)) as.emplace_back("rings");
     if (has(SectionMarkers::sheet)) as.emplace_back("sheets");
     if (has(SectionMarkers::centre_line)) as.emplace_back("the centre line, of which the fluid sees a width of some two cells");
-    return fmt::format("'{}', half axes of {:.3g} to {:.3g} cells, {} markers a rod, on {}; they do not feel the fluid; {} sweeps",
-                       rods.name, rods.least_axis, rods.most_axis, rods.markers, joined(as, ", "), fluid.forcing.sweeps);
+    const std::string feel =
+        fluid.felt() ? fmt::format("{:.4g} times as heavy as the fluid, which they feel: kicks have {:.3g} of their inertia",
+                                   rods.density_ratio, InertiaInFluid(rods.density_ratio).felt)
+                     : "they do not feel the fluid";
+    return fmt::format("'{}', half axes of {:.3g} to {:.3g} cells, {} markers a rod, on {}; {}; {} sweeps", rods.name,
+                       rods.least_axis, rods.most_axis, rods.markers, joined(as, ", "), feel, fluid.forcing.sweeps);
 }
 
 namespace {

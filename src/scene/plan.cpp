@@ -2,6 +2,7 @@
 
 #include "contact/contact_limits.hpp"
 #include "contact/wall_contacts.hpp"
+#include "immersion/force_balance.hpp"
 #include "io/rod_file.hpp"
 #include "io/trajectory.hpp"
 #include "io/vtk_series.hpp"
@@ -191,6 +192,8 @@ std::string fault_at_start(const SceneSpec& scene, const GroupPlan& plan, const 
     return {};
 }
 
+bool feels_fluid(const SceneSpec& scene) { return scene.fluid && scene.immersion.coupling == RodCoupling::two_way; }
+
 GroupPlan plan_group(const SceneSpec& scene, const std::vector<Load>& loads, const RodGroup& group, const JointBounds* joints) {
     GroupPlan p{.name = group.name(), .rods = group.count(), .elements = group.elements()};
     if (const BodyShape* body = group.body())
@@ -218,7 +221,8 @@ GroupPlan plan_group(const SceneSpec& scene, const std::vector<Load>& loads, con
                                    .coupled = scene.contact.has_value(),
                                    .joined = joints != nullptr,
                                    .audit = scene.output.audit,
-                                   .relax = scene.time.relax});
+                                   .relax = scene.time.relax,
+                                   .feels_fluid = feels_fluid(scene)});
     for (std::size_t i = 0; i < p.program.size(); ++i) p.ns_per_element_step += predicted_ns(p.program[i]);
     if (scene.time.relax) {
         p.relaxation = relaxation_contacts(group, scene);
@@ -229,6 +233,8 @@ GroupPlan plan_group(const SceneSpec& scene, const std::vector<Load>& loads, con
     limit_by_stiffness(p, group);
     limit_by_drag(p, group, scheme_of(scene.time.integrator));
     if (joints) limit_by_joints(p, *joints, scheme_of(scene.time.integrator));
+    if (feels_fluid(scene)) p.inertia_share = InertiaInFluid(group.spec().material.density / scene.fluid->density).felt;
+    for (TimeLimit& limit : p.limits) limit.dt *= std::sqrt(p.inertia_share);
     p.tension_limit = tension_limit(group);
     if (const auto& j = group.rotary_inertia_scale; !j.empty()) {
         const auto [least, largest] = std::minmax_element(j.begin(), j.end());
@@ -472,7 +478,9 @@ bool is_coupled(const Plan& plan) {
 
 StepWatch step_watch(const Plan& plan) {
     if (plan.relax) return {}; // limits of motion do not hold
-    return {.dt = plan.dt, .stability = scheme_of(plan.integrator).stability, .stops = !plan.force_dt};
+    double inertia = 1;
+    for (const GroupPlan& group : plan.groups) inertia = std::min(inertia, group.inertia_share);
+    return {.dt = plan.dt, .stability = std::sqrt(inertia) * scheme_of(plan.integrator).stability, .stops = !plan.force_dt};
 }
 
 Tiling tiling_of(const Plan& plan, std::span<const std::int64_t> counts, int lanes) {
@@ -582,6 +590,9 @@ Plan make_plan(const SceneSpec& as_given, std::span<const RodGroup> groups, cons
                        waiting_bytes(frames(plan.cadence.tips), value_bytes * tip_values, machine.ranks);
     if (plan.fluid) {
         const FluidGrid& grid = plan.fluid->constants.grid;
+        for (const RodGroup& group : groups)
+            if (plan.fluid->felt())
+                plan.state_bytes += static_cast<double>(group.count() * group.slots()) * FluidLoads::bytes_per_slot;
         plan.state_bytes += static_cast<double>(grid.count()) * plan.fluid->bytes_per_cell(machine.ranks);
         if (const std::string fault = unshared(plan.fluid->constants, machine.ranks); !fault.empty()) plan.notes.push_back(fault);
         for (FluidOutput& output : plan.fluid->outputs) {

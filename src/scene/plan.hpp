@@ -47,6 +47,7 @@ struct GroupPlan {
     std::vector<std::size_t> load_numbers; ///< of `loads` in the scene
     bool walls = false;                    ///< it may touch some
     KickKind kick = KickKind::undamped;
+    double inertia_share = 1;      ///< that kicks feel: of rods that feel a fluid, InertiaInFluid::felt
     RelaxationContacts relaxation; ///< where it relaxes: what contacts may do to it
     bool undamped = true;          ///< nothing takes energy from its modes: a shorter step
     DampingScheme damping_scheme = DampingScheme::exponential;

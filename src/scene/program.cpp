@@ -13,6 +13,7 @@ constexpr double drift_ns = 3.2, elliptic_drift_ns = 9, elastic_ns = 5.6, kick_n
 // Those of bench/scenes/nest: contacts at its density, half a candidate per element, with their exposure; a box with floor and lid.
 constexpr double contact_ns = 40, walls_ns = 8;
 constexpr double joints_ns = 8;                        // of the millipede: a joint to an element
+constexpr double fluid_ns = 6;                         // of one swimmer: a slot's load and what it receives
 constexpr double relax_ns = 400;                       // of 64 rods of 50 elements
 constexpr double filter_ns = 9, filter_order_ns = 1.5; // by the ratio of runs with and without a filter of order 1, 2 and 4
 
@@ -42,7 +43,7 @@ double predicted_ns(const PassSpec& pass) {
     return std::visit(Overloaded{[](const pass::Drift& p) { return p.top == TopKind::circular ? drift_ns : elliptic_drift_ns; },
                                  [](pass::Elastic) { return elastic_ns; }, [](const pass::ApplyLoad& p) { return p.ns; },
                                  [](pass::Walls) { return walls_ns; }, [](pass::SurfaceWalls) { return walls_ns; },
-                                 [](pass::TakeJoinedLoads) { return joints_ns; },
+                                 [](pass::TakeJoinedLoads) { return joints_ns; }, [](pass::FeelFluid) { return fluid_ns; },
                                  [](const pass::Kick& p) {
                                      const bool plain = p.kind == KickKind::undamped || p.kind == KickKind::constant_rates;
                                      return p.share * (plain ? kick_ns : stretched_kick_ns);
@@ -97,6 +98,7 @@ GroupProgram program_of(const RodGroup& group, const ProgramNeeds& needs) {
     apply_loads(true);
     if (ring) after.push_back(pass::FoldRing{});
     if (audit) after.push_back(pass::AuditLoads{});
+    if (needs.feels_fluid) after.push_back(pass::FeelFluid{});
     if (needs.relax) after.push_back(pass::Relax{group.law()});
     else after.push_back(pass::Kick{needs.kick, share});
     const bool slides = group.spec().ends_slide();

@@ -80,6 +80,10 @@ struct TakeJoinedLoads {
 struct TakeSurfaceLoads {
     static constexpr std::string_view name = "contact (surface)";
 };
+/// Adds loads of the fluid, and leaves kicks the inertia that is not the fluid's.
+struct FeelFluid {
+    static constexpr std::string_view name = "fluid";
+};
 /// The load on a ring's last node goes to its first.
 struct FoldRing {
     static constexpr std::string_view name = "fold ring";
@@ -123,11 +127,11 @@ struct AuditBalance {
 
 } // namespace pass
 
-using PassSpec =
-    std::variant<pass::Drift, pass::CloseRing, pass::AuditEnds, pass::MoveEnds, pass::Orthonormalise, pass::Expose,
-                 pass::ExposeSurface, pass::Elastic, pass::Unstrained, pass::AuditInner, pass::ApplyLoad, pass::TakeJoinedLoads,
-                 pass::Walls, pass::SurfaceWalls, pass::TakeLoads, pass::TakeSurfaceLoads, pass::FoldRing, pass::AuditLoads,
-                 pass::Kick, pass::NoteForces, pass::Relax, pass::Filter, pass::Slide, pass::Hold, pass::AuditBalance>;
+using PassSpec = std::variant<pass::Drift, pass::CloseRing, pass::AuditEnds, pass::MoveEnds, pass::Orthonormalise, pass::Expose,
+                              pass::ExposeSurface, pass::Elastic, pass::Unstrained, pass::AuditInner, pass::ApplyLoad,
+                              pass::TakeJoinedLoads, pass::Walls, pass::SurfaceWalls, pass::TakeLoads, pass::TakeSurfaceLoads,
+                              pass::FeelFluid, pass::FoldRing, pass::AuditLoads, pass::Kick, pass::NoteForces, pass::Relax,
+                              pass::Filter, pass::Slide, pass::Hold, pass::AuditBalance>;
 
 std::string_view name_of(const PassSpec& pass);
 /// Whether the pass can run over rods cut into strands (rod/strands.hpp).
@@ -183,6 +187,7 @@ struct ProgramNeeds {
     bool joined = false;
     bool audit = false;
     bool relax = false; ///< rest is wanted
+    bool feels_fluid = false;
 };
 GroupProgram program_of(const RodGroup& group, const ProgramNeeds& needs);
 

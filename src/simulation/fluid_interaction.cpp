@@ -2,6 +2,7 @@
 
 #include "fluid/start_velocity.hpp"
 #include "fluid/whole_planes.hpp"
+#include "loads/gravity.hpp"
 #include "skein/core/error.hpp"
 
 #include <algorithm>
@@ -15,6 +16,16 @@ namespace skein {
 namespace {
 
 constexpr double most_parts = 1e5; ///< of a step
+
+/// Acceleration of a group by gravity alone, m/s^2.
+ForceBalance::Weight weight_of(const Plan& plan) {
+    return [&groups = plan.groups](std::size_t group, double time) {
+        Vec3d all{0, 0, 0};
+        for (const Load& load : groups[group].loads)
+            if (const auto* gravity = load.get_if<Gravity>()) all += gravity->ramp.at(time) * gravity->acceleration;
+        return all;
+    };
+}
 
 std::unique_ptr<FlowSolver> make_flow(const InteractionParts& parts) {
     const auto make = kernels(parts.plan.machine.lanes).make_flow;
@@ -30,14 +41,18 @@ std::unique_ptr<FlowSolver> make_flow(const InteractionParts& parts) {
 } // namespace
 
 FluidInteraction::FluidInteraction(const InteractionParts& parts)
-    : comm_(parts.comm), threads_(parts.threads), plan_(*parts.plan.fluid), flow_(make_flow(parts)), groups_(parts.groups) {
+    : comm_(parts.comm), threads_(parts.threads), plan_(*parts.plan.fluid), flow_(make_flow(parts)), groups_(parts.groups),
+      lag_(scheme_of(parts.plan.integrator).lag * parts.plan.dt) {
     const FluidGrid& grid = plan_.constants.grid;
     std::unique_ptr<ImmersedRods> rods;
     if (!groups_.empty()) rods = std::make_unique<ImmersedRods>(groups_, parts.rods, grid.h, plan_.retraction * grid.h);
     if (rods || !plan_.obstacles.empty()) {
         bodies_ = std::make_unique<Immersion>(comm_, threads_, grid, plan_.forcing, plan_.obstacles, std::move(rods),
                                               flow_->pencils().across());
-        bodies_->set_lag(scheme_of(parts.plan.integrator).lag * parts.plan.dt);
+        bodies_->set_lag(lag_);
+        if (plan_.felt())
+            bodies_->feel(std::make_unique<ForceBalance>(groups_, *bodies_->rods(), parts.around.fluid, plan_.constants.density,
+                                                         grid.h * grid.h * grid.h, weight_of(parts.plan)));
         flow_->set_forcing(&bodies_->forcing());
     }
     const Vec3d inflow = plan_.constants.inflow;
@@ -50,7 +65,7 @@ void FluidInteraction::follow(const InteractionParts& parts) { bodies_->rods()->
 std::int64_t FluidInteraction::next_meeting(std::int64_t done) const {
     if (groups_.empty() || !failure_.empty()) return Interaction::next_meeting(done);
     const std::int64_t within = done % plan_.every;
-    if (within == 0) return done + 1; // how long a step of the fluid may be is found there
+    if (within == 0) return done + 1; // how long a step of the fluid may be is found behind it
     const StageParts parts = stage_parts(plan_.constants.scheme);
     const std::int64_t unit = part_ / parts.unit, of_part = within % part_;
     int stages = 1;
@@ -58,12 +73,27 @@ std::int64_t FluidInteraction::next_meeting(std::int64_t done) const {
     return done - of_part + unit * parts.until(stages);
 }
 
+void FluidInteraction::begin(const Step& first, Timers& timers) {
+    if (groups_.empty() || !failure_.empty()) return;
+    const auto timing = timers.time(Phase::fluid);
+    const StageParts parts = stage_parts(plan_.constants.scheme);
+    const std::int64_t within = (first.index - 1) % plan_.every;
+    if (within == 0 && !choose_part(first)) return;
+    const std::int64_t done = within % part_;
+    for (int s = 0; s < parts.count; ++s)
+        if (done == part_ / parts.unit * parts.until(s)) begin_stage(s, first);
+}
+
 void FluidInteraction::drive(const Step& step, Timers& timers) {
     const auto timing = timers.time(Phase::fluid);
     if (!failure_.empty()) return;
     try {
-        if (groups_.empty()) step_alone(step);
-        else if (step.completes) step_with_rods(step);
+        if (groups_.empty()) return step_alone(step);
+        if (!step.completes) return;
+        const StageParts parts = stage_parts(plan_.constants.scheme);
+        const std::int64_t done = (step.index - 1) % plan_.every % part_ + 1;
+        for (int s = 0; s < parts.count; ++s)
+            if (done == part_ / parts.unit * parts.until(s + 1)) end_stage(s, step);
     } catch (const NumericalError& error) { // on all ranks
         failure_ = error.what();
     }
@@ -85,25 +115,49 @@ void FluidInteraction::step_alone(const Step& step) {
     steps_ += flow_->step_within(step.begin, step.dt, plan_.courant);
 }
 
-void FluidInteraction::step_with_rods(const Step& step) {
+bool FluidInteraction::choose_part(const Step& first) {
+    const double limit = flow_->step_limit(plan_.courant), whole = static_cast<double>(plan_.every) * first.dt;
+    std::int64_t steps = 1; // of the fluid, each of as many of the run
+    while (steps <= plan_.most_parts() && (plan_.most_parts() % steps != 0 || whole > static_cast<double>(steps) * limit)) ++steps;
+    if (steps > plan_.most_parts()) return fail_at(limit, whole), false;
+    part_ = plan_.every / steps;
+    bodies_->begin_interval(first.begin), to_ = first.begin + whole;
+    return true;
+}
+
+ForceBalance::Stage FluidInteraction::stage_of(int s, double begin_of_step, double dt) const {
     const StageParts parts = stage_parts(plan_.constants.scheme);
-    const std::int64_t within = (step.index - 1) % plan_.every + 1; // steps of the run, of those between two meetings
-    if (within == 1) {
-        const double limit = flow_->step_limit(plan_.courant), whole = static_cast<double>(plan_.every) * step.dt;
-        std::int64_t steps = 1; // of the fluid, each of as many of the run
-        while (steps <= plan_.most_parts() && (plan_.most_parts() % steps != 0 || whole > static_cast<double>(steps) * limit))
-            ++steps;
-        if (steps > plan_.most_parts()) return fail_at(limit, whole);
-        part_ = plan_.every / steps;
-        bodies_->begin_interval(step.begin), to_ = step.begin + whole;
-    }
-    const std::int64_t unit = part_ / parts.unit, done = (within - 1) % part_ + 1;
-    for (int s = 0; s < parts.count; ++s) {
-        if (done != unit * parts.until(s + 1)) continue;
-        const double dt = static_cast<double>(part_) * step.dt, from = step.end() - static_cast<double>(done) * step.dt;
-        flow_->stage(s, from, dt);
-        if (s + 1 == parts.count) ++steps_;
-    }
+    const double unit = static_cast<double>(part_ / parts.unit) * dt;
+    return {.begin = begin_of_step + unit * parts.until(s),
+            .length = unit * parts.part[static_cast<std::size_t>(s)],
+            .step = static_cast<double>(part_) * dt};
+}
+
+void FluidInteraction::begin_stage(int s, const Step& first) {
+    ForceBalance* const balance = bodies_->balance();
+    if (!balance) return;                          // rods do not wait for it
+    bodies_->set_lag(first.index == 1 ? 0 : lag_); // rods begin with positions in time
+    ForceBalance::Stage stage = stage_of(s, 0, first.dt);
+    const double from = first.begin - stage.begin;
+    stage.begin = first.begin;
+    if (s == 0) balance->begin_step(bodies_->lag());
+    bodies_->expect_stage(stage);
+    flow_->begin_stage(s, from, stage.step);
+    bodies_->begin_stage(stage);
+    bodies_->set_lag(lag_);
+}
+
+void FluidInteraction::end_stage(int s, const Step& step) {
+    const ForceBalance::Stage stage = stage_of(s, 0, step.dt);
+    const double from = step.end() - stage.begin - stage.length;
+    ForceBalance* const balance = bodies_->balance();
+    if (balance) bodies_->come_to_end(stage);
+    else flow_->begin_stage(s, from, stage.step);
+    flow_->end_stage(s, from, stage.step);
+    const bool last = s + 1 == stage_parts(plan_.constants.scheme).count;
+    if (balance) bodies_->end_stage();
+    if (balance && last) balance->end_step(lag_);
+    if (last) ++steps_;
 }
 
 std::string FluidInteraction::invalid() const {
@@ -149,6 +203,15 @@ std::vector<Figure> FluidInteraction::figures(double) const {
         add_force(plan_.obstacles[o].name + "_force_", bodies_->force_on_obstacle(o, density, to_));
     for (std::size_t g = 0; g < groups_.size(); ++g)
         add_force(groups_[g].name() + "_fluid_force_", bodies_->force_on_rods(g, density, to_));
+    if (const ForceBalance* const balance = bodies_->balance()) {
+        const std::vector<Vec3d> of_slots = balance->momentum(lag_);
+        for (int c = 0; c < 3; ++c) {
+            std::vector<double> of_all;
+            for (const FlowFigures& row : rows) of_all.push_back(component_of(row.momentum, c));
+            for (const Vec3d& slot : of_slots) of_all.push_back(component_of(slot, c));
+            all.push_back({std::string("coupled_momentum_") + "xyz"[c] + "[kg m/s]", Of::sum, of_all});
+        }
+    }
     all.push_back({"slip[m/s]", Of::same, {bodies_->forcing().slip()}});
     return all;
 }
@@ -157,8 +220,9 @@ KeptNumbers FluidInteraction::kept() const {
     WholeState state(comm_, *flow_);
     std::vector<double> numbers{static_cast<double>(steps_), flow_->time()};
     if (bodies_) {
-        const std::vector<double> held = bodies_->forcing().held().kept(comm_);
-        numbers.insert(numbers.end(), held.begin(), held.end());
+        const std::vector<double> more =
+            bodies_->balance() ? bodies_->balance()->kept(comm_) : bodies_->forcing().held().kept(comm_);
+        numbers.insert(numbers.end(), more.begin(), more.end());
     }
     KeptNumbers kept{
         .name = kept_name(), .numbers = std::move(numbers), .sums = 0, .columns = state.numbers_of_plane(), .rows = {}};
@@ -183,7 +247,9 @@ void FluidInteraction::recall(const KeptNumbers& kept) {
     state.put_back();
     const std::size_t known = std::min<std::size_t>(2, kept.numbers.size()); // 1: of programs before walls could move
     flow_->refresh(known > 1 ? kept.numbers[1] : 0);
-    if (bodies_) bodies_->forcing().recall_held(std::span(kept.numbers).subspan(known));
+    const auto more = std::span(kept.numbers).subspan(known);
+    if (bodies_ && bodies_->balance()) bodies_->balance()->recall(more);
+    else if (bodies_) bodies_->forcing().recall_held(more);
     failure_.clear();
 }
 
@@ -205,6 +271,7 @@ std::uint64_t FluidInteraction::digest() const { // that of the rows of kept(), 
             hash.push_back(hash_numbers(held.identities()[m], numbers));
         }
     }
+    if (bodies_ && bodies_->balance()) hash.push_back(bodies_->balance()->digest());
     return std::accumulate(hash.begin(), hash.end(), std::uint64_t{0});
 }
 

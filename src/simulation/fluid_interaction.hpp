@@ -14,6 +14,8 @@ public:
 
     void follow(const InteractionParts& parts) override;
     std::int64_t next_meeting(std::int64_t done) const override;
+    void begin(const Step& first, Timers& timers) override;
+    bool drives_every_step() const override { return groups_.empty(); }
     void drive(const Step& step, Timers& timers) override;
     std::string invalid() const override;
     std::vector<Figure> figures(double lag) const override;
@@ -30,8 +32,13 @@ public:
 private:
     /// From an end of a step of the run to the next, in steps that are as long as the fluid allows.
     void step_alone(const Step& step);
-    /// A stage where rods have come to its end.
-    void step_with_rods(const Step& step);
+    /// With rods: how many steps of the fluid go until it meets them next; false where they were too many.
+    bool choose_part(const Step& first);
+    /// Stage s of a step of the fluid from a time on, in steps of rods of dt.
+    ForceBalance::Stage stage_of(int s, double begin_of_step, double dt) const;
+    /// A stage that rods are about to begin, or have come to the end of.
+    void begin_stage(int s, const Step& first);
+    void end_stage(int s, const Step& step);
     void fail_at(double limit, double dt);
 
     const Communicator& comm_;
@@ -40,6 +47,7 @@ private:
     std::unique_ptr<FlowSolver> flow_;
     std::span<const RodGroup> groups_;
     std::unique_ptr<Immersion> bodies_;         ///< null where there are none
+    double lag_;                                ///< of positions of rods, s
     double to_ = 0;                             ///< s, end of the interval that forces on them are means of
     std::string failure_;                       ///< why it cannot go on; empty: it can
     std::int64_t steps_ = 0, steps_before_ = 0; ///< of the fluid since the start; of them, those before this run

@@ -112,6 +112,10 @@ double step_limit(const Interactions& all) {
     return least;
 }
 
+bool drive_every_step(const Interactions& all) {
+    return std::any_of(all.begin(), all.end(), [](const auto& one) { return one->drives_every_step(); });
+}
+
 std::int64_t next_meeting(const Interactions& all, std::int64_t done) {
     std::int64_t next = std::numeric_limits<std::int64_t>::max();
     for (const auto& one : all) next = std::min(next, one->next_meeting(done));

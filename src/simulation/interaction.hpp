@@ -68,6 +68,8 @@ public:
         static_cast<void>(own), static_cast<void>(work);
     }
 
+    /// Before the first of steps that bodies make by themselves: what they are to feel in them. Collective.
+    virtual void begin(const Step& first, Timers& timers) { static_cast<void>(first), static_cast<void>(timers); }
     /// Adds loads to those of the slots, when own bodies have exposed themselves: those for which no ghost is needed. This rank
     /// alone.
     virtual void add_own(const Step& step) { static_cast<void>(step); }
@@ -77,6 +79,8 @@ public:
     virtual std::int64_t next_meeting(std::int64_t done) const {
         return static_cast<void>(done), std::numeric_limits<std::int64_t>::max();
     }
+    /// Whether drive() is to see every step, and not only those before a meeting.
+    virtual bool drives_every_step() const { return true; }
     /// After the kick: drives what answers the bodies, such as walls with servos. Collective.
     virtual void drive(const Step& step, Timers& timers) { static_cast<void>(step), static_cast<void>(timers); }
     /// Every 64 steps and at events: watches that are too dear for every step. This rank alone.
@@ -128,6 +132,8 @@ bool finished(const Interactions& all);
 /// The reason of the first that cannot go on; empty: there is none.
 std::string invalid(const Interactions& all);
 double step_limit(const Interactions& all);
+/// Whether one of them is to.
+bool drive_every_step(const Interactions& all);
 /// That of any of them.
 std::int64_t next_meeting(const Interactions& all, std::int64_t done);
 /// Of all that touch a body what presses it most, on any rank. Collective.

@@ -236,6 +236,13 @@ bool Simulation::step_coupled(std::span<const Step> steps, bool check) {
         work();
     };
     bool valid = true;
+    for (const auto& interaction : interactions_) interaction->begin(steps.front(), timers_);
+    const auto is_valid = [&] { return valid && (!check || invalid(interactions_).empty()); };
+    if (!neighbourhood_ && !drive_every_step(interactions_)) { // rods by themselves, until the fluid meets them
+        timed(Phase::rods, [&] { valid = rods_->visit(steps, check); });
+        for (const auto& interaction : interactions_) interaction->drive(steps.back(), timers_);
+        return is_valid();
+    }
     timed(Phase::rods, [&] { rods_->visit_before(steps.front()); }); // per tile: drift, expose
     for (std::size_t i = 0; i < steps.size(); ++i) {
         const auto at_rebuild = [&] {
@@ -248,7 +255,7 @@ bool Simulation::step_coupled(std::span<const Step> steps, bool check) {
         });
         for (const auto& interaction : interactions_) interaction->drive(steps[i], timers_); // servos
     }
-    return valid && (!check || invalid(interactions_).empty());
+    return is_valid();
 }
 
 std::string Simulation::reason_of_failure() const {

@@ -1,7 +1,7 @@
 // Packs narrower than registers, as wide, and wider, which are made of halves: every lane does what one number does.
 #include "contact/compress.hpp"
 #include "core/logarithm.hpp"
-#include "neighbourhood/transposed.hpp"
+#include "core/transposed.hpp"
 #include "skein/core/pack.hpp"
 
 #include <gtest/gtest.h>

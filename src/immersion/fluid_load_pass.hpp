@@ -1,0 +1,76 @@
+// Loads of the fluid on rods within a step, and the inertia that they move with there.                       theory.md (88), (89)
+#pragma once
+
+#include "core/transposed.hpp"
+#include "immersion/fluid_loads.hpp"
+#include "skein/rod/tile.hpp"
+
+#include <algorithm>
+#include <memory>
+#include <vector>
+
+namespace skein {
+
+/// The last before the kick: its drag is implicit, by what the rates will be after the kick, so that it can be as strong as it
+/// likes. Loads are divided by the share of the inertia that kicks are to feel.
+template <int W> class FluidLoadPass final : public TilePass<W> {
+public:
+    FluidLoadPass(std::shared_ptr<FluidLoads> loads, const RodGroup& group, double inertia_share)
+        : loads_(std::move(loads)), per_share_(1 / inertia_share) {
+        for (int k = 0; k < group.slots(); ++k) {
+            const double mass = inertia_share * group.node_mass[static_cast<std::size_t>(k)];
+            const Vec3d free = group.slides(k) ? group.free_directions(k) : Vec3d{1, 1, 1};
+            per_mass_.push_back(mass > 0 && !group.holds_node(k) ? (1 / mass) * free : Vec3d{0, 0, 0});
+        }
+        for (int k = 0; k < group.elements(); ++k)
+            per_inertia_.push_back(group.holds_element(k) ? Vec3d{0, 0, 0}
+                                                          : per_share_ * group.element[static_cast<std::size_t>(k)].inv_inertia);
+    }
+
+    void run(const RodTile<W>& rod, SlotLoad<W>* load, const Step& step) const override {
+        using P = Pack<W>;
+        std::size_t first[W];
+        for (int l = 0; l < W; ++l) // spare lanes say again what the last rod does
+            first[l] = loads_->first(rod.group->id(), rod.first + static_cast<std::size_t>(std::min(l, rod.lanes - 1)));
+        const P kick(step.kick), per_share(per_share_);
+        for (int k = 0; k <= rod.last; ++k) {
+            const auto slot = static_cast<std::size_t>(k);
+            const auto of = [&](auto member) {
+                return load_transposed<W>([&](int l) { return &(loads_->load[first[l] + slot].*member).x; }).vector;
+            };
+            const auto add = [&](auto member, const Vec3<P>& impulse) {
+                const auto at = [&](int l) { return &(loads_->received[first[l] + slot].*member).x; };
+                store_transposed<W>(load_transposed<W>(at).vector + impulse, P(0.0), at);
+            };
+            const Slot<W>& s = rod.slot[k];
+            const Vec3<P> push = implicit(of(&FluidLoad::push), of(&FluidLoad::drag), load[k].force, s.velocity,
+                                          broadcast<W>(per_mass_[slot]), kick);
+            add(&FluidImpulse::on_node, kick * push);
+            load[k].force = per_share * (load[k].force + push);
+            if (k == rod.n) break;
+            const Vec3<P> couple = implicit(s.director * of(&FluidLoad::couple), of(&FluidLoad::turn_drag), load[k].couple, s.spin,
+                                            broadcast<W>(per_inertia_[slot]), kick);
+            add(&FluidImpulse::on_element, kick * transpose_times(s.director, couple));
+            load[k].couple = per_share * (load[k].couple + couple);
+        }
+    }
+
+private:
+    using P = Pack<W>;
+    /// push - drag (rate after the kick).
+    static Vec3<P> implicit(const Vec3<P>& push, const Vec3<P>& drag, const Vec3<P>& other, const Vec3<P>& rate,
+                            const Vec3<P>& per_inertia, P kick) {
+        const auto one = [&](P a, P d, P f, P v, P per) {
+            const P gain = kick * per;
+            return (a - d * fma(gain, f, v)) / fma(gain, d, P(1.0));
+        };
+        return {one(push.x, drag.x, other.x, rate.x, per_inertia.x), one(push.y, drag.y, other.y, rate.y, per_inertia.y),
+                one(push.z, drag.z, other.z, rate.z, per_inertia.z)};
+    }
+
+    std::shared_ptr<FluidLoads> loads_;
+    double per_share_;
+    std::vector<Vec3d> per_mass_, per_inertia_; ///< by slot, 0 where it is held
+};
+
+} // namespace skein

@@ -1,0 +1,88 @@
+// Rods that feel the fluid: within a stage each slot has the fluid's push and a drag that is linear in its own velocity, which
+// steps of rods take implicitly; then markers are forced to the mean velocities of the stage, and what they give the fluid beyond
+// what rods received is owed to the rods in the next stage. Momentum of fluid and rods is kept to rounding.       theory.md
+// (88)-(91)
+#pragma once
+
+#include "immersion/fluid_loads.hpp"
+#include "immersion/immersed_rods.hpp"
+#include "parallel/communicator.hpp"
+
+#include <functional>
+#include <memory>
+#include <span>
+#include <vector>
+
+namespace skein {
+
+/// What a group weighs against the fluid. The fluid within rods moves with them and bears its own inertia: rods bear what is more,
+/// and no less than a quarter of the fluid's, with what that adds made good by their last acceleration.
+struct InertiaInFluid {
+    explicit InertiaInFluid(double density_ratio);
+    double displaced; ///< mass of fluid in the place of the rod, over the rod's
+    double felt;      ///< inertia that kicks feel, over the rod's
+    double added;     ///< of that, what is made good
+
+    static constexpr double least = 0.25; ///< felt, over the fluid's
+};
+
+class ForceBalance {
+public:
+    /// `density`: of the fluid, kg/m^3. `weight`: acceleration by gravity of a group at a time, m/s^2.
+    using Weight = std::function<Vec3d(std::size_t group, double time)>;
+    ForceBalance(std::span<const RodGroup> groups, const ImmersedRods& rods, std::shared_ptr<FluidLoads> loads, double density,
+                 double cell_volume, Weight weight);
+
+    /// Part of a step of the fluid, s.
+    struct Stage {
+        double begin, length, step; ///< s; `step`: of the whole step
+    };
+    /// Rods are about to begin a step of the fluid.
+    void begin_step(double lag);
+    /// Loads of a stage that begins: of the fluid at markers of own rods, without rods, and weights of markers.
+    void begin_stage(const Stage& stage, double lag, std::span<const Vec3d> found, std::span<const Vec3d> weights);
+    /// Rods have come to its end: sets velocities of markers to the means since it began.
+    void find_mean_velocities(double length, double lag, std::span<Vec3d> velocities);
+    /// What was changed at markers is set against what rods received.
+    void end_stage(std::span<const Vec3d> changes);
+    /// Rods have come to the end of a step of the fluid.
+    void end_step(double lag);
+
+    /// Momentum of own rods less that of the fluid in their place, and what is on the way between both; kg m/s. By slot.
+    std::vector<Vec3d> momentum(double lag) const;
+
+    /// Of a slot: what it owes, force and couple, and what it gained in the last step.
+    static constexpr std::size_t record = 12;
+    /// Records by slot of the scene, of all ranks. Collective.
+    std::vector<double> kept(const Communicator& comm) const;
+    void recall(std::span<const double> kept);
+    std::uint64_t digest() const;
+
+private:
+    struct Slots {
+        Vec3d owed{0, 0, 0};        ///< N s, lab: impulse that the node has yet to receive
+        Vec3d owed_turn{0, 0, 0};   ///< N m s, lab: of the element
+        Vec3d gained{0, 0, 0};      ///< m/s, lab: of the node in the last step of the fluid
+        Vec3d gained_turn{0, 0, 0}; ///< rad/s, body
+    };
+    void move_fluid_within();
+    const LocalRod& own(std::size_t i) const { return rods_.rods().local()[i]; }
+    const RodGroup& group_of(std::size_t i) const { return groups_[static_cast<std::size_t>(own(i).group)]; }
+    const InertiaInFluid& inertia_of(std::size_t i) const { return inertia_[static_cast<std::size_t>(own(i).group)]; }
+    std::array<double, record> numbers_of(std::size_t slot) const;
+    std::int64_t first_in_scene(std::size_t i) const;
+
+    std::span<const RodGroup> groups_;
+    const ImmersedRods& rods_;
+    std::shared_ptr<FluidLoads> loads_;
+    double cell_mass_; ///< kg, of the fluid
+    Weight weight_;
+    std::vector<InertiaInFluid> inertia_;    ///< by group
+    std::vector<std::int64_t> first_slot_;   ///< of a group's rods among slots of the scene
+    std::vector<Slots> slots_;               ///< as loads_ has them
+    std::vector<Vec3d> velocity_, spin_;     ///< by slot, at the begin of the step
+    std::vector<Vec3d> own_push_, own_turn_; ///< by slot: of the loads, what is not the fluid's; N, N m, over the stage N s, N m s
+    std::vector<Vec3d> place_, off_;         ///< of markers at the begin of the stage, m, lab; the second off the axis
+};
+
+} // namespace skein
