@@ -32,7 +32,7 @@ void poisson(benchmark::State& state, int n, FluidBoundary boundary) {
     const FluidGrid grid = cube(n, boundary);
     const Communicator comm = Communicator::alone();
     const Threads threads(1);
-    FastHelmholtz solver(comm, threads, grid);
+    FastHelmholtz solver(comm, threads, grid, Pencils(grid, 0, 1));
     const Helmholtz equation = Helmholtz::of_pressure(grid);
     const FieldLayout layout(n, n, n);
     AlignedVector<double> field(layout.size(), 1.0);

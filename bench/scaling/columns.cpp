@@ -56,12 +56,13 @@ void measure(const Communicator& comm, const Threads& threads, int n, FluidBound
     Times solves[2], steps[2];
     {
         const Helmholtz equation = Helmholtz::of_pressure(grid);
-        const FieldLayout layout(n, n, slab_of(n, comm.rank(), comm.size()).count);
+        const Pencils pencils(grid, comm.rank(), comm.size());
+        const FieldLayout layout = pencils.layout();
         AlignedVector<double> field(layout.size(), 1.0);
         const auto at = [&](int i, int j, int k) { return &field[static_cast<std::size_t>(layout.at(i, j, k))]; };
         std::vector<FastHelmholtz> solvers;
         solvers.reserve(2);
-        for (const ColumnExchange exchange : exchanges) solvers.emplace_back(comm, threads, grid, exchange);
+        for (const ColumnExchange exchange : exchanges) solvers.emplace_back(comm, threads, grid, pencils, exchange);
         const auto solve = [&](FastHelmholtz& solver) {
             solver.solve(
                 equation, [&](int i, int j, int k) { return load<8>(at(i, j, k)); },

@@ -2,7 +2,7 @@
 // differences.
 #pragma once
 
-#include "fluid/flow.hpp"
+#include "fluid/whole_planes.hpp"
 
 #include <array>
 #include <cstddef>
@@ -25,12 +25,12 @@ inline constexpr CellFieldEntry cell_field_table[] = {
     {"velocity", "m/s", 3}, {"vorticity", "1/s", 3}, {"q", "1/s^2", 1}, {"pressure", "Pa", 1}};
 inline const CellFieldEntry& entry_of(CellField field) { return cell_field_table[static_cast<std::size_t>(field)]; }
 
-/// What a flow is now, as numbers of cells. It must not change meanwhile.
+/// What a flow is, as numbers of cells.
 class CellReader {
 public:
-    explicit CellReader(const FlowSolver& flow);
+    explicit CellReader(const FlowPlanes& flow);
 
-    /// Of `count` cells from (i, j, k) on along x, k counted from this rank's first plane: [cell][component].
+    /// Of `count` cells from (i, j, k) on along x, k counted from the first of its planes: [cell][component].
     void row(CellField field, int i, int j, int k, int count, double* out) const;
 
 private:

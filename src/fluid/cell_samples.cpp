@@ -18,8 +18,8 @@ Slab own_planes(const CellBox& box, const Slab& slab) {
 
 } // namespace
 
-BoxSampler::BoxSampler(const Communicator& comm, const Threads& threads, const FlowSolver& flow, const CellBox& box)
-    : comm_(comm), threads_(threads), flow_(flow), box_(box), slab_(flow.slab()), planes_(own_planes(box, slab_)) {}
+BoxSampler::BoxSampler(const Communicator& comm, const Threads& threads, const FlowPlanes& flow, const CellBox& box)
+    : comm_(comm), threads_(threads), flow_(flow), box_(box), slab_(flow.planes()), planes_(own_planes(box, slab_)) {}
 
 std::size_t BoxSampler::row_numbers() const {
     return static_cast<std::size_t>(box_.count[0]) * static_cast<std::size_t>(entry_of(field_).components);
@@ -85,7 +85,7 @@ void BoxSampler::sample(int first, int count, std::span<double> out) const {
     });
 }
 
-BlockSampler::BlockSampler(const Communicator& comm, const Threads& threads, const FlowSolver& flow, int edge)
+BlockSampler::BlockSampler(const Communicator& comm, const Threads& threads, const FlowPlanes& flow, int edge)
     : comm_(comm), threads_(threads), flow_(flow), edge_(edge), cells_(flow.constants().grid.cells), counts_() {
     for (std::size_t d = 0; d < 3; ++d) counts_[d] = (cells_[d] + edge - 1) / edge;
 }
@@ -95,7 +95,7 @@ int BlockSampler::extent(int direction, int block) const {
 }
 
 void BlockSampler::find(CellField criterion, double threshold) {
-    const Slab slab = flow_.slab();
+    const Slab slab = flow_.planes();
     const CellReader reader(flow_);
     const auto components = static_cast<std::size_t>(entry_of(criterion).components);
     const int nx = counts_[0], ny = counts_[1], nz = counts_[2];
@@ -124,7 +124,7 @@ void BlockSampler::find(CellField criterion, double threshold) {
 }
 
 std::vector<BlockSampler::Piece> BlockSampler::pieces(std::size_t most_numbers) const {
-    const Slab slab = flow_.slab();
+    const Slab slab = flow_.planes();
     std::vector<Piece> all;
     for (std::size_t first = 0; first < blocks_.size();) {
         const int z = blocks_[first][2];
@@ -154,7 +154,7 @@ void BlockSampler::sample(CellField field, const Piece& piece, std::span<double>
         const auto [x, y, z] = blocks_[piece.first + b];
         for (int p = 0; p < std::min(piece.planes, extent(2, z) - piece.plane); ++p)
             for (int j = 0; j < extent(1, y); ++j)
-                reader.row(field, x * edge_, y * edge_ + j, z * edge_ + piece.plane + p - flow_.slab().first, extent(0, x),
+                reader.row(field, x * edge_, y * edge_ + j, z * edge_ + piece.plane + p - flow_.planes().first, extent(0, x),
                            out.data() + b * share + static_cast<std::size_t>(p * edge_ + j) * row);
     });
 }

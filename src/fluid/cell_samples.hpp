@@ -23,7 +23,7 @@ struct CellBox {
 
 class BoxSampler {
 public:
-    BoxSampler(const Communicator& comm, const Threads& threads, const FlowSolver& flow, const CellBox& box);
+    BoxSampler(const Communicator& comm, const Threads& threads, const FlowPlanes& flow, const CellBox& box);
 
     /// Of the box's planes of cubes: those of this rank, which has the last plane of cells in each.
     Slab planes() const { return planes_; }
@@ -41,7 +41,7 @@ private:
 
     Communicator comm_;
     const Threads& threads_;
-    const FlowSolver& flow_;
+    const FlowPlanes& flow_;
     CellBox box_;
     Slab slab_, planes_;
     CellField field_ = CellField::velocity;
@@ -50,7 +50,7 @@ private:
 
 class BlockSampler {
 public:
-    BlockSampler(const Communicator& comm, const Threads& threads, const FlowSolver& flow, int edge);
+    BlockSampler(const Communicator& comm, const Threads& threads, const FlowPlanes& flow, int edge);
 
     /// Finds the blocks in which the magnitude of a field exceeds a threshold, as it is now. Collective.
     void find(CellField criterion, double threshold);
@@ -72,7 +72,7 @@ private:
 
     Communicator comm_;
     const Threads& threads_;
-    const FlowSolver& flow_;
+    const FlowPlanes& flow_;
     int edge_;
     std::array<int, 3> cells_, counts_; ///< of the grid; blocks along each direction
     std::vector<std::array<int, 3>> blocks_;

@@ -4,6 +4,7 @@
 
 #include "fluid/helmholtz.hpp"
 #include "fluid/lanes.hpp"
+#include "fluid/pencils.hpp"
 #include "fluid/plane_transform.hpp"
 #include "parallel/communicator.hpp"
 #include "parallel/messages.hpp"
@@ -89,12 +90,12 @@ public:
         store(f + n * plane, x);
     }
 
-    /// body(j, diagonal): of eight coefficients from j on, of x mode m.
-    template <class Body> static void for_packs(const Helmholtz& equation, int m, int begin, int end, Body&& body) {
-        for (int j = begin; j < end; j += 8) {
+    /// body(at, diagonal): of eight coefficients of y mode j, from x mode first + at on.
+    template <class Body> static void for_packs(const Helmholtz& equation, int j, int first, int begin, int end, Body&& body) {
+        for (int at = begin; at < end; at += 8) {
             P diagonal(0.0);
-            for (int l = 0; l < 8; ++l) diagonal.set(l, equation.diagonal(m, j + l));
-            body(j, diagonal);
+            for (int l = 0; l < 8; ++l) diagonal.set(l, equation.diagonal(first + at + l, j));
+            body(at, diagonal);
         }
     }
 
@@ -106,40 +107,43 @@ private:
     }
 };
 
-/// Columns change ranks: each rank solves whole ones, of its share of the modes along x. The same bits on any ranks.
+/// Columns change ranks: of the slabs' ranks with the same share of the modes along x each solves whole ones, of its modes along
+/// y. The same bits on any ranks.
 class TransposedColumns {
 public:
     using P = Columns::P;
-    TransposedColumns(const Communicator& comm, const Threads& threads, const FluidGrid& grid)
-        : threads_(threads), nz_(grid.cells[2]), row_(row_of(grid)), modes_(slab_of(grid.cells[0], comm.rank(), comm.size())),
+    TransposedColumns(const Communicator& comm, const Threads& threads, const FluidGrid& grid, const Pencils& pencils)
+        : threads_(threads), nz_(grid.cells[2]), first_mode_(pencils.modes(pencils.share()).first),
+          row_(row_of(pencils.modes(pencils.share()).count)), own_(slab_of(grid.cells[1], pencils.slab(), pencils.slabs())),
           work_(static_cast<std::size_t>(threads.count()), Columns::Work(nz_)) {
-        column_ = UnsetArray<double>(numbers(nz_, modes_.count));
-        if (comm.size() == 1) {
-            for (int m = 0; m < modes_.count; ++m) add_row(column_.data(), m, modes_.count);
+        column_ = UnsetArray<double>(numbers(nz_, own_.count));
+        if (pencils.slabs() == 1) {
+            for (int j = 0; j < own_.count; ++j) add_row(column_.data(), j, own_.count);
             return;
         }
-        const int planes = slab_of(nz_, comm.rank(), comm.size()).count;
-        spectrum_ = UnsetArray<double>(numbers(planes, grid.cells[0]));
+        const int planes = pencils.planes().count;
+        spectrum_ = UnsetArray<double>(numbers(planes, grid.cells[1]));
         std::vector<RepeatedMessages::Part> of_planes, of_modes;
-        for (int r = 0; r < comm.size(); ++r) {
-            const Slab other = slab_of(nz_, r, comm.size()), modes = slab_of(grid.cells[0], r, comm.size());
+        for (int s = 0; s < pencils.slabs(); ++s) {
+            const int rank = pencils.rank_of(s, pencils.share());
+            const Slab other = pencils.planes(s), modes = slab_of(grid.cells[1], s, pencils.slabs());
             double *const to = spectrum_.data() + numbers(planes, modes.first), *const from = column_.data() +
-                                                                                              numbers(other.first, modes_.count);
-            of_planes.push_back({r, std::as_writable_bytes(std::span(to, numbers(planes, modes.count)))});
-            of_modes.push_back({r, std::as_writable_bytes(std::span(from, numbers(other.count, modes_.count)))});
-            for (int m = 0; m < modes.count; ++m) add_row(to, m, modes.count);
+                                                                                              numbers(other.first, own_.count);
+            of_planes.push_back({rank, std::as_writable_bytes(std::span(to, numbers(planes, modes.count)))});
+            of_modes.push_back({rank, std::as_writable_bytes(std::span(from, numbers(other.count, own_.count)))});
+            for (int j = 0; j < modes.count; ++j) add_row(to, j, modes.count);
         }
         to_columns_ = RepeatedMessages(comm, of_planes, of_modes);
         to_planes_ = RepeatedMessages(comm, of_modes, of_planes);
     }
 
-    /// Of this rank's planes.
-    const CoefficientRows& rows() const { return rows_; }
+    /// Of modes along y, of this rank's planes.
+    const PlaneRows& rows() const { return rows_; }
     /// From right sides to answers. Collective.
     void solve(const Helmholtz& equation) {
         to_columns_.start(), to_columns_.finish();
-        threads_.for_each(static_cast<std::size_t>(modes_.count), [&](std::size_t m, int thread) {
-            solve(equation, static_cast<int>(m), work_[static_cast<std::size_t>(thread)]);
+        threads_.for_each(static_cast<std::size_t>(own_.count), [&](std::size_t j, int thread) {
+            solve(equation, static_cast<int>(j), work_[static_cast<std::size_t>(thread)]);
         });
         to_planes_.start(), to_planes_.finish();
     }
@@ -152,30 +156,32 @@ private:
     }
     /// Of a mode in planes of `modes` of them.
     void add_row(double* planes, int mode, int modes) {
-        rows_.first.push_back(planes + static_cast<std::ptrdiff_t>(mode) * row_);
-        rows_.plane.push_back(static_cast<std::ptrdiff_t>(modes) * row_);
+        rows_.add(planes + static_cast<std::ptrdiff_t>(mode) * row_, static_cast<std::ptrdiff_t>(modes) * row_);
     }
-    void solve(const Helmholtz& equation, int m, Columns::Work& work) {
+    void solve(const Helmholtz& equation, int j, Columns::Work& work) {
         const int unknown = equation.unknown(nz_);
-        const std::ptrdiff_t plane = static_cast<std::ptrdiff_t>(modes_.count) * row_;
+        const std::ptrdiff_t plane = static_cast<std::ptrdiff_t>(own_.count) * row_;
         const P scale(equation.scale_of_coefficients()), end(equation.end());
-        for (int first = 0; first < row_; first += Columns::chunk)
-            Columns::for_packs(
-                equation, modes_.first + m, first, std::min(first + Columns::chunk, row_), [&](int j, const P& diagonal) {
-                    double* const f = column_.data() + static_cast<std::ptrdiff_t>(m) * row_ + j;
-                    if (equation.z == LineEnds::periodic) Columns::solve_period(f, plane, nz_, scale, diagonal, work);
-                    else Columns::solve_between(f, plane, unknown, scale, diagonal, {.lower = end, .upper = end}, work);
-                    if (unknown < nz_) store(f + unknown * plane, P(0.0));
-                });
+        for (int begin = 0; begin < row_; begin += Columns::chunk)
+            Columns::for_packs(equation, own_.first + j, first_mode_, begin, std::min(begin + Columns::chunk, row_),
+                               [&](int at, const P& diagonal) {
+                                   double* const f = column_.data() + static_cast<std::ptrdiff_t>(j) * row_ + at;
+                                   if (equation.z == LineEnds::periodic)
+                                       Columns::solve_period(f, plane, nz_, scale, diagonal, work);
+                                   else
+                                       Columns::solve_between(f, plane, unknown, scale, diagonal, {.lower = end, .upper = end},
+                                                              work);
+                                   if (unknown < nz_) store(f + unknown * plane, P(0.0));
+                               });
     }
 
     const Threads& threads_;
-    int nz_, row_;
-    Slab modes_;                  ///< along x, whose columns this rank solves
-    UnsetArray<double> column_;   ///< [z][mode][row]
-    UnsetArray<double> spectrum_; ///< [rank][plane][mode][row], to be sent; none on one rank
-    CoefficientRows rows_;
-    RepeatedMessages to_columns_, to_planes_; ///< none on one rank
+    int nz_, first_mode_, row_;   ///< the first along x; room for those of this rank
+    Slab own_;                    ///< modes along y, whose columns this rank solves
+    UnsetArray<double> column_;   ///< [z][y mode][x mode]
+    UnsetArray<double> spectrum_; ///< [slab][plane][y mode][x mode], to be sent; none of one slab
+    PlaneRows rows_;
+    RepeatedMessages to_columns_, to_planes_; ///< none of one slab
     std::vector<Columns::Work> work_;         ///< by thread
 };
 

@@ -10,22 +10,25 @@
 
 namespace skein {
 
-/// Of all equations with the same ends. Each rank solves the chains of its share of the coefficients.
+/// Of all equations with the same ends, and of a share of the modes along x. Each of the slabs' ranks with that share solves the
+/// chains of some coefficients.
 class CoupledSlabs {
 public:
     using P = Columns::P;
-    CoupledSlabs(const Communicator& comm, const Threads& threads, const FluidGrid& grid, const Helmholtz& equation)
-        : threads_(threads), ranks_(comm.size()), planes_(grid.cells[2]), work_(static_cast<std::size_t>(threads.count())) {
-        const int least = equation.unknown(planes_ / ranks_);
+    CoupledSlabs(const Communicator& comm, const Threads& threads, const FluidGrid& grid, const Pencils& pencils,
+                 const Helmholtz& equation)
+        : threads_(threads), slabs_(pencils.slabs()), planes_(grid.cells[2]), first_mode_(pencils.modes(pencils.share()).first),
+          work_(static_cast<std::size_t>(threads.count())) {
+        const int least = equation.unknown(planes_ / slabs_), behind = first_mode_ + pencils.modes(pencils.share()).count;
         std::vector<Coefficient> all;
-        for (int m = 0; m < grid.cells[0]; ++m)
-            for (int j = 0; j < grid.cells[1]; ++j)
+        for (int j = 0; j < grid.cells[1]; ++j)
+            for (int m = first_mode_; m < behind; ++m)
                 if (couples_slabs(equation.x.eigenvalue(m) + equation.y.eigenvalue(j), least)) all.push_back({m, j});
-        const auto share = [&](int rank) { return slab_of(static_cast<int>(all.size()), rank, ranks_); };
+        const auto share = [&](int slab) { return slab_of(static_cast<int>(all.size()), slab, slabs_); };
         const auto room = [](int count) { return static_cast<std::size_t>((count + 7) / 8 * 8); };
         std::size_t begin = 0;
-        std::vector<std::size_t> begins; // in sent_, by rank
-        for (int r = 0; r < ranks_; ++r) {
+        std::vector<std::size_t> begins; // in sent_, by slab
+        for (int r = 0; r < slabs_; ++r) {
             const Slab of_rank = share(r);
             begins.push_back(begin);
             for (int c = 0; c < of_rank.count; ++c)
@@ -33,28 +36,29 @@ public:
                                    begin + room(of_rank.count) + static_cast<std::size_t>(c)});
             begin += 2 * room(of_rank.count);
         }
-        const Slab mine = share(comm.rank());
+        const Slab mine = share(pencils.slab());
         own_.assign(all.begin() + mine.first, all.begin() + mine.first + mine.count);
         room_ = room(mine.count);
         sent_.assign(begin, 0.0);
-        chains_.assign(static_cast<std::size_t>(ranks_) * 2 * room_, 0.0);
+        chains_.assign(static_cast<std::size_t>(slabs_) * 2 * room_, 0.0);
         std::vector<RepeatedMessages::Part> of_slab, of_chains;
-        for (int r = 0; r < ranks_; ++r) {
+        for (int r = 0; r < slabs_; ++r) {
+            const int rank = pencils.rank_of(r, pencils.share());
             const auto numbers = [](double* first, std::size_t count) { return std::as_writable_bytes(std::span(first, count)); };
             const auto at = static_cast<std::size_t>(r);
             const std::size_t count = 2 * room(share(r).count);
-            if (count > 0) of_slab.push_back({r, numbers(sent_.data() + begins[at], count)});
-            if (room_ > 0) of_chains.push_back({r, numbers(chain(r, 0), 2 * room_)});
+            if (count > 0) of_slab.push_back({rank, numbers(sent_.data() + begins[at], count)});
+            if (room_ > 0) of_chains.push_back({rank, numbers(chain(r, 0), 2 * room_)});
         }
         to_chains_ = RepeatedMessages(comm, of_slab, of_chains);
         to_slabs_ = RepeatedMessages(comm, of_chains, of_slab);
-        for (std::vector<Link>& links : work_) links.resize(static_cast<std::size_t>(ranks_));
+        for (std::vector<Link>& links : work_) links.resize(static_cast<std::size_t>(slabs_));
     }
 
-    /// From the first and last numbers of this slab by itself, by (m, j), on: those just below and above it will come. Collective.
+    /// From the first and last numbers of this slab by itself, by (j, m), on: those just below and above it will come. Collective.
     void start(const Helmholtz& equation, const double* first, const double* last, int row) {
         for (const Place& place : places_) {
-            const std::ptrdiff_t at = place.coefficient.at(row);
+            const std::ptrdiff_t at = place.coefficient.at(row, first_mode_);
             sent_[place.lower] = first[at], sent_[place.upper] = last[at];
         }
         to_chains_.start(), to_chains_.finish();
@@ -67,7 +71,7 @@ public:
     void finish(double* below, double* above, int row) {
         to_slabs_.finish();
         for (const Place& place : places_) {
-            const std::ptrdiff_t at = place.coefficient.at(row);
+            const std::ptrdiff_t at = place.coefficient.at(row, first_mode_);
             below[at] = sent_[place.lower], above[at] = sent_[place.upper];
         }
     }
@@ -77,7 +81,7 @@ public:
 private:
     struct Coefficient {
         int m, j;
-        std::ptrdiff_t at(int row) const { return static_cast<std::ptrdiff_t>(m) * row + j; }
+        std::ptrdiff_t at(int row, int first) const { return static_cast<std::ptrdiff_t>(j) * row + m - first; }
     };
     struct Place {
         Coefficient coefficient;
@@ -92,7 +96,7 @@ private:
         P p, q, t, a, b, c;
     };
 
-    double* chain(int rank, std::size_t end) { return chains_.data() + (static_cast<std::size_t>(rank) * 2 + end) * room_; }
+    double* chain(int slab, std::size_t end) { return chains_.data() + (static_cast<std::size_t>(slab) * 2 + end) * room_; }
     /// Of n planes, with so much more in the diagonal at the other end.
     static Reach reach(const P& diagonal, int n, const P& end) {
         P pivot(0.0), far(1.0);
@@ -108,10 +112,10 @@ private:
             diagonal.set(static_cast<int>(l), equation.diagonal(own_[first + l].m, own_[first + l].j));
         return diagonal;
     }
-    int planes(int rank) const { return slab_of(planes_, rank, ranks_).count; }
+    int planes(int slab) const { return slab_of(planes_, slab, slabs_).count; }
     /// Slabs from `begin` to `end`, each by the next one and the last of all; `p`, `q` and `t` are of the one before.
     void link(const P& diagonal, int begin, int end, std::size_t at, std::vector<Link>& links, P p, P q, P t) {
-        const int least = planes_ / ranks_;
+        const int least = planes_ / slabs_;
         const Reach thin = reach(diagonal, least, P(0.0)), thick = reach(diagonal, least + 1, P(0.0));
         for (int r = begin; r < end; ++r) {
             const auto& [near, far] = planes(r) == least ? thin : thick;
@@ -124,7 +128,7 @@ private:
     /// Eight columns between two ends, from slab to slab; then back, with the numbers beyond each slab.
     void solve_chain(const Helmholtz& equation, std::size_t at, std::vector<Link>& links) {
         const P diagonal = diagonal_of(equation, at), end(equation.end());
-        const int last = ranks_ - 1;
+        const int last = slabs_ - 1;
         const P p = load<8>(chain(0, 1) + at), q = reach(diagonal, planes(0), end).near;
         links[0] = {p, q, P(0.0), P(0.0), P(0.0), P(0.0)};
         link(diagonal, 1, last, at, links, p, q, P(0.0));
@@ -143,22 +147,22 @@ private:
     /// The same round a period: by the first number of all and the last.
     void solve_ring(const Helmholtz& equation, std::size_t at, std::vector<Link>& links) {
         const P diagonal = diagonal_of(equation, at);
-        link(diagonal, 0, ranks_, at, links, P(0.0), P(0.0), P(1.0));
+        link(diagonal, 0, slabs_, at, links, P(0.0), P(0.0), P(1.0));
         // First numbers of slabs by those two, from above.
         P a(0.0), b(1.0), c(0.0);
-        for (int r = ranks_ - 1; r >= 0; --r) {
+        for (int r = slabs_ - 1; r >= 0; --r) {
             Link& of = links[static_cast<std::size_t>(r)];
             a = fma(of.b, a, of.a), c = fma(of.b, c, of.c), b = of.b * b;
             of.a = a, of.b = b, of.c = c;
         }
-        const Link& all = links[static_cast<std::size_t>(ranks_ - 1)];
+        const Link& all = links[static_cast<std::size_t>(slabs_ - 1)];
         const P inverse = P(1.0) / (P(1.0) - b), free = P(1.0) - all.t - all.q * c * inverse,
                 last = select(constants(equation, diagonal), P(0.0), (all.p + all.q * a * inverse) * Columns::inverse_of(free)),
                 first = (a + c * last) * inverse;
         P below = last;
-        for (int r = 0; r < ranks_; ++r) {
+        for (int r = 0; r < slabs_; ++r) {
             const Link& of = links[static_cast<std::size_t>(r)];
-            const bool top = r + 1 == ranks_;
+            const bool top = r + 1 == slabs_;
             const Link& next = links[static_cast<std::size_t>(top ? 0 : r + 1)];
             const P above = top ? first : fma(next.b, first, fma(next.c, last, next.a));
             store(chain(r, 0) + at, below), store(chain(r, 1) + at, above);
@@ -170,12 +174,12 @@ private:
     }
 
     const Threads& threads_;
-    int ranks_, planes_;
+    int slabs_, planes_, first_mode_;
     std::vector<Place> places_;    ///< of all
     std::vector<Coefficient> own_; ///< whose chains this rank solves
     std::size_t room_;             ///< for them, in whole packs
-    AlignedVector<double> sent_;   ///< [rank that solves][first, last][coefficient] of this slab, and back [below, above]
-    AlignedVector<double> chains_; ///< [rank of a slab][first, last][own coefficient], and back
+    AlignedVector<double> sent_;   ///< [slab whose rank solves][first, last][coefficient] of this slab, and back [below, above]
+    AlignedVector<double> chains_; ///< [slab][first, last][own coefficient], and back
     RepeatedMessages to_chains_, to_slabs_;
     std::vector<std::vector<Link>> work_; ///< by thread and slab
 };

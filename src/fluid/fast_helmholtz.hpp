@@ -1,9 +1,9 @@
-// The discrete equations of Poisson and Helmholtz of a box, solved directly: transforms of lines along y and x, plane by plane,
-// then a tridiagonal system along z for each of their coefficients.                                           theory.md (77)-(79),
-// (84)
+// The discrete equations of Poisson and Helmholtz of a box, solved directly: transforms of lines along x and y, then a tridiagonal
+// system along z for each of their coefficients.                                                     theory.md (77)-(79), (84)
 #pragma once
 
 #include "fluid/flow.hpp"
+#include "fluid/row_exchange.hpp"
 #include "fluid/slab_columns.hpp"
 
 #include <optional>
@@ -11,40 +11,65 @@
 
 namespace skein {
 
-/// Planes are transformed whole, so that any ranks have the same bits where columns are solved whole too.
+/// Lines are transformed whole, so that any ranks have the same bits where columns are solved whole too.
 class FastHelmholtz {
 public:
     using P = Pack<8>;
-    FastHelmholtz(const Communicator& comm, const Threads& threads, const FluidGrid& grid,
+    FastHelmholtz(const Communicator& comm, const Threads& threads, const FluidGrid& grid, const Pencils& pencils,
                   ColumnExchange exchange = ColumnExchange::transposes)
-        : threads_(threads), planes_(static_cast<std::size_t>(slab_of(grid.cells[2], comm.rank(), comm.size()).count)),
-          transforms_(static_cast<std::size_t>(threads.count()), PlaneTransform(grid)) {
-        if (exchange == ColumnExchange::interfaces && comm.size() > 1) slabs_.emplace(comm, threads, grid);
-        else whole_.emplace(comm, threads, grid);
+        : threads_(threads), planes_(static_cast<std::size_t>(pencils.planes().count)) {
+        if (exchange == ColumnExchange::interfaces && pencils.slabs() > 1) slabs_.emplace(comm, threads, grid, pencils);
+        else whole_.emplace(comm, threads, grid, pencils);
+        if (pencils.across() > 1) shared_.emplace(comm, grid, pencils);
+        for (int t = 0; t < threads.count(); ++t)
+            work_.push_back(
+                {TransformAlongX(grid.cells[0], pencils.rows().count), TransformAlongY(pencils.modes(pencils.share()).count)});
     }
 
     /// source(i, j, k): f in eight cells from (i, j, k) on, of which those beyond the row are left out; sink(i, j, k, phi): takes
-    /// phi there, when all of f has been read. k counts planes of this rank. Collective.
+    /// phi there, when all of f has been read. j and k count rows and planes of this rank. Collective.
     template <class Source, class Sink> void solve(const Helmholtz& equation, Source&& source, Sink&& sink) {
-        const CoefficientRows& rows = slabs_ ? slabs_->rows() : whole_->rows();
-        threads_.for_each(planes_, [&](std::size_t k, int thread) {
-            transforms_[static_cast<std::size_t>(thread)].forward(equation, static_cast<int>(k), rows, source);
-        });
+        const PlaneRows& columns = slabs_ ? slabs_->rows() : whole_->rows();
+        if (shared_) {
+            for_planes([&](Work& work, int k) { work.x.forward(equation.x, k, shared_->of_rows(), source); });
+            shared_->to_modes();
+            for_planes([&](Work& work, int k) { work.y.forward(equation.y, k, shared_->of_modes(), columns); });
+        } else
+            for_planes([&](Work& work, int k) { // which stays in the cache
+                work.x.forward(equation.x, k, source);
+                work.y.forward(equation.y, k, work.x.tiles(equation.x), columns);
+            });
         if (slabs_) slabs_->solve(equation);
         else whole_->solve(equation);
-        threads_.for_each(planes_, [&](std::size_t k, int thread) {
-            transforms_[static_cast<std::size_t>(thread)].back(equation, static_cast<int>(k), rows, sink);
-        });
+        if (shared_) {
+            for_planes([&](Work& work, int k) { work.y.back(equation.y, k, columns, shared_->of_modes()); });
+            shared_->to_rows();
+            for_planes([&](Work& work, int k) { work.x.back(equation.x, k, shared_->of_rows(), sink); });
+        } else
+            for_planes([&](Work& work, int k) {
+                work.y.back(equation.y, k, columns, work.x.tiles(equation.x));
+                work.x.back(equation.x, k, sink);
+            });
     }
 
-    std::size_t bytes() const { return slabs_ ? slabs_->bytes() : whole_->bytes(); }
+    std::size_t bytes() const { return (slabs_ ? slabs_->bytes() : whole_->bytes()) + (shared_ ? shared_->bytes() : 0); }
 
 private:
+    struct Work {
+        TransformAlongX x;
+        TransformAlongY y;
+    };
+    template <class Body> void for_planes(Body&& body) {
+        threads_.for_each(planes_,
+                          [&](std::size_t k, int thread) { body(work_[static_cast<std::size_t>(thread)], static_cast<int>(k)); });
+    }
+
     const Threads& threads_;
     std::size_t planes_;
     std::optional<TransposedColumns> whole_; ///< columns: these or the next ones
     std::optional<SlabColumns> slabs_;
-    std::vector<PlaneTransform> transforms_; ///< by thread
+    std::optional<RowExchange> shared_; ///< none where this rank has all rows of its planes
+    std::vector<Work> work_;            ///< by thread
 };
 
 } // namespace skein

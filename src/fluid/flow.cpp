@@ -1,16 +1,24 @@
 #include "fluid/flow.hpp"
 
+#include "parallel/exact_sum.hpp"
+
 #include <algorithm>
 #include <cmath>
 #include <numbers>
 
 namespace skein {
 
-FlowFigures& FlowFigures::operator+=(const FlowFigures& plane) {
-    kinetic_energy += plane.kinetic_energy, enstrophy += plane.enstrophy, dissipation += plane.dissipation;
-    momentum += plane.momentum;
-    divergence = std::max(divergence, plane.divergence), speed = std::max(speed, plane.speed);
-    return *this;
+int ranks_across(const FlowConstants& constants, int ranks) {
+    if (constants.ranks_across > 0) return constants.ranks_across;
+    const bool whole_planes = constants.pressure == PressureMethod::multigrid;
+    return whole_planes ? 1 : fewest_across(constants.grid, ranks);
+}
+
+std::string unshared(const FlowConstants& constants, int ranks) {
+    const int across = ranks_across(constants, ranks);
+    if (across > 1 && constants.pressure == PressureMethod::multigrid)
+        return "multigrid needs whole planes: expected 1 rank across, not " + std::to_string(across);
+    return unshared(constants.grid, ranks, across);
 }
 
 void FlowSolver::set_velocity(const std::function<Vec3d(const Vec3d& place)>& velocity) {
@@ -63,12 +71,18 @@ double oscillation_integral(const FlowConstants& constants, double from, double 
 }
 
 FlowFigures figures_of(const Communicator& comm, const FlowSolver& flow) {
-    constexpr std::size_t numbers = sizeof(FlowFigures) / sizeof(double);
-    const std::vector<FlowFigures> mine = flow.figures();
-    const std::vector<double> all = comm.all_gather(std::span(reinterpret_cast<const double*>(mine.data()), numbers * mine.size()));
-    FlowFigures sum;
-    for (std::size_t at = 0; at < all.size(); at += numbers) sum += *reinterpret_cast<const FlowFigures*>(&all[at]);
-    return sum;
+    FlowFigures all;
+    std::vector<std::vector<double>> terms(6);
+    for (const FlowFigures& row : flow.figures()) {
+        const double numbers[] = {row.kinetic_energy, row.enstrophy,  row.dissipation,
+                                  row.momentum.x,     row.momentum.y, row.momentum.z};
+        for (std::size_t i = 0; i < terms.size(); ++i) terms[i].push_back(numbers[i]);
+        all.divergence = std::max(all.divergence, row.divergence), all.speed = std::max(all.speed, row.speed);
+    }
+    const std::vector<double> sums = exact_sums(comm, terms);
+    all.kinetic_energy = sums[0], all.enstrophy = sums[1], all.dissipation = sums[2], all.momentum = {sums[3], sums[4], sums[5]};
+    all.divergence = comm.max(all.divergence), all.speed = comm.max(all.speed);
+    return all;
 }
 
 } // namespace skein

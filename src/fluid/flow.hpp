@@ -2,6 +2,7 @@
 #pragma once
 
 #include "fluid/fluid_grid.hpp"
+#include "fluid/pencils.hpp"
 #include "fluid/stage_forcing.hpp"
 #include "parallel/communicator.hpp"
 #include "parallel/threads.hpp"
@@ -68,9 +69,15 @@ struct FlowConstants {
     PressureMethod pressure = PressureMethod::direct;
     ColumnExchange exchange = ColumnExchange::transposes;
     double pressure_tolerance = 1e-10; ///< of multigrid
+    int ranks_across = 0;              ///< that share the rows of a slab of planes; 0: as few as the planes allow
 };
 
-/// Of a plane of cells, or of all.
+/// Of so many ranks; 0: they cannot share the fluid.
+int ranks_across(const FlowConstants& constants, int ranks);
+/// Why so many ranks cannot share the fluid; empty: they can.
+std::string unshared(const FlowConstants& constants, int ranks);
+
+/// Of a row of cells, or of all.
 struct FlowFigures {
     double kinetic_energy = 0; ///< J
     double enstrophy = 0;      ///< half the sum of squared vorticity, m^3/s^2
@@ -78,8 +85,6 @@ struct FlowFigures {
     double divergence = 0;     ///< the largest, 1/s
     double speed = 0;          ///< the largest sum of |u|, |v| and |w| of a cell, m/s
     Vec3d momentum{0, 0, 0};   ///< kg m/s
-
-    FlowFigures& operator+=(const FlowFigures& plane);
 };
 
 /// A component of a velocity at places a `spacing` apart along x. Of any thread.
@@ -90,7 +95,7 @@ public:
     virtual ~FlowSolver() = default;
 
     virtual const FlowConstants& constants() const = 0;
-    virtual Slab slab() const = 0;
+    virtual const Pencils& pencils() const = 0;
     /// Sets the velocity to that of a function of place, made free of divergence, and the pressure to that which belongs to it.
     /// Collective.
     virtual void set_velocity(const VelocityRow& velocity) = 0;
@@ -108,7 +113,7 @@ public:
     /// The longest step, s, of a sum of Courant numbers of 1, or of 1.5 of the most that viscosity allows, and a fortieth of a
     /// period. Collective.
     virtual double step_limit(double courant = 1) const = 0;
-    /// By plane of this rank, the same bits on any ranks. Not collective.
+    /// By row of this rank, the same bits on any ranks. Not collective.
     virtual std::vector<FlowFigures> figures() const = 0;
     /// A step of dt from a time, or equal parts of it, as long as the sum of Courant numbers and viscosity allow. Returns how many.
     /// Collective.
@@ -138,7 +143,7 @@ double oscillation(const FlowConstants& constants, double time);
 /// Its integral from a time on, s.
 double oscillation_integral(const FlowConstants& constants, double from, double duration);
 
-/// Of all planes of all ranks, in their order. Collective.
+/// Of all rows of all ranks, the same bits on any. Collective.
 FlowFigures figures_of(const Communicator& comm, const FlowSolver& flow);
 
 } // namespace skein

@@ -1,7 +1,8 @@
 #include "fluid/flow_solver.hpp"
 
 #include "fluid/make_flow.hpp"
-#include "fluid/slab_neighbours.hpp"
+#include "fluid/neighbours.hpp"
+#include "parallel/exact_sum.hpp"
 #include "skein/core/error.hpp"
 
 #include <algorithm>
@@ -10,33 +11,77 @@
 
 namespace skein {
 
-/// Ghost planes of fields, from the ranks below and above. Messages are made once for each array.
-class PlaneGhosts {
+/// Messages of planes are made once for each array, those of rows once for each number of fields.
+class GhostExchange {
 public:
-    PlaneGhosts(const Communicator& comm, const FieldLayout& layout, bool periodic)
-        : comm_(comm), layout_(layout), neighbours_(comm, periodic) {}
-    void exchange(std::span<double* const> fields) {
-        if (comm_.size() == 1) {
-            if (neighbours_.below >= 0)
+    using Fields = std::span<double* const>;
+    GhostExchange(const Communicator& comm, const Pencils& pencils, const FluidGrid& grid)
+        : comm_(comm), layout_(pencils.layout()), along_y_(Neighbours::of_rows(pencils, grid.periodic(1))),
+          along_z_(Neighbours::of_slabs(pencils, grid.periodic(2))), share_rows_(pencils.across() > 1),
+          share_planes_(pencils.slabs() > 1) {}
+
+    /// With the ghosts along x in them, of this rank's planes; none where it has all rows.
+    void exchange_rows(Fields fields) {
+        if (!share_rows_) return;
+        auto found = rows_.find(fields.size());
+        if (found == rows_.end()) found = rows_.try_emplace(fields.size(), comm_, along_y_, fields.size() * rows_of_field()).first;
+        Rows& rows = found->second;
+        const int last = layout_.ny - width;
+        if (along_y_.below >= 0) copy_rows(fields, 0, [&](double* from, std::size_t at) { to_buffer(rows.lowest, at, from); });
+        if (along_y_.above >= 0)
+            copy_rows(fields, last, [&](double* from, std::size_t at) { to_buffer(rows.uppermost, at, from); });
+        rows.messages.start(), rows.messages.finish();
+        if (along_y_.below >= 0)
+            copy_rows(fields, -width, [&](double* to, std::size_t at) { from_buffer(rows.from_below, at, to); });
+        if (along_y_.above >= 0)
+            copy_rows(fields, layout_.ny, [&](double* to, std::size_t at) { from_buffer(rows.from_above, at, to); });
+    }
+    /// With all ghosts in them.
+    void exchange_planes(Fields fields) {
+        if (!share_planes_) {
+            if (along_z_.below >= 0)
                 for (double* field : fields) wrap(field);
             return;
         }
         const std::vector<double*> key(fields.begin(), fields.end());
-        auto found = messages_.find(key);
-        if (found == messages_.end()) found = messages_.emplace(key, make(fields)).first;
+        auto found = planes_.find(key);
+        if (found == planes_.end()) found = planes_.emplace(key, make(fields)).first;
         found->second.start(), found->second.finish();
     }
 
 private:
     static constexpr int width = FieldLayout::ghosts;
+    struct Rows {
+        Rows(const Communicator& comm, const Neighbours& neighbours, std::size_t numbers)
+            : lowest(numbers), uppermost(numbers), from_below(numbers), from_above(numbers) {
+            NeighbourParts parts(neighbours);
+            parts.add(lowest, uppermost, from_below, from_above);
+            messages = parts.messages(comm);
+        }
+        std::vector<double> lowest, uppermost, from_below, from_above; ///< [field][plane][row][x, with room before]
+        RepeatedMessages messages;
+    };
+    std::size_t block() const { return static_cast<std::size_t>(layout_.row) * width; } ///< rows of ghosts of a plane
+    std::size_t rows_of_field() const { return block() * static_cast<std::size_t>(layout_.nz); }
+    void to_buffer(std::vector<double>& buffer, std::size_t at, const double* from) const {
+        std::copy_n(from, block(), &buffer[at]);
+    }
+    void from_buffer(const std::vector<double>& buffer, std::size_t at, double* to) const { std::copy_n(&buffer[at], block(), to); }
+    /// body(rows, place in a buffer) of as many rows as ghosts, from j on, in each plane of each field.
+    template <class Body> void copy_rows(Fields fields, int j, Body&& body) const {
+        std::size_t at = 0;
+        for (double* field : fields)
+            for (int k = 0; k < layout_.nz; ++k, at += block()) body(field + layout_.at(0, j, k) - FieldLayout::before, at);
+    }
+
     std::size_t numbers() const { return static_cast<std::size_t>(layout_.plane) * width; }
     double* planes(double* field, int k) const { return field + (k + width) * layout_.plane; }
     void wrap(double* field) const {
         std::copy_n(planes(field, layout_.nz - width), numbers(), planes(field, -width));
         std::copy_n(planes(field, 0), numbers(), planes(field, layout_.nz));
     }
-    RepeatedMessages make(std::span<double* const> fields) const {
-        NeighbourParts parts(neighbours_);
+    RepeatedMessages make(Fields fields) const {
+        NeighbourParts parts(along_z_);
         for (double* field : fields) {
             const auto at = [&](int k) { return std::span(planes(field, k), numbers()); };
             parts.add(at(0), at(layout_.nz - width), at(-width), at(layout_.nz));
@@ -45,8 +90,10 @@ private:
     }
     Communicator comm_;
     FieldLayout layout_;
-    SlabNeighbours neighbours_;
-    std::map<std::vector<double*>, RepeatedMessages> messages_;
+    Neighbours along_y_, along_z_;
+    bool share_rows_, share_planes_;
+    std::map<std::size_t, Rows> rows_;
+    std::map<std::vector<double*>, RepeatedMessages> planes_;
 };
 
 namespace {
@@ -54,14 +101,9 @@ namespace {
 constexpr int of_pressure = 3, of_change = 4; ///< `of_change` and the next two: of changes of velocities, 0 at walls that move
 constexpr Three<double> stage_rate{8.0 / 15, 5.0 / 12, 3.0 / 4}, stage_last{0, -17.0 / 60, -5.0 / 12}; // Wray
 
-FieldLayout layout_of(const FluidGrid& grid, const Slab& slab) { return {grid.cells[0], grid.cells[1], slab.count}; }
-
-/// For the first rank whose share of planes is too thin for the ghosts of its neighbours.
-void require_planes(const FluidGrid& grid, int ranks) {
-    if (ranks > 1 && grid.cells[2] / ranks < FieldLayout::ghosts)
-        throw InputError("the fluid has " + std::to_string(grid.cells[2]) + " planes of cells along z, too few for " +
-                         std::to_string(ranks) + " ranks: at most " + std::to_string(grid.cells[2] / FieldLayout::ghosts) +
-                         " can share them");
+Pencils pencils_of(const Communicator& comm, const FlowConstants& constants) {
+    if (const std::string fault = unshared(constants, comm.size()); !fault.empty()) throw InputError(fault);
+    return {constants.grid, comm.rank(), comm.size(), ranks_across(constants, comm.size())};
 }
 
 double sum_of_lanes(const Pack<8>& p) {
@@ -78,14 +120,10 @@ double largest_of_lanes(const Pack<8>& p) {
 } // namespace
 
 BoxFlow::BoxFlow(const Communicator& comm, const Threads& threads, const FlowConstants& constants)
-    : comm_(comm), threads_(threads), constants_(constants),
-      slab_((require_planes(constants.grid, comm.size()), slab_of(constants.grid.cells[2], comm.rank(), comm.size()))),
-      layout_(layout_of(constants.grid, slab_)), lowest_(comm.rank() == 0 && !constants.grid.periodic(2)),
-      uppermost_(comm.rank() + 1 == comm.size() && !constants.grid.periodic(2)),
-      ghosts_(std::make_unique<PlaneGhosts>(comm, layout_, constants.grid.periodic(2))),
-      speed_(static_cast<std::size_t>(slab_.count), 0.0) {
+    : comm_(comm), threads_(threads), constants_(constants), pencils_(pencils_of(comm, constants)), layout_(pencils_.layout()),
+      ghosts_(std::make_unique<GhostExchange>(comm, pencils_, constants.grid)), speed_(static_cast<std::size_t>(layout_.nz), 0.0) {
     if (constants.pressure == PressureMethod::direct) {
-        direct_.emplace(comm, threads, constants.grid, constants.exchange);
+        direct_.emplace(comm, threads, constants.grid, pencils_, constants.exchange);
         equations_.push_back(Helmholtz::of_pressure(constants.grid));
         for (int c = 0; constants.scheme == FlowScheme::crank_nicolson && c < 3; ++c)
             equations_.emplace_back(constants.grid, std::array{ends(c, 0), ends(c, 1), ends(c, 2)});
@@ -103,6 +141,12 @@ void BoxFlow::set_forcing(StageForcing* forcing) {
 
 std::size_t BoxFlow::bytes() const {
     return (10 * layout_.size() + correction_.size()) * sizeof(double) + (direct_ ? direct_->bytes() : iterated_poisson_->bytes());
+}
+
+bool BoxFlow::has_end(int d, bool upper) const {
+    if (constants_.grid.periodic(d)) return false;
+    if (d == 1) return pencils_.share() == (upper ? pencils_.across() - 1 : 0);
+    return d == 0 || pencils_.slab() == (upper ? pencils_.slabs() - 1 : 0);
 }
 
 BoxFlow::Edge BoxFlow::edge(int c, int d, bool upper) const {
@@ -166,15 +210,19 @@ void fill_line(double* f, int n, std::ptrdiff_t stride, std::ptrdiff_t width, co
 
 void BoxFlow::fill_plane(int c, double* field, int k) const {
     const Edge lower_x = edge(c, 0, false), upper_x = edge(c, 0, true);
-    for (int j = 0; j < layout_.ny; ++j) fill_line(field + layout_.at(0, j, k), layout_.nx, 1, 1, lower_x, upper_x);
-    fill_line(field + layout_.at(0, 0, k) - FieldLayout::before, layout_.ny, layout_.row, layout_.row, edge(c, 1, false),
-              edge(c, 1, true));
+    const bool shared = pencils_.across() > 1;
+    const int beyond = shared ? FieldLayout::ghosts : 0; // rows of neighbours as they would, where walls have changed
+    for (int j = -beyond; j < layout_.ny + beyond; ++j) fill_line(field + layout_.at(0, j, k), layout_.nx, 1, 1, lower_x, upper_x);
+    double* const first = field + layout_.at(0, 0, k) - FieldLayout::before;
+    if (!shared) return fill_line(first, layout_.ny, layout_.row, layout_.row, edge(c, 1, false), edge(c, 1, true));
+    if (has_end(1, false)) fill_below(first, layout_.row, layout_.row, edge(c, 1, false));
+    if (has_end(1, true)) fill_above(first, layout_.ny, layout_.row, layout_.row, edge(c, 1, true));
 }
 
 void BoxFlow::fill_planes(int c, double* field) const {
     double* const first = field + FieldLayout::ghosts * layout_.plane;
-    if (lowest_) fill_below(first, layout_.plane, layout_.plane, edge(c, 2, false));
-    if (uppermost_) fill_above(first, layout_.nz, layout_.plane, layout_.plane, edge(c, 2, true));
+    if (has_end(2, false)) fill_below(first, layout_.plane, layout_.plane, edge(c, 2, false));
+    if (has_end(2, true)) fill_above(first, layout_.nz, layout_.plane, layout_.plane, edge(c, 2, true));
 }
 
 void BoxFlow::fill_beyond_walls() {
@@ -184,8 +232,9 @@ void BoxFlow::fill_beyond_walls() {
     for (int c = 0; c < 3; ++c) fill_planes(c, now_[static_cast<std::size_t>(c)].data());
 }
 
-void BoxFlow::fill_ghost_planes(int first, std::span<double* const> fields) {
-    ghosts_->exchange(fields);
+void BoxFlow::fill_ghosts(int first, std::span<double* const> fields) {
+    ghosts_->exchange_rows(fields);
+    ghosts_->exchange_planes(fields);
     for (std::size_t f = 0; f < fields.size(); ++f) fill_planes(first + static_cast<int>(f), fields[f]);
 }
 
@@ -202,14 +251,14 @@ void BoxFlow::refresh(double time) {
             }
         speed_[static_cast<std::size_t>(k)] = largest_of_lanes(most);
     });
-    fill_ghost_planes(0, velocities());
+    fill_ghosts(0, velocities());
     fill_pressure();
     begun_ = true;
 }
 
 void BoxFlow::fill_pressure() {
     for_planes(0, layout_.nz, [&](int k) { fill_plane(of_pressure, pressure_.data(), k); });
-    fill_ghost_planes(of_pressure, std::array{pressure_.data()});
+    fill_ghosts(of_pressure, std::array{pressure_.data()});
 }
 
 std::vector<std::span<double>> BoxFlow::state() {
@@ -240,7 +289,8 @@ void BoxFlow::sample(const VelocityRow& velocity) {
     const double half = 0.5 * grid.h;
     for_planes(0, layout_.nz, [&](int k) {
         for (int j = 0; j < layout_.ny; ++j) {
-            const Vec3d middle = grid.lower + grid.h * Vec3d{0.5, j + 0.5, slab_.first + k + 0.5};
+            const Vec3d middle =
+                grid.lower + grid.h * Vec3d{0.5, pencils_.rows().first + j + 0.5, pencils_.planes().first + k + 0.5};
             const Three<Vec3d> first{middle + Vec3d{half, 0, 0}, middle + Vec3d{0, half, 0}, middle + Vec3d{0, 0, half}};
             for (int c = 0; c < 3; ++c) {
                 const auto component = static_cast<std::size_t>(c);
@@ -299,7 +349,7 @@ void BoxFlow::add_beyond_walls(int c, double* field, double b) const {
     for (int d = 0; d < 3; ++d)
         for (const bool upper : {false, true}) {
             const Edge wall = edge(c, d, upper);
-            if (wall.fixed == 0 || wall.on_face || (d == 2 && !(upper ? uppermost_ : lowest_))) continue;
+            if (wall.fixed == 0 || wall.on_face || !has_end(d, upper)) continue;
             const auto along = static_cast<std::size_t>(d);
             std::array<int, 3> first{0, 0, 0}, last = all;
             if (upper) first[along] = all[along] - 1;
@@ -308,38 +358,23 @@ void BoxFlow::add_beyond_walls(int c, double* field, double b) const {
         }
 }
 
-template <std::size_t N, class Body> std::vector<std::array<double, N>> BoxFlow::of_all_planes(Body&& body) const {
-    std::vector<double> mine(N * static_cast<std::size_t>(slab_.count));
-    for_planes(0, slab_.count, [&](int k) {
-        const std::array<double, N> of_plane = body(k);
-        std::copy(of_plane.begin(), of_plane.end(), mine.begin() + static_cast<std::ptrdiff_t>(N) * k);
-    });
-    std::vector<std::int64_t> counts;
-    for (int r = 0; r < comm_.size(); ++r)
-        counts.push_back(static_cast<std::int64_t>(N) * slab_of(constants_.grid.cells[2], r, comm_.size()).count);
-    std::vector<std::array<double, N>> all(static_cast<std::size_t>(constants_.grid.cells[2]));
-    comm_.all_gather(mine, counts, std::span(all.front().data(), N * all.size()));
-    return all;
-}
-
 /// The fluid leaves with the mean velocity; what comes in goes out.
 void BoxFlow::pass_outflow(double dt) {
     if (constants_.grid.boundary[0] != FluidBoundary::through) return;
     const int last = layout_.nx - 1;
     const double share = dt * constants_.inflow.x / constants_.grid.h;
     Field &u = now_[0], &before = next_[0];
-    const auto of_planes = of_all_planes<1>([&](int k) {
-        double sum = 0;
+    std::vector<double> leaving(static_cast<std::size_t>(layout_.ny) * static_cast<std::size_t>(layout_.nz));
+    for_planes(0, layout_.nz, [&](int k) {
         for (int j = 0; j < layout_.ny; ++j) {
             const auto at = static_cast<std::size_t>(layout_.at(last, j, k));
             if (dt > 0) u[at] = before[at] - share * (before[at] - before[at - 1]);
-            sum += u[at];
+            leaving[static_cast<std::size_t>(k * layout_.ny + j)] = u[at];
         }
-        return std::array{sum};
     });
-    double out = 0;
-    for (const auto& [sum] : of_planes) out += sum;
-    const double faces = static_cast<double>(layout_.ny) * constants_.grid.cells[2], more = constants_.inflow.x - out / faces;
+    const double out = exact_sums(comm_, std::span(&leaving, 1)).front(),
+                 faces = static_cast<double>(constants_.grid.cells[1]) * constants_.grid.cells[2],
+                 more = constants_.inflow.x - out / faces;
     for_planes(0, layout_.nz, [&](int k) {
         for (int j = 0; j < layout_.ny; ++j) u[static_cast<std::size_t>(layout_.at(last, j, k))] += more;
         fill_plane(0, u.data(), k);
@@ -347,7 +382,8 @@ void BoxFlow::pass_outflow(double dt) {
 }
 
 void BoxFlow::find_correction(Three<Field>& u, int first, double dt, Field& correction) {
-    fill_ghost_planes(first + 2, std::array{u[2].data()});
+    ghosts_->exchange_rows(std::array{u[1].data()}); // of velocities into a cell, those through faces that others have
+    fill_ghosts(first + 2, std::array{u[2].data()});
     const double per_time = 1 / (dt * constants_.grid.h);
     const auto source = [&](int i, int j, int k) __attribute__((always_inline)) {
         const std::ptrdiff_t at = layout_.at(i, j, k);
@@ -359,7 +395,7 @@ void BoxFlow::find_correction(Three<Field>& u, int first, double dt, Field& corr
     if (direct_) direct_->solve(equations_.front(), source, sink);
     else iterated_poisson_->solve(source, sink);
     for_planes(0, layout_.nz, [&](int k) { fill_plane(of_pressure, correction.data(), k); });
-    fill_ghost_planes(of_pressure, std::array{correction.data()});
+    fill_ghosts(of_pressure, std::array{correction.data()});
 }
 
 void BoxFlow::take_gradient(Three<Field>& u, int first, double dt, const Field& correction, bool keep) {
@@ -390,7 +426,7 @@ void BoxFlow::take_gradient(Three<Field>& u, int first, double dt, const Field& 
         speed_[static_cast<std::size_t>(k)] = largest_of_lanes(most);
         for (int c = 0; c < 3; ++c) fill_plane(first + c, u[static_cast<std::size_t>(c)].data(), k);
     });
-    fill_ghost_planes(first, std::array{u[0].data(), u[1].data(), u[2].data()});
+    fill_ghosts(first, std::array{u[0].data(), u[1].data(), u[2].data()});
 }
 
 void BoxFlow::project(double dt, bool keep) {
@@ -500,7 +536,7 @@ void BoxFlow::end_stage(int s, double time, double dt) {
     force(forced_stage(stage.end, stage.whole, nullptr));
     const bool every = constants_.scheme == FlowScheme::rk3_projected, one = stage_parts(constants_.scheme).count == 1;
     if (stage.last || every) project(every || one ? stage.whole : dt, true);
-    else fill_ghost_planes(0, velocities());
+    else fill_ghosts(0, velocities());
     if (stage.last) begun_ = true;
 }
 
@@ -527,12 +563,12 @@ double BoxFlow::step_limit(double courant) const {
 
 std::vector<FlowFigures> BoxFlow::figures() const {
     const double h = constants_.grid.h, mass = constants_.density * h * h * h;
-    std::vector<FlowFigures> planes(static_cast<std::size_t>(slab_.count));
-    for_planes(0, slab_.count, [&](int k) {
+    std::vector<FlowFigures> rows(static_cast<std::size_t>(layout_.ny) * static_cast<std::size_t>(layout_.nz));
+    for_planes(0, layout_.nz, [&](int k) {
         const std::ptrdiff_t r = layout_.row, p = layout_.plane;
-        Three<P> sum{P(0.0), P(0.0), P(0.0)};
-        P squares(0.0), loss(0.0), vorticity(0.0), divergence(0.0), speed(0.0);
-        for (int j = 0; j < layout_.ny; ++j)
+        for (int j = 0; j < layout_.ny; ++j) {
+            Three<P> sum{P(0.0), P(0.0), P(0.0)};
+            P squares(0.0), loss(0.0), vorticity(0.0), divergence(0.0), speed(0.0);
             for (int i = 0; i < layout_.nx; i += 8) {
                 const std::ptrdiff_t at = layout_.at(i, j, k);
                 const auto of = [&](const P& value) { return first_lanes(value, layout_.nx - i); };
@@ -553,15 +589,16 @@ std::vector<FlowFigures> BoxFlow::figures() const {
                 vorticity += fma(x, x, fma(y, y, z * z));
                 divergence = max(divergence, of(abs(outflow_of(layout_, {u, v, w}))));
             }
-        FlowFigures& f = planes[static_cast<std::size_t>(k)];
-        f.kinetic_energy = 0.5 * mass * sum_of_lanes(squares);
-        f.enstrophy = 0.5 * h * sum_of_lanes(vorticity);
-        f.dissipation = mass * constants_.kinematic_viscosity * sum_of_lanes(loss) / (h * h);
-        f.divergence = largest_of_lanes(divergence) / h;
-        f.speed = largest_of_lanes(speed);
-        f.momentum = mass * Vec3d{sum_of_lanes(sum[0]), sum_of_lanes(sum[1]), sum_of_lanes(sum[2])};
+            FlowFigures& f = rows[static_cast<std::size_t>(k * layout_.ny + j)];
+            f.kinetic_energy = 0.5 * mass * sum_of_lanes(squares);
+            f.enstrophy = 0.5 * h * sum_of_lanes(vorticity);
+            f.dissipation = mass * constants_.kinematic_viscosity * sum_of_lanes(loss) / (h * h);
+            f.divergence = largest_of_lanes(divergence) / h;
+            f.speed = largest_of_lanes(speed);
+            f.momentum = mass * Vec3d{sum_of_lanes(sum[0]), sum_of_lanes(sum[1]), sum_of_lanes(sum[2])};
+        }
     });
-    return planes;
+    return rows;
 }
 
 std::unique_ptr<FlowSolver> make_flow(const Communicator& comm, const Threads& threads, const FlowConstants& constants) {

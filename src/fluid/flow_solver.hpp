@@ -10,8 +10,8 @@
 
 namespace skein {
 
-/// One exchange of ghosts of neighbouring ranks, or the boundary where there are none, for a field's planes.
-class PlaneGhosts;
+/// Exchanges of ghosts of neighbouring ranks.
+class GhostExchange;
 
 class BoxFlow final : public FlowSolver {
 public:
@@ -19,7 +19,7 @@ public:
     ~BoxFlow() override;
 
     const FlowConstants& constants() const override { return constants_; }
-    Slab slab() const override { return slab_; }
+    const Pencils& pencils() const override { return pencils_; }
     using FlowSolver::set_velocity;
     void set_velocity(const VelocityRow& velocity) override;
     void set_forcing(StageForcing* forcing) override;
@@ -49,15 +49,18 @@ private:
     /// Ghosts that are filled from now on are those of a time, where walls move.
     void go_to(double time) { time_ = time, oscillation_ = oscillation(constants_, time); }
     LineEnds ends(int c, int d) const; ///< of lines of it in direction d
+    /// Whether this rank has the lower or the upper end in direction d, where that is no period.
+    bool has_end(int d, bool upper) const;
     /// What second differences are multiplied by in rates, 1/s.
     double diffusion() const { return constants_.kinematic_viscosity / (constants_.grid.h * constants_.grid.h); }
-    /// Ghosts along x and y of a plane.
+    /// Ghosts along x and y of a plane, but for rows of neighbours.
     void fill_plane(int c, double* field, int k) const;
     void fill_planes(int c, double* field) const; ///< beyond the box, along z
-    /// All ghosts of velocities but those across periods along z. This rank alone.
+    /// All ghosts of velocities but those across periods between ranks. This rank alone.
     void fill_beyond_walls();
-    /// Planes of ghosts of fields of component `first` and the next ones, from neighbours and beyond the box. Collective.
-    void fill_ghost_planes(int first, std::span<double* const> fields);
+    /// Rows and planes of ghosts of fields of component `first` and the next ones, from neighbours and, of planes, beyond the box.
+    /// Collective.
+    void fill_ghosts(int first, std::span<double* const> fields);
     void fill_pressure(); ///< its ghosts. Collective
     Three<double*> velocities() { return {now_[0].data(), now_[1].data(), now_[2].data()}; }
     class ImplicitResponse;
@@ -102,21 +105,17 @@ private:
         threads_.for_each(static_cast<std::size_t>(layout_.nz + 2 * FieldLayout::ghosts),
                           [&](std::size_t k, int) { body(k * plane, (k + 1) * plane); });
     }
-    /// Of each plane of all ranks, in order: what `body(k)` says of plane k of this one.
-    template <std::size_t N, class Body> std::vector<std::array<double, N>> of_all_planes(Body&& body) const;
-
     Communicator comm_;
     const Threads& threads_;
     FlowConstants constants_;
-    Slab slab_;
+    Pencils pencils_;
     FieldLayout layout_;
-    bool lowest_, uppermost_; ///< this rank has the lower or upper end along z, where that is no period
     Three<Field> now_, next_, rate_;
     Field pressure_, correction_;         ///< `correction_`: of what bodies push in implicit stages; none without them
     std::optional<FastHelmholtz> direct_; ///< this or the next one
     std::vector<Helmholtz> equations_;    ///< of `direct_`: of the pressure and, where viscosity is implicit, of velocities
     std::optional<IteratedPoisson> iterated_poisson_;
-    std::unique_ptr<PlaneGhosts> ghosts_;
+    std::unique_ptr<GhostExchange> ghosts_;
     std::vector<double> speed_; ///< of each plane, the largest
     double time_ = 0;           ///< of ghosts, s
     double oscillation_ = 1;    ///< of walls then

@@ -84,6 +84,13 @@ void FluidSpec::fields(FieldVisitor& f) {
              .at_least = 1e-14,
              .at_most = 1e-2},
             pressure_tolerance);
+    f.visit({.name = "ranks_across",
+             .unit = "",
+             .text = "ranks that share the rows of a slab of planes along y: a divisor of the number of ranks, all of which then "
+                     "make fewer slabs; a rank needs two rows, and two planes. 0: as few as the planes allow. With transposes "
+                     "results do not depend on it, and it may change at a restart",
+             .at_least = 0},
+            ranks_across);
 }
 
 int FluidSpec::moving_direction() const {
@@ -110,6 +117,7 @@ FlowConstants FluidSpec::constants() const {
     c.pressure = pressure;
     c.exchange = pressure_exchange;
     c.pressure_tolerance = pressure_tolerance;
+    c.ranks_across = static_cast<int>(ranks_across);
     return c;
 }
 

@@ -34,6 +34,8 @@ struct FluidSpec {
     PressureMethod pressure = PressureMethod::direct;
     ColumnExchange pressure_exchange = ColumnExchange::transposes;
     double pressure_tolerance = 1e-10; ///< residual of multigrid over the right side
+    long ranks_across = 0;             ///< that share the rows of a slab; 0: as few as the planes allow
+    std::string ranks_across_at;       ///< where the scene says so, "file:line"
 
     FlowConstants constants() const;
     std::array<FluidBoundary, 3> boundaries() const { return {along_x, along_y, along_z}; }

@@ -22,8 +22,8 @@ struct Helmholtz {
 
     /// What right sides are multiplied by between transforms there and back.
     double scale_of_coefficients() const { return scale / (x.gain() * y.gain()); }
-    /// Of the tridiagonal system along z of coefficients m and j; beyond the last j, of one that has an answer.
-    double diagonal(int m, int j) const { return j < y.size() ? x.eigenvalue(m) + y.eigenvalue(j) - 2 + shift : -3; }
+    /// Of the tridiagonal system along z of coefficients m and j; beyond the last m, of one that has an answer.
+    double diagonal(int m, int j) const { return m < x.size() ? x.eigenvalue(m) + y.eigenvalue(j) - 2 + shift : -3; }
     /// Beyond an end along z the value is that of the outer number, its opposite, or 0: that much more in the diagonal.
     double end() const { return z == LineEnds::gradient_zero ? 1 : z == LineEnds::value_zero ? -1 : 0; }
     /// Of `planes` planes up to the upper end, those whose numbers are not known.

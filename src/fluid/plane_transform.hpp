@@ -1,4 +1,4 @@
-// Transforms of a plane of cells along y and x, to coefficients and back.                                     theory.md (78), (79)
+// Transforms of planes of cells along x and along y, to coefficients and back.                               theory.md (78), (79)
 #pragma once
 
 #include "fluid/fluid_grid.hpp"
@@ -10,119 +10,259 @@
 
 namespace skein {
 
-/// Where coefficients of planes lie: those of x mode m in plane k from first[m] + k plane[m] on, row_of() of them along y.
-struct CoefficientRows {
+/// Where numbers of planes lie, in rows along x: those of row j in plane k from first[j] + k plane[j] on.
+struct PlaneRows {
     std::vector<double*> first;
     std::vector<std::ptrdiff_t> plane;
 
-    double* at(int m, int k) const {
-        const auto mode = static_cast<std::size_t>(m);
-        return first[mode] + k * plane[mode];
+    void add(double* row, std::ptrdiff_t to_next_plane) { first.push_back(row), plane.push_back(to_next_plane); }
+    double* at(int j, int k) const {
+        const auto row = static_cast<std::size_t>(j);
+        return first[row] + k * plane[row];
     }
 };
 
-/// Coefficients along y, with room to whole blocks.
-inline int row_of(const FluidGrid& grid) { return (grid.cells[1] + 15) / 16 * 16; }
+/// The same of rows whose packs of eight coefficients may lie apart: those of pack p of row j in plane k from
+/// first[p] + k plane[p] + j row[p] on.
+struct PlanePacks {
+    std::vector<double*> first;
+    std::vector<std::ptrdiff_t> plane, row;
 
-/// By one thread.
-class PlaneTransform {
+    void add(double* pack, std::ptrdiff_t to_next_plane, std::ptrdiff_t to_next_row) {
+        first.push_back(pack), plane.push_back(to_next_plane), row.push_back(to_next_row);
+    }
+};
+
+/// Room for so many coefficients along x, of whole blocks.
+inline int row_of(int modes) { return (modes + 15) / 16 * 16; }
+
+/// Coefficients of a plane as transforms along x leave them, in blocks of 8 or 16 rows side by side. For eight rows from j on,
+/// those of mode m and of the next ones, `lanes` apart.
+struct PlaneTiles {
+    double* first;
+    std::ptrdiff_t row;
+    int lanes;
+    double* at(int j, int m) const {
+        const int within = j & (lanes - 1);
+        return first + (j - within) * row + static_cast<std::ptrdiff_t>(m) * lanes + within;
+    }
+};
+
+/// Room for a block of lines before and after a transform.
+struct LineBlocks {
+    AlignedVector<double> in, out;
+
+    void make_room(const LineTransform& line) {
+        if (in.size() < line.block()) in.resize(line.block()), out.resize(line.block());
+    }
+};
+
+/// Of rows of cells, by one thread. A plane is read from memory in one go, and written in one.
+class TransformAlongX {
 public:
     using P = Pack<8>;
-    explicit PlaneTransform(const FluidGrid& grid) : nx_(grid.cells[0]), ny_(grid.cells[1]), wide_((nx_ + 15) / 16 * 16) {
-        plane_.assign(static_cast<std::size_t>(row_of(grid) * wide_), 0.0);
+    TransformAlongX(int nx, int rows) : nx_(nx), rows_(rows), wide_(row_of(nx)) {
+        plane_.assign(static_cast<std::size_t>(row_of(rows) * wide_), 0.0);
     }
 
     /// source(i, j, k): numbers of eight cells from (i, j, k) on, of which those beyond the row are left out.
-    template <class Source> void forward(const Helmholtz& equation, int k, const CoefficientRows& to, Source&& source) {
-        const LineTransform &x = equation.x, &y = equation.y;
-        make_room(equation);
-        for (int j = 0; j < ny_; ++j) { // by rows, as they are read from memory
-            double* const row = &plane_[static_cast<std::size_t>(j * wide_)];
-            const P sign(y.sign(j));
-            for (int i = 0; i < wide_; i += 8) store(row + i, sign * first_lanes(source(i, j, k), nx_ - i));
-        }
-        for (int i = 0; i < nx_; i += y.lanes()) {
-            for (int j = 0; j < ny_; ++j) {
-                double* const row = &in_[static_cast<std::size_t>(y.place(j) * y.lanes())];
-                for (int l = 0; l < y.lanes(); l += 8)
-                    store(row + l, load<8>(&plane_[static_cast<std::size_t>(j * wide_ + i + l)]));
-            }
-            y.forward(in_.data(), out_.data());
-            for (int j = 0; j < ny_; ++j)
-                for (int l = 0; l < y.lanes(); l += 8)
-                    store(&plane_[static_cast<std::size_t>(j * wide_ + i + l)],
-                          load<8>(&out_[static_cast<std::size_t>(j * y.lanes() + l)]));
-        }
-        for (int j = 0; j < ny_; j += x.lanes()) {
-            for (int i = 0; i < nx_; i += 8)
-                for (int l = 0; l < x.lanes(); l += 8) {
-                    P square[8];
-                    for (int t = 0; t < 8; ++t) square[t] = load<8>(&plane_[static_cast<std::size_t>((j + l + t) * wide_ + i)]);
-                    transpose(square);
-                    for (int t = 0; t < std::min(8, nx_ - i); ++t)
-                        store(&in_[static_cast<std::size_t>(x.place(i + t) * x.lanes() + l)], P(x.sign(i + t)) * square[t]);
-                }
-            x.forward(in_.data(), out_.data());
-            for (int m = 0; m < nx_; ++m) {
-                double* const row = to.at(m, k) + j;
-                for (int l = 0; l < x.lanes(); l += 8) {
-                    __builtin_prefetch(row + x.lanes() + l, 1, 2);
-                    store(row + l, load<8>(&out_[static_cast<std::size_t>(m * x.lanes() + l)]));
-                }
-            }
+    template <class Source> void forward(const LineTransform& x, int k, const PlanePacks& to, Source&& source) {
+        read(x, k, source);
+        for (int j = 0; j < rows_; j += x.lanes()) {
+            gather(x, j);
+            x.forward(blocks_.in.data(), blocks_.out.data());
+            for_squares(x, j, [&](int m, int l) {
+                const auto pack = static_cast<std::size_t>(m / 8);
+                double* const first = to.first[pack] + k * to.plane[pack] + (j + l) * to.row[pack];
+                P square[8];
+                for (int t = 0; t < 8; ++t)
+                    square[t] = m + t < nx_ ? load<8>(&blocks_.out[static_cast<std::size_t>((m + t) * x.lanes() + l)]) : P(0.0);
+                transpose(square);
+                for (int t = 0; t < 8; ++t)
+                    if (j + l + t < rows_) store(first + t * to.row[pack], square[t]);
+            });
         }
     }
+    /// The same, to tiles of a plane that stays here.
+    template <class Source> void forward(const LineTransform& x, int k, Source&& source) {
+        read(x, k, source);
+        const bool longer = x.block() > tile_size(x);
+        for (int j = 0; j < rows_; j += x.lanes()) {
+            gather(x, j);
+            x.forward(blocks_.in.data(), longer ? blocks_.out.data() : row(j));
+            if (longer) std::copy_n(blocks_.out.data(), tile_size(x), row(j));
+        }
+    }
+    PlaneTiles tiles(const LineTransform& x) { return {plane_.data(), wide_, x.lanes()}; }
 
     /// sink(i, j, k, numbers): takes them there.
-    template <class Sink> void back(const Helmholtz& equation, int k, const CoefficientRows& from, Sink&& sink) {
-        const LineTransform &x = equation.x, &y = equation.y;
-        make_room(equation);
-        for (int j = 0; j < ny_; j += x.lanes()) {
-            for (int m = 0; m < nx_; ++m) {
-                const double* const row = from.at(m, k) + j;
-                for (int l = 0; l < x.lanes(); l += 8) {
-                    __builtin_prefetch(row + x.lanes() + l, 0, 2);
-                    store(&in_[static_cast<std::size_t>(m * x.lanes() + l)], load<8>(row + l));
-                }
-            }
-            x.inverse(in_.data(), out_.data());
-            for (int i = 0; i < nx_; i += 8)
-                for (int l = 0; l < x.lanes(); l += 8) {
-                    P square[8];
-                    for (int t = 0; t < 8; ++t)
-                        square[t] = i + t < nx_ ? P(x.sign(i + t)) *
-                                                      load<8>(&out_[static_cast<std::size_t>(x.place(i + t) * x.lanes() + l)])
-                                                : P(0.0);
-                    transpose(square);
-                    for (int t = 0; t < std::min(8, ny_ - j - l); ++t)
-                        store(&plane_[static_cast<std::size_t>((j + l + t) * wide_ + i)], square[t]);
-                }
+    template <class Sink> void back(const LineTransform& x, int k, const PlanePacks& from, Sink&& sink) {
+        blocks_.make_room(x);
+        for (int j = 0; j < rows_; j += x.lanes()) {
+            for_squares(x, j, [&](int m, int l) {
+                const auto pack = static_cast<std::size_t>(m / 8);
+                const double* const first = from.first[pack] + k * from.plane[pack] + (j + l) * from.row[pack];
+                P square[8];
+                for (int t = 0; t < 8; ++t) square[t] = j + l + t < rows_ ? load<8>(first + t * from.row[pack]) : P(0.0);
+                transpose(square);
+                for (int t = 0; t < 8; ++t)
+                    if (m + t < nx_) store(&blocks_.in[static_cast<std::size_t>((m + t) * x.lanes() + l)], square[t]);
+            });
+            x.inverse(blocks_.in.data(), blocks_.out.data());
+            scatter(x, j);
         }
-        for (int i = 0; i < nx_; i += y.lanes()) {
-            for (int j = 0; j < ny_; ++j)
-                for (int l = 0; l < y.lanes(); l += 8)
-                    store(&in_[static_cast<std::size_t>(j * y.lanes() + l)],
-                          load<8>(&plane_[static_cast<std::size_t>(j * wide_ + i + l)]));
-            y.inverse(in_.data(), out_.data());
-            for (int j = 0; j < ny_; ++j)
-                for (int l = 0; l < y.lanes(); l += 8)
-                    store(&plane_[static_cast<std::size_t>(j * wide_ + i + l)],
-                          P(y.sign(j)) * load<8>(&out_[static_cast<std::size_t>(y.place(j) * y.lanes() + l)]));
+        write(k, sink);
+    }
+    /// The same from tiles.
+    template <class Sink> void back(const LineTransform& x, int k, Sink&& sink) {
+        blocks_.make_room(x);
+        const bool longer = x.block() > tile_size(x);
+        for (int j = 0; j < rows_; j += x.lanes()) {
+            if (longer) std::copy_n(row(j), tile_size(x), blocks_.in.data());
+            x.inverse(longer ? blocks_.in.data() : row(j), blocks_.out.data());
+            scatter(x, j);
         }
-        for (int j = 0; j < ny_; ++j) // by rows, as they are written to memory
-            for (int i = 0; i < nx_; i += 8) sink(i, j, k, load<8>(&plane_[static_cast<std::size_t>(j * wide_ + i)]));
+        write(k, sink);
     }
 
 private:
-    void make_room(const Helmholtz& equation) {
-        const std::size_t most = std::max(equation.x.block(), equation.y.block());
-        if (in_.size() < most) in_.resize(most), out_.resize(most);
+    double* row(int j) { return plane_.data() + static_cast<std::ptrdiff_t>(j) * wide_; }
+    std::size_t tile_size(const LineTransform& x) const { return static_cast<std::size_t>(nx_ * x.lanes()); }
+    template <class Source> void read(const LineTransform& x, int k, Source&& source) {
+        blocks_.make_room(x);
+        for (int j = 0; j < rows_; ++j)
+            for (int i = 0; i < nx_; i += 8) store(row(j) + i, first_lanes(source(i, j, k), nx_ - i));
+        for (int j = rows_; j % x.lanes() != 0; ++j) std::fill_n(row(j), wide_, 0.0); // tiles were there
+    }
+    template <class Sink> void write(int k, Sink&& sink) {
+        for (int j = 0; j < rows_; ++j)
+            for (int i = 0; i < nx_; i += 8) sink(i, j, k, load<8>(row(j) + i));
+    }
+    /// body(i, l): of eight numbers from i on in eight rows from j + l on.
+    template <class Body> void for_squares(const LineTransform& x, int j, Body&& body) const {
+        for (int i = 0; i < nx_; i += 8)
+            for (int l = 0; l < std::min(x.lanes(), rows_ - j); l += 8) body(i, l);
+    }
+    /// Rows of a block from j on, to be transformed.
+    void gather(const LineTransform& x, int j) {
+        for (int i = 0; i < nx_; i += 8)
+            for (int l = 0; l < x.lanes(); l += 8) {
+                P square[8];
+                for (int t = 0; t < 8; ++t) square[t] = load<8>(row(j + l + t) + i);
+                transpose(square);
+                for (int t = 0; t < 8; ++t)
+                    if (i + t < nx_)
+                        store(&blocks_.in[static_cast<std::size_t>(x.place(i + t) * x.lanes() + l)], P(x.sign(i + t)) * square[t]);
+            }
+    }
+    void scatter(const LineTransform& x, int j) {
+        for_squares(x, j, [&](int i, int l) {
+            P square[8];
+            for (int t = 0; t < 8; ++t)
+                square[t] = i + t < nx_
+                                ? P(x.sign(i + t)) * load<8>(&blocks_.out[static_cast<std::size_t>(x.place(i + t) * x.lanes() + l)])
+                                : P(0.0);
+            transpose(square);
+            for (int t = 0; t < 8; ++t) store(row(j + l + t) + i, square[t]);
+        });
     }
 
-    int nx_, ny_;
-    std::ptrdiff_t wide_;
-    AlignedVector<double> plane_;    ///< [y][x]
-    AlignedVector<double> in_, out_; ///< of a transform
+    int nx_, rows_, wide_;
+    AlignedVector<double> plane_; ///< [row][x], with room for whole blocks of rows; or tiles
+    LineBlocks blocks_;
+};
+
+/// Of coefficients along x, each along the whole of y, by one thread.
+class TransformAlongY {
+public:
+    using P = Pack<8>;
+    explicit TransformAlongY(int modes) : modes_(modes) {}
+
+    /// Rows of whole blocks come out.
+    void forward(const LineTransform& y, int k, const PlaneRows& from, const PlaneRows& to) {
+        transform(y, k, to, [&](int m) {
+            for (int j = 0; j < y.size(); ++j)
+                for (int l = 0; l < y.lanes(); l += 8)
+                    store(in(y, j, l), m + l < modes_ ? P(y.sign(j)) * load<8>(from.at(j, k) + m + l) : P(0.0));
+        });
+    }
+    void forward(const LineTransform& y, int k, const PlaneTiles& from, const PlaneRows& to) {
+        transform(y, k, to, [&](int m) {
+            for_squares(y, [&](int j, int l) {
+                const double* const tile = from.at(j, m + l);
+                P square[8];
+                for (int t = 0; t < 8; ++t) square[t] = m + l + t < modes_ ? load<8>(tile + t * from.lanes) : P(0.0);
+                transpose(square);
+                for (int t = 0; t < 8; ++t)
+                    if (j + t < y.size()) store(in(y, j + t, l), P(y.sign(j + t)) * square[t]);
+            });
+        });
+    }
+
+    /// `from`: rows of whole blocks.
+    void back(const LineTransform& y, int k, const PlaneRows& from, const PlaneRows& to) {
+        transform_back(y, k, from, [&](int m) {
+            for (int j = 0; j < y.size(); ++j)
+                for (int l = 0; l < std::min(y.lanes(), modes_ - m); l += 8)
+                    store(to.at(j, k) + m + l, P(y.sign(j)) * load<8>(out(y, j, l)));
+        });
+    }
+    void back(const LineTransform& y, int k, const PlaneRows& from, const PlaneTiles& to) {
+        transform_back(y, k, from, [&](int m) {
+            for_squares(y, [&](int j, int l) {
+                double* const tile = to.at(j, m + l);
+                P square[8];
+                for (int t = 0; t < 8; ++t) square[t] = j + t < y.size() ? P(y.sign(j + t)) * load<8>(out(y, j + t, l)) : P(0.0);
+                transpose(square);
+                for (int t = 0; t < 8; ++t)
+                    if (m + l + t < modes_) store(tile + t * to.lanes, square[t]);
+            });
+        });
+    }
+
+private:
+    double* in(const LineTransform& y, int j, int l) { return &blocks_.in[static_cast<std::size_t>(y.place(j) * y.lanes() + l)]; }
+    const double* out(const LineTransform& y, int j, int l) const {
+        return &blocks_.out[static_cast<std::size_t>(y.place(j) * y.lanes() + l)];
+    }
+    /// body(j, l): of eight numbers from j on of eight modes of a block from l on.
+    template <class Body> static void for_squares(const LineTransform& y, Body&& body) {
+        for (int j = 0; j < y.size(); j += 8)
+            for (int l = 0; l < y.lanes(); l += 8) body(j, l);
+    }
+    /// gather(m): puts modes from m on where they are transformed.
+    template <class Gather> void transform(const LineTransform& y, int k, const PlaneRows& to, Gather&& gather) {
+        blocks_.make_room(y);
+        for (int m = 0; m < modes_; m += y.lanes()) {
+            gather(m);
+            y.forward(blocks_.in.data(), blocks_.out.data());
+            for (int j = 0; j < y.size(); ++j) {
+                double* const row = to.at(j, k) + m;
+                for (int l = 0; l < y.lanes(); l += 8) {
+                    __builtin_prefetch(row + y.lanes() + l, 1, 2);
+                    store(row + l, load<8>(&blocks_.out[static_cast<std::size_t>(j * y.lanes() + l)]));
+                }
+            }
+        }
+    }
+    /// scatter(m): takes modes from m on from there.
+    template <class Scatter> void transform_back(const LineTransform& y, int k, const PlaneRows& from, Scatter&& scatter) {
+        blocks_.make_room(y);
+        for (int m = 0; m < modes_; m += y.lanes()) {
+            for (int j = 0; j < y.size(); ++j) {
+                const double* const row = from.at(j, k) + m;
+                for (int l = 0; l < y.lanes(); l += 8) {
+                    __builtin_prefetch(row + y.lanes() + l, 0, 2);
+                    store(&blocks_.in[static_cast<std::size_t>(j * y.lanes() + l)], load<8>(row + l));
+                }
+            }
+            y.inverse(blocks_.in.data(), blocks_.out.data());
+            scatter(m);
+        }
+    }
+
+    int modes_;
+    LineBlocks blocks_;
 };
 
 } // namespace skein

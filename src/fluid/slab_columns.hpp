@@ -3,26 +3,24 @@
 #pragma once
 
 #include "fluid/coupled_slabs.hpp"
-#include "fluid/slab_neighbours.hpp"
+#include "fluid/neighbours.hpp"
 
 #include <map>
 
 namespace skein {
 
-/// Neighbours send each other a number of each column, which tells most coefficients all. Bits depend on the number of ranks, of
+/// Neighbours send each other a number of each column, which tells most coefficients all. Bits depend on the number of slabs, of
 /// which there are at least two. Equations have a period along z where the grid has one.
 class SlabColumns {
 public:
     using P = Columns::P;
-    SlabColumns(const Communicator& comm, const Threads& threads, const FluidGrid& grid)
-        : comm_(comm), threads_(threads), grid_(grid), planes_(slab_of(grid.cells[2], comm.rank(), comm.size()).count),
-          row_(row_of(grid)), plane_(static_cast<std::ptrdiff_t>(grid.cells[0]) * row_), neighbours_(comm, grid.periodic(2)),
+    SlabColumns(const Communicator& comm, const Threads& threads, const FluidGrid& grid, const Pencils& pencils)
+        : comm_(comm), threads_(threads), grid_(grid), pencils_(pencils), modes_(pencils.modes(pencils.share())),
+          planes_(pencils.planes().count), row_(row_of(modes_.count)), plane_(static_cast<std::ptrdiff_t>(grid.cells[1]) * row_),
+          neighbours_(Neighbours::of_slabs(pencils, grid.periodic(2))),
           work_(static_cast<std::size_t>(threads.count()), Columns::Work(planes_)) {
         numbers_ = UnsetArray<double>(static_cast<std::size_t>(planes_ * plane_));
-        for (int m = 0; m < grid.cells[0]; ++m) {
-            rows_.first.push_back(numbers_.data() + static_cast<std::ptrdiff_t>(m) * row_);
-            rows_.plane.push_back(plane_);
-        }
+        for (int j = 0; j < grid.cells[1]; ++j) rows_.add(numbers_.data() + static_cast<std::ptrdiff_t>(j) * row_, plane_);
         for (AlignedVector<double>* plane : {&first_, &last_, &beyond_lower_, &beyond_upper_})
             plane->assign(static_cast<std::size_t>(plane_), 0.0);
         NeighbourParts parts(neighbours_);
@@ -30,22 +28,23 @@ public:
         messages_ = parts.messages(comm);
     }
 
-    /// Of this rank's planes.
-    const CoefficientRows& rows() const { return rows_; }
+    /// Of modes along y, of this rank's planes.
+    const PlaneRows& rows() const { return rows_; }
     /// From right sides to answers. Collective.
     void solve(const Helmholtz& equation) {
         const std::array ends{equation.x.ends(), equation.y.ends(), equation.z};
         auto coupled = coupled_.find(ends);
-        if (coupled == coupled_.end()) coupled = coupled_.try_emplace(ends, comm_, threads_, grid_, equation).first;
-        for_chunks([&](int m, int begin, int end, int) { find_outer(equation, m, begin, end); });
-        if (neighbours_.above < 0 && equation.singular()) last_.front() = last_of_constant(equation);
+        if (coupled == coupled_.end()) coupled = coupled_.try_emplace(ends, comm_, threads_, grid_, pencils_, equation).first;
+        for_chunks([&](int j, int begin, int end, int) { find_outer(equation, j, begin, end); });
+        if (neighbours_.above < 0 && equation.singular() && modes_.first == 0 && modes_.count > 0)
+            last_.front() = last_of_constant(equation);
         messages_.start();
         coupled->second.start(equation, first_.data(), last_.data(), row_);
         messages_.finish();
-        for_chunks([&](int m, int begin, int end, int) { find_beyond(equation, m, begin, end); });
+        for_chunks([&](int j, int begin, int end, int) { find_beyond(equation, j, begin, end); });
         coupled->second.finish(beyond_lower_.data(), beyond_upper_.data(), row_);
-        for_chunks([&](int m, int begin, int end, int thread) {
-            solve(equation, m, begin, end, work_[static_cast<std::size_t>(thread)]);
+        for_chunks([&](int j, int begin, int end, int thread) {
+            solve(equation, j, begin, end, work_[static_cast<std::size_t>(thread)]);
         });
     }
 
@@ -56,31 +55,31 @@ public:
     }
 
 private:
-    /// body(m, begin, end, thread) of coefficients of x mode m from `begin` on.
+    /// body(j, begin, end, thread) of coefficients of y mode j, `begin` behind the first x mode of this rank on.
     template <class Body> void for_chunks(Body&& body) {
-        threads_.for_each(static_cast<std::size_t>(grid_.cells[0]), [&](std::size_t m, int thread) {
-            for (int j = 0; j < row_; j += Columns::chunk) body(static_cast<int>(m), j, std::min(j + Columns::chunk, row_), thread);
+        threads_.for_each(static_cast<std::size_t>(grid_.cells[1]), [&](std::size_t j, int thread) {
+            for (int m = 0; m < row_; m += Columns::chunk) body(static_cast<int>(j), m, std::min(m + Columns::chunk, row_), thread);
         });
     }
-    std::ptrdiff_t place(int m, int j) const { return static_cast<std::ptrdiff_t>(m) * row_ + j; }
+    std::ptrdiff_t place(int j, int m) const { return static_cast<std::ptrdiff_t>(j) * row_ + m; }
     int unknown(const Helmholtz& equation) const { return neighbours_.above < 0 ? equation.unknown(planes_) : planes_; }
     bool at_end() const { return neighbours_.above < 0 || neighbours_.below < 0; }
 
     /// First and last number of this slab by itself, with 0 beyond interfaces: sums from the other end on, of which a slab at an
     /// end of the box needs the one that begins there.
-    void find_outer(const Helmholtz& equation, int m, int begin, int end) {
+    void find_outer(const Helmholtz& equation, int j, int begin, int end) {
         const int n = unknown(equation);
         const P scale(equation.scale_of_coefficients()), wall(at_end() ? equation.end() : 0.0);
-        Columns::for_packs(equation, m, begin, end, [&](int j, const P& diagonal) {
-            const double* const f = numbers_.data() + place(m, j);
+        Columns::for_packs(equation, j, modes_.first, begin, end, [&](int m, const P& diagonal) {
+            const double* const f = numbers_.data() + place(j, m);
             P pivot(0.0), from_below(0.0), from_above(0.0);
             for (int k = 0; k < n; ++k) {
                 pivot = Columns::inverse_of(diagonal + (k == 0 ? wall : P(0.0)) - pivot);
                 from_below = fms(scale, load<8>(f + k * plane_), from_below) * pivot;
                 from_above = fms(scale, load<8>(f + (n - 1 - k) * plane_), from_above) * pivot;
             }
-            store(&first_[static_cast<std::size_t>(place(m, j))], from_above);
-            store(&last_[static_cast<std::size_t>(place(m, j))], from_below);
+            store(&first_[static_cast<std::size_t>(place(j, m))], from_above);
+            store(&last_[static_cast<std::size_t>(place(j, m))], from_below);
         });
     }
     /// Of the constant in the uppermost slab, which decides what is free: no gradient at its end, 0 below.
@@ -90,27 +89,27 @@ private:
         return -equation.scale_of_coefficients() * sum;
     }
     /// Numbers beyond this slab, of what neighbours sent: of coefficients that do not reach across a slab.
-    void find_beyond(const Helmholtz& equation, int m, int begin, int end) {
-        Columns::for_packs(equation, m, begin, end, [&](int j, const P& diagonal) {
+    void find_beyond(const Helmholtz& equation, int j, int begin, int end) {
+        Columns::for_packs(equation, j, modes_.first, begin, end, [&](int m, const P& diagonal) {
             const P cosh = P(-0.5) * diagonal, near = P(1.0) / (cosh + sqrt(max(cosh * cosh - P(1.0), P(0.0)))),
                     inverse = Columns::inverse_of(P(1.0) - near * near);
             const auto join = [&](AlignedVector<double>& beyond, const AlignedVector<double>& own) {
-                double* const to = &beyond[static_cast<std::size_t>(place(m, j))];
-                store(to, fma(near, load<8>(&own[static_cast<std::size_t>(place(m, j))]), load<8>(to)) * inverse);
+                double* const to = &beyond[static_cast<std::size_t>(place(j, m))];
+                store(to, fma(near, load<8>(&own[static_cast<std::size_t>(place(j, m))]), load<8>(to)) * inverse);
             };
             join(beyond_lower_, first_), join(beyond_upper_, last_);
         });
     }
-    void solve(const Helmholtz& equation, int m, int begin, int end, Columns::Work& work) {
+    void solve(const Helmholtz& equation, int j, int begin, int end, Columns::Work& work) {
         const int n = unknown(equation);
         const P scale(equation.scale_of_coefficients()), wall(equation.end());
-        Columns::for_packs(equation, m, begin, end, [&](int j, const P& diagonal) {
+        Columns::for_packs(equation, j, modes_.first, begin, end, [&](int m, const P& diagonal) {
             Columns::Ends ends;
             if (neighbours_.below < 0) ends.lower = wall;
-            else ends.below = load<8>(&beyond_lower_[static_cast<std::size_t>(place(m, j))]);
+            else ends.below = load<8>(&beyond_lower_[static_cast<std::size_t>(place(j, m))]);
             if (neighbours_.above < 0) ends.upper = wall;
-            else ends.above = load<8>(&beyond_upper_[static_cast<std::size_t>(place(m, j))]);
-            double* const f = numbers_.data() + place(m, j);
+            else ends.above = load<8>(&beyond_upper_[static_cast<std::size_t>(place(j, m))]);
+            double* const f = numbers_.data() + place(j, m);
             Columns::solve_between(f, plane_, n, scale, diagonal, ends, work);
             if (n < planes_) store(f + n * plane_, P(0.0));
         });
@@ -119,13 +118,15 @@ private:
     Communicator comm_;
     const Threads& threads_;
     FluidGrid grid_;
+    Pencils pencils_;
+    Slab modes_; ///< along x
     int planes_, row_;
     std::ptrdiff_t plane_;
-    SlabNeighbours neighbours_;
-    UnsetArray<double> numbers_;                        ///< [plane][mode][row]
-    AlignedVector<double> first_, last_;                ///< [mode][row]: outer numbers of this slab by itself
-    AlignedVector<double> beyond_lower_, beyond_upper_; ///< [mode][row]: those of neighbours, then the numbers beyond
-    CoefficientRows rows_;
+    Neighbours neighbours_;
+    UnsetArray<double> numbers_;                        ///< [plane][y mode][x mode]
+    AlignedVector<double> first_, last_;                ///< [y mode][x mode]: outer numbers of this slab by itself
+    AlignedVector<double> beyond_lower_, beyond_upper_; ///< [y mode][x mode]: those of neighbours, then the numbers beyond
+    PlaneRows rows_;
     RepeatedMessages messages_;
     std::map<std::array<LineEnds, 3>, CoupledSlabs> coupled_; ///< by ends of an equation
     std::vector<Columns::Work> work_;                         ///< by thread

@@ -13,9 +13,9 @@ Vec3d by_component(const Vec3d& a, const Vec3d& b) { return {a.x * b.x, a.y * b.
 } // namespace
 
 DirectForcing::DirectForcing(const Communicator& comm, const Threads& threads, const FluidGrid& grid, const ForcingNumbers& numbers,
-                             std::size_t bodies, Place place, bool moves)
+                             std::size_t bodies, Place place, bool moves, int across)
     : comm_(comm), grid_(grid), numbers_(numbers), place_(std::move(place)), moves_(moves),
-      planes_(comm, threads, grid, numbers.delta), given_(bodies, Vec3d{0, 0, 0}) {}
+      planes_(comm, threads, grid, numbers.delta, across), given_(bodies, Vec3d{0, 0, 0}) {}
 
 /// Markers where they are now, and their weights: by what a change of 1 at all markers does at each.
 void DirectForcing::settle(const FlowStage& stage) {

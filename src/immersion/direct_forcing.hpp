@@ -27,7 +27,7 @@ public:
     using Place = std::function<void(double time, Markers& markers)>;
     /// `moves`: markers are elsewhere at other times.
     DirectForcing(const Communicator& comm, const Threads& threads, const FluidGrid& grid, const ForcingNumbers& numbers,
-                  std::size_t bodies, Place place, bool moves);
+                  std::size_t bodies, Place place, bool moves, int across = 1);
 
     void hold(const FlowStage& stage) override;
     void meet(const FlowStage& stage) override;

@@ -14,11 +14,12 @@ bool some_move(const std::vector<Obstacle>& obstacles) {
 } // namespace
 
 Immersion::Immersion(const Communicator& comm, const Threads& threads, const FluidGrid& grid, const ForcingNumbers& numbers,
-                     std::vector<Obstacle> obstacles, std::unique_ptr<ImmersedRods> rods)
-    : grid_(grid), rank_(comm.rank()), ranks_(comm.size()), obstacles_(std::move(obstacles)), rods_(std::move(rods)),
+                     std::vector<Obstacle> obstacles, std::unique_ptr<ImmersedRods> rods, int across)
+    : grid_(grid), rank_(comm.rank()), pencils_(grid, comm.rank(), comm.size(), across), obstacles_(std::move(obstacles)),
+      rods_(std::move(rods)),
       forcing_(
           comm, threads, grid, numbers, obstacles_.size() + (rods_ ? rods_->bodies() : 0),
-          [this](double time, Markers& markers) { place(time, markers); }, rods_ || some_move(obstacles_)) {
+          [this](double time, Markers& markers) { place(time, markers); }, rods_ || some_move(obstacles_), across) {
     for (const Obstacle& o : obstacles_) {
         about_centre_.push_back(o.markers(grid_));
         obstacle_markers_ += static_cast<std::int64_t>(about_centre_.back().size());
@@ -44,9 +45,13 @@ void Immersion::come_to_end(const ForceBalance::Stage& stage) {
 
 void Immersion::end_stage() { balance_->end_stage(of_rods(forcing_.changes())); }
 
-/// A marker is the rank's that has its plane.
+/// A marker is the rank's that has its cell.
 void Immersion::place_obstacles(double time, Markers& markers) const {
-    const int planes = grid_.cells[2];
+    const auto cell_of = [&](const Vec3d& place, int d) {
+        const std::int64_t n = grid_.cells[static_cast<std::size_t>(d)];
+        const auto cell = static_cast<std::int64_t>(std::floor((component_of(place, d) - component_of(grid_.lower, d)) / grid_.h));
+        return static_cast<int>(grid_.periodic(d) ? (cell % n + n) % n : std::clamp<std::int64_t>(cell, 0, n - 1));
+    };
     std::int64_t identity = 0;
     for (std::size_t o = 0; o < obstacles_.size(); ++o) {
         Vec3d centre = obstacles_[o].place_at(time);
@@ -54,11 +59,8 @@ void Immersion::place_obstacles(double time, Markers& markers) const {
         const Vec3d velocity = obstacles_[o].velocity_at(time);
         for (const Vec3d& at : about_centre_[o]) {
             const Vec3d place = centre + at;
-            const auto plane = static_cast<std::int64_t>(std::floor((place.z - grid_.lower.z) / grid_.h));
-            const std::int64_t inside =
-                grid_.periodic(2) ? (plane % planes + planes) % planes : std::clamp<std::int64_t>(plane, 0, planes - 1);
             const std::int64_t own = identity++;
-            if (rank_of_plane(static_cast<int>(inside), planes, ranks_) != rank_) continue;
+            if (pencils_.rank_of_cell(cell_of(place, 1), cell_of(place, 2)) != rank_) continue;
             markers.place.push_back(place), markers.velocity.push_back(velocity);
             markers.identity.push_back(own), markers.body.push_back(static_cast<std::uint32_t>(o));
         }

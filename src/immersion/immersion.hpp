@@ -13,9 +13,9 @@ namespace skein {
 
 class Immersion {
 public:
-    /// `rods`: null where there are none.
+    /// `rods`: null where there are none; `across`: ranks that share the rows of a slab.
     Immersion(const Communicator& comm, const Threads& threads, const FluidGrid& grid, const ForcingNumbers& numbers,
-              std::vector<Obstacle> obstacles, std::unique_ptr<ImmersedRods> rods = nullptr);
+              std::vector<Obstacle> obstacles, std::unique_ptr<ImmersedRods> rods = nullptr, int across = 1);
 
     DirectForcing& forcing() { return forcing_; }
     const DirectForcing& forcing() const { return forcing_; }
@@ -53,7 +53,8 @@ private:
     }
 
     FluidGrid grid_;
-    int rank_, ranks_;
+    int rank_;
+    Pencils pencils_;
     std::vector<Obstacle> obstacles_;
     std::vector<std::vector<Vec3d>> about_centre_; ///< markers of obstacles
     std::int64_t obstacle_markers_ = 0;

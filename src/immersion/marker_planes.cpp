@@ -8,7 +8,7 @@ namespace skein {
 
 namespace {
 
-constexpr int ghosts = FieldLayout::ghosts;
+constexpr int ghosts = FieldLayout::ghosts, none = -ghosts - 1;
 
 int wrapped(int i, int n) { return (i % n + n) % n; }
 
@@ -20,35 +20,35 @@ DeltaWeights weights_along(const FluidGrid& grid, DeltaKind delta, const Vec3d& 
 
 } // namespace
 
-MarkerPlanes::MarkerPlanes(const Communicator& comm, const Threads& threads, const FluidGrid& grid, DeltaKind delta)
-    : comm_(comm), threads_(threads), grid_(grid), delta_(delta), slab_(slab_of(grid.cells[2], comm.rank(), comm.size())),
-      layout_(grid.cells[0], grid.cells[1], slab_.count), visits_(static_cast<std::size_t>(slab_.count + 2 * ghosts)) {}
+MarkerPlanes::MarkerPlanes(const Communicator& comm, const Threads& threads, const FluidGrid& grid, DeltaKind delta, int across)
+    : comm_(comm), threads_(threads), grid_(grid), delta_(delta), pencils_(grid, comm.rank(), comm.size(), across),
+      layout_(pencils_.layout()), visits_(static_cast<std::size_t>(layout_.nz + 2 * ghosts)) {}
 
-/// Number of a plane of the whole grid among those of this rank, ghosts beyond walls among them; -3 where it has none.
-int MarkerPlanes::plane_here(int plane) const {
-    constexpr int none = -ghosts - 1;
-    const int n = grid_.cells[2];
-    if (grid_.periodic(2)) plane = wrapped(plane, n);
-    const int here = plane - slab_.first;
-    if (plane >= 0 && plane < n) return here >= 0 && here < slab_.count ? here : none;
-    const bool mine = plane < 0 ? slab_.first == 0 : slab_.first + slab_.count == n;
-    return mine && plane >= -ghosts && plane < n + ghosts ? here : none;
+int MarkerPlanes::here(int cell, int direction, const Slab& own) const {
+    const int n = grid_.cells[static_cast<std::size_t>(direction)];
+    if (grid_.periodic(direction)) cell = wrapped(cell, n);
+    const int place = cell - own.first;
+    if (cell >= 0 && cell < n) return place >= 0 && place < own.count ? place : none;
+    const bool mine = cell < 0 ? own.first == 0 : own.first + own.count == n;
+    return mine && cell >= -ghosts && cell < n + ghosts ? place : none;
 }
 
-/// body(rank) for each rank whose planes a marker reaches, rising.
+/// body(rank) for each rank whose cells a marker reaches, rising.
 template <class Body> void MarkerPlanes::for_ranks_of(const Vec3d& place, Body&& body) const {
-    const int n = grid_.cells[2], ranks = comm_.size();
-    if (ranks == 1) {
+    if (comm_.size() == 1) {
         body(0);
         return;
     }
-    int found[3 * width], count = 0;
+    int found[3 * width * width], count = 0;
+    const auto inside = [&](int cell, int d) {
+        const int n = grid_.cells[static_cast<std::size_t>(d)];
+        return grid_.periodic(d) ? wrapped(cell, n) : std::clamp(cell, 0, n - 1);
+    };
     for (int c = 0; c < 3; ++c) {
-        const DeltaWeights z = weights_along(grid_, delta_, place, 2, c);
-        for (int k = z.first; k < z.first + z.count; ++k) {
-            const int plane = grid_.periodic(2) ? wrapped(k, n) : std::clamp(k, 0, n - 1);
-            found[count++] = rank_of_plane(plane, n, ranks);
-        }
+        const DeltaWeights y = weights_along(grid_, delta_, place, 1, c), z = weights_along(grid_, delta_, place, 2, c);
+        const int rows = pencils_.across() > 1 ? y.count : 1;
+        for (int k = z.first; k < z.first + z.count; ++k)
+            for (int j = y.first; j < y.first + rows; ++j) found[count++] = pencils_.rank_of_cell(inside(j, 1), inside(k, 2));
     }
     std::sort(found, found + count);
     for (int i = 0; i < count; ++i)
@@ -80,41 +80,40 @@ void MarkerPlanes::settle(std::span<const Vec3d> places, std::span<const std::in
               [&](std::uint32_t a, std::uint32_t b) { return guests[a].identity < guests[b].identity; });
     footprints_.clear();
     for (auto& visits : visits_) visits.clear();
-    sides_.assign(static_cast<std::size_t>(slab_.count), 0);
+    sides_.assign(static_cast<std::size_t>(layout_.nz), 0);
     for (std::uint32_t m = 0; m < arrival_.size(); ++m) lay_out(guests[arrival_[m]].place, m);
     const auto any = [&](std::size_t first) {
         return std::any_of(visits_.begin() + static_cast<std::ptrdiff_t>(first),
                            visits_.begin() + static_cast<std::ptrdiff_t>(first + ghosts), [](const auto& v) { return !v.empty(); });
     };
-    beyond_ = any(0) || any(static_cast<std::size_t>(slab_.count + ghosts));
+    beyond_ = any(0) || any(static_cast<std::size_t>(layout_.nz + ghosts));
     make_messages(arriving);
 }
 
 void MarkerPlanes::lay_out(const Vec3d& place, std::uint32_t marker) {
-    const auto axis = [&](const DeltaWeights& w, int d, auto& index, auto& weight, auto& inside) {
-        const int n = grid_.cells[static_cast<std::size_t>(d)];
+    const Slab all{0, grid_.cells[0]};
+    bool sideways = false;
+    const auto axis = [&](const DeltaWeights& w, int d, const Slab& own, auto& index, auto& weight, auto& inside) {
         for (int i = 0; i < w.count; ++i) {
             const auto at = static_cast<std::size_t>(i);
-            const int cell = grid_.periodic(d) ? wrapped(w.first + i, n) : w.first + i;
-            const bool known = cell >= -ghosts && cell < n + ghosts;
-            index[at] = std::clamp(cell, -ghosts, n + ghosts - 1);
-            weight[at] = known ? w.weight[at] : 0;
-            inside[at] = cell >= 0 && cell < n;
+            const int cell = here(w.first + i, d, own);
+            index[at] = std::max(cell, -ghosts);
+            weight[at] = cell == none ? 0 : w.weight[at];
+            inside[at] = cell >= 0 && cell < own.count;
+            sideways |= cell != none && !inside[at];
         }
     };
     for (int c = 0; c < 3; ++c) {
         Footprint f;
         const DeltaWeights x = weights_along(grid_, delta_, place, 0, c), y = weights_along(grid_, delta_, place, 1, c),
                            z = weights_along(grid_, delta_, place, 2, c);
-        f.count = x.count;
-        axis(x, 0, f.cell, f.along_x, f.inside_x), axis(y, 1, f.row, f.along_y, f.inside_y);
-        bool sideways = false;
-        for (std::size_t i = 0; i < static_cast<std::size_t>(f.count); ++i) sideways |= !f.inside_x[i] || !f.inside_y[i];
+        f.count = x.count, sideways = false;
+        axis(x, 0, all, f.cell, f.along_x, f.inside_x), axis(y, 1, pencils_.rows(), f.row, f.along_y, f.inside_y);
         footprints_.push_back(f);
         for (int k = 0; k < z.count; ++k) {
-            const int plane = plane_here(z.first + k);
-            if (plane < -ghosts) continue;
-            if (plane >= 0 && plane < slab_.count && sideways) sides_[static_cast<std::size_t>(plane)] = 1;
+            const int plane = here(z.first + k, 2, pencils_.planes());
+            if (plane == none) continue;
+            if (plane >= 0 && plane < layout_.nz && sideways) sides_[static_cast<std::size_t>(plane)] = 1;
             visits_[static_cast<std::size_t>(plane + ghosts)].push_back(
                 {marker, static_cast<std::uint8_t>(c), static_cast<std::uint8_t>(k), z.weight[static_cast<std::size_t>(k)]});
         }
@@ -123,8 +122,9 @@ void MarkerPlanes::lay_out(const Vec3d& place, std::uint32_t marker) {
 
 /// `arriving`: numbers of markers that come from each rank.
 void MarkerPlanes::make_messages(std::span<const std::int64_t> arriving) {
-    shares_back_.resize(sent_.size()), changes_out_.resize(sent_.size());
-    shares_.assign(arrival_.size(), Shares{}), changes_.resize(arrival_.size());
+    const std::size_t shares_each = shares_of_marker();
+    shares_back_.resize(shares_each * sent_.size()), changes_out_.resize(sent_.size());
+    shares_.assign(shares_each * arrival_.size(), 0.0), changes_.resize(arrival_.size());
     if (comm_.size() == 1) return;
     std::vector<RepeatedMessages::Part> back, out, shares, changes;
     const auto add = [](std::vector<RepeatedMessages::Part>& parts, int rank, auto numbers) {
@@ -134,8 +134,10 @@ void MarkerPlanes::make_messages(std::span<const std::int64_t> arriving) {
     for (int r = 0; r < comm_.size(); ++r) {
         const auto sent = static_cast<std::size_t>(sent_counts_[static_cast<std::size_t>(r)]),
                    come = static_cast<std::size_t>(arriving[static_cast<std::size_t>(r)]);
-        add(back, r, std::span(shares_back_).subspan(from, sent)), add(out, r, std::span(changes_out_).subspan(from, sent));
-        add(shares, r, std::span(shares_).subspan(at, come)), add(changes, r, std::span(changes_).subspan(at, come));
+        add(back, r, std::span(shares_back_).subspan(shares_each * from, shares_each * sent)),
+            add(out, r, std::span(changes_out_).subspan(from, sent));
+        add(shares, r, std::span(shares_).subspan(shares_each * at, shares_each * come)),
+            add(changes, r, std::span(changes_).subspan(at, come));
         from += sent, at += come;
     }
     to_holders_ = RepeatedMessages(comm_, shares, back);
@@ -143,12 +145,13 @@ void MarkerPlanes::make_messages(std::span<const std::int64_t> arriving) {
 }
 
 void MarkerPlanes::interpolate(const ReadFields& fields, std::span<Vec3d> values) {
+    const std::size_t rows = rows_of_plane(), numbers = shares_of_marker();
     threads_.for_each(visits_.size(), [&](std::size_t p, int) {
         const std::ptrdiff_t plane = layout_.at(0, 0, static_cast<int>(p) - ghosts);
         for (const Visit& visit : visits_[p]) {
             const Footprint& f = footprints_[3 * visit.marker + visit.component];
             const double* const from = fields[visit.component] + plane;
-            double sum = 0;
+            double sum = 0, of_rows[width] = {};
             for (int j = 0; j < f.count; ++j) {
                 const auto row = static_cast<std::size_t>(j);
                 const double* const cells = from + f.row[row] * layout_.row;
@@ -157,20 +160,28 @@ void MarkerPlanes::interpolate(const ReadFields& fields, std::span<Vec3d> values
                     const auto cell = static_cast<std::size_t>(i);
                     of_row += f.along_x[cell] * cells[f.cell[cell]];
                 }
-                sum += f.along_y[row] * of_row;
+                of_rows[j] = visit.along_z * f.along_y[row] * of_row;
+                sum += of_rows[j];
             }
-            shares_[arrival_[visit.marker]][visit.component][visit.place] = visit.along_z * sum;
+            double* const shares = &shares_[numbers * arrival_[visit.marker] + (visit.component * width + visit.place) * rows];
+            if (rows == 1) *shares = sum;
+            else std::copy_n(of_rows, width, shares);
         }
     });
     const bool alone = comm_.size() == 1;
     if (!alone) to_holders_.start(), to_holders_.finish();
-    // Of planes that a rank does not have its shares are 0.
-    std::vector<Shares> whole(values.size(), Shares{});
+    // Of rows and planes that a rank does not have its shares are 0.
+    std::vector<double> whole(numbers * values.size(), 0.0);
     for (std::size_t i = 0; i < sent_.size(); ++i)
-        for (std::size_t c = 0; c < 3; ++c)
-            for (std::size_t k = 0; k < width; ++k) whole[sent_[i]][c][k] += (alone ? shares_ : shares_back_)[i][c][k];
+        for (std::size_t s = 0; s < numbers; ++s)
+            whole[numbers * sent_[i] + s] += (alone ? shares_ : shares_back_)[numbers * i + s];
     for (std::size_t m = 0; m < values.size(); ++m) {
-        const auto sum = [&](std::size_t c) { return (whole[m][c][0] + whole[m][c][1]) + (whole[m][c][2] + whole[m][c][3]); };
+        const auto sum = [&](std::size_t c) {
+            double of_plane[width] = {};
+            for (std::size_t k = 0; k < width; ++k)
+                for (std::size_t j = 0; j < rows; ++j) of_plane[k] += whole[numbers * m + (c * width + k) * rows + j];
+            return (of_plane[0] + of_plane[1]) + (of_plane[2] + of_plane[3]);
+        };
         values[m] = {sum(0), sum(1), sum(2)};
     }
 }
@@ -180,7 +191,7 @@ void MarkerPlanes::spread(std::span<const Vec3d> changes, const Fields& fields) 
     std::vector<Vec3d>& sent = alone ? changes_ : changes_out_;
     for (std::size_t i = 0; i < sent_.size(); ++i) sent[i] = changes[sent_[i]];
     if (!alone) to_planes_.start(), to_planes_.finish();
-    threads_.for_each(static_cast<std::size_t>(slab_.count), [&](std::size_t p, int) {
+    threads_.for_each(static_cast<std::size_t>(layout_.nz), [&](std::size_t p, int) {
         const std::ptrdiff_t plane = layout_.at(0, 0, static_cast<int>(p));
         for (const Visit& visit : visits_[p + ghosts]) {
             const Footprint& f = footprints_[3 * visit.marker + visit.component];

@@ -1,7 +1,7 @@
 // Between a field and markers in it: what the field is at the markers, and what changes at the markers do to the field.
 #pragma once
 
-#include "fluid/fluid_grid.hpp"
+#include "fluid/pencils.hpp"
 #include "immersion/delta.hpp"
 #include "parallel/communicator.hpp"
 #include "parallel/messages.hpp"
@@ -15,14 +15,14 @@
 
 namespace skein {
 
-/// Any rank may hold any marker: ranks whose planes it reaches work out their share of it, and the holder puts shares together.
-/// Sums are made in the order of identities and planes: the same bits on any ranks and threads.
+/// Any rank may hold any marker: ranks whose cells it reaches work out their share of it, and the holder puts shares together.
+/// Sums are made in the order of identities, rows and planes: the same bits on any ranks and threads.
 class MarkerPlanes {
 public:
     using Fields = std::array<double*, 3>; ///< components, as FieldLayout of this rank has them
     using ReadFields = std::array<const double*, 3>;
 
-    MarkerPlanes(const Communicator& comm, const Threads& threads, const FluidGrid& grid, DeltaKind delta);
+    MarkerPlanes(const Communicator& comm, const Threads& threads, const FluidGrid& grid, DeltaKind delta, int across = 1);
 
     /// Markers of this rank are at these places from now on; each has an identity of its own among those of all ranks. Collective.
     void settle(std::span<const Vec3d> places, std::span<const std::int64_t> identities);
@@ -41,12 +41,13 @@ public:
 
 private:
     static constexpr int width = DeltaWeights::most;
-    /// Where a component feels a marker, in each of its planes. Weights of cells that no field has are 0.
+    /// Where a component feels a marker, in each of its planes. Weights of cells that no field has, and of rows of other ranks, are
+    /// 0.
     struct Footprint {
         int count = 0;
         std::array<std::int32_t, width> cell, row; ///< of numbers within a row; of rows within a plane
         std::array<double, width> along_x, along_y;
-        std::array<bool, width> inside_x, inside_y; ///< no ghost beyond a wall
+        std::array<bool, width> inside_x, inside_y; ///< no ghost
     };
     /// A plane of a marker's footprint.
     struct Visit {
@@ -58,11 +59,13 @@ private:
         Vec3d place;
         std::int64_t identity;
     };
-    /// Sums over each plane of a marker's reach, by component.
-    using Shares = std::array<std::array<double, width>, 3>;
 
+    /// Shares of a marker, by component and plane: sums over the rows of a plane, or one for each row where ranks share these.
+    std::size_t shares_of_marker() const { return 3 * width * rows_of_plane(); }
+    std::size_t rows_of_plane() const { return pencils_.across() > 1 ? width : 1; }
     void lay_out(const Vec3d& place, std::uint32_t marker);
-    int plane_here(int plane) const;
+    /// Number of a row or plane of the whole grid among those of this rank, ghosts beyond walls among them.
+    int here(int cell, int direction, const Slab& own) const;
     template <class Body> void for_ranks_of(const Vec3d& place, Body&& body) const;
     void make_messages(std::span<const std::int64_t> arriving);
 
@@ -70,20 +73,20 @@ private:
     const Threads& threads_;
     FluidGrid grid_;
     DeltaKind delta_;
-    Slab slab_;
+    Pencils pencils_;
     FieldLayout layout_;
     std::vector<std::uint8_t> sides_; ///< by plane
     bool beyond_ = false;
 
     std::vector<std::uint32_t> sent_; ///< markers of this rank, by the rank that they go to, rising
     std::vector<std::int64_t> sent_counts_;
-    std::vector<Shares> shares_back_; ///< of sent_
+    std::vector<double> shares_back_; ///< of sent_
     std::vector<Vec3d> changes_out_;  ///< of sent_
 
     std::vector<std::uint32_t> arrival_;     ///< of markers that come here, by identity: their number among arrivals
     std::vector<Footprint> footprints_;      ///< of these, [marker][component]
     std::vector<std::vector<Visit>> visits_; ///< by plane, ghosts beyond walls among them
-    std::vector<Shares> shares_;             ///< by arrival
+    std::vector<double> shares_;             ///< by arrival
     std::vector<Vec3d> changes_;             ///< by arrival
     RepeatedMessages to_holders_, to_planes_;
 };

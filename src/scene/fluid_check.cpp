@@ -38,6 +38,18 @@ void check_cells(const FluidSpec& fluid, Objections& table) {
     }
 }
 
+/// As far as it is known without the number of ranks.
+void check_ranks(const FluidSpec& fluid, Objections& table) {
+    if (fluid.ranks_across <= 1) return;
+    if (fluid.pressure == PressureMethod::multigrid)
+        table.add("ranks_across", "multigrid needs whole planes: 'ranks_across' must be 1 with pressure = \"multigrid\"");
+    if (fluid.cells.size() != 3) return;
+    const long most = std::max(1L, fluid.cells[1] / FieldLayout::ghosts);
+    if (fluid.ranks_across > most)
+        table.add("ranks_across", fmt::format("{} rows of cells along y are too few for {} ranks: at most {} can share them",
+                                              fluid.cells[1], fluid.ranks_across, most));
+}
+
 /// What moves, and whether it can.
 void check_walls(const FluidSpec& fluid, Objections& table) {
     const std::array bounds = fluid.boundaries();
@@ -208,6 +220,7 @@ void check_fluid(const SceneSpec& scene, Objections& objections) {
         table.add("inflow", "'inflow' [m/s] towards positive x is needed where the fluid flows through");
     if (fluid.pressure != PressureMethod::multigrid) table.unused({"pressure_tolerance"}, "without pressure = \"multigrid\"");
     else table.unused({"pressure_exchange"}, "with pressure = \"multigrid\"");
+    check_ranks(fluid, table);
     check_walls(fluid, table);
     if (fluid.scheme == FlowScheme::crank_nicolson) {
         if (fluid.along_x == FluidBoundary::through)

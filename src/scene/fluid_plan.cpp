@@ -85,19 +85,22 @@ std::vector<FluidOutput> outputs_of(const SceneSpec& scene, const FluidGrid& gri
 
 } // namespace
 
-double FluidPlan::bytes_per_cell() const {
+double FluidPlan::bytes_per_cell(int ranks) const {
+    if (constants.pressure != PressureMethod::direct) return 80 + multigrid_bytes_per_cell;
     const bool responds = constants.scheme == FlowScheme::crank_nicolson && has_bodies();
-    return constants.pressure == PressureMethod::direct ? 96 + (responds ? 8 : 0) : 80 + multigrid_bytes_per_cell;
+    return 96 + (responds ? 8 : 0) + (across(ranks) > 1 ? 16 : 0);
 }
 
 double FluidPlan::solve_bytes(int ranks) const {
     if (constants.pressure != PressureMethod::direct || ranks == 1) return 0;
-    const auto to_others = [&](double numbers) { return 2 * sizeof(double) * numbers * (ranks - 1) / ranks; };
     const FluidGrid& grid = constants.grid;
-    if (constants.exchange == ColumnExchange::transposes) return to_others(static_cast<double>(grid.count()) / ranks);
-    const double neighbours = grid.periodic(2) || ranks > 2 ? 2 : 1;
-    return neighbours * sizeof(double) * grid.cells[0] * grid.cells[1] +
-           2 * to_others(static_cast<double>(coupling_coefficients(grid, ranks)));
+    const double shares = across(ranks), slabs = ranks / shares, own = static_cast<double>(grid.count()) / ranks;
+    const auto there_and_back = [](double numbers, double among) { return 2 * sizeof(double) * numbers * (among - 1) / among; };
+    const double rows = there_and_back(own, shares);
+    if (constants.exchange == ColumnExchange::transposes) return rows + there_and_back(own, slabs);
+    const double neighbours = slabs == 1 ? 0 : grid.periodic(2) || slabs > 2 ? 2 : 1, columns = 1.0 * grid.cells[0] * grid.cells[1];
+    const auto coupling = static_cast<double>(coupling_coefficients(grid, static_cast<int>(slabs)));
+    return rows + neighbours * sizeof(double) * columns / shares + 2 * there_and_back(coupling / shares, slabs);
 }
 
 double FluidPlan::column_bytes(int ranks) const {
@@ -115,10 +118,11 @@ double FluidPlan::ns_per_cell_step() const {
 double FluidPlan::ghost_bytes(int ranks) const {
     if (ranks == 1) return 0;
     const auto [nx, ny, nz] = constants.grid.cells;
-    const double fields = constants.scheme == FlowScheme::crank_nicolson
-                              ? 4 + 5 * implicit_solves(*this)
-                              : 3 * stage_parts(constants.scheme).count + 2 * projections(constants.scheme);
-    return fields * 2 * FieldLayout::ghosts * sizeof(double) * nx * ny;
+    const double shares = across(ranks), slabs = ranks / shares, of_row = 2 * FieldLayout::ghosts * sizeof(double) * nx;
+    const bool implicit = constants.scheme == FlowScheme::crank_nicolson;
+    const double solves = implicit ? implicit_solves(*this) : projections(constants.scheme),
+                 fields = implicit ? 4 + 5 * solves : 3 * stage_parts(constants.scheme).count + 2 * solves;
+    return of_row * ((slabs > 1 ? fields * ny / shares : 0) + (shares > 1 ? (fields + solves) * nz / slabs : 0));
 }
 
 double FluidPlan::steps(std::int64_t run_steps, double dt) const {
@@ -195,7 +199,8 @@ FluidPlan plan_fluid(const SceneSpec& scene) {
                    .outputs = {},
                    .speed = {},
                    .retraction = scene.immersion.retraction,
-                   .coupling = scene.immersion.coupling};
+                   .coupling = scene.immersion.coupling,
+                   .ranks_across_at = scene.fluid->ranks_across_at};
     plan.outputs = outputs_of(scene, plan.constants.grid);
     plan.speed = speed_of(plan, scene.fluid->expected_speed);
     return plan;

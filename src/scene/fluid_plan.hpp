@@ -67,6 +67,7 @@ struct FluidPlan {
     FluidSpeed speed;
     double retraction = 0; ///< of rods, over the spacing
     RodCoupling coupling = RodCoupling::two_way;
+    std::string ranks_across_at = {}; ///< "file:line" where the scene says how many share the rows of a slab
     std::int64_t every = 0; ///< with rods: steps of the run between two meetings of rods and fluid, a step of the fluid or several
     std::vector<RodsInFluid> rods; ///< by group
 
@@ -78,11 +79,13 @@ struct FluidPlan {
     /// Of a step of the fluid, at the speed that is known, s.
     double step_limit() const { return skein::step_limit(constants, speed.value, courant); }
 
-    /// Ten fields, one more of implicit schemes with bodies, and coefficients and as many to be sent on more ranks than one, or
-    /// what multigrid keeps, as measured.
-    double bytes_per_cell() const;
+    /// Ten fields, one more of implicit schemes with bodies, and coefficients and as many to be sent on more ranks than one, twice
+    /// that where ranks share rows, or what multigrid keeps, as measured.
+    double bytes_per_cell(int ranks) const;
     static constexpr double multigrid_bytes_per_cell = 400;
-    /// Sent by a rank: in a direct solve for the pressure, and in all of a step; and planes of ghosts in a step.
+    /// Of so many ranks, those that share the rows of a slab; 1 where they cannot share the fluid at all.
+    int across(int ranks) const { return unshared(constants, ranks).empty() ? ranks_across(constants, ranks) : 1; }
+    /// Sent by a rank: in a direct solve for the pressure, and in all of a step; and rows and planes of ghosts in a step.
     double solve_bytes(int ranks) const;
     double column_bytes(int ranks) const;
     double ghost_bytes(int ranks) const;

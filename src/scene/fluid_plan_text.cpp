@@ -36,11 +36,13 @@ std::string pressure_text(const FluidPlan& fluid, int ranks) {
     const FlowConstants& c = fluid.constants;
     if (c.pressure == PressureMethod::direct && c.exchange == ColumnExchange::transposes) return "direct";
     if (c.pressure == PressureMethod::direct)
-        return fmt::format("direct, by numbers at interfaces of slabs{}; other numbers of ranks agree to about 1e-12, not in bits",
-                           ranks > 1 ? fmt::format(", {:.3g} % of columns through all slabs",
-                                                   100.0 * static_cast<double>(coupling_coefficients(c.grid, ranks)) /
-                                                       (1.0 * c.grid.cells[0] * c.grid.cells[1]))
-                                     : "");
+        return fmt::format(
+            "direct, by numbers at interfaces of slabs{}; other numbers of ranks agree to about 1e-12, not in bits",
+            ranks > fluid.across(ranks)
+                ? fmt::format(", {:.3g} % of columns through all slabs",
+                              100.0 * static_cast<double>(coupling_coefficients(c.grid, ranks / fluid.across(ranks))) /
+                                  (1.0 * c.grid.cells[0] * c.grid.cells[1]))
+                : "");
     return fmt::format("multigrid to {:g} of the right side, {} ({:.0f} B per cell); bits depend on the number of ranks",
                        c.pressure_tolerance, bytes_text(FluidPlan::multigrid_bytes_per_cell * static_cast<double>(c.grid.count())),
                        FluidPlan::multigrid_bytes_per_cell);
@@ -48,9 +50,13 @@ std::string pressure_text(const FluidPlan& fluid, int ranks) {
 
 std::string sent_text(const FluidPlan& fluid, int ranks) {
     const std::string ghosts = fmt::format("{} as ghosts", bytes_text(fluid.ghost_bytes(ranks)));
+    const int across = fluid.across(ranks);
+    const std::string shared =
+        across > 1 ? fmt::format("{} of planes, the rows of each on {} ranks; ", counted(ranks / across, "slab"), across)
+                   : std::string();
     if (fluid.constants.pressure != PressureMethod::direct) return fmt::format("by a rank in a step: {}", ghosts);
     const bool whole = fluid.constants.exchange == ColumnExchange::transposes;
-    return fmt::format("by a rank in a step: {} {} ({} a solve), {}", bytes_text(fluid.column_bytes(ranks)),
+    return fmt::format("{}by a rank in a step: {} {} ({} a solve), {}", shared, bytes_text(fluid.column_bytes(ranks)),
                        whole ? "in transposes" : "at interfaces", bytes_text(fluid.solve_bytes(ranks)), ghosts);
 }
 
@@ -127,7 +133,7 @@ std::string fluid_cost_text(const FluidPlan& fluid, std::int64_t steps, double d
     return text;
 }
 
-nlohmann::ordered_json fluid_json(const FluidPlan& fluid, std::int64_t steps, double dt) {
+nlohmann::ordered_json fluid_json(const FluidPlan& fluid, std::int64_t steps, double dt, int ranks) {
     nlohmann::ordered_json outputs = nlohmann::ordered_json::array();
     for (const FluidOutput& o : fluid.outputs)
         outputs.push_back({{"name", o.name},
@@ -157,7 +163,8 @@ nlohmann::ordered_json fluid_json(const FluidPlan& fluid, std::int64_t steps, do
             {"pressure", pressure_method_names[static_cast<std::size_t>(c.pressure)]},
             {"pressure_exchange", column_exchange_names[static_cast<std::size_t>(c.exchange)]},
             {"pressure_tolerance", c.pressure_tolerance},
-            {"bytes_per_cell", fluid.bytes_per_cell()},
+            {"ranks_across", fluid.across(ranks)},
+            {"bytes_per_cell", fluid.bytes_per_cell(ranks)},
             {"outputs", outputs},
             {"meets_rods_every", fluid.every},
             {"rods", rods},

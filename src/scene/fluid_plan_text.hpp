@@ -23,6 +23,6 @@ std::string output_text(const FluidOutput& output, const FluidGrid& grid, std::i
 std::string fluid_steps_text(const FluidPlan& fluid, std::int64_t steps, double dt);
 /// `cores`: that step it; `cores_per_node` 0: not known.
 std::string fluid_cost_text(const FluidPlan& fluid, std::int64_t steps, double dt, int cores, int cores_per_node);
-nlohmann::ordered_json fluid_json(const FluidPlan& fluid, std::int64_t steps, double dt);
+nlohmann::ordered_json fluid_json(const FluidPlan& fluid, std::int64_t steps, double dt, int ranks);
 
 } // namespace skein

@@ -595,10 +595,8 @@ Plan make_plan(const SceneSpec& as_given, std::span<const RodGroup> groups, cons
         for (const RodGroup& group : groups)
             if (plan.fluid->felt())
                 plan.state_bytes += static_cast<double>(group.count() * group.slots()) * FluidLoads::bytes_per_slot;
-        plan.state_bytes += static_cast<double>(grid.count()) * plan.fluid->bytes_per_cell();
-        if (machine.ranks > 1 && grid.cells[2] / machine.ranks < FieldLayout::ghosts)
-            plan.notes.push_back(fmt::format("{} planes of cells along z are too few for {} ranks: at most {} can share them",
-                                             grid.cells[2], machine.ranks, grid.cells[2] / FieldLayout::ghosts));
+        plan.state_bytes += static_cast<double>(grid.count()) * plan.fluid->bytes_per_cell(machine.ranks);
+        if (const std::string fault = unshared(plan.fluid->constants, machine.ranks); !fault.empty()) plan.notes.push_back(fault);
         for (FluidOutput& output : plan.fluid->outputs) {
             output.every = whole_steps(output.interval, plan);
             (output.kind == FluidOutputKind::blocks ? plan.most_block_bytes : plan.output_bytes) +=

@@ -190,8 +190,8 @@ std::string to_text(const Plan& p) {
     line("checkpoint", checkpoint_text(p));
     line("a failure", failure_text(p));
     if (p.groups.empty())
-        line("memory", fmt::format("{} ({:.0f} B per cell), {} to disk", bytes_text(p.state_bytes), p.fluid->bytes_per_cell(),
-                                   bytes_text(p.output_bytes)) +
+        line("memory", fmt::format("{} ({:.0f} B per cell), {} to disk", bytes_text(p.state_bytes),
+                                   p.fluid->bytes_per_cell(p.machine.ranks), bytes_text(p.output_bytes)) +
                            (p.most_block_bytes > 0 ? fmt::format(", and up to {} of blocks", bytes_text(p.most_block_bytes)) : ""));
     else
         line("memory", fmt::format("{} for rods ({:.0f} B per element){}{}, {} to disk", bytes_text(p.state_bytes),
@@ -265,7 +265,7 @@ std::string to_json(const Plan& p) {
                                                                {"expected_overlap", p.outlook.overlap},
                                                                {"overlap_of_step", p.contact->overlap}}
                                       : nlohmann::ordered_json()},
-        {"fluid", p.fluid ? fluid_json(*p.fluid, p.steps, p.dt) : nlohmann::ordered_json()},
+        {"fluid", p.fluid ? fluid_json(*p.fluid, p.steps, p.dt, p.machine.ranks) : nlohmann::ordered_json()},
         {"walls", walls},
         {"steps_together", is_coupled(p)},
         {"coupling", coupling},

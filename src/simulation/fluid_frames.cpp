@@ -86,34 +86,41 @@ struct FluidFrames::Output {
 };
 
 FluidFrames::FluidFrames(const Communicator& comm, const Threads& threads, const FlowSolver& flow, const FluidPlan& plan,
-                         const std::string& directory, double dt, double shift) {
+                         const std::string& directory, double dt, double shift)
+    : flow_(comm, flow) {
     const FluidGrid& grid = plan.constants.grid;
     for (const FluidOutput& output : plan.outputs) {
         Output& made = outputs_.emplace_back(
             Output{output, FieldSeries(comm, names_of(output, directory), grid_of(output, grid), output.precision, dt, shift),
                    std::nullopt, std::nullopt, grid.cells});
-        if (output.kind == FluidOutputKind::blocks) made.blocks.emplace(comm, threads, flow, output.edge);
-        else made.box.emplace(comm, threads, flow, output.box);
+        if (output.kind == FluidOutputKind::blocks) made.blocks.emplace(comm, threads, flow_, output.edge);
+        else made.box.emplace(comm, threads, flow_, output.box);
     }
 }
 
 FluidFrames::~FluidFrames() = default;
 
 void FluidFrames::write_due(std::int64_t step) {
-    for (Output& output : outputs_) {
-        if (step % output.what.every != 0) continue;
-        if (output.box) {
-            BoxFrame frame(*output.box, output.what.box, output.what.fields);
-            output.series.write(step, frame);
-            continue;
-        }
-        output.blocks->find(output.what.criterion, output.what.threshold);
-        BlockFrame frame(*output.blocks, output.what.edge, output.what.fields);
-        std::vector<std::array<int, 3>> first = output.blocks->blocks();
-        for (auto& block : first)
-            for (int& cell : block) cell *= output.what.edge;
-        output.series.write_blocks(step, frame, first, output.cells);
+    const auto due = [&](const Output& output) { return step % output.what.every == 0; };
+    if (std::none_of(outputs_.begin(), outputs_.end(), due)) return;
+    flow_.take();
+    for (Output& output : outputs_)
+        if (due(output)) write(step, output);
+    flow_.release();
+}
+
+void FluidFrames::write(std::int64_t step, Output& output) {
+    if (output.box) {
+        BoxFrame frame(*output.box, output.what.box, output.what.fields);
+        output.series.write(step, frame);
+        return;
     }
+    output.blocks->find(output.what.criterion, output.what.threshold);
+    BlockFrame frame(*output.blocks, output.what.edge, output.what.fields);
+    std::vector<std::array<int, 3>> first = output.blocks->blocks();
+    for (auto& block : first)
+        for (int& cell : block) cell *= output.what.edge;
+    output.series.write_blocks(step, frame, first, output.cells);
 }
 
 } // namespace skein

@@ -25,6 +25,9 @@ public:
 
 private:
     struct Output;
+    void write(std::int64_t step, Output& output);
+
+    FlowPlanes flow_;
     std::vector<Output> outputs_;
 };
 

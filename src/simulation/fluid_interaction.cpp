@@ -1,6 +1,7 @@
 #include "simulation/fluid_interaction.hpp"
 
 #include "fluid/start_velocity.hpp"
+#include "fluid/whole_planes.hpp"
 #include "loads/gravity.hpp"
 #include "skein/core/error.hpp"
 
@@ -27,7 +28,10 @@ ForceBalance::Weight weight_of(const Plan& plan) {
 }
 
 std::unique_ptr<FlowSolver> make_flow(const InteractionParts& parts) {
-    return kernels(parts.plan.machine.lanes).make_flow(parts.comm, parts.threads, parts.plan.fluid->constants);
+    const FluidPlan& plan = *parts.plan.fluid;
+    if (const std::string fault = unshared(plan.constants, parts.comm.size()); !fault.empty())
+        throw InputError(plan.ranks_across_at.empty() ? fault : plan.ranks_across_at + ": 'ranks_across': " + fault);
+    return kernels(parts.plan.machine.lanes).make_flow(parts.comm, parts.threads, plan.constants);
 }
 
 } // namespace
@@ -39,7 +43,8 @@ FluidInteraction::FluidInteraction(const InteractionParts& parts)
     std::unique_ptr<ImmersedRods> rods;
     if (!groups_.empty()) rods = std::make_unique<ImmersedRods>(groups_, parts.rods, grid.h, plan_.retraction * grid.h);
     if (rods || !plan_.obstacles.empty()) {
-        bodies_ = std::make_unique<Immersion>(comm_, threads_, grid, plan_.forcing, plan_.obstacles, std::move(rods));
+        bodies_ = std::make_unique<Immersion>(comm_, threads_, grid, plan_.forcing, plan_.obstacles, std::move(rods),
+                                              flow_->pencils().across());
         bodies_->set_lag(lag_);
         if (plan_.felt())
             bodies_->feel(std::make_unique<ForceBalance>(groups_, *bodies_->rods(), parts.around.fluid, plan_.constants.density,
@@ -154,8 +159,8 @@ void FluidInteraction::end_stage(int s, const Step& step) {
 std::string FluidInteraction::invalid() const {
     if (!failure_.empty()) return failure_;
     double speed = 0;
-    for (const FlowFigures& plane : flow_->figures())
-        speed = std::isfinite(plane.kinetic_energy) ? std::max(speed, plane.speed) : plane.kinetic_energy;
+    for (const FlowFigures& row : flow_->figures())
+        speed = std::isfinite(row.kinetic_energy) ? std::max(speed, row.speed) : row.kinetic_energy;
     return std::isfinite(speed) ? std::string()
                                 : std::string("the velocity of the fluid is not finite: its step is too long for what drives it; a "
                                               "smaller fluid.courant or time.dt would do");
@@ -163,15 +168,15 @@ std::string FluidInteraction::invalid() const {
 
 std::vector<Figure> FluidInteraction::figures(double) const {
     using Of = Figure::Of;
-    const std::vector<FlowFigures> planes = flow_->figures();
+    const std::vector<FlowFigures> rows = flow_->figures();
     const auto terms = [&](auto&& of) {
         std::vector<double> all;
-        for (const FlowFigures& plane : planes) all.push_back(of(plane));
+        for (const FlowFigures& row : rows) all.push_back(of(row));
         return all;
     };
     const auto largest = [&](double FlowFigures::*of) {
         double most = 0;
-        for (const FlowFigures& plane : planes) most = std::max(most, plane.*of);
+        for (const FlowFigures& row : rows) most = std::max(most, row.*of);
         return std::vector{most};
     };
     std::vector<Figure> all{{"fluid_energy[J]", Of::sum, terms([](const FlowFigures& f) { return f.kinetic_energy; })},
@@ -198,7 +203,7 @@ std::vector<Figure> FluidInteraction::figures(double) const {
         const std::vector<Vec3d> of_slots = balance->momentum(lag_);
         for (int c = 0; c < 3; ++c) {
             std::vector<double> of_all;
-            for (const FlowFigures& plane : planes) of_all.push_back(component_of(plane.momentum, c));
+            for (const FlowFigures& row : rows) of_all.push_back(component_of(row.momentum, c));
             for (const Vec3d& slot : of_slots) of_all.push_back(component_of(slot, c));
             all.push_back({std::string("coupled_momentum_") + "xyz"[c] + "[kg m/s]", Of::sum, of_all});
         }
@@ -208,40 +213,34 @@ std::vector<Figure> FluidInteraction::figures(double) const {
 }
 
 KeptNumbers FluidInteraction::kept() const {
-    const FieldLayout layout = flow_->layout();
-    const auto state = flow_->state();
+    WholeState state(comm_, *flow_);
     std::vector<double> numbers{static_cast<double>(steps_), flow_->time()};
     if (bodies_) {
         const std::vector<double> more =
             bodies_->balance() ? bodies_->balance()->kept(comm_) : bodies_->forcing().held().kept(comm_);
         numbers.insert(numbers.end(), more.begin(), more.end());
     }
-    KeptNumbers kept{.name = kept_name(),
-                     .numbers = std::move(numbers),
-                     .sums = 0,
-                     .columns = state.size() * static_cast<std::size_t>(layout.nx * layout.ny),
-                     .rows = {}};
-    kept.rows.reserve(kept.columns * static_cast<std::size_t>(layout.nz));
-    for (int k = 0; k < layout.nz; ++k)
-        for (const std::span<double> field : state)
-            for (int j = 0; j < layout.ny; ++j) {
-                const auto row = field.begin() + layout.at(0, j, k);
-                kept.rows.insert(kept.rows.end(), row, row + layout.nx);
-            }
+    KeptNumbers kept{
+        .name = kept_name(), .numbers = std::move(numbers), .sums = 0, .columns = state.numbers_of_plane(), .rows = {}};
+    kept.rows.reserve(kept.columns * static_cast<std::size_t>(state.planes().count));
+    for (int k = 0; k < state.planes().count; ++k)
+        state.for_rows(k, [&](std::span<double> row) { kept.rows.insert(kept.rows.end(), row.begin(), row.end()); });
     return kept;
 }
 
 void FluidInteraction::recall(const KeptNumbers& kept) {
-    const FieldLayout layout = flow_->layout();
-    const auto state = flow_->state();
-    if (kept.rows.size() != kept.columns * static_cast<std::size_t>(layout.nz) ||
-        kept.columns != state.size() * static_cast<std::size_t>(layout.nx * layout.ny))
+    WholeState state(comm_, *flow_);
+    if (kept.columns != state.numbers_of_plane() ||
+        kept.rows.size() != kept.columns * static_cast<std::size_t>(state.planes().count))
         throw IoError("a checkpoint holds another fluid than that of the scene");
     steps_ = steps_before_ = static_cast<std::int64_t>(kept.numbers.at(0));
     auto from = kept.rows.begin();
-    for (int k = 0; k < layout.nz; ++k)
-        for (const std::span<double> field : state)
-            for (int j = 0; j < layout.ny; ++j, from += layout.nx) std::copy_n(from, layout.nx, field.begin() + layout.at(0, j, k));
+    for (int k = 0; k < state.planes().count; ++k)
+        state.for_rows(k, [&](std::span<double> row) {
+            std::copy_n(from, row.size(), row.begin());
+            from += static_cast<std::ptrdiff_t>(row.size());
+        });
+    state.put_back();
     const std::size_t known = std::min<std::size_t>(2, kept.numbers.size()); // 1: of programs before walls could move
     flow_->refresh(known > 1 ? kept.numbers[1] : 0);
     const auto more = std::span(kept.numbers).subspan(known);
@@ -251,16 +250,13 @@ void FluidInteraction::recall(const KeptNumbers& kept) {
 }
 
 std::uint64_t FluidInteraction::digest() const { // that of the rows of kept(), without a copy of them, and of forces by marker
-    const FieldLayout layout = flow_->layout();
-    const auto state = flow_->state();
-    std::vector<std::uint64_t> hash(static_cast<std::size_t>(layout.nz));
+    WholeState state(comm_, *flow_);
+    std::vector<std::uint64_t> hash(static_cast<std::size_t>(state.planes().count));
     threads_.for_each(hash.size(), [&](std::size_t k, int) {
-        std::uint64_t h = hash_begin(flow_->slab().first + static_cast<std::int64_t>(k));
-        for (const std::span<double> field : state)
-            for (int j = 0; j < layout.ny; ++j)
-                for (const double x : field.subspan(static_cast<std::size_t>(layout.at(0, j, static_cast<int>(k))),
-                                                    static_cast<std::size_t>(layout.nx)))
-                    h = hash_with(h, x);
+        std::uint64_t h = hash_begin(state.planes().first + static_cast<std::int64_t>(k));
+        state.for_rows(static_cast<int>(k), [&](std::span<double> row) {
+            for (const double x : row) h = hash_with(h, x);
+        });
         hash[k] = hash_end(h);
     });
     if (bodies_) {

@@ -100,7 +100,7 @@ public:
     /// Its columns of the time series. `lag`: by which positions are behind the rates, s. Not collective.
     virtual std::vector<Figure> figures(double lag) const { return static_cast<void>(lag), std::vector<Figure>(); }
 
-    /// Of a state beyond that of bodies: what this rank adds to the digest of all. Not collective.
+    /// Of a state beyond that of bodies: what this rank adds to the digest of all. Collective.
     virtual std::uint64_t digest() const { return 0; }
     /// Name of its numbers in checkpoints.
     virtual std::string kept_name() const = 0;
@@ -150,7 +150,7 @@ std::string tell_of_overlaps(const Communicator& comm, const Interactions& all);
 /// Of contacts, then of each wall: the largest overlap of this run, but of times with soft_until to come. Collective.
 std::vector<LargestOverlap> largest_overlaps(const Communicator& comm, const Interactions& all);
 
-/// Of all of them, on this rank.
+/// Of all of them, on this rank. Collective.
 std::uint64_t digest_of(const Interactions& all);
 /// For checkpoints.
 std::vector<std::string> kept_names(const Interactions& all);

@@ -111,12 +111,13 @@ class CoupledFlow(DriverTest):
         self.run_skein("one")
         for out, layout in {"two": {"ranks": 2}, "three": {"ranks": 3}, "threads": {"threads": 2}}.items():
             self.run_skein(out, **layout)
+        self.run_skein("rows", "--set", "fluid.ranks_across=2", ranks=4)
         for lanes in ("4", "2", "1"):
             self.run_skein("lanes" + lanes, "--lanes", lanes)
         steps = int(self.series("one")["step"][5])
         self.run_skein("parts", "--steps", str(steps - 1), ranks=2)
         self.assertIn("Resuming from", self.run_skein("parts", ranks=3).stdout)
-        for out in ("two", "three", "threads", "lanes4", "lanes2", "lanes1", "parts"):
+        for out in ("two", "three", "rows", "threads", "lanes4", "lanes2", "lanes1", "parts"):
             self.assertEqual(self.digest(out), self.digest("one"), out)
             self.assertEqual((self.directory / out / "observables.csv").read_bytes(), (self.directory / "one/observables.csv").read_bytes(), out)
 

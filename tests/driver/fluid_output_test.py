@@ -153,10 +153,11 @@ class FluidOutput(DriverTest):
         self.run_skein("two", ranks=2)
         self.run_skein("three", ranks=3)
         self.run_skein("threads", threads=2)
+        self.run_skein("rows", "--set", "fluid.ranks_across=2", ranks=4)
         self.run_skein("parts", "--steps", "2", ranks=2)
         self.assertLess(len(self.files("parts")), len(whole))
         self.assertIn("Resuming from", self.run_skein("parts", ranks=3).stdout)
-        for out in ("two", "three", "threads", "parts"):
+        for out in ("two", "three", "threads", "rows", "parts"):
             files = self.files(out)
             self.assertEqual(set(files), set(whole), out)
             for name in whole:

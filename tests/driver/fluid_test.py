@@ -130,6 +130,44 @@ class Fluid(DriverTest):
                 for field in frame:
                     self.assertTrue(numpy.array_equal(frame[field], whole[name][field]), f"{out}/{name}: {field}")
 
+    def test_rows_of_slabs_are_shared_with_the_same_bits(self):
+        def across(n):
+            return "--set", f"fluid.ranks_across={n}"
+
+        self.run_skein("one")
+        self.run_skein("four_by_one", *across(4), ranks=4)
+        plan = self.run_skein("parts", "--steps", "4", *across(2), ranks=4).stdout
+        self.assertRegex(plan, r"sent +2 slabs of planes, the rows of each on 2 ranks; by a rank in a step: ")
+        self.assertIn("Resuming from", self.run_skein("parts", *across(3), ranks=3).stdout)
+        for out in ("four_by_one", "parts"):
+            self.assertEqual(self.digest(out), self.digest("one"), out)
+            self.assertEqual((self.directory / out / "observables.csv").read_bytes(), (self.directory / "one/observables.csv").read_bytes(), out)
+            for name, frame in self.fields("one").items():
+                for field in frame:
+                    self.assertTrue(numpy.array_equal(frame[field], self.fields(out)[name][field]), f"{out}/{name}: {field}")
+        self.scene.write_text(RODS_IN_FLUID)
+        self.run_skein("rods")
+        self.run_skein("rods_on_four", *across(2), ranks=4)
+        self.assertEqual(self.digest("rods_on_four"), self.digest("rods"))
+
+    def test_a_thin_box_has_more_ranks_than_planes(self):
+        thin = FLUID.replace("[24, 20, 16]", "[24, 20, 2]").replace('"free_slip"', '"periodic"').replace('name = "ball"', 'name = "ball"\nkind = "cylinder"')
+        self.scene.write_text(thin)
+        self.run_skein("one")
+        self.assertIn("1 slab of planes, the rows of each on 4 ranks", self.run_skein("four", ranks=4).stdout)
+        self.assertEqual(self.digest("four"), self.digest("one"))
+        done = self.run_skein("low", "--set", "fluid.cells=[24, 4, 2]", expect=2, ranks=3)
+        self.assertIn("the fluid has 4 rows of cells along y and 2 planes along z, too few for 3 ranks: expected at most 1 slabs of planes times at most 2 ranks of each", done.stderr)
+
+    def test_ranks_that_make_no_slabs_are_refused(self):
+        self.scene.write_text(FLUID.replace("density = 2.0", "ranks_across = 2\ndensity = 2.0"))
+        line = self.scene.read_text().splitlines().index("ranks_across = 2") + 1
+        done = self.run_skein("out", expect=2, ranks=3)
+        self.assertIn(f"{self.scene}:{line}: 'ranks_across': 3 ranks make no slabs of 2 ranks each: expected a divisor of 3", done.stderr)
+        self.scene.write_text(FLUID.replace("[24, 20, 16]", "[24, 20, 4]"))
+        done = self.run_skein("out", "--set", "fluid.ranks_across=1", expect=2, ranks=3)
+        self.assertIn("'ranks_across': the fluid has 4 planes along z, too few for 3 slabs, of 3 ranks, 1 of them in each: expected at most 2 slabs", done.stderr)
+
     def test_rods_stir_a_fluid_alike_on_any_ranks_threads_and_lanes_and_however_often_one_looks(self):
         self.scene.write_text(RODS_IN_FLUID)
         plan = self.run_skein("one").stdout

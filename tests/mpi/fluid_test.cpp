@@ -10,6 +10,7 @@
 #include <functional>
 #include <numbers>
 #include <random>
+#include <utility>
 #include <vector>
 
 namespace skein {
@@ -30,19 +31,49 @@ std::vector<double> random_numbers(const FluidGrid& grid) {
     return all;
 }
 
+/// Ways to share the rows of slabs among so many ranks.
+std::vector<int> ways_across(int ranks) {
+    std::vector<int> all;
+    for (int across = 1; across <= ranks; ++across)
+        if (ranks % across == 0) all.push_back(across);
+    return all;
+}
+
+/// Of all cells, fields one after the other in each plane, from what ranks have in that order.
+std::vector<double> in_order(const Communicator& comm, const FluidGrid& grid, int across, const std::vector<double>& mine) {
+    const std::vector<double> come = comm.all_gather(mine);
+    const std::size_t fields = come.size() / count_of(grid);
+    std::vector<double> all(come.size());
+    auto from = come.begin();
+    for (int r = 0; r < comm.size(); ++r) {
+        const Pencils pencils(grid, r, comm.size(), across);
+        const auto [nx, ny, nz] = grid.cells;
+        for (int k = 0; k < pencils.planes().count; ++k)
+            for (std::size_t f = 0; f < fields; ++f)
+                for (int j = 0; j < pencils.rows().count; ++j, from += nx) {
+                    const std::size_t plane = static_cast<std::size_t>(pencils.planes().first + k) * fields + f,
+                                      row =
+                                          plane * static_cast<std::size_t>(ny) + static_cast<std::size_t>(pencils.rows().first + j);
+                    std::copy_n(from, nx, all.begin() + static_cast<std::ptrdiff_t>(row) * nx);
+                }
+    }
+    return all;
+}
+
 std::vector<double> solved(const Communicator& comm, const Threads& threads, const FluidGrid& grid, const Helmholtz& equation,
-                           const std::vector<double>& f, ColumnExchange exchange = ColumnExchange::transposes) {
-    FastHelmholtz solver(comm, threads, grid, exchange);
-    const Slab slab = slab_of(grid.cells[2], comm.rank(), comm.size());
-    const FieldLayout layout(grid.cells[0], grid.cells[1], slab.count);
+                           const std::vector<double>& f, ColumnExchange exchange = ColumnExchange::transposes, int across = 1) {
+    const Pencils pencils(grid, comm.rank(), comm.size(), across);
+    FastHelmholtz solver(comm, threads, grid, pencils, exchange);
+    const FieldLayout layout = pencils.layout();
     AlignedVector<double> field(layout.size(), 0.0);
     const auto for_cells = [&](auto&& body) {
-        for (int k = 0; k < slab.count; ++k)
+        for (int k = 0; k < layout.nz; ++k)
             for (int j = 0; j < layout.ny; ++j)
                 for (int i = 0; i < layout.nx; ++i) body(static_cast<std::size_t>(layout.at(i, j, k)), i, j, k);
     };
     for_cells([&](std::size_t at, int i, int j, int k) {
-        field[at] = f[static_cast<std::size_t>(((k + slab.first) * layout.ny + j) * layout.nx + i)];
+        const int row = (k + pencils.planes().first) * grid.cells[1] + j + pencils.rows().first;
+        field[at] = f[static_cast<std::size_t>(row * layout.nx + i)];
     });
     // In place, as the fluid does it.
     solver.solve(
@@ -50,7 +81,7 @@ std::vector<double> solved(const Communicator& comm, const Threads& threads, con
         [&](int i, int j, int k, const Pack<8>& p) { store(&field[static_cast<std::size_t>(layout.at(i, j, k))], p); });
     std::vector<double> mine;
     for_cells([&](std::size_t at, int, int, int) { mine.push_back(field[at]); });
-    return comm.all_gather(mine);
+    return in_order(comm, grid, across, mine);
 }
 
 /// The largest difference of (second differences + shift) phi and scale f.
@@ -120,7 +151,26 @@ TEST(FastHelmholtz, SolvesPoissonsEquationWithTheSameBits) {
             EXPECT_LT(residual(grid, pressure_ends(walls), equation, phi, f), 1e-14) << "walls " << walls << " cells " << cells[0];
             EXPECT_EQ(phi, solved(Communicator::alone(), threads, grid, equation, f));
             EXPECT_EQ(phi, solved(comm, team, grid, equation, f));
+            for (const int across : ways_across(comm.size()))
+                EXPECT_EQ(phi, solved(comm, team, grid, equation, f, ColumnExchange::transposes, across))
+                    << "walls " << walls << " cells " << cells[0] << " across " << across;
         }
+}
+
+TEST(FastHelmholtz, SendsEachNumberOnceToEachTransform) {
+    const Communicator comm = Communicator::world();
+    const Threads threads(1);
+    const FluidGrid grid = grid_of({96, 48, 24}, 0);
+    const Helmholtz equation = Helmholtz::of_pressure(grid);
+    for (const int across : ways_across(comm.size())) {
+        const Pencils pencils(grid, comm.rank(), comm.size(), across);
+        FastHelmholtz solver(comm, threads, grid, pencils);
+        const std::int64_t before = Communicator::traffic().bytes;
+        solver.solve(
+            equation, [](int, int, int) { return Pack<8>(1.0); }, [](int, int, int, const Pack<8>&) {});
+        const auto slabs = comm.size() / across, own = static_cast<int>(grid.count()) / comm.size();
+        EXPECT_EQ(Communicator::traffic().bytes - before, 16 * (own / across * (across - 1) + own / slabs * (slabs - 1)));
+    }
 }
 
 /// Of a velocity: (1 - b second differences) phi = f.
@@ -140,6 +190,9 @@ TEST(FastHelmholtz, SolvesForAnyEndsWithTheSameBits) {
             EXPECT_LT(b * residual(grid, ends, equation, slabs, f), 1e-12) << "ends " << which << " b " << b;
             EXPECT_LT(largest_difference(slabs, phi), 1e-12 * largest_of(phi)) << "ends " << which << " b " << b;
             if (b != 25) continue;
+            for (const int across : ways_across(comm.size()))
+                EXPECT_EQ(phi, solved(comm, threads, grid, equation, f, ColumnExchange::transposes, across))
+                    << "ends " << which << " b " << b << " across " << across;
             EXPECT_EQ(phi, solved(Communicator::alone(), threads, grid, equation, f));
             EXPECT_EQ(phi, solved(comm, team, grid, equation, f));
         }
@@ -160,6 +213,10 @@ TEST(SlabColumns, FindWhatWholeColumnsFindButForRounding) {
                 << "walls " << walls << " cells " << cells[0];
             EXPECT_LT(largest_difference(phi, whole), 1e-12 * largest_of(whole)) << "walls " << walls << " cells " << cells[0];
             EXPECT_EQ(phi, solved(comm, team, grid, equation, f, ColumnExchange::interfaces));
+            for (const int across : ways_across(comm.size()))
+                EXPECT_LT(largest_difference(solved(comm, threads, grid, equation, f, ColumnExchange::interfaces, across), whole),
+                          1e-12 * largest_of(whole))
+                    << "walls " << walls << " cells " << cells[0] << " across " << across;
         }
 }
 
@@ -239,7 +296,8 @@ std::vector<FlowConstants> all_kinds() {
                 all.push_back(
                     {.grid = grid_of({24, 20, 16}, walls, wall), .density = 3, .kinematic_viscosity = 2e-3, .scheme = scheme});
             }
-    all.push_back({.grid = grid_of({21, 20, 16}, 0), .kinematic_viscosity = 2e-3}); // rows end within a pack
+    all.push_back({.grid = grid_of({21, 21, 16}, 0), .kinematic_viscosity = 2e-3}); // rows end within a pack, and within a pair
+    all.push_back({.grid = grid_of({24, 20, 2}, 2), .kinematic_viscosity = 2e-3});  // too thin for slabs
     FlowConstants through{.grid = grid_of({24, 20, 16}, 6), .kinematic_viscosity = 1e-2, .inflow = {1, 0.1, 0}};
     through.grid.boundary[0] = FluidBoundary::through;
     all.push_back(through);
@@ -274,16 +332,55 @@ std::vector<double> after_steps(const Communicator& comm, const Threads& threads
     auto flow = make_flow(comm, threads, constants);
     flow->set_velocity(tangled);
     for (int s = 0; s < 2; ++s) flow->step(0.02 * s, 0.02);
-    return comm.all_gather(fields_of(*flow));
+    return in_order(comm, constants.grid, flow->pencils().across(), fields_of(*flow));
 }
 
 TEST(Flow, HasTheSameBitsOnAnyRanksAndThreads) {
     const Threads threads(1), team(2);
-    for (const FlowConstants& constants : all_kinds()) {
+    for (FlowConstants constants : all_kinds()) {
         const std::vector<double> here = after_steps(Communicator::world(), threads, constants);
         EXPECT_EQ(here, after_steps(Communicator::alone(), threads, constants));
         EXPECT_EQ(here, after_steps(Communicator::world(), team, constants));
+        for (const int across : ways_across(Communicator::world().size())) {
+            constants.ranks_across = across;
+            if (across == 1 || !unshared(constants, Communicator::world().size()).empty()) continue;
+            EXPECT_EQ(here, after_steps(Communicator::world(), threads, constants)) << across << " ranks across";
+        }
     }
+}
+
+TEST(Pencils, HaveEachCellOnceAndAreRefusedWhereTheyAreTooThin) {
+    const FluidGrid grid = grid_of({24, 21, 9}, 0);
+    for (const auto& [ranks, across] : {std::pair{1, 1}, {4, 1}, {4, 2}, {20, 5}, {10, 10}, {40, 10}}) {
+        EXPECT_EQ(unshared(grid, ranks, across), "");
+        std::vector<int> of(21 * 9, -1), modes(24, -1);
+        for (int r = 0; r < ranks; ++r) {
+            const Pencils pencils(grid, r, ranks, across);
+            EXPECT_GE(pencils.planes().count, ranks / across > 1 ? 2 : 9);
+            EXPECT_GE(pencils.rows().count, across > 1 ? 2 : 21);
+            for (int k = 0; k < pencils.planes().count; ++k)
+                for (int j = 0; j < pencils.rows().count; ++j) {
+                    const int row = pencils.rows().first + j, plane = pencils.planes().first + k;
+                    EXPECT_EQ(std::exchange(of[static_cast<std::size_t>(plane * 21 + row)], r), -1);
+                    EXPECT_EQ(pencils.rank_of_cell(row, plane), r);
+                }
+            if (pencils.slab() > 0) continue;
+            const Slab own = pencils.modes(pencils.share());
+            for (int m = 0; m < own.count; ++m) EXPECT_EQ(std::exchange(modes[static_cast<std::size_t>(own.first + m)], r), -1);
+        }
+        EXPECT_EQ(std::count(of.begin(), of.end(), -1), 0);
+        EXPECT_EQ(std::count(modes.begin(), modes.end(), -1), 0);
+    }
+    EXPECT_EQ(fewest_across(grid, 4), 1);
+    EXPECT_EQ(fewest_across(grid, 5), 5);
+    EXPECT_EQ(fewest_across(grid, 6), 2);
+    EXPECT_EQ(fewest_across(grid, 11), 0);
+    EXPECT_EQ(fewest_across(grid, 40), 10);
+    EXPECT_EQ(fewest_across(grid, 44), 0);
+    EXPECT_NE(unshared(grid, 6, 4).find("expected a divisor of 6"), std::string::npos);
+    EXPECT_NE(unshared(grid, 11, 11).find("expected at most 10"), std::string::npos);
+    EXPECT_NE(unshared(grid, 10, 2).find("expected at most 4 slabs"), std::string::npos);
+    EXPECT_NE(unshared(grid, 44, 0).find("too few for 44 ranks"), std::string::npos);
 }
 
 /// Columns slab by slab, of the pressure and of implicit viscosity: the flow of whole columns but for rounding, the same bits on
@@ -364,8 +461,9 @@ TEST(Flow, ShearDecaysBetweenWalls) {
         const FieldLayout layout = flow->layout();
         double most = 0;
         for (int k = 0; k < layout.nz; ++k)
-            most = std::max(most, std::abs(flow->velocity(0)[static_cast<std::size_t>(layout.at(1, 1, k))] -
-                                           std::sin(pi * (flow->slab().first + k + 0.5) / n) * std::exp(-0.1 * pi * pi * 0.4)));
+            most = std::max(
+                most, std::abs(flow->velocity(0)[static_cast<std::size_t>(layout.at(1, 1, k))] -
+                               std::sin(pi * (flow->pencils().planes().first + k + 0.5) / n) * std::exp(-0.1 * pi * pi * 0.4)));
         error[fine] = most;
     }
     EXPECT_GT(std::log2(error[0] / error[1]), 1.95);

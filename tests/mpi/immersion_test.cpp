@@ -1,5 +1,6 @@
 // Bodies in a fluid: the same bits on any ranks, what they give the fluid, and the drag of a sphere.
 #include "fluid/make_flow.hpp"
+#include "fluid/whole_planes.hpp"
 #include "immersion/immersion.hpp"
 
 #include <gtest/gtest.h>
@@ -28,17 +29,17 @@ std::vector<Obstacle> moving_bodies() {
 }
 
 struct Swum {
-    std::vector<double> velocity;
+    std::vector<double> state;
     Vec3d given{0, 0, 0}, gained{0, 0, 0};
     double slip = 0, speed = 0;
 };
 
-Swum swum(const Communicator& comm, const Threads& threads, FlowScheme scheme, DeltaKind delta) {
+Swum swum(const Communicator& comm, const Threads& threads, FlowScheme scheme, DeltaKind delta, int across = 1) {
     FlowConstants constants = still_box({24, 20, 16});
-    constants.scheme = scheme;
+    constants.scheme = scheme, constants.ranks_across = across;
     auto flow = make_flow(comm, threads, constants);
     flow->set_velocity([](const Vec3d&) { return Vec3d{0, 0, 0}; });
-    Immersion bodies(comm, threads, constants.grid, {.delta = delta, .sweeps = 3}, moving_bodies());
+    Immersion bodies(comm, threads, constants.grid, {.delta = delta, .sweeps = 3}, moving_bodies(), nullptr, across);
     flow->set_forcing(&bodies.forcing());
     bodies.begin_interval(0);
     for (int s = 0; s < 6; ++s) flow->step(0.03 * s, 0.03);
@@ -47,13 +48,11 @@ Swum swum(const Communicator& comm, const Threads& threads, FlowScheme scheme, D
     const FlowFigures figures = figures_of(comm, *flow);
     all.gained = figures.momentum, all.speed = figures.speed;
     all.slip = bodies.forcing().slip();
-    const FieldLayout layout = flow->layout();
+    WholeState state(comm, *flow);
     std::vector<double> mine;
-    for (int k = 0; k < layout.nz; ++k)
-        for (int c = 0; c < 3; ++c)
-            for (int j = 0; j < layout.ny; ++j)
-                for (int i = 0; i < layout.nx; ++i) mine.push_back(flow->velocity(c)[static_cast<std::size_t>(layout.at(i, j, k))]);
-    all.velocity = comm.all_gather(mine);
+    for (int k = 0; k < state.planes().count; ++k)
+        state.for_rows(k, [&](std::span<double> row) { mine.insert(mine.end(), row.begin(), row.end()); });
+    all.state = comm.all_gather(mine);
     return all;
 }
 
@@ -63,8 +62,15 @@ TEST(Obstacles, HaveTheSameBitsOnAnyRanksAndGiveWhatTheFluidGains) {
          {FlowScheme::rk3, FlowScheme::rk3_projected, FlowScheme::adams_bashforth, FlowScheme::crank_nicolson})
         for (const DeltaKind delta : {DeltaKind::three_point, DeltaKind::four_point}) {
             const Swum here = swum(Communicator::world(), threads, scheme, delta);
-            EXPECT_EQ(here.velocity, swum(Communicator::alone(), threads, scheme, delta).velocity);
-            EXPECT_EQ(here.velocity, swum(Communicator::world(), team, scheme, delta).velocity);
+            EXPECT_EQ(here.state, swum(Communicator::alone(), threads, scheme, delta).state);
+            EXPECT_EQ(here.state, swum(Communicator::world(), team, scheme, delta).state);
+            for (const int across : {2, Communicator::world().size()}) {
+                if (across == 1 || Communicator::world().size() % across != 0) continue;
+                const Swum pencils = swum(Communicator::world(), team, scheme, delta, across);
+                EXPECT_EQ(here.state, pencils.state) << across << " ranks across";
+                EXPECT_EQ(here.slip, pencils.slip);
+                EXPECT_EQ(here.given.x, pencils.given.x);
+            }
             EXPECT_GT(norm(here.gained), 1e-3);
             EXPECT_LT(norm(here.given - here.gained), 1e-13);
             EXPECT_LT(here.slip, 0.1 * here.speed);

@@ -93,7 +93,7 @@ template <class Body> void for_cells(const FlowSolver& flow, int across, int str
     for (int k = 0; k < layout.nz; ++k)
         for (int j = 0; j < layout.ny; ++j)
             for (int i = 0; i < layout.nx; ++i) {
-                const Vec3d place = flow.constants().grid.h * Vec3d{i + 0.5, j + 0.5, flow.slab().first + k + 0.5};
+                const Vec3d place = flow.constants().grid.h * Vec3d{i + 0.5, j + 0.5, flow.pencils().planes().first + k + 0.5};
                 body(flow.velocity(stream)[static_cast<std::size_t>(layout.at(i, j, k))], component(place, across));
             }
 }

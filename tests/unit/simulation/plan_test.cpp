@@ -89,6 +89,32 @@ TEST(Plan, PredictsStepsOfAFluidFromWhatIsFastest) {
     expect(4 * 4, 0.5, "fluid.expected_speed");
 }
 
+/// What docs/performance.md says of pencils.
+TEST(Plan, TellsWhatRanksSendThatShareTheRowsOfSlabs) {
+    SceneSpec scene = read_scene((fs::path(SKEIN_SOURCE_DIR) / "tests/unit/simulation/large_fluid.toml").string());
+    const auto expect = [&](int ranks, int across, const std::string& told) {
+        scene.fluid->ranks_across = across;
+        const std::string text = to_text(make_plan(scene, {}, {.ranks = ranks}));
+        EXPECT_NE(text.find(told), std::string::npos) << text;
+    };
+    expect(
+        32, 4,
+        "8 slabs of planes, the rows of each on 4 ranks; by a rank in a step: 319 MB in transposes (319 MB a solve), 83.6 MB as");
+    expect(160, 0, "    sent        by a rank in a step: 39.1 MB in transposes (39.1 MB a solve), 216 MB as ghosts");
+    expect(160, 8, "71.8 MB in transposes (71.8 MB a solve), 38.8 MB as ghosts");
+    expect(320, 0, "19.6 MB in transposes (19.6 MB a solve), 216 MB as ghosts");
+    expect(320, 16, "37.1 MB in transposes (37.1 MB a solve), 25.3 MB as ghosts");
+    expect(
+        640, 0,
+        "320 slabs of planes, the rows of each on 2 ranks; by a rank in a step: 14.7 MB in transposes (14.7 MB a solve), 109 MB");
+    expect(640, 16, "18.8 MB in transposes (18.8 MB a solve), 19.4 MB as ghosts");
+    expect(1280, 0, "8.59 MB in transposes (8.59 MB a solve), 54.8 MB as ghosts");
+    expect(1280, 32, "9.55 MB in transposes (9.55 MB a solve), 12.7 MB as ghosts");
+    expect(1280, 32, "(112 B per cell)");
+    expect(641, 0, "too few for 641 ranks: expected at most 320 slabs of planes times at most 320 ranks of each");
+    expect(640, 3, "640 ranks make no slabs of 3 ranks each: expected a divisor of 640");
+}
+
 /// The plan that docs/tour.md explains, line by line, in blocks of code.
 TEST(Plan, IsThatOfTheTour) {
     const SceneSpec scene = read_scene((fs::path(SKEIN_SOURCE_DIR) / "apps/cilia_carpet/row_8.toml").string());

@@ -1,6 +1,7 @@
-// Ranks whose slabs are beside a rank's own.
+// Ranks whose cells are beside a rank's own, along y or along z.
 #pragma once
 
+#include "fluid/pencils.hpp"
 #include "parallel/communicator.hpp"
 #include "parallel/messages.hpp"
 
@@ -10,12 +11,22 @@
 
 namespace skein {
 
-struct SlabNeighbours {
+struct Neighbours {
     int below, above; ///< ranks; -1: none
 
-    SlabNeighbours(const Communicator& comm, bool periodic) : below(comm.rank() - 1), above(comm.rank() + 1) {
-        if (below < 0 && periodic) below = comm.size() - 1;
-        if (above == comm.size()) above = periodic ? 0 : -1;
+    /// Along z.
+    static Neighbours of_slabs(const Pencils& pencils, bool periodic) {
+        return of(pencils.slab(), pencils.slabs(), periodic, [&](int slab) { return pencils.rank_of(slab, pencils.share()); });
+    }
+    /// Along y.
+    static Neighbours of_rows(const Pencils& pencils, bool periodic) {
+        return of(pencils.share(), pencils.across(), periodic, [&](int share) { return pencils.rank_of(pencils.slab(), share); });
+    }
+
+private:
+    template <class Rank> static Neighbours of(int own, int count, bool periodic, Rank&& rank) {
+        const auto next = [&](int at) { return at >= 0 && at < count ? rank(at) : periodic ? rank((at + count) % count) : -1; };
+        return {next(own - 1), next(own + 1)};
     }
 };
 
@@ -23,7 +34,7 @@ struct SlabNeighbours {
 class NeighbourParts {
 public:
     using Numbers = std::span<double>;
-    explicit NeighbourParts(const SlabNeighbours& ranks) : ranks_(ranks) {}
+    explicit NeighbourParts(const Neighbours& ranks) : ranks_(ranks) {}
 
     void add(Numbers lowest, Numbers uppermost, Numbers from_below, Numbers from_above) {
         const auto part = [](int rank, Numbers numbers) { return RepeatedMessages::Part{rank, std::as_writable_bytes(numbers)}; };
@@ -36,7 +47,7 @@ public:
     RepeatedMessages messages(const Communicator& comm) const { return {comm, sent_, received_}; }
 
 private:
-    SlabNeighbours ranks_;
+    Neighbours ranks_;
     std::vector<RepeatedMessages::Part> sent_, received_;
 };
 

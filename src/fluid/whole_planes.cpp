@@ -1,0 +1,125 @@
+#include "fluid/whole_planes.hpp"
+
+#include <algorithm>
+#include <cstring>
+
+namespace skein {
+
+PlaneExchange::PlaneExchange(const Communicator& comm, const FluidGrid& grid, const Pencils& pencils, int ghosts)
+    : comm_(comm), grid_(grid), pencils_(pencils), ghosts_(ghosts), planes_(planes_of(pencils.share())),
+      layout_(grid.cells[0], grid.cells[1], planes_.count), of_rows_(pencils.layout()) {}
+
+Slab PlaneExchange::planes_of(int share) const {
+    return slab_of(grid_.cells[2], pencils_.rank_of(pencils_.slab(), share), pencils_.ranks());
+}
+
+Slab PlaneExchange::rows_with_ghosts(int share) const {
+    Slab rows = pencils_.rows(share);
+    if (share == 0) rows.first -= ghosts_, rows.count += ghosts_;
+    if (share + 1 == pencils_.across()) rows.count += ghosts_;
+    return rows;
+}
+
+template <class Body> void PlaneExchange::for_sent(Body&& body) const {
+    const Slab rows = rows_with_ghosts(pencils_.share());
+    for (int share = 0; share < pencils_.across(); ++share) {
+        const Slab planes = planes_of(share);
+        if (planes.count == 0) continue;
+        const int first = planes.first - pencils_.planes().first;
+        for (int k = -ghosts_; k < planes.count + ghosts_; ++k)
+            for (int j = rows.first; j < rows.first + rows.count; ++j) body(share, j - pencils_.rows().first, first + k);
+    }
+}
+
+template <class Body> void PlaneExchange::for_received(Body&& body) const {
+    if (planes_.count == 0) return;
+    for (int share = 0; share < pencils_.across(); ++share) {
+        const Slab rows = rows_with_ghosts(share);
+        for (int k = -ghosts_; k < planes_.count + ghosts_; ++k)
+            for (int j = rows.first; j < rows.first + rows.count; ++j) body(share, j, k);
+    }
+}
+
+/// Rows of numbers to ranks by share.
+std::vector<double> PlaneExchange::exchanged(std::span<const double> sent, std::span<const std::int64_t> of_shares) const {
+    std::vector<std::int64_t> counts(static_cast<std::size_t>(comm_.size()), 0), come;
+    for (int share = 0; share < pencils_.across(); ++share)
+        counts[static_cast<std::size_t>(pencils_.rank_of(pencils_.slab(), share))] = of_shares[static_cast<std::size_t>(share)];
+    const std::vector<std::byte> arrived =
+        comm_.all_to_all(std::as_bytes(sent), static_cast<std::size_t>(layout_.row) * sizeof(double), counts, come);
+    std::vector<double> numbers(arrived.size() / sizeof(double));
+    if (!arrived.empty()) std::memcpy(numbers.data(), arrived.data(), arrived.size());
+    return numbers;
+}
+
+void PlaneExchange::to_planes(std::span<const double> rows, std::span<double> planes) const {
+    std::vector<double> sent;
+    std::vector<std::int64_t> counts(static_cast<std::size_t>(pencils_.across()), 0);
+    for_sent([&](int share, int j, int k) {
+        const auto row = rows.begin() + of_rows_.at(0, j, k) - FieldLayout::before;
+        sent.insert(sent.end(), row, row + of_rows_.row);
+        ++counts[static_cast<std::size_t>(share)];
+    });
+    const std::vector<double> come = exchanged(sent, counts);
+    auto from = come.begin();
+    for_received([&](int, int j, int k) {
+        std::copy_n(from, layout_.row, planes.begin() + layout_.at(0, j, k) - FieldLayout::before);
+        from += layout_.row;
+    });
+}
+
+void PlaneExchange::to_rows(std::span<const double> planes, std::span<double> rows) const {
+    std::vector<double> sent;
+    std::vector<std::int64_t> counts(static_cast<std::size_t>(pencils_.across()), 0);
+    for_received([&](int share, int j, int k) {
+        const auto row = planes.begin() + layout_.at(0, j, k) - FieldLayout::before;
+        sent.insert(sent.end(), row, row + layout_.row);
+        ++counts[static_cast<std::size_t>(share)];
+    });
+    const std::vector<double> come = exchanged(sent, counts);
+    auto from = come.begin();
+    for_sent([&](int, int j, int k) {
+        std::copy_n(from, layout_.row, rows.begin() + of_rows_.at(0, j, k) - FieldLayout::before);
+        from += layout_.row;
+    });
+}
+
+FlowPlanes::FlowPlanes(const Communicator& comm, const FlowSolver& flow)
+    : flow_(flow), exchange_(comm, flow.constants().grid, flow.pencils(), FieldLayout::ghosts) {}
+
+void FlowPlanes::take() {
+    for (std::size_t f = 0; f < fields_.size(); ++f) {
+        fields_[f] = f < 3 ? flow_.velocity(static_cast<int>(f)) : flow_.pressure();
+        if (flow_.pencils().across() == 1) continue;
+        copies_[f].resize(layout().size());
+        exchange_.to_planes(fields_[f], copies_[f]);
+        fields_[f] = copies_[f];
+    }
+}
+
+void FlowPlanes::release() {
+    for (auto& field : fields_) field = {};
+    for (auto& copy : copies_) copy = {};
+}
+
+WholeState::WholeState(const Communicator& comm, FlowSolver& flow)
+    : flow_(flow), exchange_(comm, flow.constants().grid, flow.pencils(), 0), fields_(flow.state()) {
+    if (flow.pencils().across() == 1) return;
+    copies_.resize(fields_.size());
+    for (std::size_t f = 0; f < fields_.size(); ++f) {
+        copies_[f].resize(exchange_.layout().size());
+        exchange_.to_planes(fields_[f], copies_[f]);
+        fields_[f] = copies_[f];
+    }
+}
+
+std::size_t WholeState::numbers_of_plane() const {
+    return fields_.size() * static_cast<std::size_t>(exchange_.layout().nx) * static_cast<std::size_t>(exchange_.layout().ny);
+}
+
+void WholeState::put_back() {
+    const auto state = flow_.state();
+    for (std::size_t f = 0; f < copies_.size(); ++f) exchange_.to_rows(copies_[f], state[f]);
+}
+
+} // namespace skein
