@@ -24,8 +24,9 @@ namespace skein {
 struct MuscleFormula {
     static constexpr std::string_view kind = "muscle_formula", label = "muscles by formula";
     static constexpr bool for_rigid_bodies = false;
-    std::vector<std::string> moment, curvature; ///< one of them
+    std::vector<std::string> moment;
     LoadFrame frame = LoadFrame::body;
+    std::vector<std::string> curvature = {}; ///< in the place of `moment`
 
     void fields(FieldVisitor& f) {
         f.visit({.name = "moment",

@@ -234,6 +234,10 @@ GroupPlan plan_group(const SceneSpec& scene, const std::vector<Load>& loads, con
     limit_by_stiffness(p, group);
     limit_by_drag(p, group, scheme_of(scene.time.integrator));
     if (joints) limit_by_joints(p, *joints, scheme_of(scene.time.integrator));
+    if (feels_fluid(scene) && group.sized())
+        throw InputError(fmt::format("{}: rods of '{}' have sizes of their own, and such do not feel a fluid yet: "
+                                     "immersion.coupling = \"one_way\" has them move as if there were none",
+                                     group.spec().source.empty() ? scene.file : group.spec().source, group.name()));
     if (feels_fluid(scene)) p.inertia_share = InertiaInFluid(group.spec().material.density / scene.fluid->density).felt;
     for (TimeLimit& limit : p.limits) limit.dt *= std::sqrt(p.inertia_share);
     p.tension_limit = tension_limit(group);

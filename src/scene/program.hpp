@@ -130,7 +130,7 @@ struct AuditBalance {
 using PassSpec = std::variant<pass::Drift, pass::CloseRing, pass::AuditEnds, pass::MoveEnds, pass::Orthonormalise, pass::Expose,
                               pass::ExposeSurface, pass::Elastic, pass::Unstrained, pass::AuditInner, pass::ApplyLoad,
                               pass::TakeJoinedLoads, pass::Walls, pass::SurfaceWalls, pass::TakeLoads, pass::TakeSurfaceLoads,
-                              pass::FeelFluid, pass::FoldRing, pass::AuditLoads, pass::Kick, pass::NoteForces, pass::Relax,
+                              pass::FoldRing, pass::AuditLoads, pass::FeelFluid, pass::Kick, pass::NoteForces, pass::Relax,
                               pass::Filter, pass::Slide, pass::Hold, pass::AuditBalance>;
 
 std::string_view name_of(const PassSpec& pass);

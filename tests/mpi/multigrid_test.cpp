@@ -119,7 +119,7 @@ double relative_residual(const TensorGrid& grid, const std::vector<double>& phi,
 
 std::vector<double> solved_directly(const Communicator& comm, const FluidGrid& grid, const std::vector<double>& f) {
     const Threads threads(1);
-    FastHelmholtz solver(comm, threads, grid);
+    FastHelmholtz solver(comm, threads, grid, Pencils(grid, comm.rank(), comm.size()));
     const auto [nx, ny, nz] = grid.cells;
     const Slab slab = slab_of(nz, comm.rank(), comm.size());
     std::vector<double> source(f), phi(f.size() + 8);
