@@ -11,6 +11,7 @@
 #include "parallel/threads.hpp"
 #include "skein/core/aligned.hpp"
 
+#include <algorithm>
 #include <vector>
 
 namespace skein {
@@ -121,36 +122,74 @@ public:
             for (int j = 0; j < own_.count; ++j) add_row(column_.data(), j, own_.count);
             return;
         }
-        const int planes = pencils.planes().count;
+        const int planes = pencils.planes().count, chunks = chunks_of(comm, grid, pencils);
         spectrum_ = UnsetArray<double>(numbers(planes, grid.cells[1]));
-        std::vector<RepeatedMessages::Part> of_planes, of_modes;
+        std::vector<std::vector<RepeatedMessages::Part>> of_planes(static_cast<std::size_t>(chunks)), of_modes = of_planes;
         for (int s = 0; s < pencils.slabs(); ++s) {
             const int rank = pencils.rank_of(s, pencils.share());
             const Slab other = pencils.planes(s), modes = slab_of(grid.cells[1], s, pencils.slabs());
             double *const to = spectrum_.data() + numbers(planes, modes.first), *const from = column_.data() +
                                                                                               numbers(other.first, own_.count);
-            of_planes.push_back({rank, std::as_writable_bytes(std::span(to, numbers(planes, modes.count)))});
-            of_modes.push_back({rank, std::as_writable_bytes(std::span(from, numbers(other.count, own_.count)))});
+            for (int c = 0; c < chunks; ++c) {
+                const Slab mine = slab_of(planes, c, chunks), theirs = slab_of(other.count, c, chunks);
+                const auto part = [&](double* all, const Slab& of, int row_count) {
+                    return RepeatedMessages::Part{
+                        rank, std::as_writable_bytes(std::span(all + numbers(of.first, row_count), numbers(of.count, row_count)))};
+                };
+                of_planes[static_cast<std::size_t>(c)].push_back(part(to, mine, modes.count));
+                of_modes[static_cast<std::size_t>(c)].push_back(part(from, theirs, own_.count));
+            }
             for (int j = 0; j < modes.count; ++j) add_row(to, j, modes.count);
         }
-        to_columns_ = RepeatedMessages(comm, of_planes, of_modes);
-        to_planes_ = RepeatedMessages(comm, of_modes, of_planes);
+        for (int c = 0; c < chunks; ++c) {
+            const auto &sent = of_planes[static_cast<std::size_t>(c)], &come = of_modes[static_cast<std::size_t>(c)];
+            chunks_.push_back({slab_of(planes, c, chunks), RepeatedMessages(comm, sent, come), RepeatedMessages(comm, come, sent)});
+        }
     }
 
     /// Of modes along y, of this rank's planes.
     const PlaneRows& rows() const { return rows_; }
-    /// From right sides to answers. Collective.
+    /// Of this rank's planes, chunk by chunk: works out their right sides, by body(first, behind). What has been worked out is on
+    /// its way meanwhile. Collective.
+    template <class Body> void send(int planes, Body&& body) {
+        if (chunks_.empty()) return body(0, planes);
+        for (Chunk& chunk : chunks_) {
+            body(chunk.planes.first, chunk.planes.first + chunk.planes.count);
+            chunk.to_columns.start();
+        }
+        for (Chunk& chunk : chunks_) chunk.to_columns.finish();
+    }
+    /// From right sides to answers.
     void solve(const Helmholtz& equation) {
-        to_columns_.start(), to_columns_.finish();
         threads_.for_each(static_cast<std::size_t>(own_.count), [&](std::size_t j, int thread) {
             solve(equation, static_cast<int>(j), work_[static_cast<std::size_t>(thread)]);
         });
-        to_planes_.start(), to_planes_.finish();
+    }
+    /// Of this rank's planes, as send(): takes their answers. Those of later chunks are on their way meanwhile. Collective.
+    template <class Body> void receive(int planes, Body&& body) {
+        if (chunks_.empty()) return body(0, planes);
+        for (Chunk& chunk : chunks_) chunk.to_planes.start();
+        for (Chunk& chunk : chunks_) {
+            chunk.to_planes.finish();
+            body(chunk.planes.first, chunk.planes.first + chunk.planes.count);
+        }
     }
 
     std::size_t bytes() const { return (column_.size() + spectrum_.size()) * sizeof(double); }
 
 private:
+    /// Planes whose numbers are sent together.
+    struct Chunk {
+        Slab planes;
+        RepeatedMessages to_columns, to_planes;
+    };
+    /// The same on all ranks: up to four, of a plane for each thread or more.
+    int chunks_of(const Communicator& comm, const FluidGrid& grid, const Pencils& pencils) const {
+        const std::int64_t threads = comm.max(static_cast<std::int64_t>(threads_.count()));
+        return static_cast<int>(std::clamp<std::int64_t>(grid.cells[2] / pencils.slabs() / threads, 1, most_chunks));
+    }
+    static constexpr int most_chunks = 4;
+
     std::size_t numbers(int planes, int modes) const {
         return static_cast<std::size_t>(planes) * static_cast<std::size_t>(modes) * static_cast<std::size_t>(row_);
     }
@@ -181,8 +220,8 @@ private:
     UnsetArray<double> column_;   ///< [z][y mode][x mode]
     UnsetArray<double> spectrum_; ///< [slab][plane][y mode][x mode], to be sent; none of one slab
     PlaneRows rows_;
-    RepeatedMessages to_columns_, to_planes_; ///< none of one slab
-    std::vector<Columns::Work> work_;         ///< by thread
+    std::vector<Chunk> chunks_;       ///< none of one slab
+    std::vector<Columns::Work> work_; ///< by thread
 };
 
 } // namespace skein

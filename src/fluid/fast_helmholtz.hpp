@@ -17,7 +17,7 @@ public:
     using P = Pack<8>;
     FastHelmholtz(const Communicator& comm, const Threads& threads, const FluidGrid& grid, const Pencils& pencils,
                   ColumnExchange exchange = ColumnExchange::transposes)
-        : threads_(threads), planes_(static_cast<std::size_t>(pencils.planes().count)) {
+        : threads_(threads), planes_(pencils.planes().count) {
         if (exchange == ColumnExchange::interfaces && pencils.slabs() > 1) slabs_.emplace(comm, threads, grid, pencils);
         else whole_.emplace(comm, threads, grid, pencils);
         if (pencils.across() > 1) shared_.emplace(comm, grid, pencils);
@@ -33,23 +33,30 @@ public:
         if (shared_) {
             for_planes([&](Work& work, int k) { work.x.forward(equation.x, k, shared_->of_rows(), source); });
             shared_->to_modes();
-            for_planes([&](Work& work, int k) { work.y.forward(equation.y, k, shared_->of_modes(), columns); });
-        } else
-            for_planes([&](Work& work, int k) { // which stays in the cache
-                work.x.forward(equation.x, k, source);
-                work.y.forward(equation.y, k, work.x.tiles(equation.x), columns);
-            });
-        if (slabs_) slabs_->solve(equation);
-        else whole_->solve(equation);
+        }
+        const auto forward = [&](Work& work, int k) {
+            if (shared_) return work.y.forward(equation.y, k, shared_->of_modes(), columns);
+            work.x.forward(equation.x, k, source); // a plane stays in the cache between both
+            work.y.forward(equation.y, k, work.x.tiles(equation.x), columns);
+        };
+        const auto back = [&](Work& work, int k) {
+            if (shared_) return work.y.back(equation.y, k, columns, shared_->of_modes());
+            work.y.back(equation.y, k, columns, work.x.tiles(equation.x));
+            work.x.back(equation.x, k, sink);
+        };
+        if (slabs_) {
+            for_planes(forward);
+            slabs_->solve(equation);
+            for_planes(back);
+        } else {
+            whole_->send(planes_, [&](int first, int behind) { for_planes(first, behind, forward); });
+            whole_->solve(equation);
+            whole_->receive(planes_, [&](int first, int behind) { for_planes(first, behind, back); });
+        }
         if (shared_) {
-            for_planes([&](Work& work, int k) { work.y.back(equation.y, k, columns, shared_->of_modes()); });
             shared_->to_rows();
             for_planes([&](Work& work, int k) { work.x.back(equation.x, k, shared_->of_rows(), sink); });
-        } else
-            for_planes([&](Work& work, int k) {
-                work.y.back(equation.y, k, columns, work.x.tiles(equation.x));
-                work.x.back(equation.x, k, sink);
-            });
+        }
     }
 
     std::size_t bytes() const { return (slabs_ ? slabs_->bytes() : whole_->bytes()) + (shared_ ? shared_->bytes() : 0); }
@@ -59,13 +66,15 @@ private:
         TransformAlongX x;
         TransformAlongY y;
     };
-    template <class Body> void for_planes(Body&& body) {
-        threads_.for_each(planes_,
-                          [&](std::size_t k, int thread) { body(work_[static_cast<std::size_t>(thread)], static_cast<int>(k)); });
+    template <class Body> void for_planes(int first, int behind, Body&& body) {
+        threads_.for_each(static_cast<std::size_t>(behind - first), [&](std::size_t k, int thread) {
+            body(work_[static_cast<std::size_t>(thread)], first + static_cast<int>(k));
+        });
     }
+    template <class Body> void for_planes(Body&& body) { for_planes(0, planes_, body); }
 
     const Threads& threads_;
-    std::size_t planes_;
+    int planes_;
     std::optional<TransposedColumns> whole_; ///< columns: these or the next ones
     std::optional<SlabColumns> slabs_;
     std::optional<RowExchange> shared_; ///< none where this rank has all rows of its planes

@@ -164,7 +164,9 @@ std::string to_text(const Plan& p) {
         line("  overlap", overlap_text(p.outlook, p.contact->law, p.contact_laws->materials() == 1, p.contact->overlap));
     }
     for (std::size_t w = 0; w < p.walls.size(); ++w) line("wall", wall_text(p.walls[w], p.outlook.wall_overlaps[w]));
-    if (is_coupled(p) && !p.groups.empty()) line("protocol", "one step per visit: rods wait for each other");
+    const bool servos = std::any_of(p.walls.begin(), p.walls.end(), [](const Wall& wall) { return wall.servo.drives(); });
+    if (p.contact || servos) line("protocol", "one step per visit: rods wait for each other");
+    else if (is_coupled(p) && !p.groups.empty()) line("protocol", "rods by themselves until the fluid meets them");
     if (p.contact) line("coupling", coupling_text(p));
     if (p.integrator != Integrator::verlet)
         line("integrator", fmt::format("{}, limits times {:.4g}", integrator_names[static_cast<std::size_t>(p.integrator)],

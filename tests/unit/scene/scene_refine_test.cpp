@@ -55,7 +55,8 @@ TEST(SceneRefine, EveryListOfNumbersHasARuleOrNeedsNone) {
     // A new key that takes a list may be one per element, node or vertex: give it a rule in scene_refine.cpp, or refine() of its
     // load, or say here that it is of something else.
     const std::set<std::string> ruled = {
-        "profile", "table", "length_profile", "rest_curvature_profile", "start_curvature_profile", "nodes", "elements"};
+        "profile", "profile_2", "table", "length_profile", "rest_curvature_profile", "start_curvature_profile",
+        "nodes",   "elements"};
     const std::set<std::string> of_something_else = {
         "coefficients", "shear_factors", "bending_stiffness", "counts",        "spacing",
         "origins",      "tangents",      "normals",           "elevation",     "azimuth",
