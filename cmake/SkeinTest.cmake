@@ -51,12 +51,12 @@ function(skein_unit_test name)
   add_dependencies(sanitized_tests ${name})
 endfunction()
 
-# What Open MPI needs to run as root, in a container, with more ranks than cores; a rank by itself starts no daemon. Nor does it
-# look for graphics processors by a display, which may be another test's and end before it.
+# What Open MPI needs to run as root, in a container, with more ranks than cores. It is not to look for graphics
+# processors by a display, which may be another test's and end before it.
 set(SKEIN_MPI_ENVIRONMENT
   OMPI_ALLOW_RUN_AS_ROOT=1 OMPI_ALLOW_RUN_AS_ROOT_CONFIRM=1 OMPI_MCA_rmaps_base_oversubscribe=1
   OMPI_MCA_hwloc_base_binding_policy=none OMPI_MCA_btl_vader_single_copy_mechanism=none OMPI_MCA_mpi_yield_when_idle=1
-  OMPI_MCA_ess_singleton_isolated=1 HWLOC_COMPONENTS=-gl)
+  HWLOC_COMPONENTS=-gl)
 
 # skein_mpi_run(<test name> RANKS <n> COMMAND ...): one ctest case of the label mpi.
 function(skein_mpi_run name)
