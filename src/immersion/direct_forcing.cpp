@@ -6,12 +6,6 @@
 
 namespace skein {
 
-namespace {
-
-Vec3d by_component(const Vec3d& a, const Vec3d& b) { return {a.x * b.x, a.y * b.y, a.z * b.z}; }
-
-} // namespace
-
 DirectForcing::DirectForcing(const Communicator& comm, const Threads& threads, const FluidGrid& grid, const ForcingNumbers& numbers,
                              std::size_t bodies, Place place, bool moves, int across)
     : comm_(comm), grid_(grid), numbers_(numbers), place_(std::move(place)), moves_(moves),
@@ -85,7 +79,7 @@ void DirectForcing::hold(const FlowStage& stage) {
 double DirectForcing::least_slips(std::span<const Vec3d> answer) const {
     std::vector<double> terms[2];
     for (std::size_t m = 0; m < answer.size(); ++m) {
-        const Vec3d weighted = by_component(weight_[m], answer[m]);
+        const Vec3d weighted = scale(weight_[m], answer[m]);
         terms[0].push_back(dot(weighted, difference_[m])), terms[1].push_back(dot(weighted, answer[m]));
     }
     const std::vector<double> sums = exact_sums(comm_, terms);
@@ -98,7 +92,7 @@ void DirectForcing::apply_implicitly(const FlowStage& stage) {
     find_differences(stage);
     for (int sweep = 0; sweep < numbers_.sweeps; ++sweep) {
         if (numbers_.slip > 0 && largest_difference() < numbers_.slip) break;
-        for (std::size_t m = 0; m < push.size(); ++m) push[m] = by_component(weight_[m], difference_[m]);
+        for (std::size_t m = 0; m < push.size(); ++m) push[m] = scale(weight_[m], difference_[m]);
         stage.response->clear();
         planes_.spread(push, stage.scratch);
         stage.response->respond();
@@ -128,7 +122,7 @@ void DirectForcing::apply(const FlowStage& stage) {
     for (int sweep = 0; sweep < numbers_.sweeps; ++sweep) {
         if (numbers_.slip > 0 && largest_difference() < numbers_.slip) break;
         for (std::size_t m = 0; m < change.size(); ++m) {
-            change[m] = by_component(weight_[m], difference_[m]);
+            change[m] = scale(weight_[m], difference_[m]);
             changes_[m] += change[m];
         }
         planes_.spread(change, stage.velocity);

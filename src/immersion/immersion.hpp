@@ -47,10 +47,7 @@ private:
     void place(double time, Markers& markers) const;
     void place_obstacles(double time, Markers& markers) const;
     /// Of markers, those of own rods, which come behind those of obstacles.
-    template <class T> std::span<T> of_rods(std::vector<T>& of_markers) const { return std::span(of_markers).last(rods_->count()); }
-    std::span<const Vec3d> of_rods(const std::vector<Vec3d>& of_markers) const {
-        return std::span(of_markers).last(rods_->count());
-    }
+    template <class Vectors> auto of_rods(Vectors& of_markers) const { return std::span(of_markers).last(rods_->count()); }
 
     FluidGrid grid_;
     int rank_;

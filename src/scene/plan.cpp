@@ -21,6 +21,7 @@
 #include "rod/section_formula.hpp"
 #include "scene/assembly_check.hpp"
 #include "scene/doubts.hpp"
+#include "scene/group_limits.hpp"
 #include "scene/group_names.hpp"
 #include "scene/law_differences.hpp"
 #include "scene/plan_steps.hpp"
@@ -84,79 +85,6 @@ std::vector<std::string> hints_for(const RodGroup& group) {
         hints.push_back(
             "\"clamped_frozen\" is of first order, an error of about 1/elements; \"clamped\" is of second order at the same cost");
     return hints;
-}
-
-/// What loads do to the step together: the sum of their rates or stiffnesses, told of the load that has the largest.
-struct Together {
-    double sum = 0;
-    DragRate largest;
-    std::string_view label;
-};
-Together together(const std::vector<Load>& loads, const RodGroup& group, DragRate (Load::*of)(const RodGroup&) const) {
-    Together all;
-    for (const Load& load : loads) {
-        const DragRate one = (load.*of)(group);
-        if (one.value > all.largest.value) all.largest = one, all.label = load.label();
-        all.sum += one.value;
-    }
-    return all;
-}
-
-/// Told where it takes more than 1 %, which is what the bounds are worth.
-void limit_by_loads(GroupPlan& p, const Together& loads, double dt) {
-    if (dt < 0.99 * p.limits.front().dt) p.limits.insert(p.limits.begin(), {loads.label, dt, loads.largest.element});
-}
-
-/// Drag at the velocity before the kick takes from the stable step: a mode of frequency w is stable while (h w/2)^2 + h nu/2 < 1,
-/// with the scheme's own figures for 2. theory.md (38)
-void limit_by_drag(GroupPlan& p, const RodGroup& group, const Scheme& scheme) {
-    const Together drag = together(p.loads, group, &Load::largest_rate);
-    const double fastest = p.limits.front().dt, half = 0.5 * fastest * scheme.stability * drag.sum / scheme.drag;
-    limit_by_loads(p, drag, fastest * (std::sqrt(1 + half * half) - half));
-}
-
-/// The stiffness of loads adds to that of the rod: w^2 grows by at most what all of them have over mass. theory.md (40c)
-void limit_by_stiffness(GroupPlan& p, const RodGroup& group) {
-    const Together stiff = together(p.loads, group, &Load::largest_stiffness);
-    const double rate = 2 / p.limits.front().dt;
-    limit_by_loads(p, stiff, 2 / std::sqrt(rate * rate + stiff.sum));
-}
-
-/// Joints of rods add to both.
-void limit_by_joints(GroupPlan& p, const JointBounds& joints, const Scheme& scheme) {
-    const auto limit = [&](double dt) {
-        if (dt < 0.99 * p.limits.front().dt) p.limits.insert(p.limits.begin(), {"joints", dt, joints.element});
-    };
-    if (joints.stiffness > 0) {
-        const double rate = p.limits.empty() ? 0 : 2 / p.limits.front().dt, dt = 2 / std::sqrt(rate * rate + joints.stiffness);
-        if (p.limits.empty()) p.limits.push_back({"joints", dt, joints.element});
-        else limit(dt);
-    }
-    if (joints.drag == 0) return;
-    const double fastest = p.limits.front().dt, half = 0.5 * fastest * scheme.stability * joints.drag / scheme.drag;
-    limit(fastest * (std::sqrt(1 + half * half) - half));
-}
-
-/// Calls f(law, largest overlap over the sum of radii, mass) for every contact that a group may have.
-template <class F> void with_contact_laws(const SceneSpec& scene, const RodGroup& group, F&& f) {
-    if (scene.contact) f(scene.contact->law, scene.contact->overlap, reduced_mass(group, group));
-    for (const ContactPair& pair : scene.contact_pairs)
-        if (names_group(pair.between, group.name())) f(pair.law, scene.contact->overlap, reduced_mass(group, group));
-    for (const Wall& wall : scene.walls)
-        if (wall.acts_on(group.name())) f(wall.law, ContactSpec{}.overlap, mass_at_wall(group));
-}
-
-/// Of all contacts that a group may have, the one that leaves the shortest step.
-void limit_by_contact(GroupPlan& p, const RodGroup& group, const SceneSpec& scene) {
-    TimeLimit least{"contact", HUGE_VAL, 0};
-    with_contact_laws(scene, group, [&](const ContactLaw& law, double share, double mass) {
-        const TimeLimit limit = contact_time_limit(group, law.resolved(mass), share);
-        if (limit.dt < least.dt) least = limit;
-    });
-    if (!std::isfinite(least.dt)) return;
-    if (!group.strained()) p.limits.clear();
-    p.limits.push_back(least);
-    std::stable_sort(p.limits.begin(), p.limits.end(), [](const TimeLimit& a, const TimeLimit& b) { return a.dt < b.dt; });
 }
 
 /// Inertia that is no true one does not carry what is dragged along.
@@ -229,17 +157,8 @@ GroupPlan plan_group(const SceneSpec& scene, const std::vector<Load>& loads, con
         p.relaxation = relaxation_contacts(group, scene);
         refuse_drag(p, group);
     }
-    p.limits = time_limits(group);
-    limit_by_contact(p, group, scene);
-    limit_by_stiffness(p, group);
-    limit_by_drag(p, group, scheme_of(scene.time.integrator));
-    if (joints) limit_by_joints(p, *joints, scheme_of(scene.time.integrator));
-    if (feels_fluid(scene) && group.sized())
-        throw InputError(fmt::format("{}: rods of '{}' have sizes of their own, and such do not feel a fluid yet: "
-                                     "immersion.coupling = \"one_way\" has them move as if there were none",
-                                     group.spec().source.empty() ? scene.file : group.spec().source, group.name()));
     if (feels_fluid(scene)) p.inertia_share = InertiaInFluid(group.spec().material.density / scene.fluid->density).felt;
-    for (TimeLimit& limit : p.limits) limit.dt *= std::sqrt(p.inertia_share);
+    find_limits(p, group, scene, joints);
     p.tension_limit = tension_limit(group);
     if (const auto& j = group.rotary_inertia_scale; !j.empty()) {
         const auto [least, largest] = std::minmax_element(j.begin(), j.end());
@@ -271,9 +190,13 @@ void refuse_in_sized(const GroupPlan& p, const RodGroup& group, bool can_lie_alo
     for (const Load& load : p.loads)
         if (load.keeps_tables_of_group() || load.needs_whole_rods())
             refuse(fmt::format("a load of kind {} cannot act on them yet", load.kind()));
-    const auto relaxes = [](const PassSpec& pass) { return std::holds_alternative<pass::Relax>(pass); };
-    if (std::any_of(p.program.after.begin(), p.program.after.end(), relaxes))
-        refuse("time.relax solves along whole rods that are alike; give each size a group of its own");
+    const auto has = [&]<class Pass>(Pass) {
+        return std::any_of(p.program.after.begin(), p.program.after.end(),
+                           [](const PassSpec& pass) { return std::holds_alternative<Pass>(pass); });
+    };
+    if (has(pass::FeelFluid{}))
+        refuse("they do not feel a fluid yet; immersion.coupling = \"one_way\" has them move as if there were none");
+    if (has(pass::Relax{})) refuse("time.relax solves along whole rods that are alike; give each size a group of its own");
     if (!can_lie_along)
         refuse(
             "contact, walls, rings, rigid bodies, the law \"elastica\", moved ends, a clamp that slides at the last end (the first "

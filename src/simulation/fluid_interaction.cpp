@@ -121,10 +121,10 @@ bool FluidInteraction::choose_part(const Step& first) {
     return true;
 }
 
-ForceBalance::Stage FluidInteraction::stage_of(int s, double begin_of_step, double dt) const {
+ForceBalance::Stage FluidInteraction::stage_of(int s, double dt) const {
     const StageParts parts = stage_parts(plan_.constants.scheme);
     const double unit = static_cast<double>(part_ / parts.unit) * dt;
-    return {.begin = begin_of_step + unit * parts.until(s),
+    return {.begin = unit * parts.until(s),
             .length = unit * parts.part[static_cast<std::size_t>(s)],
             .step = static_cast<double>(part_) * dt};
 }
@@ -133,7 +133,7 @@ void FluidInteraction::begin_stage(int s, const Step& first) {
     ForceBalance* const balance = bodies_->balance();
     if (!balance) return;                          // rods do not wait for it
     bodies_->set_lag(first.index == 1 ? 0 : lag_); // rods begin with positions in time
-    ForceBalance::Stage stage = stage_of(s, 0, first.dt);
+    ForceBalance::Stage stage = stage_of(s, first.dt);
     const double from = first.begin - stage.begin;
     stage.begin = first.begin;
     if (s == 0) balance->begin_step(bodies_->lag());
@@ -144,7 +144,7 @@ void FluidInteraction::begin_stage(int s, const Step& first) {
 }
 
 void FluidInteraction::end_stage(int s, const Step& step) {
-    const ForceBalance::Stage stage = stage_of(s, 0, step.dt);
+    const ForceBalance::Stage stage = stage_of(s, step.dt);
     const double from = step.end() - stage.begin - stage.length;
     ForceBalance* const balance = bodies_->balance();
     if (balance) bodies_->come_to_end(stage);

@@ -34,8 +34,8 @@ private:
     void step_alone(const Step& step);
     /// With rods: how many steps of the fluid go until it meets them next; false where they were too many.
     bool choose_part(const Step& first);
-    /// Stage s of a step of the fluid from a time on, in steps of rods of dt.
-    ForceBalance::Stage stage_of(int s, double begin_of_step, double dt) const;
+    /// Stage s of a step of the fluid that begins at 0, in steps of rods of dt.
+    ForceBalance::Stage stage_of(int s, double dt) const;
     /// A stage that rods are about to begin, or have come to the end of.
     void begin_stage(int s, const Step& first);
     void end_stage(int s, const Step& step);

@@ -5,7 +5,7 @@ import unittest
 
 import numpy
 
-from driver import DriverTest
+from driver import DriverTest, rods_in_a_fluid
 
 SCENE = """
 title = "rods and a fluid"
@@ -18,38 +18,7 @@ density = 2.0
 viscosity = 0.02
 courant = 0.4
 expected_speed = 2.0
-[[rods]]
-name = "thick"
-[rods.material]
-density = 2.0
-youngs_modulus = 2e3
-[rods.section]
-kind = "elliptic"
-radius = 0.3
-radius_2 = 0.2
-[rods.shape]
-length = 1.2
-elements = 6
-velocity = [1.0, 0.2, 0.0]
-angular_velocity = [0.0, 1.0, 1.0]
-[rods.placement]
-origin = [0.2, 1.2, 0.4] # across the faces of the box on its way
-tangent = [0.6, 0.0, 0.8]
-[[rods]]
-name = "threads"
-[rods.material]
-density = 20.0
-youngs_modulus = 1e4
-[rods.section]
-radius = 0.04
-[rods.shape]
-length = 1.0
-elements = 6
-velocity = [0.0, 0.0, -1.0]
-[rods.placement]
-kind = "list"
-origins = [[2.5, 0.4, 1.0], [2.5, 1.8, 1.0]]
-tangent = [0.0, 1.0, 0.0]
+""" + rods_in_a_fluid((2.0, 2e3), (20.0, 1e4), [0.0, 1.0, 1.0]) + """
 [output]
 series = 0.02
 checkpoint = 0.1

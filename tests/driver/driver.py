@@ -108,6 +108,44 @@ viscosity = 0.01
 along_y = "no_slip"
 along_z = "free_slip"
 """
+def rods_in_a_fluid(thick, threads, spin):
+    """A thick rod that crosses the faces of a box of 3.2 m x 2.4 m x 2 m on its way, and two thin ones; densities and Young's moduli."""
+    return f"""
+[[rods]]
+name = "thick"
+[rods.material]
+density = {thick[0]}
+youngs_modulus = {thick[1]}
+[rods.section]
+kind = "elliptic"
+radius = 0.3
+radius_2 = 0.2
+[rods.shape]
+length = 1.2
+elements = 6
+velocity = [1.0, 0.2, 0.0]
+angular_velocity = {spin}
+[rods.placement]
+origin = [0.2, 1.2, 0.4]
+tangent = [0.6, 0.0, 0.8]
+[[rods]]
+name = "threads"
+[rods.material]
+density = {threads[0]}
+youngs_modulus = {threads[1]}
+[rods.section]
+radius = 0.04
+[rods.shape]
+length = 1.0
+elements = 6
+velocity = [0.0, 0.0, -1.0]
+[rods.placement]
+kind = "list"
+origins = [[2.5, 0.4, 1.0], [2.5, 1.8, 1.0]]
+tangent = [0.0, 1.0, 0.0]
+"""
+
+
 BALL_IN_IT = """
 [[obstacle]]
 name = "ball"

@@ -12,7 +12,7 @@ import unittest
 import h5py
 import numpy
 
-from driver import BALL_IN_IT, FLUID_IN_A_BOX, SKEIN, DriverTest
+from driver import BALL_IN_IT, FLUID_IN_A_BOX, SKEIN, DriverTest, rods_in_a_fluid
 
 FLOW = pathlib.Path(__file__).resolve().parents[2] / "apps/flow"
 WALLS = """
@@ -47,38 +47,7 @@ courant = 0.4
 expected_speed = 1.5
 [immersion]
 coupling = "one_way"
-[[rods]]
-name = "thick"
-[rods.material]
-density = 1000.0
-youngs_modulus = 1e6
-[rods.section]
-kind = "elliptic"
-radius = 0.3
-radius_2 = 0.2
-[rods.shape]
-length = 1.2
-elements = 6
-velocity = [1.0, 0.2, 0.0]
-angular_velocity = [0.0, 0.0, 1.0]
-[rods.placement]
-origin = [0.2, 1.2, 0.4] # across the faces of the box on its way
-tangent = [0.6, 0.0, 0.8]
-[[rods]]
-name = "threads"
-[rods.material]
-density = 1000.0
-youngs_modulus = 1e6
-[rods.section]
-radius = 0.04
-[rods.shape]
-length = 1.0
-elements = 6
-velocity = [0.0, 0.0, -1.0]
-[rods.placement]
-kind = "list"
-origins = [[2.5, 0.4, 1.0], [2.5, 1.8, 1.0]]
-tangent = [0.0, 1.0, 0.0]
+""" + rods_in_a_fluid((1000.0, 1e6), (1000.0, 1e6), [0.0, 0.0, 1.0]) + """
 [output]
 series = 0.02
 fields = 0.1
