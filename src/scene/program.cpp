@@ -13,7 +13,7 @@ constexpr double drift_ns = 3.2, elliptic_drift_ns = 9, elastic_ns = 5.6, kick_n
 // Those of bench/scenes/nest: contacts at its density, half a candidate per element, with their exposure; a box with floor and lid.
 constexpr double contact_ns = 40, walls_ns = 8;
 constexpr double joints_ns = 8;                        // of the millipede: a joint to an element
-constexpr double fluid_ns = 6;                         // of one swimmer: a slot's load and what it receives
+constexpr double fluid_ns = 9;                         // of 256 rods of 50 elements, by runs that feel a fluid and do not
 constexpr double relax_ns = 400;                       // of 64 rods of 50 elements
 constexpr double filter_ns = 9, filter_order_ns = 1.5; // by the ratio of runs with and without a filter of order 1, 2 and 4
 
