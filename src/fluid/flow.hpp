@@ -113,8 +113,13 @@ public:
     /// The longest step, s, of a sum of Courant numbers of 1, or of 1.5 of the most that viscosity allows, and a fortieth of a
     /// period. Collective.
     virtual double step_limit(double courant = 1) const = 0;
+    /// The largest sum of |u|, |v| and |w| of a cell of this rank at the end of the last step, m/s; where the flow is not finite
+    /// neither is this. Not collective.
+    virtual double largest_speed() const = 0;
     /// By row of this rank, the same bits on any ranks. Not collective.
     virtual std::vector<FlowFigures> figures() const = 0;
+    /// The box moves so many cells along x, to the upper side where positive: fluid at rest comes in there. Collective.
+    virtual void move_box(int cells) = 0;
     /// A step of dt from a time, or equal parts of it, as long as the sum of Courant numbers and viscosity allow. Returns how many.
     /// Collective.
     std::int64_t step_within(double time, double dt, double courant);

@@ -471,8 +471,21 @@ void BoxFlow::step_half_implicit(const StageFactors& factors, double time, doubl
     begun_ = true;
 }
 
-double BoxFlow::step_limit(double courant) const {
-    return skein::step_limit(constants_, comm_.max(*std::max_element(speed_.begin(), speed_.end())), courant);
+double BoxFlow::step_limit(double courant) const { return skein::step_limit(constants_, comm_.max(largest_speed()), courant); }
+
+void BoxFlow::move_box(int cells) {
+    const std::array<Field*, 4> fields{&now_[0], &now_[1], &now_[2], &pressure_};
+    const int stay = std::max(0, layout_.nx - std::abs(cells)); // of a row
+    for_planes(0, layout_.nz, [&](int k) {
+        for (int j = 0; j < layout_.ny; ++j)
+            for (Field* const field : fields) {
+                const auto row = field->begin() + layout_.at(0, j, k), end = row + layout_.nx;
+                const double from = field == &pressure_ ? (cells > 0 ? *(end - 1) : *row) : 0;
+                if (cells > 0) std::fill(std::copy(end - stay, end, row), end, from);
+                else std::fill(row, std::copy_backward(row, row + stay, end), from);
+            }
+    });
+    refresh(time_);
 }
 
 std::vector<FlowFigures> BoxFlow::figures() const {
@@ -483,9 +496,8 @@ std::vector<FlowFigures> BoxFlow::figures() const {
         for (int j = 0; j < layout_.ny; ++j) {
             Three<P> sum{P(0.0), P(0.0), P(0.0)};
             P squares(0.0), loss(0.0), vorticity(0.0), divergence(0.0), speed(0.0);
-            for (int i = 0; i < layout_.nx; i += 8) {
-                const std::ptrdiff_t at = layout_.at(i, j, k);
-                const auto of = [&](const P& value) { return first_lanes(value, layout_.nx - i); };
+            /// Eight cells from `at` on; `of`: 0 in those that are none.
+            const auto add = [&](std::ptrdiff_t at, auto&& of) __attribute__((always_inline)) {
                 P here_speed(0.0);
                 for (std::size_t c = 0; c < 3; ++c) {
                     const double* f = now_[c].data() + at;
@@ -502,7 +514,11 @@ std::vector<FlowFigures> BoxFlow::figures() const {
                         z = of((load<8>(v + 1) - load<8>(v)) - (load<8>(u + r) - load<8>(u)));
                 vorticity += fma(x, x, fma(y, y, z * z));
                 divergence = max(divergence, of(abs(outflow_of(layout_, {u, v, w}))));
-            }
+            };
+            const int rest = layout_.nx % 8;
+            const std::ptrdiff_t row = layout_.at(0, j, k), behind = row + layout_.nx - rest;
+            for (std::ptrdiff_t at = row; at < behind; at += 8) add(at, [](const P& p) { return p; });
+            if (rest > 0) add(behind, [&](const P& p) { return first_lanes(p, rest); });
             FlowFigures& f = rows[static_cast<std::size_t>(k * layout_.ny + j)];
             f.kinetic_energy = 0.5 * mass * sum_of_lanes(squares);
             f.enstrophy = 0.5 * h * sum_of_lanes(vorticity);

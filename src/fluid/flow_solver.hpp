@@ -6,6 +6,7 @@
 #include "fluid/iterated_poisson.hpp"
 #include "fluid/sweeps.hpp"
 
+#include <algorithm>
 #include <optional>
 
 namespace skein {
@@ -26,7 +27,9 @@ public:
     void begin_stage(int s, double time, double dt) override;
     void end_stage(int s, double time, double dt) override;
     double step_limit(double courant) const override;
+    double largest_speed() const override { return *std::max_element(speed_.begin(), speed_.end()); }
     std::vector<FlowFigures> figures() const override;
+    void move_box(int cells) override;
     FieldLayout layout() const override { return layout_; }
     std::span<const double> velocity(int component) const override { return now_[static_cast<std::size_t>(component)]; }
     std::span<const double> pressure() const override { return pressure_; }

@@ -7,11 +7,24 @@ namespace skein {
 void FluidSpec::fields(FieldVisitor& f) {
     f.visit({.name = "cells",
              .unit = "",
-             .text = "numbers of cells along x, y and z: products of 2, 3, 5 and 7 where the pressure is direct",
-             .required = true},
+             .text = "numbers of cells along x, y and z: products of 2, 3, 5 and 7 where the pressure is direct; needed but with "
+                     "margins"},
             cells);
     f.visit({.name = "spacing", .unit = "m", .text = "edge of a cell, which is a cube", .required = true, .above = 0}, spacing);
     f.visit({.name = "lower", .unit = "m", .text = "lower corner of the box"}, lower);
+    f.visit_optional({.name = "margin_lower",
+                      .unit = "m",
+                      .text = "instead of `cells` and `lower`: the box reaches so far beyond the axes of rods at the start, as if "
+                              "they were straight, towards lower x, y and z; what smooth numbers of cells add is shared by both "
+                              "sides"},
+                     margin_lower);
+    f.visit_optional({.name = "margin_upper", .unit = "m", .text = "the same towards upper x, y and z; absent: as the other one"},
+                     margin_upper);
+    f.visit({.name = "follows_rods",
+             .unit = "",
+             .text = "the box moves along x with the middle of all rods, by whole cells: fluid at rest comes in on one side, and "
+                     "what leaves on the other is gone. Needs along_x = \"free_slip\" or \"no_slip\""},
+            follows_rods);
     f.visit({.name = "density", .unit = "kg/m^3", .text = "density", .required = true, .above = 0}, density);
     f.visit({.name = "viscosity", .unit = "Pa s", .text = "dynamic viscosity", .required = true, .at_least = 0}, viscosity);
     const auto boundary = [&](std::string_view name, std::string_view text, FluidBoundary& value) {

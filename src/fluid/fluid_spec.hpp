@@ -4,6 +4,7 @@
 #include "fluid/flow.hpp"
 #include "skein/core/fields.hpp"
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -16,10 +17,12 @@ inline constexpr std::string_view moving_walls_names[] = {"auto", "x", "y", "z"}
 /// [fluid]: a box of fluid around everything.
 struct FluidSpec {
     std::vector<long> cells;
-    double spacing = 0;   ///< edge of a cell, m
-    Vec3d lower{0, 0, 0}; ///< corner of the box, m
-    double density = 0;   ///< kg/m^3
-    double viscosity = 0; ///< dynamic, Pa s
+    double spacing = 0;                              ///< edge of a cell, m
+    Vec3d lower{0, 0, 0};                            ///< corner of the box, m
+    std::optional<Vec3d> margin_lower, margin_upper; ///< of a box that is fitted to the rods at the start, m
+    bool follows_rods = false;                       ///< the box moves along x with them
+    double density = 0;                              ///< kg/m^3
+    double viscosity = 0;                            ///< dynamic, Pa s
     FluidBoundary along_x = FluidBoundary::periodic, along_y = FluidBoundary::periodic, along_z = FluidBoundary::periodic;
     Vec3d inflow{0, 0, 0};              ///< m/s
     Vec3d acceleration{0, 0, 0};        ///< m/s^2
@@ -37,6 +40,7 @@ struct FluidSpec {
     long ranks_across = 0;             ///< that share the rows of a slab; 0: as few as the planes allow
     std::string ranks_across_at;       ///< where the scene says so, "file:line"
 
+    bool fitted() const { return margin_lower || margin_upper; }
     FlowConstants constants() const;
     std::array<FluidBoundary, 3> boundaries() const { return {along_x, along_y, along_z}; }
     /// Across which walls move: as moving_walls says, or else the one direction across which they are no_slip; -1: there is no

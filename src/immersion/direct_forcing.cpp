@@ -3,6 +3,7 @@
 #include "parallel/exact_sum.hpp"
 
 #include <algorithm>
+#include <cmath>
 
 namespace skein {
 
@@ -109,13 +110,48 @@ void DirectForcing::apply_implicitly(const FlowStage& stage) {
     add_given(push);
 }
 
+double ForcingNumbers::step_limit(double spacing) const {
+    constexpr double of_damper = 1, of_spring = 1; // of the velocity that is set at once, and of a radian
+    return std::min(damping > 0 ? of_damper * spacing / damping : HUGE_VAL,
+                    stiffness > 0 ? of_spring * std::sqrt(spacing / stiffness) : HUGE_VAL);
+}
+
+DirectForcing::Answer DirectForcing::answer(std::size_t marker) const {
+    const double h = grid_.h;
+    if (!numbers_.penalty()) {
+        const Vec3d volume = (h * h * h) * weight_[marker];
+        return {volume, scale(volume, found_[marker])};
+    }
+    const double area = h * h, volume = area * stage_ * numbers_.damping;
+    return {{volume, volume, volume}, volume * found_[marker] - (area * stage_ * numbers_.stiffness) * held_.forces()[marker]};
+}
+
 void DirectForcing::meet(const FlowStage& stage) {
-    if (!settled_ || moves_) settle(stage);
+    stage_ = stage.dt;
+    if (!settled_ || moves_) {
+        settle(stage);
+        if (numbers_.penalty()) held_.settle(comm_, markers_.identity);
+    }
     find_velocities(stage);
+}
+
+void DirectForcing::apply_springs(const FlowStage& stage) {
+    subtract_found();
+    const std::span<Vec3d> lengths = held_.forces();
+    const double per_spacing = stage.dt / grid_.h;
+    for (std::size_t m = 0; m < changes_.size(); ++m) {
+        changes_[m] = per_spacing * (numbers_.stiffness * lengths[m] + numbers_.damping * difference_[m]);
+        lengths[m] += stage.dt * difference_[m];
+    }
+    planes_.spread(changes_, stage.velocity);
+    find_differences(stage);
+    slip_ = largest_difference();
+    add_given(changes_);
 }
 
 void DirectForcing::apply(const FlowStage& stage) {
     if (stage.response) return apply_implicitly(stage);
+    if (numbers_.penalty()) return apply_springs(stage);
     std::vector<Vec3d> change(markers_.count());
     std::fill(changes_.begin(), changes_.end(), Vec3d{0, 0, 0});
     subtract_found();

@@ -1,6 +1,7 @@
 // Direct forcing: within each stage velocities near markers are changed so that the fluid has the velocity of the markers, in a few
 // sweeps. Where viscosity is implicit, forces at markers stay from step to step, and each sweep solves for what viscosity makes of
-// its part.                                                                                              theory.md (80), (81), (87)
+// its part. Instead, springs and dampers may pull fluid and markers together.                            theory.md (80), (81),
+// (87), (92)
 #pragma once
 
 #include "fluid/stage_forcing.hpp"
@@ -18,6 +19,12 @@ struct ForcingNumbers {
     DeltaKind delta = DeltaKind::three_point;
     int sweeps = 2;  ///< at most
     double slip = 0; ///< m/s, at which there are no more
+    /// Of springs and dampers in place of sweeps, per area and density of the fluid: 1/s^2 and 1/s, times m. 0: sweeps.
+    double stiffness = 0, damping = 0;
+
+    bool penalty() const { return stiffness > 0 || damping > 0; }
+    /// The longest step that springs and dampers allow, s.
+    double step_limit(double spacing) const;
 };
 
 /// The same bits on any ranks and threads.
@@ -44,8 +51,12 @@ public:
     Markers& markers() { return markers_; }
     /// By which a change of all markers by 1 is to be multiplied at each for 1 to come of it, by component.
     const std::vector<Vec3d>& weights() const { return weight_; }
-    /// Velocities of the fluid at markers as meet() found them, m/s.
-    const std::vector<Vec3d>& found() const { return found_; }
+    /// What markers answer to the fluid in the stage that meet() began: volume of fluid that takes up their velocity, m^3 by
+    /// component, and that times the velocity they would have without a motion of their own, m^4/s.
+    struct Answer {
+        Vec3d volume, impulse;
+    };
+    Answer answer(std::size_t marker) const;
     /// What apply() changed at markers in all of its sweeps, m/s at a marker: each cell near it by its share.
     const std::vector<Vec3d>& changes() const { return changes_; }
 
@@ -57,6 +68,7 @@ public:
 private:
     void settle(const FlowStage& stage);
     void apply_implicitly(const FlowStage& stage);
+    void apply_springs(const FlowStage& stage);
     /// By how many times this answer to a push the slips become least, in the mean of their squares over what is forced.
     /// Collective.
     double least_slips(std::span<const Vec3d> answer) const;
@@ -81,8 +93,8 @@ private:
     std::vector<Vec3d> difference_; ///< of markers, m/s
     std::vector<Vec3d> changes_;    ///< of markers, m/s
     std::vector<Vec3d> given_;      ///< by body
-    HeldForces held_;
-    double slip_ = 0;
+    HeldForces held_;               ///< of springs: their lengths, m
+    double slip_ = 0, stage_ = 0;   ///< m/s; length of the stage, s
 };
 
 } // namespace skein

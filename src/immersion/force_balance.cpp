@@ -12,20 +12,22 @@ double mean_of(const Vec3d& a) { return (a.x + a.y + a.z) / 3; }
 
 } // namespace
 
-InertiaInFluid::InertiaInFluid(double density_ratio)
-    : displaced(1 / density_ratio), felt(std::max(1 - displaced, least * displaced)), added(felt - (1 - displaced)) {}
+InertiaInFluid::InertiaInFluid(double density_ratio, bool inner)
+    : displaced(1 / density_ratio), borne(inner ? displaced : 0), felt(std::max(1 - borne, least * displaced)),
+      added(felt - (1 - borne)) {}
 
 ForceBalance::ForceBalance(std::span<const RodGroup> groups, const ImmersedRods& rods, std::shared_ptr<FluidLoads> loads,
-                           double density, double cell_volume, Weight weight)
-    : groups_(groups), rods_(rods), loads_(std::move(loads)), cell_mass_(density * cell_volume), weight_(std::move(weight)),
-      slots_(loads_->load.size()), velocity_(slots_.size()), spin_(slots_.size()), own_push_(slots_.size()),
-      own_turn_(slots_.size()), place_(rods.count()), off_(rods.count()) {
+                           double density, double cell_volume, bool inner_inertia, Weight weight)
+    : groups_(groups), rods_(rods), loads_(std::move(loads)), density_(density), cell_volume_(cell_volume),
+      weight_(std::move(weight)), slots_(loads_->load.size()), velocity_(slots_.size()), spin_(slots_.size()),
+      own_push_(slots_.size()), own_turn_(slots_.size()), place_(rods.count()), off_(rods.count()) {
     std::int64_t first = 0;
     for (const RodGroup& group : groups_) {
-        inertia_.emplace_back(group.spec().material.density / density);
+        inertia_.emplace_back(group.spec().material.density / density, inner_inertia);
         first_slot_.push_back(first);
         first += group.count() * group.slots();
     }
+    slots_of_scene_ = static_cast<std::size_t>(first);
     move_fluid_within();
 }
 
@@ -33,13 +35,13 @@ ForceBalance::ForceBalance(std::span<const RodGroup> groups, const ImmersedRods&
 void ForceBalance::move_fluid_within() {
     rods_.read(0, [&](int, std::size_t i, const RodCopy& rod) {
         const RodGroup& group = group_of(i);
-        const double displaced = inertia_of(i).displaced;
+        const double borne = inertia_of(i).borne;
         for (std::size_t k = 0; k < rod.state.size(); ++k) {
             Slots& slot = slots_[loads_->first(i) + k];
-            slot.owed = (displaced * group.node_mass[k]) * lane(rod.state[k].velocity, 0);
+            slot.owed = (borne * group.node_mass[k]) * lane(rod.state[k].velocity, 0);
             if (k < group.element.size())
                 slot.owed_turn =
-                    displaced * transpose_times(rod.frames[k], scale(group.element[k].inertia, lane(rod.state[k].spin, 0)));
+                    borne * transpose_times(rod.frames[k], scale(group.element[k].inertia, lane(rod.state[k].spin, 0)));
         }
     });
 }
@@ -57,7 +59,7 @@ void ForceBalance::begin_step(double lag) {
     });
 }
 
-void ForceBalance::begin_stage(const Stage& stage, double lag, std::span<const Vec3d> found, std::span<const Vec3d> weights) {
+void ForceBalance::begin_stage(const Stage& stage, double lag, const Answer& answer) {
     const double per_length = 1 / stage.length, share = stage.length / stage.step, middle = stage.begin + 0.5 * stage.length;
     rods_.read(lag, [&](int, std::size_t i, const RodCopy& rod) {
         const RodGroup& group = group_of(i);
@@ -69,7 +71,8 @@ void ForceBalance::begin_stage(const Stage& stage, double lag, std::span<const V
         rods_.for_markers(i, [&](std::size_t m, const RodMarker& marker) {
             place_[m] = ImmersedRods::place_of(marker, rod);
             off_[m] = ImmersedRods::off_axis(marker, rod.frames[marker.element]);
-            const Vec3d mass = cell_mass_ * weights[m], impulse = scale(mass, found[m]);
+            const auto [volume, times_velocity] = answer(m);
+            const Vec3d mass = density_ * volume, impulse = density_ * times_velocity;
             FluidLoad &before = load[marker.element], &behind = load[marker.element + 1];
             before.push += (1 - marker.along) * impulse, before.drag += (1 - marker.along) * mass;
             behind.push += marker.along * impulse, behind.drag += marker.along * mass;
@@ -117,7 +120,7 @@ void ForceBalance::end_stage(std::span<const Vec3d> changes) {
             if (k < group.element.size()) slots_[first + k].owed_turn += own_turn_[first + k] - received.on_element;
         }
         rods_.for_markers(i, [&](std::size_t m, const RodMarker& marker) {
-            const Vec3d given = cell_mass_ * changes[m];
+            const Vec3d given = (density_ * cell_volume_) * changes[m];
             slots_[first + marker.element].owed -= (1 - marker.along) * given;
             slots_[first + marker.element + 1].owed -= marker.along * given;
             slots_[first + marker.element].owed_turn -= cross(off_[m], given);
@@ -143,8 +146,8 @@ std::vector<Vec3d> ForceBalance::momentum(double lag) const {
         for (std::size_t k = 0; k < rod.state.size(); ++k) {
             const Slots& slot = slots_[loads_->first(i) + k];
             const double mass = group_of(i).node_mass[k];
-            all[loads_->first(i) + k] = (mass * (1 - inertia.displaced)) * lane(rod.state[k].velocity, 0) +
-                                        (mass * inertia.added) * slot.gained + slot.owed;
+            all[loads_->first(i) + k] =
+                (mass * (1 - inertia.borne)) * lane(rod.state[k].velocity, 0) + (mass * inertia.added) * slot.gained + slot.owed;
         }
     });
     return all;
@@ -158,8 +161,6 @@ std::array<double, ForceBalance::record> ForceBalance::numbers_of(std::size_t sl
 
 std::vector<double> ForceBalance::kept(const Communicator& comm) const {
     std::vector<double> mine;
-    std::size_t all_slots = 0;
-    for (const RodGroup& group : groups_) all_slots += static_cast<std::size_t>(group.count() * group.slots());
     for (std::size_t i = 0; i < rods_.rods().local().size(); ++i)
         for (std::size_t k = 0; k < static_cast<std::size_t>(group_of(i).slots()); ++k) {
             mine.push_back(static_cast<double>(first_in_scene(i) + static_cast<std::int64_t>(k)));
@@ -167,7 +168,7 @@ std::vector<double> ForceBalance::kept(const Communicator& comm) const {
             mine.insert(mine.end(), numbers.begin(), numbers.end());
         }
     const std::vector<double> all = comm.all_gather(mine);
-    std::vector<double> sorted(record * all_slots);
+    std::vector<double> sorted(kept_numbers());
     for (std::size_t at = 0; at < all.size(); at += record + 1)
         std::copy_n(all.begin() + static_cast<std::ptrdiff_t>(at) + 1, record,
                     sorted.begin() + static_cast<std::ptrdiff_t>(record * static_cast<std::size_t>(all[at])));

@@ -4,6 +4,7 @@
 // (88)-(91)
 #pragma once
 
+#include "immersion/direct_forcing.hpp"
 #include "immersion/fluid_loads.hpp"
 #include "immersion/immersed_rods.hpp"
 #include "parallel/communicator.hpp"
@@ -18,8 +19,10 @@ namespace skein {
 /// What a group weighs against the fluid. The fluid within rods moves with them and bears its own inertia: rods bear what is more,
 /// and no less than a quarter of the fluid's, with what that adds made good by their last acceleration.
 struct InertiaInFluid {
-    explicit InertiaInFluid(double density_ratio);
+    /// `inner`: whether the fluid within bears its own; if not, rods bear all of theirs, and it comes on top.
+    explicit InertiaInFluid(double density_ratio, bool inner = true);
     double displaced; ///< mass of fluid in the place of the rod, over the rod's
+    double borne;     ///< of that, what the fluid bears for the rod
     double felt;      ///< inertia that kicks feel, over the rod's
     double added;     ///< of that, what is made good
 
@@ -31,7 +34,7 @@ public:
     /// `density`: of the fluid, kg/m^3. `weight`: acceleration by gravity of a group at a time, m/s^2.
     using Weight = std::function<Vec3d(std::size_t group, double time)>;
     ForceBalance(std::span<const RodGroup> groups, const ImmersedRods& rods, std::shared_ptr<FluidLoads> loads, double density,
-                 double cell_volume, Weight weight);
+                 double cell_volume, bool inner_inertia, Weight weight);
 
     /// Part of a step of the fluid, s.
     struct Stage {
@@ -39,8 +42,9 @@ public:
     };
     /// Rods are about to begin a step of the fluid.
     void begin_step(double lag);
-    /// Loads of a stage that begins: of the fluid at markers of own rods, without rods, and weights of markers.
-    void begin_stage(const Stage& stage, double lag, std::span<const Vec3d> found, std::span<const Vec3d> weights);
+    /// Loads of a stage that begins, by what markers of own rods answer to the fluid.
+    using Answer = std::function<DirectForcing::Answer(std::size_t marker)>;
+    void begin_stage(const Stage& stage, double lag, const Answer& answer);
     /// Rods have come to its end: sets velocities of markers to the means since it began.
     void find_mean_velocities(double length, double lag, std::span<Vec3d> velocities);
     /// What was changed at markers is set against what rods received.
@@ -55,6 +59,7 @@ public:
     static constexpr std::size_t record = 12;
     /// Records by slot of the scene, of all ranks. Collective.
     std::vector<double> kept(const Communicator& comm) const;
+    std::size_t kept_numbers() const { return record * slots_of_scene_; }
     void recall(std::span<const double> kept);
     std::uint64_t digest() const;
 
@@ -75,10 +80,11 @@ private:
     std::span<const RodGroup> groups_;
     const ImmersedRods& rods_;
     std::shared_ptr<FluidLoads> loads_;
-    double cell_mass_; ///< kg, of the fluid
+    double density_, cell_volume_; ///< kg/m^3, m^3; of the fluid
     Weight weight_;
-    std::vector<InertiaInFluid> inertia_;    ///< by group
-    std::vector<std::int64_t> first_slot_;   ///< of a group's rods among slots of the scene
+    std::vector<InertiaInFluid> inertia_;  ///< by group
+    std::vector<std::int64_t> first_slot_; ///< of a group's rods among slots of the scene
+    std::size_t slots_of_scene_ = 0;
     std::vector<Slots> slots_;               ///< as loads_ has them
     std::vector<Vec3d> velocity_, spin_;     ///< by slot, at the begin of the step
     std::vector<Vec3d> own_push_, own_turn_; ///< by slot: of the loads, what is not the fluid's; N, N m, over the stage N s, N m s

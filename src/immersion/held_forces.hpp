@@ -18,7 +18,7 @@ public:
     /// This rank holds markers with these identities from now on; those that no rank held before have no force. Collective.
     void settle(const Communicator& comm, std::span<const std::int64_t> identities);
 
-    /// m/s^2 at markers of weight 1, in the order of settle().
+    /// m/s^2 at markers of weight 1 (of springs: m), in the order of settle().
     std::span<Vec3d> forces() { return forces_; }
     std::span<const Vec3d> forces() const { return forces_; }
     std::span<const std::int64_t> identities() const { return identities_; }

@@ -4,11 +4,11 @@
 
 namespace skein {
 
-ImmersedRods::ImmersedRods(std::span<const RodGroup> groups, const Rods& rods, double spacing, double retraction)
+ImmersedRods::ImmersedRods(std::span<const RodGroup> groups, const Rods& rods, const FluidGrid& grid, double retraction)
     : groups_(groups), rods_(&rods) {
     std::int64_t first = 0;
     for (const RodGroup& group : groups_) {
-        of_group_.push_back(rod_markers(group, spacing, retraction));
+        of_group_.push_back(rod_markers(group, grid, retraction));
         first_.push_back(first);
         first += group.count() * static_cast<std::int64_t>(of_group_.back().size());
     }

@@ -12,8 +12,8 @@ namespace skein {
 
 class ImmersedRods {
 public:
-    /// Markers about `spacing` apart, `retraction` within the surface, m.
-    ImmersedRods(std::span<const RodGroup> groups, const Rods& rods, double spacing, double retraction);
+    /// Markers about a cell apart, `retraction` within the surface, m.
+    ImmersedRods(std::span<const RodGroup> groups, const Rods& rods, const FluidGrid& grid, double retraction);
     /// This rank owns other rods from now on.
     void follow(const Rods& rods);
 

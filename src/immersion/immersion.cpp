@@ -31,12 +31,15 @@ void Immersion::place(double time, Markers& markers) const {
     if (!rods_) return;
     const std::size_t others = markers.count();
     rods_->place(lag_, static_cast<std::uint32_t>(obstacles_.size()), obstacle_markers_, markers);
-    if (ahead_ > 0)
-        for (std::size_t m = others; m < markers.count(); ++m) markers.place[m] += ahead_ * markers.velocity[m];
+    for (std::size_t m = others; m < markers.count(); ++m) {
+        if (ahead_ > 0) markers.place[m] += ahead_ * markers.velocity[m];
+        if (box_shift_.x != 0) markers.place[m].x -= box_shift_.x;
+    }
 }
 
 void Immersion::begin_stage(const ForceBalance::Stage& stage) {
-    balance_->begin_stage(stage, lag_, of_rods(forcing_.found()), of_rods(forcing_.weights()));
+    const std::size_t others = forcing_.markers().count() - rods_->count();
+    balance_->begin_stage(stage, lag_, [&](std::size_t m) { return forcing_.answer(others + m); });
 }
 
 void Immersion::come_to_end(const ForceBalance::Stage& stage) {

@@ -24,6 +24,8 @@ public:
     /// Positions of rods are so far behind their rates, s.
     void set_lag(double lag) { lag_ = lag; }
     double lag() const { return lag_; }
+    /// The box of the fluid, whose grid stays where it was, has moved so far with the rods, m.
+    void set_box_shift(const Vec3d& shift) { box_shift_ = shift; }
 
     /// Rods feel the fluid from now on.
     void feel(std::unique_ptr<ForceBalance> balance) { balance_ = std::move(balance); }
@@ -59,6 +61,7 @@ private:
     DirectForcing forcing_;
     std::unique_ptr<ForceBalance> balance_; ///< null where rods do not feel the fluid
     double from_ = 0, lag_ = 0, ahead_ = 0; ///< s
+    Vec3d box_shift_{0, 0, 0};
 };
 
 } // namespace skein

@@ -6,6 +6,18 @@ void ImmersionSpec::fields(FieldVisitor& f) {
     f.choice(
         {.name = "delta", .unit = "", .text = "weights of the grid points near a marker: of three or four along each direction"},
         delta, delta_names);
+    f.choice({.name = "forcing",
+              .unit = "",
+              .text =
+                  "direct: velocities near markers are set in each stage; penalty: springs and dampers at markers pull fluid and "
+                  "bodies together, which limits the step: for comparison with methods that do so"},
+             forcing, forcing_names);
+    f.visit({.name = "penalty_stiffness",
+             .unit = "N/m^3",
+             .text = "of springs, by area of the surface: a marker has the square of the spacing",
+             .at_least = 0},
+            penalty_stiffness);
+    f.visit({.name = "penalty_damping", .unit = "N s/m^3", .text = "of dampers, the same", .at_least = 0}, penalty_damping);
     f.visit({.name = "sweeps",
              .unit = "-",
              .text = "corrections of velocities in a stage, at most; of scheme crank_nicolson each solves for viscosity once more",
@@ -27,6 +39,11 @@ void ImmersionSpec::fields(FieldVisitor& f) {
               .unit = "",
               .text = "two_way: rods move the fluid and feel it; one_way: they move as if there were none, and move it"},
              coupling, rod_coupling_names);
+    f.visit({.name = "inner_inertia",
+             .unit = "",
+             .text = "of rods that feel the fluid: what is within them moves with them and bears its own inertia. false: they bear "
+                     "all of theirs, and that fluid besides, as if they were heavier: for comparison with methods that do so"},
+            inner_inertia);
 }
 
 } // namespace skein

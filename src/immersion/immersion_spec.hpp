@@ -15,15 +15,29 @@ enum class RodCoupling {
 };
 inline constexpr std::string_view rod_coupling_names[] = {"two_way", "one_way"};
 
+/// What makes fluid and bodies move together.
+enum class ForcingKind {
+    direct, ///< velocities are set
+    penalty ///< springs and dampers
+};
+inline constexpr std::string_view forcing_names[] = {"direct", "penalty"};
+
 /// [immersion]
 struct ImmersionSpec {
     DeltaKind delta = DeltaKind::three_point;
+    ForcingKind forcing = ForcingKind::direct;
+    double penalty_stiffness = 0; ///< N/m^3
+    double penalty_damping = 0;   ///< N s/m^3
     long sweeps = 2;
     double slip = 0;         ///< m/s
     double retraction = 0.4; ///< of rods, over the spacing of the grid
     RodCoupling coupling = RodCoupling::two_way;
+    bool inner_inertia = true; ///< the fluid within rods bears its own
 
-    ForcingNumbers numbers() const { return {delta, static_cast<int>(sweeps), slip}; }
+    /// In a fluid of a density, kg/m^3.
+    ForcingNumbers numbers(double density) const {
+        return {delta, static_cast<int>(sweeps), slip, penalty_stiffness / density, penalty_damping / density};
+    }
     void fields(FieldVisitor& f);
 };
 

@@ -63,35 +63,57 @@ SectionMarkers section_markers(const HalfAxes& axes, double spacing, double retr
     return least - retraction < too_close * spacing ? SectionMarkers::sheet : SectionMarkers::ring;
 }
 
-std::vector<RodMarker> rod_markers(const RodGroup& group, double spacing, double retraction) {
+bool spans_box(const RodGroup& group, const FluidGrid& grid) {
+    const RodSpec& spec = group.spec();
+    if (spec.section.kind != SectionKind::rectangular) return false;
+    const Vec3d d2 = transpose_times(matrix(frame_of(spec.placement.tangent, spec.placement.normal)), Vec3d{0, 1, 0});
+    constexpr double rounding = 1e-9;
+    for (int d = 0; d < 3; ++d) {
+        const double box = grid.h * grid.cells[static_cast<std::size_t>(d)];
+        bool wide = grid.periodic(d) && std::abs(std::abs(component_of(d2, d)) - 1) < rounding;
+        for (std::size_t k = 0; wide && k < group.element.size(); ++k)
+            wide = std::abs(2 * half_axes(group, k).along_d2 - box) < rounding * box;
+        if (wide) return true;
+    }
+    return false;
+}
+
+std::vector<RodMarker> rod_markers(const RodGroup& group, const FluidGrid& grid, double retraction) {
+    const double spacing = grid.h;
+    const bool rectangular = group.spec().section.kind == SectionKind::rectangular, spans = spans_box(group, grid);
     const AlongRod rod(group);
     std::vector<RodMarker> markers;
     const auto add = [&](double s, double off_d1, double off_d2) {
         const auto [element, along] = rod.at(s);
         markers.push_back({static_cast<std::uint32_t>(element), along, off_d1, off_d2});
     };
-    const auto ring = [&](double s, double a, double b) {
-        for (const Vec3d& at : ellipse_markers(a, b, spacing)) add(s, at.x, at.y);
-    };
-    /// Along the longer axis, about the axis of the rod.
-    const auto line = [&](double s, double half, bool along_d1) {
+    /// Across the rod from -half to half, `off` from its axis the other way.
+    const auto line = [&](double s, double half, bool along_d1, double off = 0) {
         const int parts = parts_of(2 * half, spacing);
         for (int i = 0; i < parts; ++i) {
-            const double off = half * ((2 * i + 1.0) / parts - 1);
-            add(s, along_d1 ? off : 0, along_d1 ? 0 : off);
+            const double at = half * ((2 * i + 1.0) / parts - 1);
+            add(s, along_d1 ? at : off, along_d1 ? off : at);
+        }
+    };
+    const auto ring = [&](double s, double a, double b) {
+        if (!rectangular)
+            for (const Vec3d& at : ellipse_markers(a, b, spacing)) add(s, at.x, at.y);
+        for (const double side : {-1.0, 1.0}) {
+            if (rectangular) line(s, b, false, side * a);
+            if (rectangular && !spans) line(s, a, true, side * b);
         }
     };
     const auto section = [&](double s, bool filled) {
         const HalfAxes axes = rod.axes(s);
-        const double a = axes.along_d1 - retraction, b = axes.along_d2 - retraction;
+        const double a = axes.along_d1 - retraction, b = axes.along_d2 - (spans ? 0 : retraction);
         const SectionMarkers kind = section_markers(axes, spacing, retraction);
         if (kind == SectionMarkers::centre_line) return add(s, 0, 0);
         if (kind == SectionMarkers::sheet) return line(s, std::max({a, b, 0.0}), a >= b);
         ring(s, a, b);
         if (!filled) return;
         double within = spacing;
-        for (; within < std::min(a, b) - 0.5 * spacing; within += spacing) ring(s, a - within, b - within);
-        line(s, std::max(std::max(a, b) - within, 0.0), a >= b); // what is left is a line, or a point
+        for (; within < std::min(a, b) - 0.5 * spacing; within += spacing) ring(s, a - within, spans ? b : b - within);
+        line(s, std::max(std::max(a, b) - (spans ? 0 : within), 0.0), a >= b); // what is left is a line, or a point
     };
     const bool closed = group.closed();
     const double end = closed ? 0 : std::min(retraction, 0.5 * rod.length()), length = rod.length() - 2 * end;

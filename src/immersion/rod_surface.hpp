@@ -1,6 +1,7 @@
 // Markers on the surface of a rod, as its elements carry them.
 #pragma once
 
+#include "fluid/fluid_grid.hpp"
 #include "skein/core/vec3.hpp"
 #include "skein/rod/rod_group.hpp"
 
@@ -16,7 +17,7 @@ struct RodMarker {
     double off_d1, off_d2; ///< m
 };
 
-/// Half axes of an elliptic section along d1 and d2, m.
+/// How far a section reaches along d1 and d2, m.
 struct HalfAxes {
     double along_d1, along_d2;
 };
@@ -30,8 +31,11 @@ enum class SectionMarkers {
 };
 SectionMarkers section_markers(const HalfAxes& axes, double spacing, double retraction);
 
-/// Of a rod of the group at rest, ring after ring and about `spacing` apart, both ends closed; all lie `retraction` within the
+/// Whether rectangular sections go along d2 from one side of a periodic box to the other: a plate without edges there.
+bool spans_box(const RodGroup& group, const FluidGrid& grid);
+
+/// Of a rod of the group at rest, ring after ring and about a cell apart, both ends closed; all lie `retraction`, m, within the
 /// surface. Order and number are the same for all rods of the group.
-std::vector<RodMarker> rod_markers(const RodGroup& group, double spacing, double retraction);
+std::vector<RodMarker> rod_markers(const RodGroup& group, const FluidGrid& grid, double retraction);
 
 } // namespace skein

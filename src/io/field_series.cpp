@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <filesystem>
 #include <fmt/format.h>
+#include <optional>
 
 namespace skein {
 
@@ -22,14 +23,18 @@ std::uint64_t product(const std::vector<std::uint64_t>& shape) {
     return numbers;
 }
 
-std::string text_attribute(const std::string& path, const std::string& name) {
+/// The lower corner of a frame of these contents; none of other files.
+std::optional<Vec3d> lower_of_frame(const std::string& path, const std::string& contents) {
     try {
         const H5File file(Communicator::alone(), path, H5File::Mode::read);
         std::string text;
-        if (file.has("/", name)) file.get("/", name, text);
-        return text;
+        if (file.has("/", "contents")) file.get("/", "contents", text);
+        if (text != contents) return std::nullopt;
+        Vec3d lower{0, 0, 0};
+        file.get("/", "lower_x", lower.x), file.get("/", "lower_y", lower.y), file.get("/", "lower_z", lower.z);
+        return lower;
     } catch (const IoError&) {
-        return {};
+        return std::nullopt;
     }
 }
 
@@ -52,7 +57,8 @@ FieldSeries::FieldSeries(const Communicator& comm, Names names, FieldGrid grid, 
     : comm_(comm), names_(std::move(names)), grid_(grid), precision_(precision), dt_(dt), shift_(shift) {
     on_root(comm_, [&] {
         for (const std::int64_t step : steps(frames))
-            listed_[step] = text_attribute(names_.directory + "/" + file_of(step, frames), "contents") == contents();
+            if (const auto lower = lower_of_frame(names_.directory + "/" + file_of(step, frames), contents()))
+                listed_[step] = *lower;
     });
 }
 
@@ -81,7 +87,8 @@ std::string FieldSeries::contents() const {
     return text;
 }
 
-void FieldSeries::write(std::int64_t step, FieldFrame& frame, std::vector<std::uint64_t> shape, const Blocks* blocks) {
+void FieldSeries::write(std::int64_t step, const Vec3d& lower, FieldFrame& frame, std::vector<std::uint64_t> shape,
+                        const Blocks* blocks) {
     const std::string path = names_.directory + "/" + file_of(step, frames), temporary = path + ".tmp", format(format_name);
     const H5Type type = precision_ == Precision::single ? H5Type::float32 : H5Type::float64;
     std::uint64_t bytes = 0;
@@ -99,7 +106,7 @@ void FieldSeries::write(std::int64_t step, FieldFrame& frame, std::vector<std::u
         file.set("/", "step", step);
         file.set("/", "time", shift_ + static_cast<double>(step) * dt_);
         file.set("/", "spacing", grid_.spacing);
-        file.set("/", "lower_x", grid_.lower.x), file.set("/", "lower_y", grid_.lower.y), file.set("/", "lower_z", grid_.lower.z);
+        file.set("/", "lower_x", lower.x), file.set("/", "lower_y", lower.y), file.set("/", "lower_z", lower.z);
         file.set("/", "contents", contents());
         for (const auto& [name, text] : names_.labels) file.set("/", name, text);
         if (blocks) {
@@ -138,31 +145,29 @@ void FieldSeries::write(std::int64_t step, FieldFrame& frame, std::vector<std::u
         if (blocks) show_blocks(temporary, *blocks);
         make_way(path, format);
         publish(temporary, path);
-        listed_[step] = true;
+        listed_[step] = lower;
     });
 }
 
-void FieldSeries::write(std::int64_t step, FieldFrame& frame) {
+void FieldSeries::write(std::int64_t step, const Vec3d& moved, FieldFrame& frame) {
     const auto size = [&](std::size_t d) { return static_cast<std::uint64_t>(grid_.cells[d]); };
-    write(step, frame, {size(2), size(1), size(0)}, nullptr);
+    write(step, grid_.lower + moved, frame, {size(2), size(1), size(0)}, nullptr);
     on_root(comm_, [&] {
         std::string grids;
-        for (const auto& [at, shown] : listed_) {
-            if (!shown) continue;
+        for (const auto& [at, lower] : listed_)
             grids += fmt::format("<Grid Name=\"fluid\" GridType=\"Uniform\">\n{}{}</Grid>\n", time_text(at),
-                                 grid_text(file_of(at, frames), grid_.cells, grid_.lower));
-        }
+                                 grid_text(file_of(at, frames), grid_.cells, lower));
         const std::string name = names_.name.empty() ? "fields" : "fluid_" + names_.name;
         write_file(names_.directory + "/" + name + documents, document(collection("Temporal", grids)));
     });
 }
 
-FieldSeries::Blocks FieldSeries::blocks_of(std::span<const std::array<int, 3>> first_cells,
+FieldSeries::Blocks FieldSeries::blocks_of(const Vec3d& lower, std::span<const std::array<int, 3>> first_cells,
                                            const std::array<int, 3>& fluid_cells) const {
     Blocks blocks;
     for (const std::array<int, 3>& first : first_cells) {
         const Vec3d cells{static_cast<double>(first[0]), static_cast<double>(first[1]), static_cast<double>(first[2])},
-            at = grid_.lower + grid_.spacing * cells;
+            at = lower + grid_.spacing * cells;
         blocks.lower.insert(blocks.lower.end(), {at.x, at.y, at.z});
         std::array<int, 3> count{};
         for (std::size_t d = 0; d < 3; ++d) count[d] = std::min(grid_.cells[d], fluid_cells[d] - first[d]);
@@ -185,11 +190,12 @@ void FieldSeries::show_blocks(const std::string& path, const Blocks& blocks) con
     make_part_views(path, "/blocks", views);
 }
 
-void FieldSeries::write_blocks(std::int64_t step, FieldFrame& frame, std::span<const std::array<int, 3>> first_cells,
-                               const std::array<int, 3>& fluid_cells) {
-    const Blocks blocks = blocks_of(first_cells, fluid_cells);
+void FieldSeries::write_blocks(std::int64_t step, const Vec3d& moved, FieldFrame& frame,
+                               std::span<const std::array<int, 3>> first_cells, const std::array<int, 3>& fluid_cells) {
+    const Vec3d lower_of_box = grid_.lower + moved;
+    const Blocks blocks = blocks_of(lower_of_box, first_cells, fluid_cells);
     const auto size = [&](std::size_t d) { return static_cast<std::uint64_t>(grid_.cells[d]); };
-    write(step, frame, {first_cells.size(), size(2), size(1), size(0)}, &blocks);
+    write(step, lower_of_box, frame, {first_cells.size(), size(2), size(1), size(0)}, &blocks);
     on_root(comm_, [&] {
         std::string grids = time_text(step);
         for (std::size_t b = 0; b < first_cells.size(); ++b) {

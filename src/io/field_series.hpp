@@ -55,10 +55,10 @@ public:
     /// The time of step s is shift + s dt. Collective.
     FieldSeries(const Communicator& comm, Names names, FieldGrid grid, Precision precision, double dt, double shift);
 
-    /// Cells of a grid. Collective, as all that writes; throws IoError on all ranks alike.
-    void write(std::int64_t step, FieldFrame& frame);
+    /// Cells of a grid that has moved by `moved`, m. Collective, as all that writes; throws IoError on all ranks alike.
+    void write(std::int64_t step, const Vec3d& moved, FieldFrame& frame);
     /// Blocks of `grid.cells` cells each from these cells of the fluid on, of which those beyond `fluid_cells` are none.
-    void write_blocks(std::int64_t step, FieldFrame& frame, std::span<const std::array<int, 3>> first_cells,
+    void write_blocks(std::int64_t step, const Vec3d& moved, FieldFrame& frame, std::span<const std::array<int, 3>> first_cells,
                       const std::array<int, 3>& fluid_cells);
 
     /// Of a frame that is asked for in pieces: numbers in each, but for rows that are longer.
@@ -70,8 +70,9 @@ private:
         std::vector<double> lower; ///< corners, m, 3 each
         std::vector<std::array<int, 3>> cells;
     };
-    Blocks blocks_of(std::span<const std::array<int, 3>> first_cells, const std::array<int, 3>& fluid_cells) const;
-    void write(std::int64_t step, FieldFrame& frame, std::vector<std::uint64_t> shape, const Blocks* blocks);
+    Blocks blocks_of(const Vec3d& lower, std::span<const std::array<int, 3>> first_cells,
+                     const std::array<int, 3>& fluid_cells) const;
+    void write(std::int64_t step, const Vec3d& lower, FieldFrame& frame, std::vector<std::uint64_t> shape, const Blocks* blocks);
     void show_blocks(const std::string& path, const Blocks& blocks) const;
     std::string file_of(std::int64_t step, const char* ending) const;
     std::vector<std::int64_t> steps(const char* ending) const; ///< of files in the directory, rising
@@ -87,7 +88,8 @@ private:
     FieldGrid grid_;
     Precision precision_;
     double dt_, shift_;
-    std::map<std::int64_t, bool> listed_; ///< frames in the directory: whether they show what this series does
+    /// Frames in the directory that show what this series does: their lower corners.
+    std::map<std::int64_t, Vec3d> listed_;
 };
 
 } // namespace skein

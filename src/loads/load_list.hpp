@@ -6,6 +6,7 @@
 #include "loads/end_force.hpp"
 #include "loads/formula_load.hpp"
 #include "loads/gravity.hpp"
+#include "loads/guide.hpp"
 #include "loads/magnetic_field.hpp"
 #include "loads/magnetic_formula.hpp"
 #include "loads/muscle_formula.hpp"
@@ -21,7 +22,8 @@ namespace skein {
 
 template <class... L> struct LoadTypes {};
 
-using LoadList = LoadTypes<Gravity, UniformForce, UniformCouple, EndForce, MagneticField, MuscleWave, SinusoidalEndForce,
-                           SlenderBodyDrag, MuscleTorques, PlaneFriction, EndCouple, FormulaLoad, MagneticFormula, MuscleFormula>;
+using LoadList =
+    LoadTypes<Gravity, UniformForce, UniformCouple, EndForce, MagneticField, MuscleWave, SinusoidalEndForce, SlenderBodyDrag,
+              MuscleTorques, PlaneFriction, EndCouple, FormulaLoad, MagneticFormula, MuscleFormula, Guide>;
 
 } // namespace skein

@@ -125,6 +125,7 @@ Places::Places(const RodSpec& spec, const std::string& directory) : first_(spec.
             if (axis < 2) counts_[axis] = p.counts[axis];
             count_ *= p.counts[axis];
         }
+        stagger_ = p.stagger;
         break;
     case PlacementKind::mask: {
         Bitmap map = read_mask((std::filesystem::path(directory) / p.file).string(), spec.source);
@@ -214,7 +215,8 @@ Vec3d Places::origin(std::int64_t i) const {
     const std::int64_t point = pixels_.empty() ? i : pixels_[static_cast<std::size_t>(i)];
     const std::int64_t x = point % counts_[0], rows = point / counts_[0];
     const std::int64_t y = pixels_.empty() ? rows % counts_[1] : rows, z = pixels_.empty() ? rows / counts_[1] : 0;
-    return Vec3d{static_cast<double>(x) * spacing_[0], static_cast<double>(y) * spacing_[1], static_cast<double>(z) * spacing_[2]} +
+    return Vec3d{static_cast<double>(x) * spacing_[0] + ((y + z) % 2 == 1 ? stagger_ : 0), static_cast<double>(y) * spacing_[1],
+                 static_cast<double>(z) * spacing_[2]} +
            first_;
 }
 

@@ -66,29 +66,44 @@ double second_factor(const Section& section, std::size_t k, const Share& share) 
 double outer_radius(const RodSpec& spec, std::size_t k, const Share& share) {
     const Section& s = spec.section;
     const double radius = radius_factor(s, k, share) * s.radius;
-    return s.kind == SectionKind::elliptic ? std::max(radius, second_factor(s, k, share) * s.radius_2) : radius;
+    return s.kind != SectionKind::circular ? std::max(radius, second_factor(s, k, share) * s.radius_2) : radius;
 }
 
-/// St Venant's torsion constant of an ellipse, over the polar moment i3 of a circle: pi a^3 b^3/(a^2 + b^2).
-double torsion_constant(const Section& s, double f, double a, double b, double i3) {
-    if (s.torsion_constant > 0) return f * f * f * f * s.torsion_constant;
-    return a == b ? i3 : pi * (a * a * a) * (b * b * b) / (a * a + b * b);
+/// Integrals over a section that reaches a along d1 and b along d2.                                         theory.md (3), (3a)
+struct SectionIntegrals {
+    double area;    ///< m^2
+    double i1, i2;  ///< of the squared distance from d1, and from d2, m^4
+    double torsion; ///< St Venant's constant, m^4
+};
+SectionIntegrals section_integrals(SectionKind kind, double a, double b) {
+    if (kind != SectionKind::rectangular) {
+        const double i1 = 0.25 * pi * a * b * b * b, i2 = 0.25 * pi * a * a * a * b;
+        return {pi * a * b, i1, i2, a == b ? i1 + i2 : pi * (a * a * a) * (b * b * b) / (a * a + b * b)};
+    }
+    const auto [s, l] = std::minmax(a, b);
+    const double ratio = s / l, fourth = ratio * ratio * ratio * ratio;
+    return {4 * a * b, 4 * a * (b * b * b) / 3, 4 * (a * a * a) * b / 3,
+            l * (s * s * s) * (16.0 / 3 - 3.36 * ratio * (1 - fourth / 12))};
+}
+SectionIntegrals section_integrals(const RodSpec& spec, double f, double g) {
+    const Section& s = spec.section;
+    const double a = f * s.radius;
+    return section_integrals(s.kind, a, s.kind == SectionKind::circular ? a : g * s.radius_2);
 }
 
 /// Of a section that is scaled by f along d1 and by g along d2.                                       theory.md (3)
 Vec3d bending_stiffness(const RodSpec& spec, double f, double g) {
     const Material& m = spec.material;
     const double shear = m.shear_modulus > 0 ? m.shear_modulus : m.youngs_modulus / 3;
-    const double a = f * spec.section.radius;
-    const double b = spec.section.kind == SectionKind::elliptic ? g * spec.section.radius_2 : a;
-    const double i1 = 0.25 * pi * a * b * b * b, i2 = 0.25 * pi * a * a * a * b;
+    const SectionIntegrals section = section_integrals(spec, f, g);
     const auto& given = spec.section.bending_stiffness;
     // Sections of constant volume are e0 times smaller at rest: theory.md (11d).
     const double e0 = 1 + spec.shape.rest_strain.z, at_rest = m.law == Law::neo_hookean ? 1 / (e0 * e0 * e0) : 1;
     const auto bending = [&](std::size_t axis, double i) {
         return at_rest * (given.empty() ? m.youngs_modulus * i : f * f * f * f * given[axis]);
     };
-    return {bending(0, i1), bending(1, i2), at_rest * (shear * torsion_constant(spec.section, f, a, b, i1 + i2))};
+    const double own = spec.section.torsion_constant, torsion = own > 0 ? f * f * f * f * own : section.torsion;
+    return {bending(0, section.i1), bending(1, section.i2), at_rest * (shear * torsion)};
 }
 
 /// Constants of one element from its section: A, I1 = integral of y^2, I2, I3 = I1 + I2.      theory.md (3)
@@ -96,9 +111,9 @@ ElementConstants element_constants(const RodSpec& spec, std::size_t k, const Sha
     const Material& m = spec.material;
     const double shear = m.shear_modulus > 0 ? m.shear_modulus : m.youngs_modulus / 3;
     const double f = radius_factor(spec.section, k, share), g = second_factor(spec.section, k, share);
-    const double a = f * spec.section.radius;
-    const double b = spec.section.kind == SectionKind::elliptic ? g * spec.section.radius_2 : a;
-    const double area = pi * a * b, i1 = 0.25 * pi * a * b * b * b, i2 = 0.25 * pi * a * a * a * b, i3 = i1 + i2;
+    const auto [area, i1, i2, torsion] = section_integrals(spec, f, g);
+    const double i3 = i1 + i2, a = f * spec.section.radius,
+                 b = spec.section.kind == SectionKind::circular ? a : g * spec.section.radius_2;
     const double l = spec.shape.length * share.length;
     const double mass = m.density * l;
     const auto& factors = spec.section.shear_factors;

@@ -31,15 +31,24 @@ void Material::fields(FieldVisitor& f) {
 
 void Section::fields(FieldVisitor& f) {
     f.choice({.name = "kind", .unit = "", .text = "shape of the cross-section"}, kind, section_names);
-    f.visit({.name = "radius", .unit = "m", .text = "radius; elliptic: semi-axis along d1", .required = true, .above = 0}, radius);
-    f.visit({.name = "radius_2", .unit = "m", .text = "elliptic: semi-axis along d2", .at_least = 0}, radius_2);
+    f.visit({.name = "radius",
+             .unit = "m",
+             .text = "radius; elliptic: semi-axis along d1; rectangular: half of the side along d1",
+             .required = true,
+             .above = 0},
+            radius);
+    f.visit({.name = "radius_2",
+             .unit = "m",
+             .text = "elliptic: semi-axis along d2; rectangular: half of the side along d2",
+             .at_least = 0},
+            radius_2);
     f.visit({.name = "taper", .unit = "-", .text = "radius at the end over radius at the start, linear between", .above = 0},
             taper);
     f.visit({.name = "profile", .unit = "-", .text = "radius of every element over `radius`; replaces `taper`", .above = 0},
             profile);
     f.visit({.name = "profile_2",
              .unit = "-",
-             .text = "elliptic: semi-axis along d2 of every element over `radius_2`; as the other one where absent",
+             .text = "not circular: semi-axis along d2 of every element over `radius_2`; as the other one where absent",
              .above = 0},
             profile_2);
     f.visit({.name = "radius_formula",
@@ -54,7 +63,7 @@ void Section::fields(FieldVisitor& f) {
              .unit = "m^4",
              .text =
                  "torsional stiffness over G where `radius` holds, as the fourth power of the radius along the rod; 0: St Venant's "
-                 "of the ellipse",
+                 "of the shape",
              .at_least = 0},
             torsion_constant);
     f.visit({.name = "shear_factors",
@@ -67,7 +76,7 @@ void Section::fields(FieldVisitor& f) {
              .unit = "N m^2",
              .text =
                  "E I1 about d1 and E I2 about d2 where `radius` holds, as the fourth power of the radius along the rod; those of "
-                 "the ellipse where absent",
+                 "the shape where absent",
              .above = 0},
             bending_stiffness);
 }
@@ -134,6 +143,11 @@ void Placement::fields(FieldVisitor& f) {
     f.visit({.name = "counts", .unit = "-", .text = "line: [n] along x; lattice: [nx, ny] or [nx, ny, nz]", .at_least = 1}, counts);
     f.visit({.name = "spacing", .unit = "m", .text = "distance between neighbours, one per count (mask: [dx, dy])", .above = 0},
             spacing);
+    f.visit({.name = "stagger",
+             .unit = "m",
+             .text = "lattice: how far every other row is moved along x: those whose numbers along y and z have an odd sum",
+             .at_least = 0},
+            stagger);
     f.visit(
         {.name = "file",
          .unit = "",

@@ -24,7 +24,7 @@ inline TopKind top_of(const RodGroup& group) {
         return j.x == j.y ? TopKind::circular : j.x < j.y ? TopKind::elliptic_d1 : TopKind::elliptic_d2;
     }
     const Section& s = group.spec().section;
-    if (s.kind == SectionKind::elliptic && !s.profile_2.empty()) return TopKind::elliptic_each;
+    if (s.kind != SectionKind::circular && !s.profile_2.empty()) return TopKind::elliptic_each;
     if (s.kind == SectionKind::circular || s.radius == s.radius_2) return TopKind::circular;
     // I1 = pi/4 a b^3 is the smaller one where the semi-axis b along d2 is the shorter.
     return s.radius_2 < s.radius ? TopKind::elliptic_d1 : TopKind::elliptic_d2;

@@ -3,6 +3,7 @@
 #include "core/nearest.hpp"
 #include "fluid/cell_fields.hpp"
 #include "fluid/start_velocity.hpp"
+#include "scene/fitted_fluid.hpp"
 #include "scene/fluid_plan.hpp"
 #include "scene/group_names.hpp"
 #include "scene/scene_tables.hpp"
@@ -22,6 +23,7 @@ constexpr long least_between_walls = 4;
 
 void check_cells(const FluidSpec& fluid, Objections& table) {
     const std::array bounds = fluid.boundaries();
+    if (fluid.cells.empty()) return table.add("", "'cells' along x, y and z are needed, or 'margin_lower' [m] around the rods");
     table.length("cells", fluid.cells.size(), 3, "along x, y and z");
     for (std::size_t d = 0; d < std::min<std::size_t>(3, fluid.cells.size()); ++d) {
         const long n = fluid.cells[d];
@@ -107,6 +109,19 @@ void check_two_way(const SceneSpec& scene, Objections& objections) {
     if (scene.output.audit) objections.add("output.audit", one_way("there is no audit of rods that feel a fluid"));
 }
 
+/// Springs and dampers, or none.
+void check_forcing(const SceneSpec& scene, Objections& table) {
+    const ImmersionSpec& immersion = scene.immersion;
+    if (immersion.forcing == ForcingKind::direct)
+        return table.unused({"penalty_stiffness", "penalty_damping"}, "without forcing = \"penalty\"");
+    table.unused({"sweeps", "slip"}, "with forcing = \"penalty\"");
+    if (immersion.penalty_stiffness == 0 && immersion.penalty_damping == 0)
+        table.add("forcing", "forcing = \"penalty\" needs 'penalty_stiffness' [N/m^3] or 'penalty_damping' [N s/m^3]");
+    if (scene.rods.empty()) table.add("forcing", "forcing = \"penalty\" is for rods in a fluid, and there are none");
+    if (scene.fluid->scheme == FlowScheme::crank_nicolson)
+        table.add("forcing", "forcing = \"penalty\" needs a scheme of explicit viscosity");
+}
+
 void check_rods(const SceneSpec& scene, Objections& objections) {
     if (scene.rods.empty()) return;
     if (scene.immersion.coupling == RodCoupling::two_way) check_two_way(scene, objections);
@@ -117,6 +132,24 @@ void check_rods(const SceneSpec& scene, Objections& objections) {
         const std::string path = fmt::format("rods.{}", g);
         if (rods.body) objections.add(path, fmt::format("'{}': rigid bodies are not felt by a fluid yet", rods.name));
     }
+}
+
+/// A box that moves with rods.
+void check_motion(const SceneSpec& scene, TableObjections& table) {
+    const FluidSpec& fluid = *scene.fluid;
+    if (!fluid.follows_rods) return;
+    const std::string key = "follows_rods";
+    if (scene.rods.empty() || scene.immersion.coupling == RodCoupling::one_way)
+        table.add(key, "a box of fluid follows rods that feel it, and there are none");
+    if (fluid.along_x != FluidBoundary::free_slip && fluid.along_x != FluidBoundary::no_slip)
+        table.add(key, "a box that moves along x needs along_x = \"free_slip\" or \"no_slip\"");
+    if (!scene.obstacles.empty()) table.add(key, "obstacles stand in a box that stays where it is");
+    if (fluid.scheme == FlowScheme::adams_bashforth)
+        table.add(key, "a box that moves needs a scheme without rates of the last step: \"rk3\"");
+    for (std::size_t i = 0; i < scene.fluid_outputs.size(); ++i)
+        if (scene.fluid_outputs[i].kind == FluidOutputKind::slice && scene.fluid_outputs[i].across == Direction::x)
+            table.add(key, fmt::format("the output '{}' is of a slice across x, which would move with the box",
+                                       scene.fluid_outputs[i].name));
 }
 
 void check_names(const FluidOutputSpec& spec, Objections& table) {
@@ -197,11 +230,24 @@ void check_outputs(const SceneSpec& scene, bool good_grid, Objections& objection
 
 } // namespace
 
-void check_fluid(const SceneSpec& scene, Objections& objections) {
+void check_fluid(const SceneSpec& given, Objections& objections) {
+    SceneSpec fitted;
+    if (given.fluid && given.fluid->fitted()) {
+        TableObjections table(objections, "fluid");
+        const std::string key = table.given("margin_lower") ? "margin_lower" : "margin_upper";
+        if (const std::string fault = unfitted(given); !fault.empty()) table.add(key, fault);
+        table.unused({"cells", "lower"}, "beside margins, which say the box");
+        fitted = given;
+        fitted.fluid = fitted_fluid(given);
+    }
+    const SceneSpec& scene = fitted.fluid ? fitted : given;
     if (scene.output.fluid_fields > 0 && !scene.fluid) objections.add("output.fields", "'fields' has no use without [fluid]");
     TableObjections immersion(objections, "immersion");
-    if (!scene.has_immersed()) immersion.unused({"delta", "sweeps", "slip"}, "without [[obstacle]] or rods in a [fluid]");
-    if (!scene.fluid || scene.rods.empty()) immersion.unused({"retraction", "coupling"}, "without rods in a [fluid]");
+    if (!scene.has_immersed())
+        immersion.unused({"delta", "forcing", "sweeps", "slip"}, "without [[obstacle]] or rods in a [fluid]");
+    if (!scene.fluid || scene.rods.empty())
+        immersion.unused({"retraction", "coupling", "inner_inertia"}, "without rods in a [fluid]");
+    if (scene.immersion.coupling == RodCoupling::one_way) immersion.unused({"inner_inertia"}, "of rods that do not feel the fluid");
     if (!scene.fluid) {
         for (std::size_t i = 0; i < scene.obstacles.size(); ++i)
             objections.add(fmt::format("obstacle.{}", i), "[[obstacle]] has no use without [fluid]");
@@ -212,6 +258,7 @@ void check_fluid(const SceneSpec& scene, Objections& objections) {
     const FluidSpec& fluid = *scene.fluid;
     TableObjections table(objections, "fluid");
     check_rods(scene, objections);
+    check_forcing(scene, immersion);
     check_cells(fluid, table);
     for (const auto& [key, bound] : {std::pair{"along_y", fluid.along_y}, std::pair{"along_z", fluid.along_z}})
         if (bound == FluidBoundary::through) table.add(key, fmt::format("'{}': the fluid flows through along x alone", key));
@@ -222,6 +269,7 @@ void check_fluid(const SceneSpec& scene, Objections& objections) {
     else table.unused({"pressure_exchange"}, "with pressure = \"multigrid\"");
     check_ranks(fluid, table);
     check_walls(fluid, table);
+    check_motion(scene, table);
     if (fluid.scheme == FlowScheme::crank_nicolson) {
         if (fluid.along_x == FluidBoundary::through)
             table.add("scheme",

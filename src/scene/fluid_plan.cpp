@@ -2,6 +2,7 @@
 
 #include "fluid/slab_coupling.hpp"
 #include "fluid/start_velocity.hpp"
+#include "scene/fitted_fluid.hpp"
 #include "scene/scene_tables.hpp"
 
 #include <algorithm>
@@ -177,7 +178,7 @@ CellBox cells_of(const FluidOutputSpec& spec, const FluidGrid& grid) {
 RodsInFluid rods_in_fluid(const RodGroup& group, const FluidPlan& fluid) {
     const double h = fluid.constants.grid.h, retraction = fluid.retraction * h;
     RodsInFluid rods{.name = group.name(),
-                     .markers = static_cast<std::int64_t>(rod_markers(group, h, retraction).size()),
+                     .markers = static_cast<std::int64_t>(rod_markers(group, fluid.constants.grid, retraction).size()),
                      .least_axis = HUGE_VAL,
                      .density_ratio = group.spec().material.density / fluid.constants.density};
     for (std::size_t k = 0; k < group.element.size(); ++k) {
@@ -190,16 +191,18 @@ RodsInFluid rods_in_fluid(const RodGroup& group, const FluidPlan& fluid) {
 }
 
 FluidPlan plan_fluid(const SceneSpec& scene) {
-    FluidPlan plan{.constants = scene.fluid->constants(),
+    FluidPlan plan{.constants = fitted_fluid(scene).constants(),
                    .courant = scene.fluid->courant,
                    .velocity_formula = scene.fluid->velocity_formula,
                    .obstacles = scene.obstacles,
-                   .forcing = scene.immersion.numbers(),
+                   .forcing = scene.immersion.numbers(scene.fluid->density),
                    .names = names_for_formulas(scene),
                    .outputs = {},
                    .speed = {},
                    .retraction = scene.immersion.retraction,
                    .coupling = scene.immersion.coupling,
+                   .inner_inertia = scene.immersion.inner_inertia,
+                   .follows_rods = scene.fluid->follows_rods,
                    .ranks_across_at = scene.fluid->ranks_across_at};
     plan.outputs = outputs_of(scene, plan.constants.grid);
     plan.speed = speed_of(plan, scene.fluid->expected_speed);

@@ -5,6 +5,7 @@
 #include "immersion/rod_surface.hpp"
 #include "scene/scene_spec.hpp"
 
+#include <algorithm>
 #include <string>
 #include <vector>
 
@@ -67,6 +68,8 @@ struct FluidPlan {
     FluidSpeed speed;
     double retraction = 0; ///< of rods, over the spacing
     RodCoupling coupling = RodCoupling::two_way;
+    bool inner_inertia = true;        ///< see ImmersionSpec
+    bool follows_rods = false;        ///< the box
     std::string ranks_across_at = {}; ///< "file:line" where the scene says how many share the rows of a slab
     std::int64_t every = 0; ///< with rods: steps of the run between two meetings of rods and fluid, a step of the fluid or several
     std::vector<RodsInFluid> rods; ///< by group
@@ -77,7 +80,9 @@ struct FluidPlan {
     std::int64_t most_parts() const { return every / stage_parts(constants.scheme).unit; }
 
     /// Of a step of the fluid, at the speed that is known, s.
-    double step_limit() const { return skein::step_limit(constants, speed.value, courant); }
+    double step_limit() const {
+        return std::min(skein::step_limit(constants, speed.value, courant), forcing.step_limit(constants.grid.h));
+    }
 
     /// Ten fields, one more of implicit schemes with bodies, and coefficients and as many to be sent on more ranks than one, twice
     /// that where ranks share rows, or what multigrid keeps, as measured.

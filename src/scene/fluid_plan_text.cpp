@@ -13,10 +13,11 @@ namespace skein {
 std::string fluid_text(const FluidPlan& fluid) {
     const FlowConstants& c = fluid.constants;
     const auto bound = [&](std::size_t d) { return fluid_boundary_names[static_cast<std::size_t>(c.grid.boundary[d])]; };
-    return fmt::format("{} x {} x {} cells of {:.4g} m, {} / {} / {}, {:.4g} kg/m^3, {:.4g} Pa s; {}, Courant number {:g}{}",
+    return fmt::format("{} x {} x {} cells of {:.4g} m, {} / {} / {}, {:.4g} kg/m^3, {:.4g} Pa s; {}, Courant number {:g}{}{}",
                        c.grid.cells[0], c.grid.cells[1], c.grid.cells[2], c.grid.h, bound(0), bound(1), bound(2), c.density,
                        c.density * c.kinematic_viscosity, flow_scheme_names[static_cast<std::size_t>(c.scheme)], fluid.courant,
-                       c.scheme == FlowScheme::crank_nicolson ? "; viscosity does not limit the step" : "");
+                       c.scheme == FlowScheme::crank_nicolson ? "; viscosity does not limit the step" : "",
+                       fluid.follows_rods ? "; the box moves along x with the rods" : "");
 }
 
 std::string drive_text(const FluidPlan& fluid) {
@@ -75,10 +76,13 @@ std::string rods_in_fluid_text(const RodsInFluid& rods, const FluidPlan& fluid) 
     if (has(SectionMarkers::centre_line)) as.emplace_back("the centre line, of which the fluid sees a width of some two cells");
     const std::string feel =
         fluid.felt() ? fmt::format("{:.4g} times as heavy as the fluid, which they feel: kicks have {:.3g} of their inertia",
-                                   rods.density_ratio, InertiaInFluid(rods.density_ratio).felt)
+                                   rods.density_ratio, InertiaInFluid(rods.density_ratio, fluid.inner_inertia).felt)
                      : "they do not feel the fluid";
-    return fmt::format("'{}', half axes of {:.3g} to {:.3g} cells, {} markers a rod, on {}; {}; {} sweeps", rods.name,
-                       rods.least_axis, rods.most_axis, rods.markers, joined(as, ", "), feel, fluid.forcing.sweeps);
+    const std::string by = fluid.forcing.penalty() ? fmt::format("springs and dampers, steps of {:.3g} s at most",
+                                                                 fluid.forcing.step_limit(fluid.constants.grid.h))
+                                                   : fmt::format("{} sweeps", fluid.forcing.sweeps);
+    return fmt::format("'{}', half axes of {:.3g} to {:.3g} cells, {} markers a rod, on {}; {}; {}", rods.name, rods.least_axis,
+                       rods.most_axis, rods.markers, joined(as, ", "), feel, by);
 }
 
 namespace {

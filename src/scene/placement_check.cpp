@@ -83,6 +83,7 @@ void check_placement(const RodSpec& rods, Objections& of_group) {
             "", "the walls of the law \"elastica\" are the same for all rods of a group: use \"clamped_frozen\" for rods with "
                 "directions of their own");
     const std::string where = fmt::format("for a placement of kind \"{}\"", placement_names[static_cast<std::size_t>(p.kind)]);
+    if (p.kind != PlacementKind::lattice) objections.unused({"stagger"}, where);
     if (p.kind != PlacementKind::packing)
         objections.unused({"count", "seed", "region", "lower", "upper", "point", "radius", "height", "elevation", "azimuth",
                            "elevation_law", "gap", "attempts"},

@@ -121,6 +121,12 @@ std::string fault_at_start(const SceneSpec& scene, const GroupPlan& plan, const 
     return {};
 }
 
+/// Of a fluid's velocities and pressure, and of rates where the scheme goes on with them.
+double kept_bytes(const FlowConstants& fluid) {
+    const bool rates = fluid.scheme == FlowScheme::adams_bashforth || fluid.scheme == FlowScheme::crank_nicolson;
+    return (rates ? 7 : 4) * sizeof(double) * static_cast<double>(fluid.grid.count());
+}
+
 bool feels_fluid(const SceneSpec& scene) { return scene.fluid && scene.immersion.coupling == RodCoupling::two_way; }
 
 GroupPlan plan_group(const SceneSpec& scene, const std::vector<Load>& loads, const RodGroup& group, const JointBounds* joints) {
@@ -157,7 +163,8 @@ GroupPlan plan_group(const SceneSpec& scene, const std::vector<Load>& loads, con
         p.relaxation = relaxation_contacts(group, scene);
         refuse_drag(p, group);
     }
-    if (feels_fluid(scene)) p.inertia_share = InertiaInFluid(group.spec().material.density / scene.fluid->density).felt;
+    if (feels_fluid(scene))
+        p.inertia_share = InertiaInFluid(group.spec().material.density / scene.fluid->density, scene.immersion.inner_inertia).felt;
     find_limits(p, group, scene, joints);
     p.tension_limit = tension_limit(group);
     if (const auto& j = group.rotary_inertia_scale; !j.empty()) {
@@ -487,6 +494,7 @@ Plan make_plan(const SceneSpec& as_given, std::span<const RodGroup> groups, cons
     for (const InteractionSpec& interaction : plan.interactions)
         ns += predicted_ns(interaction) * static_cast<double>(plan.elements) /
               (machine.ranks * std::min(machine.threads, machine.cores));
+    if (plan.fluid) plan.copy_bytes += kept_bytes(plan.fluid->constants);
     if (plan.copy_bytes > machine.ranks * most_copied_bytes) plan.copy_bytes = 0;
     choose_step(plan, scene);
     plan.cadence = cadence_of(scene.output, plan);

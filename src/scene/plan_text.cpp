@@ -196,11 +196,13 @@ std::string to_text(const Plan& p) {
                                    p.fluid->bytes_per_cell(p.machine.ranks), bytes_text(p.output_bytes)) +
                            (p.most_block_bytes > 0 ? fmt::format(", and up to {} of blocks", bytes_text(p.most_block_bytes)) : ""));
     else
-        line("memory", fmt::format("{} for rods ({:.0f} B per element){}{}, {} to disk", bytes_text(p.state_bytes),
-                                   p.state_bytes / static_cast<double>(p.elements),
-                                   p.copy_bytes > 0 ? fmt::format(", {} for a copy to go back to", bytes_text(p.copy_bytes)) : "",
-                                   p.frame_bytes > 0 ? fmt::format(", {} for frames that wait", bytes_text(p.frame_bytes)) : "",
-                                   bytes_text(p.output_bytes)));
+        line("memory",
+             fmt::format("{} for {}{}{}, {} to disk", bytes_text(p.state_bytes),
+                         p.fluid ? fmt::format("rods and fluid ({:.0f} B per cell)", p.fluid->bytes_per_cell(p.machine.ranks))
+                                 : fmt::format("rods ({:.0f} B per element)", p.state_bytes / static_cast<double>(p.elements)),
+                         p.copy_bytes > 0 ? fmt::format(", {} for a copy to go back to", bytes_text(p.copy_bytes)) : "",
+                         p.frame_bytes > 0 ? fmt::format(", {} for frames that wait", bytes_text(p.frame_bytes)) : "",
+                         bytes_text(p.output_bytes)));
     for (const std::string& note : p.notes) line("note", note);
     if (p.fluid) {
         const int cores = p.machine.ranks * std::min(p.machine.threads, p.machine.cores);

@@ -26,6 +26,8 @@ void section(const RodSpec& rods, Objections& of_group) {
     const Section& s = rods.section;
     if (s.kind == SectionKind::elliptic && s.radius_2 == 0)
         objections.add("", "an elliptic section needs 'radius_2', its semi-axis along d2 [m]");
+    if (s.kind == SectionKind::rectangular && s.radius_2 == 0)
+        objections.add("", "a rectangular section needs 'radius_2', half of its side along d2 [m]");
     if (s.kind == SectionKind::circular)
         objections.unused({"radius_2"}, "in a circular section; kind = \"elliptic\" has two radii");
     if (!s.shear_factors.empty()) {

@@ -18,13 +18,14 @@ namespace skein {
 
 namespace {
 
-constexpr std::int64_t look_every = 64;   ///< steps of a first coarse search
-constexpr std::int64_t copy_every = 1024; ///< steps between two copies at least: one costs as much as ten steps at most
-constexpr double held = 0.9;              ///< share of a limit that is proposed
-constexpr double resolved = 0.1;          ///< of an element's length, or rad: what a load may do within a step
-constexpr std::int64_t looked_back = 16;  ///< steps before a failure that may have led to it
-constexpr int most_attempts = 4;          ///< at a shorter step, each a quarter of the one before
-constexpr double trial_seconds = 60;      ///< wall time that they may take in all
+constexpr std::int64_t look_every = 64;          ///< steps of a first coarse search
+constexpr std::int64_t copy_every = 1024;        ///< steps between two copies at least: one costs as much as ten steps at most
+constexpr std::int64_t copy_of_fluid_every = 32; ///< steps of a fluid: a copy costs as much as one at most
+constexpr double held = 0.9;                     ///< share of a limit that is proposed
+constexpr double resolved = 0.1;                 ///< of an element's length, or rad: what a load may do within a step
+constexpr std::int64_t looked_back = 16;         ///< steps before a failure that may have led to it
+constexpr int most_attempts = 4;                 ///< at a shorter step, each a quarter of the one before
+constexpr double trial_seconds = 60;             ///< wall time that they may take in all
 constexpr std::int64_t nobody = std::numeric_limits<std::int64_t>::max();
 
 /// Two digits, rounded down: a number to be typed in.
@@ -79,7 +80,8 @@ struct Simulation::InvalidRod {
 
 void Simulation::keep_copy() {
     if (plan_.relax || options_.rewind == Rewind::never || (options_.rewind == Rewind::automatic && plan_.copy_bytes == 0)) return;
-    if (copy_ && clock_.done() - copy_->step() < copy_every) return;
+    const std::int64_t every = std::max(copy_every, plan_.fluid ? copy_of_fluid_every * plan_.events_every() : 0);
+    if (copy_ && clock_.done() - copy_->step() < every) return;
     const auto timing = timers_.time(Phase::checkpoint);
     if (copy_ && copy_->owners() != owners_) copy_.reset(); // before there is another
     if (!copy_) copy_ = std::make_unique<StateCopy>(groups_, *rods_, owners_);

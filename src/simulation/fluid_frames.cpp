@@ -100,19 +100,19 @@ FluidFrames::FluidFrames(const Communicator& comm, const Threads& threads, const
 
 FluidFrames::~FluidFrames() = default;
 
-void FluidFrames::write_due(std::int64_t step) {
+void FluidFrames::write_due(std::int64_t step, const Vec3d& moved) {
     const auto due = [&](const Output& output) { return step % output.what.every == 0; };
     if (std::none_of(outputs_.begin(), outputs_.end(), due)) return;
     flow_.take();
     for (Output& output : outputs_)
-        if (due(output)) write(step, output);
+        if (due(output)) write(step, moved, output);
     flow_.release();
 }
 
-void FluidFrames::write(std::int64_t step, Output& output) {
+void FluidFrames::write(std::int64_t step, const Vec3d& moved, Output& output) {
     if (output.box) {
         BoxFrame frame(*output.box, output.what.box, output.what.fields);
-        output.series.write(step, frame);
+        output.series.write(step, moved, frame);
         return;
     }
     output.blocks->find(output.what.criterion, output.what.threshold);
@@ -120,7 +120,7 @@ void FluidFrames::write(std::int64_t step, Output& output) {
     std::vector<std::array<int, 3>> first = output.blocks->blocks();
     for (auto& block : first)
         for (int& cell : block) cell *= output.what.edge;
-    output.series.write_blocks(step, frame, first, output.cells);
+    output.series.write_blocks(step, moved, frame, first, output.cells);
 }
 
 } // namespace skein

@@ -20,12 +20,12 @@ public:
                 const std::string& directory, double dt, double shift);
     ~FluidFrames();
 
-    /// All that are due at this step.
-    void write_due(std::int64_t step);
+    /// All that are due at this step, of a box that has moved by `moved`, m.
+    void write_due(std::int64_t step, const Vec3d& moved);
 
 private:
     struct Output;
-    void write(std::int64_t step, Output& output);
+    void write(std::int64_t step, const Vec3d& moved, Output& output);
 
     FlowPlanes flow_;
     std::vector<Output> outputs_;

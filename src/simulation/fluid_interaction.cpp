@@ -3,6 +3,7 @@
 #include "fluid/start_velocity.hpp"
 #include "fluid/whole_planes.hpp"
 #include "loads/gravity.hpp"
+#include "parallel/exact_sum.hpp"
 #include "skein/core/error.hpp"
 
 #include <algorithm>
@@ -41,14 +42,14 @@ FluidInteraction::FluidInteraction(const InteractionParts& parts)
       lag_(scheme_of(parts.plan.integrator).lag * parts.plan.dt) {
     const FluidGrid& grid = plan_.constants.grid;
     std::unique_ptr<ImmersedRods> rods;
-    if (!groups_.empty()) rods = std::make_unique<ImmersedRods>(groups_, parts.rods, grid.h, plan_.retraction * grid.h);
+    if (!groups_.empty()) rods = std::make_unique<ImmersedRods>(groups_, parts.rods, grid, plan_.retraction * grid.h);
     if (rods || !plan_.obstacles.empty()) {
         bodies_ = std::make_unique<Immersion>(comm_, threads_, grid, plan_.forcing, plan_.obstacles, std::move(rods),
                                               flow_->pencils().across());
         bodies_->set_lag(lag_);
         if (plan_.felt())
             bodies_->feel(std::make_unique<ForceBalance>(groups_, *bodies_->rods(), parts.around.fluid, plan_.constants.density,
-                                                         grid.h * grid.h * grid.h, weight_of(parts.plan)));
+                                                         grid.h * grid.h * grid.h, plan_.inner_inertia, weight_of(parts.plan)));
         flow_->set_forcing(&bodies_->forcing());
     }
     const Vec3d inflow = plan_.constants.inflow;
@@ -95,6 +96,10 @@ void FluidInteraction::drive(const Step& step, Timers& timers) {
     }
 }
 
+double FluidInteraction::step_limit_of_flow() const {
+    return std::min(flow_->step_limit(plan_.courant), plan_.forcing.step_limit(plan_.constants.grid.h));
+}
+
 void FluidInteraction::fail_at(double limit, double dt) {
     const double most = groups_.empty() ? most_parts : static_cast<double>(plan_.most_parts());
     failure_ =
@@ -105,14 +110,35 @@ void FluidInteraction::fail_at(double limit, double dt) {
 }
 
 void FluidInteraction::step_alone(const Step& step) {
-    const double limit = flow_->step_limit(plan_.courant); // the same on all ranks
+    const double limit = step_limit_of_flow(); // the same on all ranks
     if (!(step.dt / limit < most_parts)) return fail_at(limit, step.dt);
     if (bodies_) bodies_->begin_interval(step.begin), to_ = step.end();
     steps_ += flow_->step_within(step.begin, step.dt, plan_.courant);
 }
 
+void FluidInteraction::follow_rods() {
+    std::vector<double> along_x;
+    bodies_->rods()->read(lag_, [&](int, std::size_t, const RodCopy& rod) {
+        for (const Slot<1>& slot : rod.state) along_x.push_back(lane(slot.position, 0).x);
+    });
+    double nodes = 0;
+    for (const RodGroup& group : groups_) nodes += static_cast<double>(group.count() * group.slots());
+    const double middle = exact_sums(comm_, std::span(&along_x, 1)).front() / nodes;
+    if (!middle_at_start_) middle_at_start_ = middle;
+    const auto cells = static_cast<std::int64_t>((middle - *middle_at_start_) / plan_.constants.grid.h);
+    if (cells == moved_) return;
+    flow_->move_box(static_cast<int>(cells - moved_));
+    move_box_to(cells);
+}
+
+void FluidInteraction::move_box_to(std::int64_t cells) {
+    moved_ = cells;
+    bodies_->set_box_shift(box_shift());
+}
+
 bool FluidInteraction::choose_part(const Step& first) {
-    const double limit = flow_->step_limit(plan_.courant), whole = static_cast<double>(plan_.every) * first.dt;
+    if (plan_.follows_rods) follow_rods();
+    const double limit = step_limit_of_flow(), whole = static_cast<double>(plan_.every) * first.dt;
     std::int64_t steps = 1; // of the fluid, each of as many of the run
     while (steps <= plan_.most_parts() && (plan_.most_parts() % steps != 0 || whole > static_cast<double>(steps) * limit)) ++steps;
     if (steps > plan_.most_parts()) return fail_at(limit, whole), false;
@@ -158,12 +184,10 @@ void FluidInteraction::end_stage(int s, const Step& step) {
 
 std::string FluidInteraction::invalid() const {
     if (!failure_.empty()) return failure_;
-    double speed = 0;
-    for (const FlowFigures& row : flow_->figures())
-        speed = std::isfinite(row.kinetic_energy) ? std::max(speed, row.speed) : row.kinetic_energy;
-    return std::isfinite(speed) ? std::string()
-                                : std::string("the velocity of the fluid is not finite: its step is too long for what drives it; a "
-                                              "smaller fluid.courant or time.dt would do");
+    return std::isfinite(flow_->largest_speed())
+               ? std::string()
+               : std::string("the velocity of the fluid is not finite: its step is too long for what drives it; a "
+                             "smaller fluid.courant or time.dt would do");
 }
 
 std::vector<Figure> FluidInteraction::figures(double) const {
@@ -215,11 +239,13 @@ std::vector<Figure> FluidInteraction::figures(double) const {
 KeptNumbers FluidInteraction::kept() const {
     WholeState state(comm_, *flow_);
     std::vector<double> numbers{static_cast<double>(steps_), flow_->time()};
-    if (bodies_) {
-        const std::vector<double> more =
-            bodies_->balance() ? bodies_->balance()->kept(comm_) : bodies_->forcing().held().kept(comm_);
-        numbers.insert(numbers.end(), more.begin(), more.end());
+    if (plan_.follows_rods) {
+        numbers.push_back(static_cast<double>(moved_));
+        numbers.push_back(middle_at_start_.value_or(0));
     }
+    const auto keep = [&](const std::vector<double>& more) { numbers.insert(numbers.end(), more.begin(), more.end()); };
+    if (bodies_ && bodies_->balance()) keep(bodies_->balance()->kept(comm_));
+    if (bodies_) keep(bodies_->forcing().held().kept(comm_)); // empty where nothing is held
     KeptNumbers kept{
         .name = kept_name(), .numbers = std::move(numbers), .sums = 0, .columns = state.numbers_of_plane(), .rows = {}};
     kept.rows.reserve(kept.columns * static_cast<std::size_t>(state.planes().count));
@@ -243,9 +269,18 @@ void FluidInteraction::recall(const KeptNumbers& kept) {
     state.put_back();
     const std::size_t known = std::min<std::size_t>(2, kept.numbers.size()); // 1: of programs before walls could move
     flow_->refresh(known > 1 ? kept.numbers[1] : 0);
-    const auto more = std::span(kept.numbers).subspan(known);
-    if (bodies_ && bodies_->balance()) bodies_->balance()->recall(more);
-    else if (bodies_) bodies_->forcing().recall_held(more);
+    auto more = std::span(kept.numbers).subspan(known);
+    if (plan_.follows_rods) {
+        move_box_to(static_cast<std::int64_t>(more[0]));
+        middle_at_start_ = steps_ > 0 ? std::optional(more[1]) : std::nullopt;
+        more = more.subspan(2);
+    }
+    if (bodies_ && bodies_->balance()) {
+        const std::size_t of_balance = bodies_->balance()->kept_numbers();
+        bodies_->balance()->recall(more.first(of_balance));
+        more = more.subspan(of_balance);
+    }
+    if (bodies_) bodies_->forcing().recall_held(more);
     failure_.clear();
 }
 
@@ -268,6 +303,7 @@ std::uint64_t FluidInteraction::digest() const { // that of the rows of kept(), 
         }
     }
     if (bodies_ && bodies_->balance()) hash.push_back(bodies_->balance()->digest());
+    if (moved_ != 0 && comm_.root()) hash.push_back(hash_end(hash_with(hash_begin(moved_), 0)));
     return std::accumulate(hash.begin(), hash.end(), std::uint64_t{0});
 }
 

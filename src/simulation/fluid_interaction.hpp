@@ -5,6 +5,8 @@
 #include "immersion/immersion.hpp"
 #include "simulation/interaction.hpp"
 
+#include <optional>
+
 namespace skein {
 
 class FluidInteraction final : public Interaction {
@@ -28,6 +30,8 @@ public:
     /// Of this run: cells times steps of the fluid.
     double cell_steps() const;
     const FlowSolver& flow() const { return *flow_; }
+    /// How far the box has moved with the rods, m.
+    Vec3d box_shift() const { return {static_cast<double>(moved_) * plan_.constants.grid.h, 0, 0}; }
 
 private:
     /// From an end of a step of the run to the next, in steps that are as long as the fluid allows.
@@ -39,7 +43,12 @@ private:
     /// A stage that rods are about to begin, or have come to the end of.
     void begin_stage(int s, const Step& first);
     void end_stage(int s, const Step& step);
+    /// Of the fluid, s. Collective.
+    double step_limit_of_flow() const;
     void fail_at(double limit, double dt);
+    /// The box moves by whole cells to where the middle of all nodes is. Collective.
+    void follow_rods();
+    void move_box_to(std::int64_t cells);
 
     const Communicator& comm_;
     const Threads& threads_;
@@ -52,6 +61,8 @@ private:
     std::string failure_;                       ///< why it cannot go on; empty: it can
     std::int64_t steps_ = 0, steps_before_ = 0; ///< of the fluid since the start; of them, those before this run
     std::int64_t part_ = 0;                     ///< with rods: steps of the run in the present step of the fluid
+    std::int64_t moved_ = 0;                    ///< cells that the box has moved along x
+    std::optional<double> middle_at_start_;     ///< x of the middle of all nodes, m
 };
 
 /// The fluid among them; null where there is none.

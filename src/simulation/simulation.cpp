@@ -432,7 +432,7 @@ void Simulation::write_frames() {
     if (due(plan_.cadence.trajectory)) trajectory_->write(clock_.done(), clock_.time(), clock_.lag());
     if (polydata_ && due(plan_.cadence.trajectory)) write_polydata();
     if (due(plan_.cadence.tips)) tips_->write(clock_.done(), clock_.time(), clock_.lag());
-    if (fluid_frames_) fluid_frames_->write_due(clock_.done());
+    if (fluid_frames_) fluid_frames_->write_due(clock_.done(), fluid_of(interactions_)->box_shift());
 }
 
 void Simulation::show_progress(bool last) {

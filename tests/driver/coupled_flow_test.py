@@ -3,6 +3,7 @@ fluid lets it."""
 
 import unittest
 
+import h5py
 import numpy
 
 from driver import DriverTest, rods_in_a_fluid
@@ -23,6 +24,11 @@ expected_speed = 2.0
 series = 0.02
 checkpoint = 0.1
 """
+
+PENALTY = "\n[immersion]\nforcing = 'penalty'\npenalty_stiffness = 2000.0\npenalty_damping = 20.0\ninner_inertia = false\n"
+HEAVIER = "\n[immersion]\ninner_inertia = false\n"
+FOLLOWS = (SCENE.replace("courant", "along_x = 'free_slip'\nfollows_rods = true\ncourant")
+           .replace("velocity = [0.0, 0.0, -1.0]", "velocity = [1.0, 0.0, -1.0]").replace("[[2.5, 0.4, 1.0], [2.5, 1.8, 1.0]]", "[[1.5, 0.4, 1.0], [1.5, 1.8, 1.0]]")) + "fields = 0.1\n"
 
 DISC = """
 title = "disc on a spring"
@@ -75,6 +81,48 @@ class CoupledFlow(DriverTest):
                 self.assertLess(abs(kept - kept[0]).max(), 1e-12 * max(exchanged, abs(kept[0])), f"{density}: {axis}")
             self.assertLess(series["max_speedms"].max(), 2.5, density)
             self.assertLess(series["slipms"][2:].max(), 0.2, density)
+
+    def test_momentum_is_kept_by_springs_and_by_rods_that_bear_the_fluid_within(self):
+        for name, more in {"springs": PENALTY, "heavier": HEAVIER}.items():
+            self.scene.write_text(SCENE + more)
+            self.run_skein(name)
+            series = self.series(name)
+            for axis in "xyz":
+                kept = series[f"coupled_momentum_{axis}kg_ms"]
+                self.assertLess(abs(kept - kept[0]).max(), 1e-12, f"{name}: {axis}")
+            self.assertGreater(abs(series["fluid_momentum_xkg_ms"]).max(), 0.01)
+            self.assertLess(series["max_speedms"].max(), 2.5, name)
+
+    def test_springs_and_a_box_that_follows_have_the_same_bits_on_other_ranks_and_after_a_stop(self):
+        for name, scene in {"springs": SCENE + PENALTY, "follows": FOLLOWS}.items():
+            self.scene.write_text(scene)
+            self.run_skein(name)
+            self.run_skein(name + "_rows", "--set", "fluid.ranks_across=2", ranks=4)
+            self.run_skein(name + "_parts", "--until", "0.21")
+            self.assertIn("Resuming from", self.run_skein(name + "_parts", ranks=2).stdout)
+            for out in (name + "_rows", name + "_parts"):
+                self.assertEqual(self.digest(out), self.digest(name), out)
+
+    def test_a_box_that_follows_its_rods_is_where_they_are(self):
+        """It has moved by whole cells with the mean place of all nodes, its fields say so, and rods move as in a box that stays, but for its walls."""
+        self.scene.write_text(FOLLOWS)
+        self.run_skein("follows")
+        self.run_skein("stays", "--set", "fluid.follows_rods=false")
+        with h5py.File(sorted((self.directory / "follows").glob("fields_*.h5"))[-1]) as file:
+            moved = file.attrs["lower_x"] / 0.1
+            self.assertAlmostEqual(moved, round(moved), 9)
+            self.assertGreaterEqual(round(moved), 1)
+        centre = {out: self.series(out)["centre_xm"] for out in ("follows", "stays")}
+        self.assertLess(abs(centre["follows"] - centre["stays"]).max(), 0.03 * (centre["stays"][-1] - centre["stays"][0]))
+
+    def test_ranks_that_exchange_interfaces_agree_to_rounding(self):
+        self.run_skein("one")
+        self.run_skein("interfaces", "--set", "fluid.pressure_exchange=interfaces", ranks=2)
+        one, other = self.series("one"), self.series("interfaces")
+        self.assertGreaterEqual(one["fluid_steps"][-1], 15)
+        for name in one.dtype.names:
+            if name == "fluid_max_divergence1s": continue
+            self.assertLess(abs(one[name] - other[name]).max(), 1e-10 * max(1, abs(one[name]).max()), name)
 
     def test_the_same_on_any_ranks_threads_and_lanes_and_after_a_stop(self):
         self.run_skein("one")

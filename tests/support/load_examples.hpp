@@ -98,6 +98,14 @@ inline MagneticFormula field_by_formula(const Vec3d& a, const Vec3d& p, const Ve
     return load;
 }
 
+/// A spring that holds the first node to p from the middle of its rod.
+inline Guide guide_to(const Vec3d& p) {
+    Guide load{.stiffness = 3, .along = "xyz", .place = {}};
+    for (const double part : {p.x, p.y, p.z}) load.place.push_back(fmt::format("{:.17g} * (1 + sin(2 * t))", part));
+    load.use({.duration = 1});
+    return load;
+}
+
 inline std::vector<LoadExample> load_examples() {
     const auto at = [](const State& s, std::size_t i) { return lane(s[i].position, 0); };
     const auto still = [](Load&, const Turn&) {};
@@ -260,6 +268,7 @@ inline std::vector<LoadExample> load_examples() {
              }
              return u;
          }});
+    all.push_back({guide_to(b), [=](Load& l, const Turn& t) { l = guide_to(t.direction(b)); }});
     return all;
 }
 

@@ -106,6 +106,7 @@ private:
     Vec3d first_{0, 0, 0};              ///< of a lattice or bitmap: the place of its first point; of a file: added to its origins
     std::int64_t counts_[2] = {1, 1};   ///< of a lattice, along x and y
     double spacing_[3] = {0, 0, 0};     ///< m
+    double stagger_ = 0;                ///< of a lattice: of every other row along x, m
     std::vector<std::uint32_t> pixels_; ///< of a bitmap, row by row from the lowest y: those that carry a rod
     bool listed_ = false, turned_ = false, read_ = false;
     std::vector<Vec3d> origins_;     ///< of the rods that are held

@@ -30,22 +30,22 @@ struct Material {
     void fields(FieldVisitor& f);
 };
 
-enum class SectionKind { circular, elliptic };
-inline constexpr std::string_view section_names[] = {"circular", "elliptic"};
+enum class SectionKind { circular, elliptic, rectangular };
+inline constexpr std::string_view section_names[] = {"circular", "elliptic", "rectangular"};
 
-/// Cross-section: circle of radius `radius`, or ellipse of semi-axis `radius` along d1 and `radius_2` along d2; scaled
+/// Cross-section: circle of radius `radius`, or ellipse or rectangle that reaches `radius` along d1 and `radius_2` along d2; scaled
 /// along the rod linearly from 1 at the start to `taper` at the end, or element by element by `profile`. What is given of its
 /// constants replaces what the shape makes of them; mass and inertia are the shape's. Along a rod they go with the fourth power of
 /// the scale.
 struct Section {
     SectionKind kind = SectionKind::circular;
     double radius = 0;   ///< m
-    double radius_2 = 0; ///< m, elliptic only
+    double radius_2 = 0; ///< m, not of circles
     double taper = 1;
     std::vector<double> profile;                  ///< empty, or one factor per element
     std::vector<double> profile_2;                ///< the same of radius_2; empty: that of `radius`
     std::string radius_formula, radius_2_formula; ///< of s, which the profiles are worked out from; empty: none
-    double torsion_constant = 0;                  ///< m^4; 0: St Venant's of the ellipse
+    double torsion_constant = 0;                  ///< m^4; 0: St Venant's of the shape
     std::vector<double> shear_factors;            ///< empty: Material::shear_factor, or alpha_c along d1 and d2
     std::vector<double> bending_stiffness;        ///< empty, or E I1, E I2 about d1 and d2, N m^2
 
@@ -103,6 +103,7 @@ struct Placement {
     std::optional<Vec3d> normal; ///< d1 at s = 0, made orthogonal to the tangent; absent: x, or y for rods along x
     std::vector<long> counts;    ///< line: [n]; lattice: [nx, ny] or [nx, ny, nz]
     std::vector<double> spacing; ///< m, one per count
+    double stagger = 0;          ///< lattice: of every other row along x, m
     std::string file;            ///< mask: PBM (P1) bitmap, its "1" pixels carry a rod; file: see docs/files.md
     std::vector<Vec3d> origins;  ///< list
     std::vector<Vec3d> tangents; ///< list: empty, or d3 at s = 0 of every rod

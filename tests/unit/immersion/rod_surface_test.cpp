@@ -20,6 +20,14 @@ RodGroup rod(SectionKind kind, double a, double b, double length, double taper =
     return {spec, 0, 0, "."};
 }
 
+FluidGrid grid_of(double h) {
+    FluidGrid grid;
+    grid.h = h;
+    grid.cells = {40, 8, 40};
+    grid.boundary = {FluidBoundary::free_slip, FluidBoundary::periodic, FluidBoundary::free_slip};
+    return grid;
+}
+
 /// In the frame of a straight rod along z.
 std::vector<Vec3d> places(const RodGroup& group, const std::vector<RodMarker>& markers) {
     std::vector<Vec3d> all;
@@ -35,7 +43,7 @@ std::vector<Vec3d> places(const RodGroup& group, const std::vector<RodMarker>& m
 TEST(RodSurface, RingsAndCapsOfARoundRod) {
     const double h = 0.1, retraction = 0.04, radius = 0.5, length = 3;
     const RodGroup group = rod(SectionKind::circular, radius, 0, length);
-    const std::vector<Vec3d> all = places(group, rod_markers(group, h, retraction));
+    const std::vector<Vec3d> all = places(group, rod_markers(group, grid_of(h), retraction));
     const double inner = radius - retraction, surface = 2 * pi * inner * (length - 2 * retraction) + 2 * pi * inner * inner;
     EXPECT_NEAR(static_cast<double>(all.size()), surface / (h * h), 0.05 * surface / (h * h));
     Vec3d sum{0, 0, 0};
@@ -61,20 +69,60 @@ TEST(RodSurface, ThinSectionsAreSheetsAndThreadsAreLines) {
     EXPECT_EQ(section_markers({0.06, 0.4}, h, retraction), SectionMarkers::sheet);
     EXPECT_EQ(section_markers({0.06, 0.08}, h, retraction), SectionMarkers::centre_line);
     const RodGroup flat = rod(SectionKind::elliptic, 0.06, 0.4, 2), thread = rod(SectionKind::circular, 0.05, 0, 2);
-    for (const RodMarker& m : rod_markers(flat, h, retraction)) {
+    for (const RodMarker& m : rod_markers(flat, grid_of(h), retraction)) {
         EXPECT_EQ(m.off_d1, 0);
         EXPECT_LT(std::abs(m.off_d2), 0.4 - retraction);
     }
-    const std::vector<RodMarker> line = rod_markers(thread, h, retraction);
+    const std::vector<RodMarker> line = rod_markers(thread, grid_of(h), retraction);
     EXPECT_NEAR(static_cast<double>(line.size()), 2 / h, 1.5);
     for (const RodMarker& m : line) EXPECT_EQ(std::hypot(m.off_d1, m.off_d2), 0);
+}
+
+TEST(RodSurface, ARectangularSectionHasFourSides) {
+    const double h = 0.1, retraction = 0.04, a = 0.3, b = 0.25, length = 2;
+    const RodGroup bar = rod(SectionKind::rectangular, a, b, length);
+    EXPECT_FALSE(spans_box(bar, grid_of(h)));
+    const std::vector<Vec3d> all = places(bar, rod_markers(bar, grid_of(h), retraction));
+    const double x = a - retraction, y = b - retraction, ends = retraction + 1e-12;
+    std::int64_t on_side[2][2] = {};
+    for (const Vec3d& at : all) {
+        EXPECT_LE(std::abs(at.x), x + 1e-12);
+        EXPECT_LE(std::abs(at.y), y + 1e-12);
+        if (at.z <= ends || at.z >= length - ends) continue;
+        const bool across_d1 = std::abs(std::abs(at.x) - x) < 1e-12, across_d2 = std::abs(std::abs(at.y) - y) < 1e-12;
+        EXPECT_TRUE(across_d1 != across_d2) << at.x << " " << at.y;
+        ++on_side[across_d2][(across_d1 ? at.x : at.y) > 0];
+    }
+    const auto rings = std::lround((length - 2 * retraction) / h) - 1;
+    for (int upper = 0; upper < 2; ++upper) {
+        EXPECT_EQ(on_side[0][upper], rings * std::lround(2 * y / h));
+        EXPECT_EQ(on_side[1][upper], rings * std::lround(2 * x / h));
+    }
+}
+
+/// Two sides in a periodic box that is as wide, one a cell, so that the fluid cannot tell it from one without end.
+TEST(RodSurface, APlateAsWideAsAPeriodicBoxHasNoEdges) {
+    const double h = 0.1, retraction = 0.04, a = 0.2;
+    const RodGroup plate = rod(SectionKind::rectangular, a, 0.4, 2);
+    EXPECT_TRUE(spans_box(plate, grid_of(h))) << "d2 is along y, across which the box has 8 cells and is periodic";
+    EXPECT_FALSE(spans_box(rod(SectionKind::rectangular, a, 0.39, 2), grid_of(h)));
+    EXPECT_FALSE(spans_box(rod(SectionKind::elliptic, a, 0.4, 2), grid_of(h)));
+    std::vector<double> across;
+    for (const Vec3d& at : places(plate, rod_markers(plate, grid_of(h), retraction)))
+        if (at.z > 0.95 && at.z < 1.05) {
+            EXPECT_NEAR(std::abs(at.x), a - retraction, 1e-12);
+            if (at.x > 0) across.push_back(at.y);
+        }
+    ASSERT_EQ(across.size(), 8u);
+    std::sort(across.begin(), across.end());
+    for (std::size_t i = 0; i < 8; ++i) EXPECT_NEAR(across[i], -0.35 + 0.1 * static_cast<double>(i), 1e-12);
 }
 
 /// Sections between middles of elements are those of the taper.
 TEST(RodSurface, FollowsATaper) {
     const double h = 0.02, retraction = 0.008;
     const RodGroup group = rod(SectionKind::elliptic, 0.3, 0.15, 2, 0.5);
-    for (const Vec3d& at : places(group, rod_markers(group, h, retraction))) {
+    for (const Vec3d& at : places(group, rod_markers(group, grid_of(h), retraction))) {
         if (at.z < 0.1 || at.z > 1.9) continue;
         const double scale = 1 - 0.25 * at.z, a = 0.3 * scale - retraction, b = 0.15 * scale - retraction;
         EXPECT_NEAR(at.x * at.x / (a * a) + at.y * at.y / (b * b), 1, 1e-3);

@@ -80,7 +80,7 @@ TEST(AnyLoad, OfTheListObjectsToRodsThatItIsNotFor) {
                               load.get_if<PlaneFriction>() || load.get_if<FormulaLoad>() || load.get_if<MagneticFormula>() ||
                               load.get_if<MuscleFormula>();
         const bool of_ends = load.get_if<EndForce>() || load.get_if<EndCouple>() || load.get_if<SinusoidalEndForce>() ||
-                             load.get_if<PlaneFriction>();
+                             load.get_if<PlaneFriction>() || load.get_if<Guide>();
         EXPECT_EQ(objects(load, body, "rigid bodies"), of_bends || of_ends) << load.kind();
         EXPECT_EQ(objects(load, ring, "rings"), of_ends) << load.kind();
     }

@@ -79,6 +79,22 @@ TEST(SinusoidalEndForces, PullThenTurn) {
     expect_near(rate, (2 * pi / 4) * load.at(1.1 + 1), 1e-9);
 }
 
+TEST(Guide, PullsTheFirstNodeToItsPlaceBesideTheMiddle) {
+    const RodGroup group = crooked_group(7);
+    const State state = test::shaken_state(group, 0.02, 0.4, 1);
+    Guide guide{.stiffness = 5, .along = "yz", .place = {"1", "0.1 * cos(3 * t)", "-0.2"}};
+    guide.use({.duration = 1});
+    Vec3d middle{0, 0, 0};
+    for (const Slot<1>& slot : state) middle += (1.0 / 8) * lane(slot.position, 0);
+    for (const double t : {0.0, 0.4}) {
+        const Tile<1> out = apply(guide, group, state, t);
+        const Vec3d away = lane(state[0].position, 0) - middle - Vec3d{1, 0.1 * std::cos(3 * t), -0.2};
+        expect_near(force(out, 0), {0, -5 * away.y, -5 * away.z}, 1e-14);
+        for (std::size_t i = 1; i < 8; ++i) expect_near(force(out, i), {0, 0, 0}, 0);
+    }
+    EXPECT_EQ(guide.largest_stiffness(group).value, 5 / group.node_mass[0]);
+}
+
 TEST(SlenderBodyDrag, IsThePublishedFormula) {
     const RodGroup group = crooked_group(7);
     const State state = test::shaken_state(group, 0.02, 0.4, 1);
@@ -221,6 +237,9 @@ TEST(PublishedLoads, EightLanesHaveTheBitsOfOne) {
     };
     compare(SinusoidalEndForce{.start = 2, .end = 1});
     compare(SlenderBodyDrag{.viscosity = 0.1});
+    Guide guide{.stiffness = 5, .along = "xy", .place = {"t", "1", "0"}};
+    guide.use({.duration = 1});
+    compare(guide);
     compare(MuscleTorques{.coefficients = {0, 1, 2, 0}, .period = 1, .wave_number = 6});
     compare(MagneticField{.constant = {0, 0, 0.1}, .ramp = {2, 0.1}, .until = 0.3});
 }

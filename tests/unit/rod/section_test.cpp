@@ -34,6 +34,26 @@ TEST(Section, OfAnEllipseTwistsAsStVenantSays) {
     }
 }
 
+TEST(Section, OfARectangle) {
+    for (const auto& [a, b] : {std::pair{0.02, 0.02}, {0.02, 0.01}, {0.003, 0.03}}) {
+        RodSpec spec = elliptic(a, b);
+        spec.section.kind = SectionKind::rectangular;
+        const RodGroup group(spec, 0, 0, "");
+        const double l = std::max(a, b), s = std::min(a, b);
+        double rest = 0; // St Venant's series
+        for (int n = 1; n < 60; n += 2) rest += std::tanh(n * pi * l / (2 * s)) / std::pow(n, 5);
+        const double torsion = 1e6 / 3 * 16 / 3 * l * s * s * s * (1 - 192 / std::pow(pi, 5) * s / l * rest);
+        for (const ElementConstants& c : group.element) {
+            EXPECT_NEAR(c.volume, 4 * a * b * c.rest_length, 1e-15);
+            EXPECT_NEAR(c.bending.x, 1e6 * 4 * a * b * b * b / 3, 1e-12 * c.bending.x);
+            EXPECT_NEAR(c.bending.y, 1e6 * 4 * a * a * a * b / 3, 1e-12 * c.bending.y);
+            EXPECT_NEAR(c.bending.z, torsion, 5e-3 * torsion);
+            const double polar = 1000 * c.rest_length * 4 * a * b * (a * a + b * b) / 3;
+            EXPECT_NEAR(c.inertia.z, polar, 1e-12 * polar);
+        }
+    }
+}
+
 TEST(Section, OfACircleHasTheBitsOfItsPolarMoment) {
     RodSpec spec = elliptic(0.013, 0.013);
     const RodGroup ellipse(spec, 0, 0, "");

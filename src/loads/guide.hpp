@@ -1,0 +1,69 @@
+// A spring that holds the first node to a place beside the middle of its rod, as published swimmers are kept on their course.
+//                                                                                                        theory.md (37a)
+//   f_0 -= k D (x_0 - x - p(t)),  x = sum_i x_i/(n + 1)        [N] lab; D: directions of the spring
+// Source: SophT's FishSwimmingCase, where k = E A of the first element. Nothing answers it: momentum along D is not kept.
+// Cost: 3 flop per node.
+#pragma once
+
+#include "formula/vector_of_time.hpp"
+#include "skein/core/error.hpp"
+#include "skein/core/fields.hpp"
+#include "skein/loads/load.hpp"
+#include "skein/rod/mapping.hpp"
+
+#include <fmt/format.h>
+
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+namespace skein {
+
+struct Guide {
+    static constexpr std::string_view kind = "guide";
+    static constexpr bool for_rigid_bodies = false, for_rings = false;
+    double stiffness = 0;           ///< k, N/m
+    std::string along = "xyz";      ///< D
+    std::vector<std::string> place; ///< p, m
+
+    void fields(FieldVisitor& f) {
+        f.visit({.name = "stiffness", .unit = "N/m", .text = "of the spring", .required = true, .above = 0}, stiffness);
+        f.visit({.name = "along", .unit = "", .text = "lab directions in which it pulls, such as \"y\" or \"xy\""}, along);
+        f.visit({.name = "place",
+                 .unit = "m",
+                 .text = "three formulas of t: where the first node is to be from the mean of all nodes of its rod, lab frame",
+                 .required = true},
+                place);
+    }
+    void use(const FormulaScope& scope) { place_ = std::make_shared<VectorOfTime>(scope, place, "m"); }
+    void check(RodSpecs, Objections& objections) const {
+        if (along.empty() || along.find_first_not_of("xyz") != along.npos)
+            objections.add("along", fmt::format("'{}' names no directions: give letters out of x, y and z", along));
+        if (!place_) return;
+        for (const FormulaFault& fault : place_->faults()) {
+            const std::string message = fmt::format("'place': {}", fault.message);
+            if (fault.part.formula < 0) objections.add("place", message);
+            else objections.add_within(fmt::format("place.{}", fault.part.formula), fault.part.begin, fault.part.length, message);
+        }
+    }
+    DragRate largest_stiffness(const RodGroup& group) const { return {stiffness / group.node_mass.front(), 0}; }
+
+    void prepare(std::span<const Step> steps) {
+        if (!place_) throw InputError("a load of kind guide whose formulas have not been read");
+        for (const Step& s : steps) at_[s.slot] = (*place_)(s.time).value;
+    }
+
+    template <int W> void add(const RodTile<W>& rod, SlotLoad<W>* load, const Step& step) const {
+        using P = Pack<W>;
+        Vec3<P> sum = rod.slot[0].position;
+        for (int i = 1; i <= rod.n; ++i) sum += rod.slot[i].position;
+        const Vec3<P> away = rod.slot[0].position - P(1.0 / (rod.n + 1)) * sum - broadcast<W>(at_[step.slot]);
+        load[0].force = load[0].force - scale(broadcast<W>(stiffness * lab_directions(along)), away);
+    }
+
+    std::shared_ptr<const VectorOfTime> place_;
+    Vec3d at_[Clock::largest_batch];
+};
+
+} // namespace skein
