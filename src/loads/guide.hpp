@@ -54,12 +54,31 @@ struct Guide {
         for (const Step& s : steps) at_[s.slot] = (*place_)(s.time).value;
     }
 
-    template <int W> void add(const RodTile<W>& rod, SlotLoad<W>* load, const Step& step) const {
-        using P = Pack<W>;
-        Vec3<P> sum = rod.slot[0].position;
-        for (int i = 1; i <= rod.n; ++i) sum += rod.slot[i].position;
-        const Vec3<P> away = rod.slot[0].position - P(1.0 / (rod.n + 1)) * sum - broadcast<W>(at_[step.slot]);
-        load[0].force = load[0].force - scale(broadcast<W>(stiffness * lab_directions(along)), away);
+    template <int W, class Map = Across<W>> void add(const RodTile<W>& rod, SlotLoad<W>* load, const Step& step) const {
+        if constexpr (Map::along) {
+            for (const Seat& seat : rod.strands->seats()) {
+                const auto [first, first_lane] = rod.strands->place(seat.lane, 0);
+                const auto node = [&](int slot) {
+                    const auto [row, l] = rod.strands->place(seat.lane, slot);
+                    return lane(rod.slot[row].position, l);
+                };
+                const Vec3d pull = pull_on_first(seat.group->elements(), node, step);
+                set_lane(load[first].force, first_lane, lane(load[first].force, first_lane) - pull);
+            }
+        } else {
+            load[0].force = load[0].force - pull_on_first(
+                                                rod.n, [&](int i) -> const auto& { return rod.slot[i].position; }, step);
+        }
+    }
+
+    /// Of nodes 0 to n, towards the middle's place.
+    template <class Node> auto pull_on_first(int n, Node&& node, const Step& step) const {
+        auto sum = node(0);
+        using V = decltype(sum);
+        using N = decltype(sum.x);
+        for (int i = 1; i <= n; ++i) sum = sum + node(i);
+        const auto same = [](const Vec3d& v) { return V{N(v.x), N(v.y), N(v.z)}; };
+        return scale(same(stiffness * lab_directions(along)), node(0) - N(1.0 / (n + 1)) * sum - same(at_[step.slot]));
     }
 
     std::shared_ptr<const VectorOfTime> place_;

@@ -12,7 +12,7 @@ from pages import blocks
 root, out = Path(sys.argv[1]), Path(sys.argv[2]) / "loads"
 load, line = blocks(root / "docs/tour.md", "## 8 A new load", "cpp")
 present = (root / "src/loads/load_list.hpp").read_text()
-using = re.search(r"using LoadList = .*?;", present, re.S)[0]
+using = re.search(r"using LoadList =\s.*?;", present, re.S)[0]
 names = lambda text: re.findall(r"\w+", text.split("<", 1)[1])
 if names(line) != names(using) + ["Wind"]:
     sys.exit(f"docs/tour.md: the list of loads is not that of src/loads/load_list.hpp and Wind:\n{line}\n{using}")

@@ -3,6 +3,7 @@
 #include "loads/end_force.hpp"
 #include "loads/formula_load.hpp"
 #include "loads/gravity.hpp"
+#include "loads/guide.hpp"
 #include "loads/magnetic_formula.hpp"
 #include "loads/muscle_formula.hpp"
 #include "loads/muscle_torques.hpp"
@@ -66,6 +67,8 @@ SceneSpec mixed(Law law, Integrator integrator = Integrator::verlet) {
         scene.loads.push_back({.load = MuscleWave{.amplitude = 1e-3, .period = 0.5, .wavelength = 1, .frame = frame},
                                .rods = {"rod 5", "rod 9", "sliding", "rod 6"}});
     }
+    scene.loads.push_back({.load = Guide{.stiffness = 0.01, .along = "xz", .place = {"0.1*sin(9*t)", "0", "-0.4"}},
+                           .rods = {"cilia", "rod 5", "rod 6", "rod 40"}});
     scene.loads.push_back(
         {.load = SinusoidalEndForce{.start = 0.01, .end = -0.02, .hold = 0.05, .period = 0.3}, .rods = {"rod 6"}});
     scene.loads.push_back(
