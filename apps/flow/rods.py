@@ -76,13 +76,14 @@ def profile(length, radius, step, depth):
 
 def move_cylinder(length, radius, around, velocities, edge=None):
     """[(force [3], couple about y)] over mu, by which a cylinder along z with flat ends moves the fluid at each of `velocities`: functions of rho and z of (u, v, w), on its
-    surface u cos(m t), -v sin(m t), w cos(m t) along r, t and z, m = `around`. Rings of forces within it, the fewest that bring the surface to that, by least squares. In
+    surface u cos(m t), -v sin(m t), w cos(m t) along r, t and z, m = `around`. Rings of forces within it, the weakest that bring the surface to that, by least squares. In
     a cube of periods of `edge` velocities are relative to the mean of the fluid."""
     rings, surface = profile(length, radius, 0.4, 0.5), profile(length, radius, 0.2, 0)
     angles = (0, 0.5 * math.pi) if around else (0,)
     places = [np.stack([surface[:, 0] * math.cos(t), surface[:, 0] * math.sin(t), surface[:, 1]], axis=-1) for t in angles]
     along = np.linspace(-length, length, 201)
     images = of_images(along, edge) if edge else np.zeros((len(along), 3))
+    slopes = np.gradient(images[:, 2], along)
     columns, forces, couples = [], [], []
     for rho, z, _, below in rings:
         t = 2 * math.pi * (np.arange(max(24, int(8 * rho / below))) + 0.5) / max(24, int(8 * rho / below))
@@ -96,6 +97,10 @@ def move_cylinder(length, radius, around, velocities, edge=None):
             velocity = np.einsum("iqab,qkb->iak", of_forces(place[:, None] - points), kinds)
             for axis in range(3):  # images are far, so that rings are points on the axis to them
                 velocity[:, axis] += np.interp(place[:, 2] - z, along, images[:, axis])[:, None] * force[:, axis]
+            if around == 0:  # what keeps this without divergence off the axis: forces that are a pressure within must not move the fluid
+                slope = np.interp(place[:, 2] - z, along, slopes)
+                velocity[:, 2, 0] += 0.5 * rho * slope
+                velocity[:, 0, 2] -= 0.5 * surface[:, 0] * slope
             seen.append(velocity)
         columns.append(np.concatenate([seen[0][:, 0], seen[0][:, 2]] + [one[:, 0] for one in seen[1:]]))
         forces.append(force), couples.append((points[:, 2, None] * kinds[..., 0] - points[:, 0, None] * kinds[..., 2]).sum(axis=0))

@@ -41,6 +41,27 @@ std::int64_t FlowSolver::step_within(double time, double dt, double courant) {
     return steps;
 }
 
+namespace {
+
+bool is_parabolic(const FlowConstants& constants, std::size_t d) {
+    return constants.inflow_profile == InflowProfile::parabolic && constants.grid.boundary[d] == FluidBoundary::no_slip;
+}
+
+} // namespace
+
+double inflow_share(const FlowConstants& constants, int j, int k) {
+    const auto along = [&](std::size_t d, int i) {
+        if (!is_parabolic(constants, d)) return 1.0;
+        const double n = constants.grid.cells[d], at = (i + 0.5) / n;
+        return 6 * at * (1 - at) / (1 + 0.5 / (n * n)); // of all cells the mean is 1
+    };
+    return along(1, j) * along(2, k);
+}
+
+double largest_inflow_share(const FlowConstants& constants) {
+    return (is_parabolic(constants, 1) ? 1.5 : 1.0) * (is_parabolic(constants, 2) ? 1.5 : 1.0);
+}
+
 double step_limit(const FlowConstants& constants, double speed, double courant) {
     const double h = constants.grid.h, viscosity = constants.kinematic_viscosity;
     constexpr double stable = 2.5 / 12, margin = 1.5; // of viscosity by itself

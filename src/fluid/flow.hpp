@@ -56,12 +56,20 @@ enum class ColumnExchange {
 };
 inline constexpr std::string_view column_exchange_names[] = {"transposes", "interfaces"};
 
+/// How the velocity at faces where fluid comes in depends on the place.
+enum class InflowProfile {
+    uniform,
+    parabolic ///< between no-slip walls; the inflow is its mean
+};
+inline constexpr std::string_view inflow_profile_names[] = {"uniform", "parabolic"};
+
 struct FlowConstants {
     FluidGrid grid;
     double density = 1;             ///< kg/m^3
     double kinematic_viscosity = 0; ///< m^2/s
     Vec3d inflow{0, 0, 0};          ///< velocity at faces of FluidBoundary::through, m/s
-    Vec3d acceleration{0, 0, 0};    ///< of the whole fluid, by what drives it, m/s^2
+    InflowProfile inflow_profile = InflowProfile::uniform;
+    Vec3d acceleration{0, 0, 0}; ///< of the whole fluid, by what drives it, m/s^2
     /// Of the lower and the upper no-slip wall across each direction, along these walls, m/s.
     std::array<std::array<Vec3d, 2>, 3> wall_velocity{};
     double frequency = 0; ///< Hz, of the cosine that acceleration and velocities of walls are multiplied by; 0: of none
@@ -71,6 +79,10 @@ struct FlowConstants {
     double pressure_tolerance = 1e-10; ///< of multigrid
     int ranks_across = 0;              ///< that share the rows of a slab of planes; 0: as few as the planes allow
 };
+
+/// Velocity where fluid comes in at cell [j, k] over its mean, and the largest.
+double inflow_share(const FlowConstants& constants, int j, int k);
+double largest_inflow_share(const FlowConstants& constants);
 
 /// Of so many ranks; 0: they cannot share the fluid.
 int ranks_across(const FlowConstants& constants, int ranks);

@@ -126,7 +126,12 @@ void BoxFlow::fill_plane(int c, double* field, int k) const {
     const Edge lower_x = edge(c, 0, false), upper_x = edge(c, 0, true);
     const bool shared = pencils_.across() > 1;
     const int beyond = shared ? FieldLayout::ghosts : 0; // rows of neighbours as they would, where walls have changed
-    for (int j = -beyond; j < layout_.ny + beyond; ++j) fill_line(field + layout_.at(0, j, k), layout_.nx, 1, 1, lower_x, upper_x);
+    const bool profile = constants_.inflow_profile != InflowProfile::uniform && lower_x.fixed != 0;
+    for (int j = -beyond; j < layout_.ny + beyond; ++j) {
+        Edge lower = lower_x;
+        if (profile) lower.fixed *= inflow_share(constants_, pencils_.rows().first + j, pencils_.planes().first + k);
+        fill_line(field + layout_.at(0, j, k), layout_.nx, 1, 1, lower, upper_x);
+    }
     double* const first = field + layout_.at(0, 0, k) - FieldLayout::before;
     if (!shared) return fill_line(first, layout_.ny, layout_.row, layout_.row, edge(c, 1, false), edge(c, 1, true));
     if (has_end(1, false)) fill_below(first, layout_.row, layout_.row, edge(c, 1, false));

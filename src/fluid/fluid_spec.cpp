@@ -35,6 +35,10 @@ void FluidSpec::fields(FieldVisitor& f) {
     boundary("along_y", "the same across y", along_y);
     boundary("along_z", "the same across z", along_z);
     f.visit({.name = "inflow", .unit = "m/s", .text = "velocity at the lower face where the fluid flows through"}, inflow);
+    f.choice({.name = "inflow_profile",
+              .unit = "",
+              .text = "parabolic: that of a channel between no_slip walls across y or z, or of both, whose mean is `inflow`"},
+             inflow_profile, inflow_profile_names);
     f.visit({.name = "acceleration", .unit = "m/s^2", .text = "of all of the fluid, by what drives it"}, acceleration);
     f.visit({.name = "lower_wall_velocity", .unit = "m/s", .text = "of the lower no_slip wall, along itself; see moving_walls"},
             lower_wall_velocity);
@@ -122,6 +126,7 @@ FlowConstants FluidSpec::constants() const {
     c.density = density;
     c.kinematic_viscosity = viscosity / density;
     c.inflow = inflow;
+    c.inflow_profile = inflow_profile;
     c.acceleration = acceleration;
     if (const int d = moving_direction(); d >= 0)
         c.wall_velocity[static_cast<std::size_t>(d)] = {lower_wall_velocity, upper_wall_velocity};

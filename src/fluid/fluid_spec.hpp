@@ -24,7 +24,8 @@ struct FluidSpec {
     double density = 0;                              ///< kg/m^3
     double viscosity = 0;                            ///< dynamic, Pa s
     FluidBoundary along_x = FluidBoundary::periodic, along_y = FluidBoundary::periodic, along_z = FluidBoundary::periodic;
-    Vec3d inflow{0, 0, 0};              ///< m/s
+    Vec3d inflow{0, 0, 0}; ///< m/s
+    InflowProfile inflow_profile = InflowProfile::uniform;
     Vec3d acceleration{0, 0, 0};        ///< m/s^2
     Vec3d lower_wall_velocity{0, 0, 0}; ///< m/s
     Vec3d upper_wall_velocity{0, 0, 0}; ///< m/s

@@ -23,6 +23,7 @@ constexpr long least_between_walls = 4;
 
 void check_cells(const FluidSpec& fluid, Objections& table) {
     const std::array bounds = fluid.boundaries();
+    if (fluid.cells.empty() && fluid.fitted()) return; // what no box could be fitted to has been told
     if (fluid.cells.empty()) return table.add("", "'cells' along x, y and z are needed, or 'margin_lower' [m] around the rods");
     table.length("cells", fluid.cells.size(), 3, "along x, y and z");
     for (std::size_t d = 0; d < std::min<std::size_t>(3, fluid.cells.size()); ++d) {
@@ -234,7 +235,7 @@ void check_fluid(const SceneSpec& given, Objections& objections) {
     SceneSpec fitted;
     if (given.fluid && given.fluid->fitted()) {
         TableObjections table(objections, "fluid");
-        const std::string key = table.given("margin_lower") ? "margin_lower" : "margin_upper";
+        const std::string key = given.fluid->margin_lower ? "margin_lower" : "margin_upper";
         if (const std::string fault = unfitted(given); !fault.empty()) table.add(key, fault);
         table.unused({"cells", "lower"}, "beside margins, which say the box");
         fitted = given;
@@ -247,7 +248,7 @@ void check_fluid(const SceneSpec& given, Objections& objections) {
         immersion.unused({"delta", "forcing", "sweeps", "slip"}, "without [[obstacle]] or rods in a [fluid]");
     if (!scene.fluid || scene.rods.empty())
         immersion.unused({"retraction", "coupling", "inner_inertia"}, "without rods in a [fluid]");
-    if (scene.immersion.coupling == RodCoupling::one_way) immersion.unused({"inner_inertia"}, "of rods that do not feel the fluid");
+    if (scene.immersion.coupling == RodCoupling::one_way) immersion.unused({"inner_inertia"}, "with coupling = \"one_way\"");
     if (!scene.fluid) {
         for (std::size_t i = 0; i < scene.obstacles.size(); ++i)
             objections.add(fmt::format("obstacle.{}", i), "[[obstacle]] has no use without [fluid]");
@@ -262,9 +263,12 @@ void check_fluid(const SceneSpec& given, Objections& objections) {
     check_cells(fluid, table);
     for (const auto& [key, bound] : {std::pair{"along_y", fluid.along_y}, std::pair{"along_z", fluid.along_z}})
         if (bound == FluidBoundary::through) table.add(key, fmt::format("'{}': the fluid flows through along x alone", key));
-    if (fluid.along_x != FluidBoundary::through) table.unused({"inflow"}, "without along_x = \"through\"");
+    if (fluid.along_x != FluidBoundary::through) table.unused({"inflow", "inflow_profile"}, "without along_x = \"through\"");
     else if (!(fluid.inflow.x > 0))
         table.add("inflow", "'inflow' [m/s] towards positive x is needed where the fluid flows through");
+    else if (fluid.inflow_profile == InflowProfile::parabolic && fluid.along_y != FluidBoundary::no_slip &&
+             fluid.along_z != FluidBoundary::no_slip)
+        table.add("inflow_profile", "a parabolic inflow needs \"no_slip\" walls across y or z");
     if (fluid.pressure != PressureMethod::multigrid) table.unused({"pressure_tolerance"}, "without pressure = \"multigrid\"");
     else table.unused({"pressure_exchange"}, "with pressure = \"multigrid\"");
     check_ranks(fluid, table);

@@ -48,7 +48,7 @@ FluidSpeed speed_of(const FluidPlan& plan, double expected) {
     const auto take = [&](double value, std::string_view by) {
         if (value > speed.value) speed = {value, by};
     };
-    take(sum_of(plan.constants.inflow), "the inflow");
+    take(largest_inflow_share(plan.constants) * sum_of(plan.constants.inflow), "the inflow");
     take(wall_speed(plan.constants), "a moving wall");
     if (plan.constants.frequency > 0)
         take(sum_of(plan.constants.acceleration) / (2 * std::numbers::pi * plan.constants.frequency), "the acceleration");

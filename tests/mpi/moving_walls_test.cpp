@@ -169,6 +169,38 @@ TEST(MovingWalls, AreOfSecondOrderInTime) {
         }
 }
 
+/// Poiseuille's flow comes in, and goes through a channel as it came.
+TEST(Channel, KeepsAParabolicInflow) {
+    const Communicator comm = Communicator::world();
+    const auto poiseuille = [](double s) { return 6 * s * (1 - s); };
+    double error[2];
+    for (int fine = 0; fine < 2; ++fine) {
+        const int n = 16 << fine;
+        FlowConstants constants{
+            .grid = {.cells = {2 * n, n, 8}, .h = 1.0 / n}, .kinematic_viscosity = viscosity, .inflow = {1, 0, 0}};
+        constants.grid.boundary = {FluidBoundary::through, FluidBoundary::no_slip, FluidBoundary::periodic};
+        constants.inflow_profile = InflowProfile::parabolic;
+        double mean = 0;
+        for (int j = 0; j < n; ++j) mean += inflow_share(constants, j, 0) / n;
+        EXPECT_NEAR(mean, 1, 1e-14);
+        EXPECT_EQ(largest_inflow_share(constants), 1.5);
+        const auto channel = [&](const Communicator& ranks) {
+            static const Threads threads(1);
+            auto flow = make_flow(ranks, threads, constants);
+            flow->set_velocity([&](const Vec3d& at) { return Vec3d{poiseuille(at.y), 0, 0}; });
+            for (int s = 0; s < 40; ++s) flow->step_within(0.01 * s, 0.01, 0.5);
+            return flow;
+        };
+        const auto flow = channel(comm);
+        error[fine] = 0;
+        for_cells(*flow, 1, 0, [&](double u, double s) { error[fine] = std::max(error[fine], std::abs(u - poiseuille(s))); });
+        error[fine] = comm.max(error[fine]);
+        if (!fine) EXPECT_EQ(velocities(comm, *flow), velocities(Communicator::alone(), *channel(Communicator::alone())));
+    }
+    EXPECT_LT(error[1], 2.0 / (32 * 32));
+    EXPECT_GT(std::log2(error[0] / error[1]), 1.9);
+}
+
 /// An acceleration along a period acts on all of the fluid alike: as its integral, but for rounding.
 TEST(MovingWalls, AnAccelerationThatSwingsGivesItsIntegral) {
     const Threads threads(1);
