@@ -80,6 +80,7 @@ struct Simulation::InvalidRod {
 
 void Simulation::keep_copy() {
     if (plan_.relax || options_.rewind == Rewind::never || (options_.rewind == Rewind::automatic && plan_.copy_bytes == 0)) return;
+    if (clock_.done() % plan_.events_every() != 0) return; // within a step of the fluid
     const std::int64_t every = std::max(copy_every, plan_.fluid ? copy_of_fluid_every * plan_.events_every() : 0);
     if (copy_ && clock_.done() - copy_->step() < every) return;
     const auto timing = timers_.time(Phase::checkpoint);

@@ -116,6 +116,13 @@ class CoupledFlow(DriverTest):
         centre = {out: self.series(out)["centre_xm"] for out in ("follows", "stays")}
         self.assertLess(abs(centre["follows"] - centre["stays"]).max(), 0.03 * (centre["stays"][-1] - centre["stays"][0]))
 
+    def test_a_rod_that_fails_in_a_fluid_is_told_with_where_it_began(self):
+        """From a copy of the end of a step of the fluid: within one its stages could not be done again."""
+        self.scene.write_text(SCENE.replace("youngs_modulus = 2000.0", "youngs_modulus = 2e6"))
+        told = self.run_skein("fails", "--set", "time.dt=1e-3", "--set", "time.force_dt=true", expect=4).stderr
+        for words in ("rod 0 of 'thick'", "where it began", "likely cause: dt"):
+            self.assertIn(words, told)
+
     def test_ranks_that_exchange_interfaces_agree_to_rounding(self):
         self.run_skein("one")
         self.run_skein("interfaces", "--set", "fluid.pressure_exchange=interfaces", ranks=2)
