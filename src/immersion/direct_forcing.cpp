@@ -124,7 +124,7 @@ DirectForcing::Answer DirectForcing::answer(std::size_t marker) const {
         const Vec3d volume = (std::max(1.0, 0.5 * numbers_.sweeps) * h * h * h) * weight_[marker];
         return {volume, scale(volume, found_[marker])};
     }
-    const double area = h * h, volume = area * stage_ * numbers_.damping;
+    const double area = h * h, volume = area * stage_ * (numbers_.damping + stage_ * numbers_.stiffness); // springs as they end
     return {{volume, volume, volume}, volume * found_[marker] - (area * stage_ * numbers_.stiffness) * held_.forces()[marker]};
 }
 
@@ -142,8 +142,8 @@ void DirectForcing::apply_springs(const FlowStage& stage) {
     const std::span<Vec3d> lengths = held_.forces();
     const double per_spacing = stage.dt / grid_.h;
     for (std::size_t m = 0; m < changes_.size(); ++m) {
-        changes_[m] = per_spacing * (numbers_.stiffness * lengths[m] + numbers_.damping * difference_[m]);
         lengths[m] += stage.dt * difference_[m];
+        changes_[m] = per_spacing * (numbers_.stiffness * lengths[m] + numbers_.damping * difference_[m]);
     }
     planes_.spread(changes_, stage.velocity);
     find_differences(stage);

@@ -227,6 +227,7 @@ Simulation::Failure Simulation::find_failure() {
         const double share = comm_.max(here ? share_of(worst) : 0);
         if (share > resolved) limit = std::min(limit, plan_.dt * std::sqrt(resolved / share) / held);
     }
+    if (plan_.events_every() > 1) return found; // a fluid goes on from ends of its own steps alone
     const double beyond = clock_.shift() + static_cast<double>(found.step + look_every) * plan_.dt;
     try_shorter_steps(found, *start, beyond, rounded_down(std::min(held * limit, 0.5 * plan_.dt)));
     return found;
