@@ -229,7 +229,8 @@ def draw_bend(results, to):
     bare(left, "left", "bottom"), bare(right, "left", "bottom")
     figure.savefig(to, dpi=150)
     print(f"Re = {reynolds:.3g}, drag over weight {cauchy:.3g}")
-    print(f"angle from the vertical: of the last element {tip[-1]:.2f}, of the line to the tip {chord[-1]:.2f}, published {angle:.2f} degrees; changed by {tip[-1] - tip[-2]:+.3f} since the frame before")
+    print(f"angle from the vertical: of the last element {tip[-1]:.2f}, of the line to the tip {chord[-1]:.2f}, published {angle:.2f} degrees; "
+          f"changed by {tip[-1] - tip[-2]:+.3f} since the frame before")
     print(f"drag coefficient {seen:.4f} of what the rod shows to the stream, published {drag:.4f}: {seen / drag - 1:+.2%}")
 
 
