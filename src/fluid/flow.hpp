@@ -25,6 +25,11 @@ enum class FlowScheme {
 };
 inline constexpr std::string_view flow_scheme_names[] = {"rk3", "rk3_projected", "adams_bashforth", "crank_nicolson"};
 
+/// Whether a step goes on with the rates of the last one; such schemes have one stage.
+constexpr bool keeps_rates(FlowScheme scheme) {
+    return scheme == FlowScheme::adams_bashforth || scheme == FlowScheme::crank_nicolson;
+}
+
 /// Stages of a step, which follow each other in time: the parts of the step that they take, in `unit` equal ones.
 struct StageParts {
     std::array<int, 3> part;
@@ -38,8 +43,7 @@ struct StageParts {
     }
 };
 constexpr StageParts stage_parts(FlowScheme scheme) {
-    const bool one = scheme == FlowScheme::adams_bashforth || scheme == FlowScheme::crank_nicolson;
-    return one ? StageParts{{1, 0, 0}, 1, 1} : StageParts{{8, 2, 5}, 3, 15};
+    return keeps_rates(scheme) ? StageParts{{1, 0, 0}, 1, 1} : StageParts{{8, 2, 5}, 3, 15};
 }
 
 /// How Poisson's equation of a projection is solved.

@@ -184,7 +184,7 @@ std::vector<std::span<double>> BoxFlow::state() {
     std::vector<std::span<double>> all;
     for (Field& field : now_) all.emplace_back(field);
     all.emplace_back(pressure_);
-    if (constants_.scheme == FlowScheme::adams_bashforth || constants_.scheme == FlowScheme::crank_nicolson)
+    if (keeps_rates(constants_.scheme))
         for (Field& field : rate_) all.emplace_back(field);
     return all;
 }
@@ -501,8 +501,9 @@ std::vector<FlowFigures> BoxFlow::figures() const {
         for (int j = 0; j < layout_.ny; ++j) {
             Three<P> sum{P(0.0), P(0.0), P(0.0)};
             P squares(0.0), loss(0.0), vorticity(0.0), divergence(0.0), speed(0.0);
-            /// Eight cells from `at` on; `of`: 0 in those that are none.
-            const auto add = [&](std::ptrdiff_t at, auto&& of) __attribute__((always_inline)) {
+            for (int i = 0; i < layout_.nx; i += 8) {
+                const std::ptrdiff_t at = layout_.at(i, j, k);
+                const auto of = [&](const P& value) { return first_lanes(value, layout_.nx - i); };
                 P here_speed(0.0);
                 for (std::size_t c = 0; c < 3; ++c) {
                     const double* f = now_[c].data() + at;
@@ -519,11 +520,7 @@ std::vector<FlowFigures> BoxFlow::figures() const {
                         z = of((load<8>(v + 1) - load<8>(v)) - (load<8>(u + r) - load<8>(u)));
                 vorticity += fma(x, x, fma(y, y, z * z));
                 divergence = max(divergence, of(abs(outflow_of(layout_, {u, v, w}))));
-            };
-            const int rest = layout_.nx % 8;
-            const std::ptrdiff_t row = layout_.at(0, j, k), behind = row + layout_.nx - rest;
-            for (std::ptrdiff_t at = row; at < behind; at += 8) add(at, [](const P& p) { return p; });
-            if (rest > 0) add(behind, [&](const P& p) { return first_lanes(p, rest); });
+            }
             FlowFigures& f = rows[static_cast<std::size_t>(k * layout_.ny + j)];
             f.kinetic_energy = 0.5 * mass * sum_of_lanes(squares);
             f.enstrophy = 0.5 * h * sum_of_lanes(vorticity);

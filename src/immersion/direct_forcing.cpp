@@ -72,7 +72,7 @@ void DirectForcing::hold(const FlowStage& stage) {
         settle(stage);
         held_.settle(comm_, markers_.identity);
     }
-    std::vector<Vec3d> pushes(held_.forces().begin(), held_.forces().end());
+    std::vector<Vec3d> pushes(held_.values().begin(), held_.values().end());
     for (Vec3d& push : pushes) push = stage.dt * push;
     planes_.spread(pushes, stage.velocity);
 }
@@ -88,7 +88,7 @@ double DirectForcing::least_slips(std::span<const Vec3d> answer) const {
 }
 
 void DirectForcing::apply_implicitly(const FlowStage& stage) {
-    const std::span<Vec3d> force = held_.forces();
+    const std::span<Vec3d> force = held_.values();
     std::vector<Vec3d> push(markers_.count()), answer(markers_.count());
     find_differences(stage);
     for (int sweep = 0; sweep < numbers_.sweeps; ++sweep) {
@@ -111,9 +111,8 @@ void DirectForcing::apply_implicitly(const FlowStage& stage) {
 }
 
 double ForcingNumbers::step_limit(double spacing) const {
-    constexpr double of_damper = 1, of_spring = 1; // of the velocity that is set at once, and of a radian
-    return std::min(damping > 0 ? of_damper * spacing / damping : HUGE_VAL,
-                    stiffness > 0 ? of_spring * std::sqrt(spacing / stiffness) : HUGE_VAL);
+    // Dampers set a velocity at once, springs swing by a radian.                                                   theory.md (92)
+    return std::min(damping > 0 ? spacing / damping : HUGE_VAL, stiffness > 0 ? std::sqrt(spacing / stiffness) : HUGE_VAL);
 }
 
 DirectForcing::Answer DirectForcing::answer(std::size_t marker) const {
@@ -125,7 +124,7 @@ DirectForcing::Answer DirectForcing::answer(std::size_t marker) const {
         return {volume, scale(volume, found_[marker])};
     }
     const double area = h * h, volume = area * stage_ * (numbers_.damping + stage_ * numbers_.stiffness); // springs as they end
-    return {{volume, volume, volume}, volume * found_[marker] - (area * stage_ * numbers_.stiffness) * held_.forces()[marker]};
+    return {{volume, volume, volume}, volume * found_[marker] - (area * stage_ * numbers_.stiffness) * held_.values()[marker]};
 }
 
 void DirectForcing::meet(const FlowStage& stage) {
@@ -139,7 +138,7 @@ void DirectForcing::meet(const FlowStage& stage) {
 
 void DirectForcing::apply_springs(const FlowStage& stage) {
     subtract_found();
-    const std::span<Vec3d> lengths = held_.forces();
+    const std::span<Vec3d> lengths = held_.values();
     const double per_spacing = stage.dt / grid_.h;
     for (std::size_t m = 0; m < changes_.size(); ++m) {
         lengths[m] += stage.dt * difference_[m];

@@ -5,7 +5,7 @@
 #pragma once
 
 #include "fluid/stage_forcing.hpp"
-#include "immersion/held_forces.hpp"
+#include "immersion/held_vectors.hpp"
 #include "immersion/marker_planes.hpp"
 #include "immersion/markers.hpp"
 
@@ -49,8 +49,6 @@ public:
 
     /// Of this rank; between meet() and apply() their velocities may be changed.
     Markers& markers() { return markers_; }
-    /// By which a change of all markers by 1 is to be multiplied at each for 1 to come of it, by component.
-    const std::vector<Vec3d>& weights() const { return weight_; }
     /// What markers answer to the fluid in the stage that meet() began: volume of fluid that takes up their velocity, m^3 by
     /// component, and that times the velocity they would have without a motion of their own, m^4/s.
     struct Answer {
@@ -61,7 +59,7 @@ public:
     const std::vector<Vec3d>& changes() const { return changes_; }
 
     /// None where viscosity is explicit.
-    const HeldForces& held() const { return held_; }
+    const HeldVectors& held() const { return held_; }
     /// Goes on from what kept() of held() was. This rank alone.
     void recall_held(std::span<const double> kept);
 
@@ -88,12 +86,14 @@ private:
     bool moves_, settled_ = false;
     MarkerPlanes planes_;
     Markers markers_;
-    std::vector<Vec3d> weight_;     ///< of markers, by component; 0 beyond walls, where there is no fluid
+    /// Of markers, by component: by what a change of all by 1 is to be multiplied for 1 to come of it; 0 beyond walls, where there
+    /// is no fluid.
+    std::vector<Vec3d> weight_;
     std::vector<Vec3d> found_;      ///< velocities of the fluid at markers, m/s
     std::vector<Vec3d> difference_; ///< of markers, m/s
     std::vector<Vec3d> changes_;    ///< of markers, m/s
     std::vector<Vec3d> given_;      ///< by body
-    HeldForces held_;               ///< of springs: their lengths, m
+    HeldVectors held_;              ///< forces of implicit stages; lengths of springs
     double slip_ = 0, stage_ = 0;   ///< m/s; length of the stage, s
 };
 

@@ -32,8 +32,8 @@ void Immersion::place(double time, Markers& markers) const {
     const std::size_t others = markers.count();
     rods_->place(lag_, static_cast<std::uint32_t>(obstacles_.size()), obstacle_markers_, markers);
     for (std::size_t m = others; m < markers.count(); ++m) {
-        if (ahead_ > 0) markers.place[m] += ahead_ * markers.velocity[m];
-        if (box_shift_.x != 0) markers.place[m].x -= box_shift_.x;
+        markers.place[m] += ahead_ * markers.velocity[m];
+        markers.place[m] -= box_shift_;
     }
 }
 

@@ -96,11 +96,13 @@ std::vector<RodMarker> rod_markers(const RodGroup& group, const FluidGrid& grid,
         }
     };
     const auto ring = [&](double s, double a, double b) {
-        if (!rectangular)
+        if (!rectangular) {
             for (const Vec3d& at : ellipse_markers(a, b, spacing)) add(s, at.x, at.y);
+            return;
+        }
         for (const double side : {-1.0, 1.0}) {
-            if (rectangular) line(s, b, false, side * a);
-            if (rectangular && !spans) line(s, a, true, side * b);
+            line(s, b, false, side * a);
+            if (!spans) line(s, a, true, side * b);
         }
     };
     const auto section = [&](double s, bool filled) {
@@ -108,12 +110,13 @@ std::vector<RodMarker> rod_markers(const RodGroup& group, const FluidGrid& grid,
         const double a = axes.along_d1 - retraction, b = axes.along_d2 - (spans ? 0 : retraction);
         const SectionMarkers kind = section_markers(axes, spacing, retraction);
         if (kind == SectionMarkers::centre_line) return add(s, 0, 0);
-        if (kind == SectionMarkers::sheet) return line(s, std::max({a, b, 0.0}), a >= b);
+        if (kind == SectionMarkers::sheet) return line(s, std::max({a, b, 0.0}), a >= b && !spans);
         ring(s, a, b);
         if (!filled) return;
         double within = spacing;
         for (; within < std::min(a, b) - 0.5 * spacing; within += spacing) ring(s, a - within, spans ? b : b - within);
-        line(s, std::max(std::max(a, b) - (spans ? 0 : within), 0.0), a >= b); // what is left is a line, or a point
+        if (spans) return line(s, b, false);
+        line(s, std::max(std::max(a, b) - within, 0.0), a >= b); // what is left is a line, or a point
     };
     const bool closed = group.closed();
     const double end = closed ? 0 : std::min(retraction, 0.5 * rod.length()), length = rod.length() - 2 * end;

@@ -5,6 +5,7 @@
 // Cost: 3 flop per node.
 #pragma once
 
+#include "formula/tell_faults.hpp"
 #include "formula/vector_of_time.hpp"
 #include "skein/core/error.hpp"
 #include "skein/core/fields.hpp"
@@ -40,17 +41,13 @@ struct Guide {
     void check(RodSpecs, Objections& objections) const {
         if (along.empty() || along.find_first_not_of("xyz") != along.npos)
             objections.add("along", fmt::format("'{}' names no directions: give letters out of x, y and z", along));
-        if (!place_) return;
-        for (const FormulaFault& fault : place_->faults()) {
-            const std::string message = fmt::format("'place': {}", fault.message);
-            if (fault.part.formula < 0) objections.add("place", message);
-            else objections.add_within(fmt::format("place.{}", fault.part.formula), fault.part.begin, fault.part.length, message);
-        }
+        if (place_) tell_faults("place", place_->faults(), objections);
     }
     DragRate largest_stiffness(const RodGroup& group) const { return {stiffness / group.node_mass.front(), 0}; }
 
     void prepare(std::span<const Step> steps) {
         if (!place_) throw InputError("a load of kind guide whose formulas have not been read");
+        pull_ = stiffness * lab_directions(along);
         for (const Step& s : steps) at_[s.slot] = (*place_)(s.time).value;
     }
 
@@ -78,11 +75,12 @@ struct Guide {
         using N = decltype(sum.x);
         for (int i = 1; i <= n; ++i) sum = sum + node(i);
         const auto same = [](const Vec3d& v) { return V{N(v.x), N(v.y), N(v.z)}; };
-        return scale(same(stiffness * lab_directions(along)), node(0) - N(1.0 / (n + 1)) * sum - same(at_[step.slot]));
+        return scale(same(pull_), node(0) - N(1.0 / (n + 1)) * sum - same(at_[step.slot]));
     }
 
     std::shared_ptr<const VectorOfTime> place_;
     Vec3d at_[Clock::largest_batch];
+    Vec3d pull_{0, 0, 0}; ///< k D
 };
 
 } // namespace skein

@@ -1,5 +1,6 @@
 #include "skein/rod/end_motion.hpp"
 
+#include "formula/tell_faults.hpp"
 #include "formula/vector_of_time.hpp"
 #include "skein/core/objections.hpp"
 
@@ -36,16 +37,8 @@ void EndMotion::use(const FormulaScope& names) {
 }
 
 void EndMotion::check_formulas(const Vec3d& free, Objections& objections) const {
-    const auto tell = [&](const char* key, const VectorOfTime* formula) {
-        if (!formula) return;
-        for (const FormulaFault& fault : formula->faults()) {
-            const std::string message = fmt::format("'{}': {}", key, fault.message);
-            if (fault.part.formula < 0) objections.add(key, message);
-            else objections.add_within(fmt::format("{}.{}", key, fault.part.formula), fault.part.begin, fault.part.length, message);
-        }
-    };
-    tell("translation_formula", formula_u.get());
-    tell("rotation_formula", formula_r.get());
+    if (formula_u) tell_faults("translation_formula", formula_u->faults(), objections);
+    if (formula_r) tell_faults("rotation_formula", formula_r->faults(), objections);
     const double slides[] = {free.x, free.y, free.z};
     for (std::size_t i = 0; formula_u && i < 3; ++i)
         if (slides[i] > 0 && !formula_u->vanishes(i))

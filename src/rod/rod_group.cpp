@@ -71,6 +71,7 @@ double outer_radius(const RodSpec& spec, std::size_t k, const Share& share) {
 
 /// Integrals over a section that reaches a along d1 and b along d2.                                         theory.md (3), (3a)
 struct SectionIntegrals {
+    double a, b;    ///< m
     double area;    ///< m^2
     double i1, i2;  ///< of the squared distance from d1, and from d2, m^4
     double torsion; ///< St Venant's constant, m^4
@@ -78,11 +79,15 @@ struct SectionIntegrals {
 SectionIntegrals section_integrals(SectionKind kind, double a, double b) {
     if (kind != SectionKind::rectangular) {
         const double i1 = 0.25 * pi * a * b * b * b, i2 = 0.25 * pi * a * a * a * b;
-        return {pi * a * b, i1, i2, a == b ? i1 + i2 : pi * (a * a * a) * (b * b * b) / (a * a + b * b)};
+        return {a, b, pi * a * b, i1, i2, a == b ? i1 + i2 : pi * (a * a * a) * (b * b * b) / (a * a + b * b)};
     }
     const auto [s, l] = std::minmax(a, b);
     const double ratio = s / l, fourth = ratio * ratio * ratio * ratio;
-    return {4 * a * b, 4 * a * (b * b * b) / 3, 4 * (a * a * a) * b / 3,
+    return {a,
+            b,
+            4 * a * b,
+            4 * a * (b * b * b) / 3,
+            4 * (a * a * a) * b / 3,
             l * (s * s * s) * (16.0 / 3 - 3.36 * ratio * (1 - fourth / 12))};
 }
 SectionIntegrals section_integrals(const RodSpec& spec, double f, double g) {
@@ -111,9 +116,8 @@ ElementConstants element_constants(const RodSpec& spec, std::size_t k, const Sha
     const Material& m = spec.material;
     const double shear = m.shear_modulus > 0 ? m.shear_modulus : m.youngs_modulus / 3;
     const double f = radius_factor(spec.section, k, share), g = second_factor(spec.section, k, share);
-    const auto [area, i1, i2, torsion] = section_integrals(spec, f, g);
-    const double i3 = i1 + i2, a = f * spec.section.radius,
-                 b = spec.section.kind == SectionKind::circular ? a : g * spec.section.radius_2;
+    const auto [a, b, area, i1, i2, torsion] = section_integrals(spec, f, g);
+    const double i3 = i1 + i2;
     const double l = spec.shape.length * share.length;
     const double mass = m.density * l;
     const auto& factors = spec.section.shear_factors;

@@ -3,6 +3,7 @@
 #include "core/nearest.hpp"
 #include "fluid/cell_fields.hpp"
 #include "fluid/start_velocity.hpp"
+#include "formula/tell_faults.hpp"
 #include "scene/fitted_fluid.hpp"
 #include "scene/fluid_plan.hpp"
 #include "scene/group_names.hpp"
@@ -145,8 +146,7 @@ void check_motion(const SceneSpec& scene, TableObjections& table) {
     if (fluid.along_x != FluidBoundary::free_slip && fluid.along_x != FluidBoundary::no_slip)
         table.add(key, "a box that moves along x needs along_x = \"free_slip\" or \"no_slip\"");
     if (!scene.obstacles.empty()) table.add(key, "obstacles stand in a box that stays where it is");
-    if (fluid.scheme == FlowScheme::adams_bashforth)
-        table.add(key, "a box that moves needs a scheme without rates of the last step: \"rk3\"");
+    if (keeps_rates(fluid.scheme)) table.add(key, "a box that moves needs a scheme without rates of the last step: \"rk3\"");
     for (std::size_t i = 0; i < scene.fluid_outputs.size(); ++i)
         if (scene.fluid_outputs[i].kind == FluidOutputKind::slice && scene.fluid_outputs[i].across == Direction::x)
             table.add(key, fmt::format("the output '{}' is of a slice across x, which would move with the box",
@@ -287,13 +287,7 @@ void check_fluid(const SceneSpec& given, Objections& objections) {
     check_outputs(scene, cells.size() == 3 && *std::min_element(cells.begin(), cells.end()) > 0 && fluid.spacing > 0, objections);
     if (!fluid.velocity_formula.empty()) {
         const StartVelocity start(fluid.velocity_formula, names_for_formulas(scene));
-        for (const FormulaFault& fault : start.faults()) {
-            const std::string message = fmt::format("'velocity_formula': {}", fault.message);
-            if (fault.part.formula < 0) table.add("velocity_formula", message);
-            else
-                table.add_within(fmt::format("velocity_formula.{}", fault.part.formula), fault.part.begin, fault.part.length,
-                                 message);
-        }
+        tell_faults("velocity_formula", start.faults(), table);
     }
     if (!scene.rods.empty()) return;
     TableObjections(objections, "output").unused({"trajectory", "tips", "audit", "observables"}, "without rods");

@@ -123,8 +123,7 @@ std::string fault_at_start(const SceneSpec& scene, const GroupPlan& plan, const 
 
 /// Of a fluid's velocities and pressure, and of rates where the scheme goes on with them.
 double kept_bytes(const FlowConstants& fluid) {
-    const bool rates = fluid.scheme == FlowScheme::adams_bashforth || fluid.scheme == FlowScheme::crank_nicolson;
-    return (rates ? 7 : 4) * sizeof(double) * static_cast<double>(fluid.grid.count());
+    return (keeps_rates(fluid.scheme) ? 7 : 4) * sizeof(double) * static_cast<double>(fluid.grid.count());
 }
 
 bool feels_fluid(const SceneSpec& scene) { return scene.fluid && scene.immersion.coupling == RodCoupling::two_way; }

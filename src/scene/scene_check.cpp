@@ -1,6 +1,7 @@
 #include "scene/scene_check.hpp"
 
 #include "core/nearest.hpp"
+#include "formula/tell_faults.hpp"
 #include "rod/rest_curvature.hpp"
 #include "rod/section_formula.hpp"
 #include "scene/assembly_check.hpp"
@@ -79,11 +80,7 @@ private:
         table.unused({"rest_curvature", "rest_curvature_profile"}, "beside 'rest_curvature_formula'");
         if (rods.placement.kind == PlacementKind::file)
             table.add(key, fmt::format("'{}' is not for rods of a file, which may have lengths of their own", key));
-        for (const FormulaFault& fault : read_rest_curvature(rods.shape, names_for_formulas(scene_))) {
-            const std::string message = fmt::format("'{}': {}", key, fault.message);
-            if (fault.part.formula < 0) table.add(key, message);
-            else table.add_within(fmt::format("{}.{}", key, fault.part.formula), fault.part.begin, fault.part.length, message);
-        }
+        tell_faults(key, read_rest_curvature(rods.shape, names_for_formulas(scene_)), table);
         return rods;
     }
 

@@ -96,10 +96,6 @@ void FluidInteraction::drive(const Step& step, Timers& timers) {
     }
 }
 
-double FluidInteraction::step_limit_of_flow() const {
-    return std::min(flow_->step_limit(plan_.courant), plan_.forcing.step_limit(plan_.constants.grid.h));
-}
-
 void FluidInteraction::fail_at(double limit, double dt) {
     const double most = groups_.empty() ? most_parts : static_cast<double>(plan_.most_parts());
     failure_ =
@@ -110,7 +106,7 @@ void FluidInteraction::fail_at(double limit, double dt) {
 }
 
 void FluidInteraction::step_alone(const Step& step) {
-    const double limit = step_limit_of_flow(); // the same on all ranks
+    const double limit = flow_->step_limit(plan_.courant); // the same on all ranks
     if (!(step.dt / limit < most_parts)) return fail_at(limit, step.dt);
     if (bodies_) bodies_->begin_interval(step.begin), to_ = step.end();
     steps_ += flow_->step_within(step.begin, step.dt, plan_.courant);
@@ -138,7 +134,8 @@ void FluidInteraction::move_box_to(std::int64_t cells) {
 
 bool FluidInteraction::choose_part(const Step& first) {
     if (plan_.follows_rods) follow_rods();
-    const double limit = step_limit_of_flow(), whole = static_cast<double>(plan_.every) * first.dt;
+    const double limit = std::min(flow_->step_limit(plan_.courant), plan_.forcing.step_limit(plan_.constants.grid.h)),
+                 whole = static_cast<double>(plan_.every) * first.dt;
     std::int64_t steps = 1; // of the fluid, each of as many of the run
     while (steps <= plan_.most_parts() && (plan_.most_parts() % steps != 0 || whole > static_cast<double>(steps) * limit)) ++steps;
     if (steps > plan_.most_parts()) return fail_at(limit, whole), false;
@@ -295,9 +292,9 @@ std::uint64_t FluidInteraction::digest() const { // that of the rows of kept(), 
         hash[k] = hash_end(h);
     });
     if (bodies_) {
-        const HeldForces& held = bodies_->forcing().held();
-        for (std::size_t m = 0; m < held.forces().size(); ++m) {
-            const Vec3d& f = held.forces()[m];
+        const HeldVectors& held = bodies_->forcing().held();
+        for (std::size_t m = 0; m < held.values().size(); ++m) {
+            const Vec3d& f = held.values()[m];
             const double numbers[] = {f.x, f.y, f.z};
             hash.push_back(hash_numbers(held.identities()[m], numbers));
         }

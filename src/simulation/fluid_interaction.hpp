@@ -43,8 +43,6 @@ private:
     /// A stage that rods are about to begin, or have come to the end of.
     void begin_stage(int s, const Step& first);
     void end_stage(int s, const Step& step);
-    /// Of the fluid, s. Collective.
-    double step_limit_of_flow() const;
     void fail_at(double limit, double dt);
     /// The box moves by whole cells to where the middle of all nodes is. Collective.
     void follow_rods();

@@ -99,9 +99,10 @@ class CoupledFlow(DriverTest):
             self.scene.write_text(scene)
             self.run_skein(name)
             self.run_skein(name + "_rows", "--set", "fluid.ranks_across=2", ranks=4)
+            self.run_skein(name + "_lanes", "--lanes", "2")
             self.run_skein(name + "_parts", "--until", "0.21")
             self.assertIn("Resuming from", self.run_skein(name + "_parts", ranks=2).stdout)
-            for out in (name + "_rows", name + "_parts"):
+            for out in (name + "_rows", name + "_lanes", name + "_parts"):
                 self.assertEqual(self.digest(out), self.digest(name), out)
 
     def test_a_box_that_follows_its_rods_is_where_they_are(self):

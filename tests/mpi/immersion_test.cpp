@@ -101,7 +101,7 @@ TEST(Obstacles, GoOnFromForcesAtMarkers) {
     const std::vector<double> held = bodies.forcing().held().kept(comm);
     std::size_t markers = 0;
     for (const Obstacle& body : moving_bodies()) markers += body.markers(constants.grid).size();
-    EXPECT_EQ(held.size(), HeldForces::record * markers);
+    EXPECT_EQ(held.size(), HeldVectors::record * markers);
     const auto from = first->state(), to = second->state();
     for (std::size_t f = 0; f < from.size(); ++f) std::copy(from[f].begin(), from[f].end(), to[f].begin());
     second->refresh(first->time());

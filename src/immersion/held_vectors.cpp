@@ -1,4 +1,4 @@
-#include "immersion/held_forces.hpp"
+#include "immersion/held_vectors.hpp"
 
 #include <algorithm>
 #include <unordered_map>
@@ -7,37 +7,37 @@ namespace skein {
 
 namespace {
 
-void append(std::vector<double>& records, std::int64_t identity, const Vec3d& force) {
-    records.insert(records.end(), {static_cast<double>(identity), force.x, force.y, force.z});
+void append(std::vector<double>& records, std::int64_t identity, const Vec3d& value) {
+    records.insert(records.end(), {static_cast<double>(identity), value.x, value.y, value.z});
 }
-Vec3d force_of(std::span<const double> record) { return {record[1], record[2], record[3]}; }
+Vec3d value_of(std::span<const double> record) { return {record[1], record[2], record[3]}; }
 
 } // namespace
 
-void HeldForces::settle(const Communicator& comm, std::span<const std::int64_t> identities) {
+void HeldVectors::settle(const Communicator& comm, std::span<const std::int64_t> identities) {
     std::unordered_map<std::int64_t, Vec3d> before;
     before.reserve(identities_.size());
-    for (std::size_t m = 0; m < identities_.size(); ++m) before.emplace(identities_[m], forces_[m]);
+    for (std::size_t m = 0; m < identities_.size(); ++m) before.emplace(identities_[m], values_[m]);
     identities_.assign(identities.begin(), identities.end());
-    forces_.assign(identities.size(), Vec3d{0, 0, 0});
+    values_.assign(identities.size(), Vec3d{0, 0, 0});
     std::vector<std::size_t> strangers;
     for (std::size_t m = 0; m < identities_.size(); ++m)
-        if (const auto found = before.find(identities_[m]); found != before.end()) forces_[m] = found->second, before.erase(found);
+        if (const auto found = before.find(identities_[m]); found != before.end()) values_[m] = found->second, before.erase(found);
         else strangers.push_back(m);
     if (comm.max(static_cast<std::int64_t>(before.size())) == 0) return; // none has left its rank
     std::vector<double> left;
-    for (const auto& [identity, force] : before) append(left, identity, force);
+    for (const auto& [identity, value] : before) append(left, identity, value);
     const std::vector<double> all = comm.all_gather(left);
     before.clear();
     for (std::size_t at = 0; at < all.size(); at += record)
-        before.emplace(static_cast<std::int64_t>(all[at]), force_of(std::span(all).subspan(at, record)));
+        before.emplace(static_cast<std::int64_t>(all[at]), value_of(std::span(all).subspan(at, record)));
     for (const std::size_t m : strangers)
-        if (const auto found = before.find(identities_[m]); found != before.end()) forces_[m] = found->second;
+        if (const auto found = before.find(identities_[m]); found != before.end()) values_[m] = found->second;
 }
 
-std::vector<double> HeldForces::kept(const Communicator& comm) const {
+std::vector<double> HeldVectors::kept(const Communicator& comm) const {
     std::vector<double> mine;
-    for (std::size_t m = 0; m < identities_.size(); ++m) append(mine, identities_[m], forces_[m]);
+    for (std::size_t m = 0; m < identities_.size(); ++m) append(mine, identities_[m], values_[m]);
     const std::vector<double> all = comm.all_gather(mine);
     std::vector<std::size_t> order;
     for (std::size_t at = 0; at < all.size(); at += record) order.push_back(at);
@@ -50,12 +50,12 @@ std::vector<double> HeldForces::kept(const Communicator& comm) const {
     return sorted;
 }
 
-void HeldForces::recall(const Communicator& comm, std::span<const double> kept) {
-    identities_.clear(), forces_.clear();
+void HeldVectors::recall(const Communicator& comm, std::span<const double> kept) {
+    identities_.clear(), values_.clear();
     if (!comm.root()) return; // settle() brings them to their ranks
     for (std::size_t at = 0; at + record <= kept.size(); at += record) {
         identities_.push_back(static_cast<std::int64_t>(kept[at]));
-        forces_.push_back(force_of(kept.subspan(at, record)));
+        values_.push_back(value_of(kept.subspan(at, record)));
     }
 }
 

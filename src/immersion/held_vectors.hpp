@@ -1,4 +1,5 @@
-// Forces that markers go on with from one step to the next, wherever the ranks are that hold them.
+// What markers go on with from one step to the next, wherever the ranks are that hold them: forces, m/s^2 at markers of weight 1,
+// of implicit viscosity, or lengths of springs, m.
 #pragma once
 
 #include "parallel/communicator.hpp"
@@ -10,17 +11,17 @@
 
 namespace skein {
 
-class HeldForces {
+class HeldVectors {
 public:
-    /// Numbers of a marker in kept(): identity, force.
+    /// Numbers of a marker in kept(): identity, vector.
     static constexpr std::size_t record = 4;
 
-    /// This rank holds markers with these identities from now on; those that no rank held before have no force. Collective.
+    /// This rank holds markers with these identities from now on; those that no rank held before have 0. Collective.
     void settle(const Communicator& comm, std::span<const std::int64_t> identities);
 
-    /// m/s^2 at markers of weight 1 (of springs: m), in the order of settle().
-    std::span<Vec3d> forces() { return forces_; }
-    std::span<const Vec3d> forces() const { return forces_; }
+    /// In the order of settle().
+    std::span<Vec3d> values() { return values_; }
+    std::span<const Vec3d> values() const { return values_; }
     std::span<const std::int64_t> identities() const { return identities_; }
 
     /// Of the markers of all ranks, by identity. Collective.
@@ -30,7 +31,7 @@ public:
 
 private:
     std::vector<std::int64_t> identities_;
-    std::vector<Vec3d> forces_;
+    std::vector<Vec3d> values_;
 };
 
 } // namespace skein
