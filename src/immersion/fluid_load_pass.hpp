@@ -3,6 +3,7 @@
 
 #include "core/transposed.hpp"
 #include "immersion/fluid_loads.hpp"
+#include "immersion/inertia_in_fluid.hpp"
 #include "skein/rod/tile.hpp"
 
 #include <algorithm>
@@ -15,16 +16,22 @@ namespace skein {
 /// likes. Loads are divided by the share of the inertia that kicks are to feel.
 template <int W> class FluidLoadPass final : public TilePass<W> {
 public:
-    FluidLoadPass(std::shared_ptr<FluidLoads> loads, const RodGroup& group, double inertia_share)
-        : loads_(std::move(loads)), per_share_(1 / inertia_share) {
+    FluidLoadPass(std::shared_ptr<FluidLoads> loads, const RodGroup& group, const InertiaInFluid& inertia)
+        : loads_(std::move(loads)) {
         for (int k = 0; k < group.slots(); ++k) {
-            const double mass = inertia_share * group.node_mass[static_cast<std::size_t>(k)];
+            const double felt = inertia.of_nodes[static_cast<std::size_t>(k)].felt,
+                         mass = felt * group.node_mass[static_cast<std::size_t>(k)];
+            per_share_.push_back(1 / felt);
             const Vec3d free = group.slides(k) ? group.free_directions(k) : Vec3d{1, 1, 1};
             per_mass_.push_back(mass > 0 && !group.holds_node(k) ? (1 / mass) * free : Vec3d{0, 0, 0});
         }
-        for (int k = 0; k < group.elements(); ++k)
+        for (int k = 0; k < group.elements(); ++k) {
+            const auto element = static_cast<std::size_t>(k);
+            const Vec3d& felt = inertia.of_elements[element].felt;
+            per_turning_share_.push_back({1 / felt.x, 1 / felt.y, 1 / felt.z});
             per_inertia_.push_back(group.holds_element(k) ? Vec3d{0, 0, 0}
-                                                          : per_share_ * group.element[static_cast<std::size_t>(k)].inv_inertia);
+                                                          : scale(per_turning_share_.back(), group.element[element].inv_inertia));
+        }
     }
 
     void run(const RodTile<W>& rod, SlotLoad<W>* load, const Step& step) const override {
@@ -32,7 +39,7 @@ public:
         std::size_t first[W];
         for (int l = 0; l < W; ++l) // spare lanes say again what the last rod does
             first[l] = loads_->first(rod.group->id(), rod.first + static_cast<std::size_t>(std::min(l, rod.lanes - 1)));
-        const P kick(step.kick), per_share(per_share_);
+        const P kick(step.kick);
         for (int k = 0; k <= rod.last; ++k) {
             const auto slot = static_cast<std::size_t>(k);
             const auto of = [&](auto member) {
@@ -46,12 +53,12 @@ public:
             const Vec3<P> push = implicit(of(&FluidLoad::push), of(&FluidLoad::drag), load[k].force, s.velocity,
                                           broadcast<W>(per_mass_[slot]), kick);
             add(&FluidImpulse::on_node, kick * push);
-            load[k].force = per_share * (load[k].force + push);
+            load[k].force = P(per_share_[slot]) * (load[k].force + push);
             if (k == rod.n) break;
             const Vec3<P> couple = implicit(s.director * of(&FluidLoad::couple), of(&FluidLoad::turn_drag), load[k].couple, s.spin,
                                             broadcast<W>(per_inertia_[slot]), kick);
             add(&FluidImpulse::on_element, kick * transpose_times(s.director, couple));
-            load[k].couple = per_share * (load[k].couple + couple);
+            load[k].couple = scale(broadcast<W>(per_turning_share_[slot]), load[k].couple + couple);
         }
     }
 
@@ -69,7 +76,8 @@ private:
     }
 
     std::shared_ptr<FluidLoads> loads_;
-    double per_share_;
+    std::vector<double> per_share_;             ///< by slot: 1 over the share of its inertia that kicks feel
+    std::vector<Vec3d> per_turning_share_;      ///< by element, body
     std::vector<Vec3d> per_mass_, per_inertia_; ///< by slot, 0 where it is held
 };
 

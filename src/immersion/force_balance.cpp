@@ -12,18 +12,14 @@ double mean_of(const Vec3d& a) { return (a.x + a.y + a.z) / 3; }
 
 } // namespace
 
-InertiaInFluid::InertiaInFluid(double density_ratio, bool inner)
-    : displaced(1 / density_ratio), borne(inner ? displaced : 0), felt(std::max(1 - borne, least * displaced)),
-      added(felt - (1 - borne)) {}
-
-ForceBalance::ForceBalance(std::span<const RodGroup> groups, const ImmersedRods& rods, std::shared_ptr<FluidLoads> loads,
-                           double density, double cell_volume, bool inner_inertia, Weight weight)
+ForceBalance::ForceBalance(std::span<const RodGroup> groups, std::vector<std::shared_ptr<const InertiaInFluid>> inertia,
+                           const ImmersedRods& rods, std::shared_ptr<FluidLoads> loads, double density, double cell_volume,
+                           Weight weight)
     : groups_(groups), rods_(rods), loads_(std::move(loads)), density_(density), cell_volume_(cell_volume),
-      weight_(std::move(weight)), slots_(loads_->load.size()), velocity_(slots_.size()), spin_(slots_.size()),
-      own_push_(slots_.size()), own_turn_(slots_.size()), place_(rods.count()), off_(rods.count()) {
+      weight_(std::move(weight)), inertia_(std::move(inertia)), slots_(loads_->load.size()), velocity_(slots_.size()),
+      spin_(slots_.size()), own_push_(slots_.size()), own_turn_(slots_.size()), place_(rods.count()), off_(rods.count()) {
     std::int64_t first = 0;
     for (const RodGroup& group : groups_) {
-        inertia_.emplace_back(group.spec().material.density / density, inner_inertia);
         first_slot_.push_back(first);
         first += group.count() * group.slots();
     }
@@ -35,13 +31,13 @@ ForceBalance::ForceBalance(std::span<const RodGroup> groups, const ImmersedRods&
 void ForceBalance::move_fluid_within() {
     rods_.read(0, [&](int, std::size_t i, const RodCopy& rod) {
         const RodGroup& group = group_of(i);
-        const double borne = inertia_of(i).borne;
+        const InertiaInFluid& inertia = inertia_of(i);
         for (std::size_t k = 0; k < rod.state.size(); ++k) {
             Slots& slot = slots_[loads_->first(i) + k];
-            slot.owed = (borne * group.node_mass[k]) * lane(rod.state[k].velocity, 0);
+            slot.owed = (inertia.of_nodes[k].borne * group.node_mass[k]) * lane(rod.state[k].velocity, 0);
             if (k < group.element.size())
-                slot.owed_turn =
-                    borne * transpose_times(rod.frames[k], scale(group.element[k].inertia, lane(rod.state[k].spin, 0)));
+                slot.owed_turn = transpose_times(rod.frames[k], scale(inertia.of_elements[k].borne,
+                                                                      scale(group.element[k].inertia, lane(rod.state[k].spin, 0))));
         }
     });
 }
@@ -89,12 +85,11 @@ void ForceBalance::begin_stage(const Stage& stage, double lag, const Answer& ans
             const Slots& slot = slots_[first + k];
             FluidLoad& of_slot = load[static_cast<std::ptrdiff_t>(k)];
             const double mass = group.node_mass[k];
-            own_push_[first + k] = mass * (stage.length * buoyancy + (share * inertia.added) * slot.gained);
+            own_push_[first + k] = (mass * stage.length) * buoyancy + (share * inertia.of_nodes[k].returned) * slot.lent;
             of_slot.push = per_length * (of_slot.push + slot.owed + own_push_[first + k]);
             of_slot.drag = per_length * of_slot.drag;
             if (k == group.element.size()) break;
-            own_turn_[first + k] =
-                (share * inertia.added) * transpose_times(rod.frames[k], scale(group.element[k].inertia, slot.gained_turn));
+            own_turn_[first + k] = share * transpose_times(rod.frames[k], scale(inertia.of_elements[k].returned, slot.lent_turn));
             of_slot.couple = per_length * (of_slot.couple + slot.owed_turn + own_turn_[first + k]);
             of_slot.turn_drag = per_length * of_slot.turn_drag;
         }
@@ -131,10 +126,17 @@ void ForceBalance::end_stage(std::span<const Vec3d> changes) {
 
 void ForceBalance::end_step(double lag) {
     rods_.read(lag, [&](int, std::size_t i, const RodCopy& rod) {
+        const RodGroup& group = group_of(i);
+        const InertiaInFluid& inertia = inertia_of(i);
         for (std::size_t k = 0; k < rod.state.size(); ++k) {
             const std::size_t at = loads_->first(i) + k;
-            slots_[at].gained = lane(rod.state[k].velocity, 0) - velocity_[at];
-            slots_[at].gained_turn = lane(rod.state[k].spin, 0) - spin_[at];
+            Slots& slot = slots_[at];
+            slot.lent = (1 - inertia.of_nodes[k].returned) * slot.lent +
+                        (inertia.of_nodes[k].added * group.node_mass[k]) * (lane(rod.state[k].velocity, 0) - velocity_[at]);
+            if (k == group.element.size()) break;
+            const InertiaShares<Vec3d>& of_element = inertia.of_elements[k];
+            slot.lent_turn = slot.lent_turn - scale(of_element.returned, slot.lent_turn) +
+                             scale(of_element.added, scale(group.element[k].inertia, lane(rod.state[k].spin, 0) - spin_[at]));
         }
     });
 }
@@ -147,7 +149,7 @@ std::vector<Vec3d> ForceBalance::momentum(double lag) const {
             const Slots& slot = slots_[loads_->first(i) + k];
             const double mass = group_of(i).node_mass[k];
             all[loads_->first(i) + k] =
-                (mass * (1 - inertia.borne)) * lane(rod.state[k].velocity, 0) + (mass * inertia.added) * slot.gained + slot.owed;
+                (mass * (1 - inertia.of_nodes[k].borne)) * lane(rod.state[k].velocity, 0) + slot.lent + slot.owed;
         }
     });
     return all;
@@ -155,8 +157,8 @@ std::vector<Vec3d> ForceBalance::momentum(double lag) const {
 
 std::array<double, ForceBalance::record> ForceBalance::numbers_of(std::size_t slot) const {
     const Slots& s = slots_[slot];
-    return {s.owed.x,   s.owed.y,   s.owed.z,   s.owed_turn.x,   s.owed_turn.y,   s.owed_turn.z,
-            s.gained.x, s.gained.y, s.gained.z, s.gained_turn.x, s.gained_turn.y, s.gained_turn.z};
+    return {s.owed.x, s.owed.y, s.owed.z, s.owed_turn.x, s.owed_turn.y, s.owed_turn.z,
+            s.lent.x, s.lent.y, s.lent.z, s.lent_turn.x, s.lent_turn.y, s.lent_turn.z};
 }
 
 std::vector<double> ForceBalance::kept(const Communicator& comm) const {

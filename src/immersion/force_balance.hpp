@@ -7,6 +7,7 @@
 #include "immersion/direct_forcing.hpp"
 #include "immersion/fluid_loads.hpp"
 #include "immersion/immersed_rods.hpp"
+#include "immersion/inertia_in_fluid.hpp"
 #include "parallel/communicator.hpp"
 
 #include <functional>
@@ -16,25 +17,12 @@
 
 namespace skein {
 
-/// What a group weighs against the fluid. The fluid within rods moves with them and bears its own inertia: rods bear what is more,
-/// and no less than a quarter of the fluid's, with what that adds made good by their last acceleration.
-struct InertiaInFluid {
-    /// `inner`: whether the fluid within bears its own; if not, rods bear all of theirs, and it comes on top.
-    explicit InertiaInFluid(double density_ratio, bool inner = true);
-    double displaced; ///< mass of fluid in the place of the rod, over the rod's
-    double borne;     ///< of that, what the fluid bears for the rod
-    double felt;      ///< inertia that kicks feel, over the rod's
-    double added;     ///< of that, what is made good
-
-    static constexpr double least = 0.25; ///< felt, over the fluid's
-};
-
 class ForceBalance {
 public:
     /// `density`: of the fluid, kg/m^3. `weight`: acceleration by gravity of a group at a time, m/s^2.
     using Weight = std::function<Vec3d(std::size_t group, double time)>;
-    ForceBalance(std::span<const RodGroup> groups, const ImmersedRods& rods, std::shared_ptr<FluidLoads> loads, double density,
-                 double cell_volume, bool inner_inertia, Weight weight);
+    ForceBalance(std::span<const RodGroup> groups, std::vector<std::shared_ptr<const InertiaInFluid>> inertia,
+                 const ImmersedRods& rods, std::shared_ptr<FluidLoads> loads, double density, double cell_volume, Weight weight);
 
     /// Part of a step of the fluid, s.
     struct Stage {
@@ -55,7 +43,7 @@ public:
     /// Momentum of own rods less that of the fluid in their place, and what is on the way between both; kg m/s. By slot.
     std::vector<Vec3d> momentum(double lag) const;
 
-    /// Of a slot: what it owes, force and couple, and what it gained in the last step.
+    /// Of a slot: what it is owed and what is to be returned to it, node and element.
     static constexpr std::size_t record = 12;
     /// Records by slot of the scene, of all ranks. Collective.
     std::vector<double> kept(const Communicator& comm) const;
@@ -65,15 +53,15 @@ public:
 
 private:
     struct Slots {
-        Vec3d owed{0, 0, 0};        ///< N s, lab: impulse that the node has yet to receive
-        Vec3d owed_turn{0, 0, 0};   ///< N m s, lab: of the element
-        Vec3d gained{0, 0, 0};      ///< m/s, lab: of the node in the last step of the fluid
-        Vec3d gained_turn{0, 0, 0}; ///< rad/s, body
+        Vec3d owed{0, 0, 0};      ///< N s, lab: impulse that the node has yet to receive
+        Vec3d owed_turn{0, 0, 0}; ///< N m s, lab: of the element
+        Vec3d lent{0, 0, 0};      ///< N s, lab: what added inertia has taken of the node's momentum, and returns step by step
+        Vec3d lent_turn{0, 0, 0}; ///< N m s, body
     };
     void move_fluid_within();
     const LocalRod& own(std::size_t i) const { return rods_.rods().local()[i]; }
     const RodGroup& group_of(std::size_t i) const { return groups_[static_cast<std::size_t>(own(i).group)]; }
-    const InertiaInFluid& inertia_of(std::size_t i) const { return inertia_[static_cast<std::size_t>(own(i).group)]; }
+    const InertiaInFluid& inertia_of(std::size_t i) const { return *inertia_[static_cast<std::size_t>(own(i).group)]; }
     std::array<double, record> numbers_of(std::size_t slot) const;
     std::int64_t first_in_scene(std::size_t i) const;
 
@@ -82,8 +70,8 @@ private:
     std::shared_ptr<FluidLoads> loads_;
     double density_, cell_volume_; ///< kg/m^3, m^3; of the fluid
     Weight weight_;
-    std::vector<InertiaInFluid> inertia_;  ///< by group
-    std::vector<std::int64_t> first_slot_; ///< of a group's rods among slots of the scene
+    std::vector<std::shared_ptr<const InertiaInFluid>> inertia_; ///< by group
+    std::vector<std::int64_t> first_slot_;                       ///< of a group's rods among slots of the scene
     std::size_t slots_of_scene_ = 0;
     std::vector<Slots> slots_;               ///< as loads_ has them
     std::vector<Vec3d> velocity_, spin_;     ///< by slot, at the begin of the step

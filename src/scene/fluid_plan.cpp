@@ -175,10 +175,13 @@ CellBox cells_of(const FluidOutputSpec& spec, const FluidGrid& grid) {
     return box;
 }
 
+namespace {
+
 RodsInFluid rods_in_fluid(const RodGroup& group, const FluidPlan& fluid) {
     const double h = fluid.constants.grid.h, retraction = fluid.retraction * h;
+    const std::vector<RodMarker> markers = rod_markers(group, fluid.constants.grid, retraction);
     RodsInFluid rods{.name = group.name(),
-                     .markers = static_cast<std::int64_t>(rod_markers(group, fluid.constants.grid, retraction).size()),
+                     .markers = static_cast<std::int64_t>(markers.size()),
                      .least_axis = HUGE_VAL,
                      .density_ratio = group.spec().material.density / fluid.constants.density};
     for (std::size_t k = 0; k < group.element.size(); ++k) {
@@ -187,10 +190,14 @@ RodsInFluid rods_in_fluid(const RodGroup& group, const FluidPlan& fluid) {
         rods.most_axis = std::max({rods.most_axis, axes.along_d1 / h, axes.along_d2 / h});
         rods.has[static_cast<std::size_t>(section_markers(axes, h, retraction))] = true;
     }
+    if (fluid.coupling == RodCoupling::two_way)
+        rods.inertia = std::make_shared<InertiaInFluid>(group, markers, fluid.constants.density, fluid.inner_inertia);
     return rods;
 }
 
-FluidPlan plan_fluid(const SceneSpec& scene) {
+} // namespace
+
+FluidPlan plan_fluid(const SceneSpec& scene, std::span<const RodGroup> groups) {
     FluidPlan plan{.constants = fitted_fluid(scene).constants(),
                    .courant = scene.fluid->courant,
                    .velocity_formula = scene.fluid->velocity_formula,
@@ -206,6 +213,7 @@ FluidPlan plan_fluid(const SceneSpec& scene) {
                    .ranks_across_at = scene.fluid->ranks_across_at};
     plan.outputs = outputs_of(scene, plan.constants.grid);
     plan.speed = speed_of(plan, scene.fluid->expected_speed);
+    for (const RodGroup& group : groups) plan.rods.push_back(rods_in_fluid(group, plan));
     return plan;
 }
 

@@ -2,10 +2,12 @@
 #pragma once
 
 #include "fluid/cell_samples.hpp"
-#include "immersion/rod_surface.hpp"
+#include "immersion/inertia_in_fluid.hpp"
 #include "scene/scene_spec.hpp"
 
 #include <algorithm>
+#include <memory>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -44,17 +46,15 @@ struct FluidSpeed {
     std::string_view by;
 };
 
-struct FluidPlan;
-
 /// Rods of a group as the fluid has them.
 struct RodsInFluid {
     std::string name;
-    std::int64_t markers = 0;             ///< of a rod
-    double least_axis = 0, most_axis = 0; ///< half axes of sections, over the spacing
-    double density_ratio = 0;             ///< over the fluid's
-    std::array<bool, 3> has{};            ///< by SectionMarkers
+    std::int64_t markers = 0;                      ///< of a rod
+    double least_axis = 0, most_axis = 0;          ///< half axes of sections, over the spacing
+    double density_ratio = 0;                      ///< over the fluid's
+    std::array<bool, 3> has{};                     ///< by SectionMarkers
+    std::shared_ptr<const InertiaInFluid> inertia; ///< where they feel it
 };
-RodsInFluid rods_in_fluid(const RodGroup& group, const FluidPlan& fluid);
 
 /// The fluid around everything.
 struct FluidPlan {
@@ -105,7 +105,7 @@ struct FluidPlan {
     double ns_per_cell_step() const;
 };
 
-/// Of a scene that has a fluid.
-FluidPlan plan_fluid(const SceneSpec& scene);
+/// Of a scene that has a fluid, with the groups of its rods.
+FluidPlan plan_fluid(const SceneSpec& scene, std::span<const RodGroup> groups);
 
 } // namespace skein

@@ -1,7 +1,6 @@
 #include "scene/fluid_plan_text.hpp"
 
 #include "fluid/slab_coupling.hpp"
-#include "immersion/force_balance.hpp"
 #include "scene/plan_words.hpp"
 
 #include <cmath>
@@ -75,9 +74,10 @@ std::string rods_in_fluid_text(const RodsInFluid& rods, const FluidPlan& fluid) 
     if (has(SectionMarkers::sheet)) as.emplace_back("sheets");
     if (has(SectionMarkers::centre_line)) as.emplace_back("the centre line, of which the fluid sees a width of some two cells");
     const std::string feel =
-        fluid.felt() ? fmt::format("{:.4g} times as heavy as the fluid, which they feel: kicks have {:.3g} of their inertia",
-                                   rods.density_ratio, InertiaInFluid(rods.density_ratio, fluid.inner_inertia).felt)
-                     : "they do not feel the fluid";
+        fluid.felt()
+            ? fmt::format("{:.4g} times as heavy as the fluid, which they feel: kicks have {:.3g} of their inertia at least",
+                          rods.density_ratio, rods.inertia->least_felt())
+            : "they do not feel the fluid";
     const std::string by = fluid.forcing.penalty() ? fmt::format("springs and dampers, steps of {:.3g} s at most",
                                                                  fluid.forcing.step_limit(fluid.constants.grid.h))
                                                    : fmt::format("{} sweeps", fluid.forcing.sweeps);

@@ -84,7 +84,7 @@ void find_limits(GroupPlan& p, const RodGroup& group, const SceneSpec& scene, co
     limit_by_stiffness(p, group);
     limit_by_drag(p, group, scheme);
     if (joints) limit_by_joints(p, *joints, scheme);
-    for (TimeLimit& limit : p.limits) limit.dt *= std::sqrt(p.inertia_share);
+    for (TimeLimit& limit : p.limits) limit.dt *= std::sqrt(p.felt_inertia());
 }
 
 } // namespace skein

@@ -2,7 +2,7 @@
 
 #include "contact/contact_limits.hpp"
 #include "contact/wall_contacts.hpp"
-#include "immersion/force_balance.hpp"
+#include "immersion/fluid_loads.hpp"
 #include "io/rod_file.hpp"
 #include "io/trajectory.hpp"
 #include "io/vtk_series.hpp"
@@ -126,9 +126,8 @@ double kept_bytes(const FlowConstants& fluid) {
     return (keeps_rates(fluid.scheme) ? 7 : 4) * sizeof(double) * static_cast<double>(fluid.grid.count());
 }
 
-bool feels_fluid(const SceneSpec& scene) { return scene.fluid && scene.immersion.coupling == RodCoupling::two_way; }
-
-GroupPlan plan_group(const SceneSpec& scene, const std::vector<Load>& loads, const RodGroup& group, const JointBounds* joints) {
+GroupPlan plan_group(const SceneSpec& scene, const std::vector<Load>& loads, const RodGroup& group, const JointBounds* joints,
+                     std::shared_ptr<const InertiaInFluid> in_fluid) {
     GroupPlan p{.name = group.name(), .rods = group.count(), .elements = group.elements()};
     if (const BodyShape* body = group.body())
         p.body = fmt::format("{:.4g} kg, J = ({:.4g}, {:.4g}, {:.4g}) kg m^2, {} part{}", body->mass, body->inertia.x,
@@ -156,14 +155,13 @@ GroupPlan plan_group(const SceneSpec& scene, const std::vector<Load>& loads, con
                                    .joined = joints != nullptr,
                                    .audit = scene.output.audit,
                                    .relax = scene.time.relax,
-                                   .feels_fluid = feels_fluid(scene)});
+                                   .feels_fluid = in_fluid != nullptr});
     for (std::size_t i = 0; i < p.program.size(); ++i) p.ns_per_element_step += predicted_ns(p.program[i]);
     if (scene.time.relax) {
         p.relaxation = relaxation_contacts(group, scene);
         refuse_drag(p, group);
     }
-    if (feels_fluid(scene))
-        p.inertia_share = InertiaInFluid(group.spec().material.density / scene.fluid->density, scene.immersion.inner_inertia).felt;
+    p.in_fluid = std::move(in_fluid);
     find_limits(p, group, scene, joints);
     p.tension_limit = tension_limit(group);
     if (const auto& j = group.rotary_inertia_scale; !j.empty()) {
@@ -414,7 +412,7 @@ bool is_coupled(const Plan& plan) {
 StepWatch step_watch(const Plan& plan) {
     if (plan.relax) return {}; // limits of motion do not hold
     double inertia = 1;
-    for (const GroupPlan& group : plan.groups) inertia = std::min(inertia, group.inertia_share);
+    for (const GroupPlan& group : plan.groups) inertia = std::min(inertia, group.felt_inertia());
     return {.dt = plan.dt, .stability = std::sqrt(inertia) * scheme_of(plan.integrator).stability, .stops = !plan.force_dt};
 }
 
@@ -446,10 +444,13 @@ Plan make_plan(const SceneSpec& as_given, std::span<const RodGroup> groups, cons
     std::vector<std::vector<Joint>> joints;
     for (const AssemblyPlan& assembly : plan.assemblies) joints.push_back(assembly.joints);
     const std::vector<JointBounds> bounds = joint_bounds(scene.joints, joints, groups);
-    for (const RodGroup& group : groups) {
+    if (scene.fluid) plan.fluid = plan_fluid(scene, groups);
+    for (std::size_t g = 0; g < groups.size(); ++g) {
+        const RodGroup& group = groups[g];
         const int assembly = group.assembly() ? group.assembly()->number : -1;
         const bool joined = assembly >= 0 && !joints[static_cast<std::size_t>(assembly)].empty();
-        plan.groups.push_back(plan_group(scene, loads, group, joined ? &bounds[static_cast<std::size_t>(group.id())] : nullptr));
+        plan.groups.push_back(plan_group(scene, loads, group, joined ? &bounds[static_cast<std::size_t>(group.id())] : nullptr,
+                                         plan.fluid ? plan.fluid->rods[g].inertia : nullptr));
         plan.groups.back().assembly = assembly;
     }
     plan.contact = scene.contact;
@@ -462,11 +463,7 @@ Plan make_plan(const SceneSpec& as_given, std::span<const RodGroup> groups, cons
     if (!scene.joints.empty()) plan.interactions.emplace_back(interact::Joints{});
     if (plan.contact) plan.interactions.emplace_back(interact::Contacts{});
     if (!plan.walls.empty()) plan.interactions.emplace_back(interact::Walls{});
-    if (scene.fluid) {
-        plan.fluid = plan_fluid(scene);
-        for (const RodGroup& group : groups) plan.fluid->rods.push_back(rods_in_fluid(group, *plan.fluid));
-        plan.interactions.emplace_back(interact::Fluid{});
-    }
+    if (plan.fluid) plan.interactions.emplace_back(interact::Fluid{});
     find_families(plan, groups);
     weigh(plan, groups, scene);
     double ns = lay_out(plan);

@@ -47,9 +47,12 @@ FluidInteraction::FluidInteraction(const InteractionParts& parts)
         bodies_ = std::make_unique<Immersion>(comm_, threads_, grid, plan_.forcing, plan_.obstacles, std::move(rods),
                                               flow_->pencils().across());
         bodies_->set_lag(lag_);
-        if (plan_.felt())
-            bodies_->feel(std::make_unique<ForceBalance>(groups_, *bodies_->rods(), parts.around.fluid, plan_.constants.density,
-                                                         grid.h * grid.h * grid.h, plan_.inner_inertia, weight_of(parts.plan)));
+        if (plan_.felt()) {
+            std::vector<std::shared_ptr<const InertiaInFluid>> inertia;
+            for (const RodsInFluid& of_group : plan_.rods) inertia.push_back(of_group.inertia);
+            bodies_->feel(std::make_unique<ForceBalance>(groups_, std::move(inertia), *bodies_->rods(), parts.around.fluid,
+                                                         plan_.constants.density, grid.h * grid.h * grid.h, weight_of(parts.plan)));
+        }
         flow_->set_forcing(&bodies_->forcing());
     }
     const Vec3d inflow = plan_.constants.inflow;
@@ -113,9 +116,10 @@ void FluidInteraction::step_alone(const Step& step) {
 }
 
 void FluidInteraction::follow_rods() {
-    std::vector<double> along_x;
-    bodies_->rods()->read(lag_, [&](int, std::size_t, const RodCopy& rod) {
-        for (const Slot<1>& slot : rod.state) along_x.push_back(lane(slot.position, 0).x);
+    const ImmersedRods& rods = *bodies_->rods();
+    std::vector<double> along_x(rods.rods().local().size()); // sums over nodes, by rod: threads read rods side by side
+    rods.read(lag_, [&](int, std::size_t i, const RodCopy& rod) {
+        for (const Slot<1>& slot : rod.state) along_x[i] += lane(slot.position, 0).x;
     });
     double nodes = 0;
     for (const RodGroup& group : groups_) nodes += static_cast<double>(group.count() * group.slots());

@@ -31,6 +31,38 @@ HEAVIER = "\n[immersion]\ninner_inertia = false\n"
 FOLLOWS = (SCENE.replace("courant", "along_x = 'free_slip'\nfollows_rods = true\ncourant")
            .replace("velocity = [0.0, 0.0, -1.0]", "velocity = [1.0, 0.0, -1.0]").replace("[[2.5, 0.4, 1.0], [2.5, 1.8, 1.0]]", "[[1.5, 0.4, 1.0], [1.5, 1.8, 1.0]]")) + "fields = 0.1\n"
 
+THREAD = """
+title = "a thread thinner than a cell in shear"
+[time]
+duration = 1.0
+[fluid]
+cells = [24, 24, 16]
+spacing = 0.08
+lower = [-0.96, -0.96, -0.64]
+density = 1.0
+viscosity = 1.0
+along_y = "no_slip"
+lower_wall_velocity = [-0.96, 0.0, 0.0]
+upper_wall_velocity = [0.96, 0.0, 0.0]
+velocity_formula = ["1.0 * y", "0 * y", "0 * y"]
+expected_speed = 1.0
+[[rods]]
+name = "thread"
+[rods.material]
+density = 1.0
+youngs_modulus = 1e4
+[rods.section]
+radius = 0.06
+[rods.shape]
+length = 1.0
+elements = 12
+[rods.placement]
+origin = [-0.3535534, -0.3535534, 0.0]
+tangent = [1.0, 1.0, 0.0]
+[output]
+series = 0.1
+"""
+
 DISC = """
 title = "disc on a spring"
 [time]
@@ -94,12 +126,23 @@ class CoupledFlow(DriverTest):
             self.assertGreater(abs(series["fluid_momentum_xkg_ms"]).max(), 0.01)
             self.assertLess(series["max_speedms"].max(), 2.5, name)
 
+    def test_threads_on_one_line_of_markers_turn_as_the_fluid_does(self):
+        """Whatever they weigh, and with more elements than markers too; both used to shake."""
+        self.scene.write_text(THREAD)
+        for density in (0.5, 1.0, 1.1, 10.0):
+            for elements in (12, 48):
+                out = f"thread{density}_{elements}"
+                self.run_skein(out, "--set", f"rods.thread.material.density={density}", "--set", f"rods.thread.shape.elements={elements}")
+                series = self.series(out)
+                self.assertLess(series["max_speedms"].max(), 0.4, out)  # 0.35 at its ends where it is let go
+                self.assertGreater(series["max_speedms"][-1], 0.1, out)
+
     def test_springs_and_a_box_that_follows_have_the_same_bits_on_other_ranks_and_after_a_stop(self):
         for name, scene in {"springs": SCENE + PENALTY, "follows": FOLLOWS}.items():
             self.scene.write_text(scene)
             self.run_skein(name)
             self.run_skein(name + "_rows", "--set", "fluid.ranks_across=2", ranks=4)
-            self.run_skein(name + "_lanes", "--lanes", "2")
+            self.run_skein(name + "_lanes", "--lanes", "1", threads=2)
             self.run_skein(name + "_parts", "--until", "0.21")
             self.assertIn("Resuming from", self.run_skein(name + "_parts", ranks=2).stdout)
             for out in (name + "_rows", name + "_lanes", name + "_parts"):

@@ -1,0 +1,130 @@
+// Fluid within rods bears its own inertia, all of it and no more, where markers move it.
+#include "immersion/inertia_in_fluid.hpp"
+
+#include <gtest/gtest.h>
+
+#include <numeric>
+#include <string>
+
+namespace skein {
+namespace {
+
+constexpr double density = 1.2; // of the fluid, kg/m^3
+
+struct Example {
+    std::string name;
+    SectionKind kind;
+    double a, b, spacing;
+    int elements;
+    bool closed = false;
+    double taper = 1;
+};
+const Example examples[] = {
+    {"rings", SectionKind::circular, 0.5, 0, 0.1, 20},
+    {"rings further apart than elements are long", SectionKind::circular, 0.5, 0, 0.3, 40},
+    {"tapered", SectionKind::circular, 0.5, 0, 0.1, 20, false, 0.2},
+    {"a sheet", SectionKind::elliptic, 0.5, 0.02, 0.1, 20},
+    {"a plate", SectionKind::rectangular, 0.5, 0.3, 0.1, 20},
+    {"a line of markers", SectionKind::circular, 0.06, 0, 0.1, 20},
+    {"a line of markers further apart than elements are long", SectionKind::circular, 0.06, 0, 0.1, 90},
+    {"a closed rod", SectionKind::circular, 0.2, 0, 0.08, 30, true},
+};
+
+RodGroup rod(const Example& e, double rod_density) {
+    RodSpec spec;
+    spec.material = {.density = rod_density, .youngs_modulus = 1};
+    spec.section = {.kind = e.kind, .radius = e.a, .radius_2 = e.b, .taper = e.taper};
+    spec.shape.length = 3, spec.shape.elements = e.elements;
+    spec.shape.closed = e.closed;
+    return {spec, 0, 0, "."};
+}
+
+std::vector<RodMarker> markers_of(const RodGroup& group, double spacing) {
+    FluidGrid grid;
+    grid.h = spacing, grid.cells = {40, 40, 40};
+    return rod_markers(group, grid, 0.4 * spacing);
+}
+
+TEST(InertiaInFluid, AllOfTheFluidInTheirPlaceIsBorne) {
+    for (const Example& e : examples) {
+        const RodGroup group = rod(e, 0.9);
+        const InertiaInFluid inertia(group, markers_of(group, e.spacing), density, true);
+        double borne = 0, displaced = 0;
+        for (std::size_t k = 0; k < group.node_mass.size(); ++k) borne += inertia.of_nodes[k].borne * group.node_mass[k];
+        for (const ElementConstants& c : group.element) displaced += density * c.volume;
+        EXPECT_NEAR(borne, displaced, 1e-12 * displaced) << e.name;
+        EXPECT_NEAR(inertia.displaced * std::accumulate(group.node_mass.begin(), group.node_mass.end(), 0.0), displaced,
+                    1e-12 * displaced)
+            << e.name;
+    }
+}
+
+TEST(InertiaInFluid, TurnsWithAnElementWhereMarkersLieOffItsAxis) {
+    for (const Example& e : examples) {
+        const RodGroup group = rod(e, 0.9);
+        const std::vector<RodMarker> markers = markers_of(group, e.spacing);
+        const InertiaInFluid inertia(group, markers, density, true);
+        for (std::size_t k = 0; k < group.element.size(); ++k) {
+            bool off_d1 = false, off_d2 = false;
+            for (const RodMarker& m : markers)
+                if (m.element == k) off_d1 |= m.off_d1 != 0, off_d2 |= m.off_d2 != 0;
+            const Vec3d& borne = inertia.of_elements[k].borne;
+            EXPECT_EQ(borne.x > 0, off_d2) << e.name << ", element " << k;
+            EXPECT_EQ(borne.y > 0, off_d1) << e.name << ", element " << k;
+            EXPECT_EQ(borne.z > 0, off_d1 || off_d2) << e.name << ", element " << k;
+        }
+    }
+    const RodGroup thick = rod(examples[0], 0.9);
+    const InertiaInFluid inertia(thick, markers_of(thick, examples[0].spacing), density, true);
+    Vec3d borne{0, 0, 0}, own{0, 0, 0};
+    for (std::size_t k = 0; k < thick.element.size(); ++k)
+        borne += scale(inertia.of_elements[k].borne, thick.element[k].inertia), own += thick.element[k].inertia;
+    EXPECT_NEAR(norm(borne - inertia.displaced * own), 0, 1e-12 * norm(own));
+}
+
+TEST(InertiaInFluid, IsNoneOfScaledRotaryInertia) {
+    Example e = examples[0];
+    const RodGroup plain = rod(e, 0.9);
+    RodSpec spec = plain.spec();
+    spec.material.rotary_inertia_scale = 25;
+    const RodGroup scaled(spec, 0, 0, ".");
+    const std::vector<RodMarker> markers = markers_of(plain, e.spacing);
+    const InertiaInFluid of_plain(plain, markers, density, true), of_scaled(scaled, markers, density, true);
+    for (std::size_t k = 0; k < plain.element.size(); ++k) {
+        const Vec3d one = scale(of_plain.of_elements[k].borne, plain.element[k].inertia),
+                    other = scale(of_scaled.of_elements[k].borne, scaled.element[k].inertia);
+        EXPECT_NEAR(norm(one - other), 0, 1e-12 * norm(one)) << k;
+    }
+}
+
+TEST(InertiaInFluid, WhatIsNotBorneIsFeltOrMadeGood) {
+    for (const Example& e : examples)
+        for (const double rod_density : {0.2, 0.9, density, 2.0, 1000.0}) {
+            const RodGroup group = rod(e, rod_density);
+            const std::vector<RodMarker> markers = markers_of(group, e.spacing);
+            const auto check = [&](double borne, double felt, double added, double returned) {
+                EXPECT_NEAR(felt - added, 1 - borne, 1e-12 * (1 + borne)) << e.name;
+                EXPECT_GE(felt, 0.25 * borne) << e.name;
+                EXPECT_GE(added, 0) << e.name;
+                EXPECT_GT(returned, 0) << e.name;
+                EXPECT_LE(returned, 1) << e.name;
+                if (borne <= 1) {
+                    EXPECT_EQ(returned, 1) << e.name << ", " << borne << " of its inertia borne";
+                }
+            };
+            const InertiaInFluid inertia(group, markers, density, true), outside(group, markers, density, false);
+            double least = 1;
+            for (const auto& s : inertia.of_nodes) check(s.borne, s.felt, s.added, s.returned), least = std::min(least, s.felt);
+            for (const auto& s : inertia.of_elements)
+                for (int c = 0; c < 3; ++c) {
+                    const auto of = [&](const Vec3d& v) { return component_of(v, c); };
+                    check(of(s.borne), of(s.felt), of(s.added), of(s.returned)), least = std::min(least, of(s.felt));
+                }
+            EXPECT_EQ(inertia.least_felt(), least) << e.name;
+            for (const auto& s : outside.of_nodes) EXPECT_EQ(s.borne, 0) << e.name;
+            EXPECT_EQ(outside.least_felt(), 1) << e.name;
+        }
+}
+
+} // namespace
+} // namespace skein
