@@ -1,8 +1,9 @@
 #!/usr/bin/env python3
-"""Rods in a fluid against theory: rods.py OUT_DIR | rods.py --cylinder RATIO
+"""Rods in a fluid, and theory: rods.py OUT_DIR | rods.py --cylinder RATIO
 
 OUT_DIR of rod_in_stokes_flow.toml, free_filament_in_shear.toml or rod_in_cross_flow.toml: draws OUT_DIR/drag.png, orbit.png or bend.png and prints how far the
-rod is from theory. --cylinder prints what theory there is of a cylinder whose length is RATIO diameters: its drag in Stokes flow without bounds beside that of a
+rod is from theory. Of low_re_cilium.toml or cilia_row.toml: draws OUT_DIR/pumping.png, cilia over a beat in the plane of the last frame of fields, and prints what
+they pump along their wall. --cylinder prints what theory there is of a cylinder whose length is RATIO diameters: its drag in Stokes flow without bounds beside that of a
 slender body, and the ratio of axes of the spheroid that turns in shear as it does. Needs numpy, h5py and matplotlib.
 """
 
@@ -15,6 +16,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "python"))
 from skein import needs  # noqa: E402  (of the checkout, as all of skein here)
 
 needs.need("numpy", "h5py", "matplotlib")
+import h5py  # noqa: E402
 import matplotlib  # noqa: E402
 import numpy as np  # noqa: E402
 
@@ -234,6 +236,37 @@ def draw_bend(results, to):
     print(f"drag coefficient {seen:.4f} of what the rod shows to the stream, published {drag:.4f}: {seen / drag - 1:+.2%}")
 
 
+def draw_pumping(results, to):
+    fluid, rods, physics, length, radius = shape_of(results)
+    beat, series = results.constants["beat"], results.series
+    volume = np.prod(np.array(fluid["cells"]) * fluid["spacing"])
+    time, along = series["time"] / beat, series["fluid_momentum_x"] / (fluid["density"] * volume)
+    frame = sorted(results.directory.glob("fields_*.h5"))[-1]
+    with h5py.File(frame) as file:
+        spacing, lower, when = file.attrs["spacing"], [file.attrs[f"lower_{d}"] for d in "xyz"], file.attrs["time"]
+        plane = int((physics["placement"]["origin"][1] - lower[1]) / spacing)
+        across = file["velocity"][:, plane, :, 0]
+    nodes, frames = rods.position, np.array(results.time)
+    last = [int(np.argmin(np.abs(frames - (when - beat * k / 8)))) for k in range(8)]
+    figure, (left, right) = plt.subplots(1, 2, figsize=(11, 3.6), width_ratios=(3, 2), constrained_layout=True)
+    edges = [lower[d] + spacing * np.arange(fluid["cells"][d] + 1) for d in range(3)]
+    most = np.abs(across).max()
+    shown = left.pcolormesh(edges[0], edges[2], across, cmap="RdBu_r", vmin=-most, vmax=most, rasterized=True)
+    figure.colorbar(shown, ax=left, label="velocity along the wall [m/s]", shrink=0.8)
+    for at in reversed(last):
+        now = at == last[0]
+        for rod in np.asarray(nodes[at], float):
+            left.plot(rod[:, 0], rod[:, 2], color=INK, lw=2 if now else 0.6, alpha=1 if now else 0.5)
+    left.set_aspect("equal"), left.set_xlim(edges[0][0], edges[0][-1]), left.set_xlabel("x [m]"), left.set_ylabel("z [m]")
+    right.axhline(0, color=QUIET, lw=0.6)
+    right.plot(time, along, color=SEEN)
+    right.set_xlabel("time [beats]"), right.set_ylabel("mean velocity along the wall [m/s]")
+    bare(left, "left", "bottom"), bare(right, "left", "bottom")
+    figure.savefig(to, dpi=150)
+    over = time > time[-1] - 1 + 1e-9
+    print(f"mean velocity of the fluid along the wall over the last beat {along[over].mean():+.4f} m/s; between {along[over].min():+.3f} and {along[over].max():+.3f}")
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("out_dir", type=Path, nargs="?")
@@ -245,12 +278,13 @@ def main():
         parser.error("give OUT_DIR, or --cylinder RATIO")
     results = skein.open(given.out_dir)
     fluid = results.physics.get("fluid")
-    if not fluid or len(results.rods) != 1 or results.rods[0].physics["placement"]["kind"] != "single":
-        sys.exit(f"{given.out_dir}: is not one rod in a fluid")
-    bounds = [fluid[f"along_{d}"] for d in "xyz"]
-    for name, draw, fits in (("drag", draw_drag, bounds == ["periodic"] * 3 and np.any(results.rods[0].physics["shape"]["velocity"])),
-                             ("orbit", draw_orbit, bounds == ["periodic", "no_slip", "periodic"]),
-                             ("bend", draw_bend, bounds[0] == "through")):
+    if not fluid or len(results.rods) != 1:
+        sys.exit(f"{given.out_dir}: is not rods of one group in a fluid")
+    bounds, alone = [fluid[f"along_{d}"] for d in "xyz"], results.rods[0].count == 1
+    for name, draw, fits in (("drag", draw_drag, alone and bounds == ["periodic"] * 3 and np.any(results.rods[0].physics["shape"]["velocity"])),
+                             ("orbit", draw_orbit, alone and bounds == ["periodic", "no_slip", "periodic"]),
+                             ("bend", draw_bend, alone and bounds[0] == "through"),
+                             ("pumping", draw_pumping, bounds == ["periodic", "periodic", "no_slip"] and "beat" in results.constants)):
         if fits:
             draw(results, given.out_dir / f"{name}.png")
             return print(given.out_dir / f"{name}.png")

@@ -1,5 +1,6 @@
 #include "immersion/direct_forcing.hpp"
 
+#include "core/timer.hpp"
 #include "parallel/exact_sum.hpp"
 
 #include <algorithm>
@@ -68,6 +69,7 @@ void DirectForcing::recall_held(std::span<const double> kept) {
 }
 
 void DirectForcing::hold(const FlowStage& stage) {
+    const Timers::Guard timing(seconds_);
     if (!settled_ || moves_) {
         settle(stage);
         held_.settle(comm_, markers_.identity);
@@ -128,6 +130,7 @@ DirectForcing::Answer DirectForcing::answer(std::size_t marker) const {
 }
 
 void DirectForcing::meet(const FlowStage& stage) {
+    const Timers::Guard timing(seconds_);
     stage_ = stage.dt;
     if (!settled_ || moves_) {
         settle(stage);
@@ -151,6 +154,7 @@ void DirectForcing::apply_springs(const FlowStage& stage) {
 }
 
 void DirectForcing::apply(const FlowStage& stage) {
+    const Timers::Guard timing(seconds_);
     if (stage.response) return apply_implicitly(stage);
     if (numbers_.penalty()) return apply_springs(stage);
     std::vector<Vec3d> change(markers_.count());

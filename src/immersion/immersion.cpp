@@ -1,5 +1,7 @@
 #include "immersion/immersion.hpp"
 
+#include "core/timer.hpp"
+
 #include <algorithm>
 #include <cmath>
 
@@ -38,15 +40,20 @@ void Immersion::place(double time, Markers& markers) const {
 }
 
 void Immersion::begin_stage(const ForceBalance::Stage& stage) {
+    const Timers::Guard timing(seconds_);
     const std::size_t others = forcing_.markers().count() - rods_->count();
     balance_->begin_stage(stage, lag_, [&](std::size_t m) { return forcing_.answer(others + m); });
 }
 
 void Immersion::come_to_end(const ForceBalance::Stage& stage) {
+    const Timers::Guard timing(seconds_);
     balance_->find_mean_velocities(stage.length, lag_, of_rods(forcing_.markers().velocity));
 }
 
-void Immersion::end_stage() { balance_->end_stage(of_rods(forcing_.changes())); }
+void Immersion::end_stage() {
+    const Timers::Guard timing(seconds_);
+    balance_->end_stage(of_rods(forcing_.changes()));
+}
 
 /// A marker is the rank's that has its cell.
 void Immersion::place_obstacles(double time, Markers& markers) const {

@@ -72,7 +72,7 @@ std::string rods_in_fluid_text(const RodsInFluid& rods, const FluidPlan& fluid) 
     std::vector<std::string_view> as;
     if (has(SectionMarkers::ring)) as.emplace_back("rings");
     if (has(SectionMarkers::sheet)) as.emplace_back("sheets");
-    if (has(SectionMarkers::centre_line)) as.emplace_back("the centre line, of which the fluid sees a width of some two cells");
+    if (has(SectionMarkers::centre_line)) as.emplace_back("the centre line, which the fluid sees 1.6 to 2 cells wide");
     const std::string feel =
         fluid.felt()
             ? fmt::format("{:.4g} times as heavy as the fluid, which they feel: kicks have {:.3g} of their inertia at least",

@@ -73,30 +73,40 @@ std::int64_t FluidInteraction::next_meeting(std::int64_t done) const {
     return done - of_part + unit * parts.until(stages);
 }
 
+template <class F> void FluidInteraction::timed(Timers& timers, F&& f) {
+    {
+        const auto timing = timers.time(Phase::fluid);
+        f();
+    }
+    if (bodies_) timers.move(Phase::fluid, Phase::markers, bodies_->take_seconds());
+}
+
 void FluidInteraction::begin(const Step& first, Timers& timers) {
     if (groups_.empty() || !failure_.empty()) return;
-    const auto timing = timers.time(Phase::fluid);
-    const StageParts parts = stage_parts(plan_.constants.scheme);
-    const std::int64_t within = (first.index - 1) % plan_.every;
-    if (within == 0 && !choose_part(first)) return;
-    const std::int64_t done = within % part_;
-    for (int s = 0; s < parts.count; ++s)
-        if (done == part_ / parts.unit * parts.until(s)) begin_stage(s, first);
+    timed(timers, [&] {
+        const StageParts parts = stage_parts(plan_.constants.scheme);
+        const std::int64_t within = (first.index - 1) % plan_.every;
+        if (within == 0 && !choose_part(first)) return;
+        const std::int64_t done = within % part_;
+        for (int s = 0; s < parts.count; ++s)
+            if (done == part_ / parts.unit * parts.until(s)) begin_stage(s, first);
+    });
 }
 
 void FluidInteraction::drive(const Step& step, Timers& timers) {
-    const auto timing = timers.time(Phase::fluid);
     if (!failure_.empty()) return;
-    try {
-        if (groups_.empty()) return step_alone(step);
-        if (!step.completes) return;
-        const StageParts parts = stage_parts(plan_.constants.scheme);
-        const std::int64_t done = (step.index - 1) % plan_.every % part_ + 1;
-        for (int s = 0; s < parts.count; ++s)
-            if (done == part_ / parts.unit * parts.until(s + 1)) end_stage(s, step);
-    } catch (const NumericalError& error) { // on all ranks
-        failure_ = error.what();
-    }
+    timed(timers, [&] {
+        try {
+            if (groups_.empty()) return step_alone(step);
+            if (!step.completes) return;
+            const StageParts parts = stage_parts(plan_.constants.scheme);
+            const std::int64_t done = (step.index - 1) % plan_.every % part_ + 1;
+            for (int s = 0; s < parts.count; ++s)
+                if (done == part_ / parts.unit * parts.until(s + 1)) end_stage(s, step);
+        } catch (const NumericalError& error) { // on all ranks
+            failure_ = error.what();
+        }
+    });
 }
 
 void FluidInteraction::fail_at(double limit, double dt) {

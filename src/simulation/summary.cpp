@@ -34,7 +34,9 @@ double ns_per_element_step(const RunFigures& f) {
 
 double ns_per_cell_step(const RunFigures& f) {
     const double cores = f.plan.machine.ranks * std::min(f.plan.machine.threads, f.plan.machine.cores);
-    return f.phases[static_cast<std::size_t>(Phase::fluid)].max * cores * 1e9 / f.cell_steps;
+    const double seconds =
+        f.phases[static_cast<std::size_t>(Phase::fluid)].max + f.phases[static_cast<std::size_t>(Phase::markers)].max;
+    return seconds * cores * 1e9 / f.cell_steps;
 }
 
 } // namespace
@@ -131,6 +133,7 @@ std::string timing_table(const RunFigures& f) {
     const auto out = std::back_inserter(text);
     double sum = 0;
     for (std::size_t p = 0; p < phase_count; ++p) {
+        if (f.phases[p].max < 5e-4) continue; // not there, or 0 as it would be told
         fmt::format_to(out, "{:<12}{:>10.3f}{:>10.3f}{:>10.3f}{:>8.1f}%\n", phase_names[p], f.phases[p].min, f.phases[p].mean,
                        f.phases[p].max, 100 * f.phases[p].mean / f.wall_s);
         sum += f.phases[p].mean;

@@ -1,12 +1,17 @@
 """Rods that feel a fluid: nothing is lost between both, nothing tells how a run was computed, and a disc on a spring swings as the
 fluid lets it."""
 
+import pathlib
+import subprocess
+import sys
 import unittest
 
 import h5py
 import numpy
 
 from driver import DriverTest, rods_in_a_fluid
+
+APPS = pathlib.Path(__file__).resolve().parents[2] / "apps"
 
 SCENE = """
 title = "rods and a fluid"
@@ -136,6 +141,19 @@ class CoupledFlow(DriverTest):
                 series = self.series(out)
                 self.assertLess(series["max_speedms"].max(), 0.4, out)  # 0.35 at its ends where it is let go
                 self.assertGreater(series["max_speedms"][-1], 0.1, out)
+
+    def test_a_row_of_cilia_pumps_the_way_of_its_wave_and_is_drawn(self):
+        """Half the cells of the scene: those that run ahead of the ones before them pump towards larger x, the others back."""
+        self.scene.write_text((APPS / "flow/cilia_row.toml").read_text())
+        for delay, sign in ((-0.125, 1), (0.125, -1)):
+            out = f"cilia{delay}"
+            self.run_skein(out, "--set", "fluid.cells=[48,8,24]", "--set", "fluid.spacing=0.08333333333333333", "--set", f"constants.delay={delay}")
+            series = self.series(out)
+            self.assertLess(series["max_speedms"].max(), 7, out)  # of the stroke: 6.3
+            self.assertGreater(sign * series["fluid_momentum_xkg_ms"][-1] / (4 * 2 / 3 * 2), 0.03, out)
+        done = subprocess.run([sys.executable, str(APPS / "flow/rods.py"), str(self.directory / "cilia-0.125")], capture_output=True, text=True, timeout=100)
+        self.assertIn("mean velocity of the fluid along the wall over the last beat +0.3", done.stdout, done.stderr)
+        self.assertGreater((self.directory / "cilia-0.125/pumping.png").stat().st_size, 10000)
 
     def test_springs_and_a_box_that_follows_have_the_same_bits_on_other_ranks_and_after_a_stop(self):
         for name, scene in {"springs": SCENE + PENALTY, "follows": FOLLOWS}.items():
