@@ -237,17 +237,19 @@ def draw_bend(results, to):
 
 
 def draw_pumping(results, to):
-    fluid, rods, physics, length, radius = shape_of(results)
+    fluid, rods, physics, *_ = shape_of(results)
     beat, series = results.constants["beat"], results.series
+    frames = sorted(results.directory.glob("fields_*.h5"))
+    if not frames:
+        sys.exit(f"{results.directory}: has no fields_*.h5; set output.fields in the scene")
     volume = np.prod(np.array(fluid["cells"]) * fluid["spacing"])
     time, along = series["time"] / beat, series["fluid_momentum_x"] / (fluid["density"] * volume)
-    frame = sorted(results.directory.glob("fields_*.h5"))[-1]
-    with h5py.File(frame) as file:
+    with h5py.File(frames[-1]) as file:
         spacing, lower, when = file.attrs["spacing"], [file.attrs[f"lower_{d}"] for d in "xyz"], file.attrs["time"]
-        plane = int((physics["placement"]["origin"][1] - lower[1]) / spacing)
+        plane = int((physics["placement"]["origin"][1] - lower[1]) / spacing + 1e-9)
         across = file["velocity"][:, plane, :, 0]
-    nodes, frames = rods.position, np.array(results.time)
-    last = [int(np.argmin(np.abs(frames - (when - beat * k / 8)))) for k in range(8)]
+    nodes, times = rods.position, np.array(results.time)
+    last = [int(np.argmin(np.abs(times - (when - beat * k / 8)))) for k in range(8)]
     figure, (left, right) = plt.subplots(1, 2, figsize=(11, 3.6), width_ratios=(3, 2), constrained_layout=True)
     edges = [lower[d] + spacing * np.arange(fluid["cells"][d] + 1) for d in range(3)]
     most = np.abs(across).max()
@@ -257,11 +259,13 @@ def draw_pumping(results, to):
         now = at == last[0]
         for rod in np.asarray(nodes[at], float):
             left.plot(rod[:, 0], rod[:, 2], color=INK, lw=2 if now else 0.6, alpha=1 if now else 0.5)
-    left.set_aspect("equal"), left.set_xlim(edges[0][0], edges[0][-1]), left.set_xlabel("x [m]"), left.set_ylabel("z [m]")
+    left.set_aspect("equal")
+    left.set(xlim=(edges[0][0], edges[0][-1]), xlabel="x [m]", ylabel="z [m]")
     right.axhline(0, color=QUIET, lw=0.6)
     right.plot(time, along, color=SEEN)
-    right.set_xlabel("time [beats]"), right.set_ylabel("mean velocity along the wall [m/s]")
-    bare(left, "left", "bottom"), bare(right, "left", "bottom")
+    right.set(xlabel="time [beats]", ylabel="mean velocity along the wall [m/s]")
+    bare(left, "left", "bottom")
+    bare(right, "left", "bottom")
     figure.savefig(to, dpi=150)
     over = time > time[-1] - 1 + 1e-9
     print(f"mean velocity of the fluid along the wall over the last beat {along[over].mean():+.4f} m/s; between {along[over].min():+.3f} and {along[over].max():+.3f}")

@@ -154,8 +154,8 @@ void DirectForcing::apply_springs(const FlowStage& stage) {
 }
 
 void DirectForcing::apply(const FlowStage& stage) {
+    if (stage.response) return apply_implicitly(stage); // most of it is solves of the fluid
     const Timers::Guard timing(seconds_);
-    if (stage.response) return apply_implicitly(stage);
     if (numbers_.penalty()) return apply_springs(stage);
     std::vector<Vec3d> change(markers_.count());
     std::fill(changes_.begin(), changes_.end(), Vec3d{0, 0, 0});

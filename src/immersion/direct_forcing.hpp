@@ -47,7 +47,7 @@ public:
     void forget() { std::fill(given_.begin(), given_.end(), Vec3d{0, 0, 0}); }
     /// Largest difference of velocities at markers after the last stage but for its projection, m/s; the same on all ranks.
     double slip() const { return slip_; }
-    /// Wall time since it was last asked for, s.
+    /// Wall time spent at markers since the last call, but for implicit viscosity, s.
     double take_seconds() { return std::exchange(seconds_, 0); }
 
     /// Of this rank; between meet() and apply() their velocities may be changed.
@@ -98,7 +98,7 @@ private:
     std::vector<Vec3d> given_;      ///< by body
     HeldVectors held_;              ///< forces of implicit stages; lengths of springs
     double slip_ = 0, stage_ = 0;   ///< m/s; length of the stage, s
-    double seconds_ = 0;            ///< of wall time
+    double seconds_ = 0;            ///< not told yet
 };
 
 } // namespace skein

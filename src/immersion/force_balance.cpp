@@ -89,7 +89,8 @@ void ForceBalance::begin_stage(const Stage& stage, double lag, const Answer& ans
             of_slot.push = per_length * (of_slot.push + slot.owed + own_push_[first + k]);
             of_slot.drag = per_length * of_slot.drag;
             if (k == group.element.size()) break;
-            own_turn_[first + k] = share * transpose_times(rod.frames[k], scale(inertia.of_elements[k].returned, slot.lent_turn));
+            own_turn_[first + k] =
+                share * transpose_times(rod.frames[k], scale(inertia.of_elements[k].returned, rod.frames[k] * slot.lent_turn));
             of_slot.couple = per_length * (of_slot.couple + slot.owed_turn + own_turn_[first + k]);
             of_slot.turn_drag = per_length * of_slot.turn_drag;
         }
@@ -135,8 +136,9 @@ void ForceBalance::end_step(double lag) {
                         (inertia.of_nodes[k].added * group.node_mass[k]) * (lane(rod.state[k].velocity, 0) - velocity_[at]);
             if (k == group.element.size()) break;
             const InertiaShares<Vec3d>& of_element = inertia.of_elements[k];
-            slot.lent_turn = slot.lent_turn - scale(of_element.returned, slot.lent_turn) +
-                             scale(of_element.added, scale(group.element[k].inertia, lane(rod.state[k].spin, 0) - spin_[at]));
+            const Vec3d lent = rod.frames[k] * slot.lent_turn, gained = lane(rod.state[k].spin, 0) - spin_[at];
+            slot.lent_turn = transpose_times(rod.frames[k], lent - scale(of_element.returned, lent) +
+                                                                scale(of_element.added, scale(group.element[k].inertia, gained)));
         }
     });
 }

@@ -40,7 +40,7 @@ public:
     /// Rods have come to the end of a step of the fluid.
     void end_step(double lag);
 
-    /// Momentum of own rods less that of the fluid in their place, and what is on the way between both; kg m/s. By slot.
+    /// Momentum of own rods less what the fluid bears for them, and what is on the way between both; kg m/s. By slot.
     std::vector<Vec3d> momentum(double lag) const;
 
     /// Of a slot: what it is owed and what is to be returned to it, node and element.
@@ -56,7 +56,7 @@ private:
         Vec3d owed{0, 0, 0};      ///< N s, lab: impulse that the node has yet to receive
         Vec3d owed_turn{0, 0, 0}; ///< N m s, lab: of the element
         Vec3d lent{0, 0, 0};      ///< N s, lab: what added inertia has taken of the node's momentum, and returns step by step
-        Vec3d lent_turn{0, 0, 0}; ///< N m s, body
+        Vec3d lent_turn{0, 0, 0}; ///< N m s, lab: of the element
     };
     void move_fluid_within();
     const LocalRod& own(std::size_t i) const { return rods_.rods().local()[i]; }

@@ -46,7 +46,7 @@ public:
     Vec3d force_on_rods(std::size_t group, double density, double time) const;
     void begin_interval(double time) { forcing_.forget(), from_ = time; }
 
-    /// Wall time at markers since it was last asked for, s.
+    /// Wall time spent at markers since the last call, s.
     double take_seconds() { return std::exchange(seconds_, 0) + forcing_.take_seconds(); }
 
 private:
@@ -66,7 +66,7 @@ private:
     std::unique_ptr<ForceBalance> balance_; ///< null where rods do not feel the fluid
     double from_ = 0, lag_ = 0, ahead_ = 0; ///< s
     Vec3d box_shift_{0, 0, 0};
-    double seconds_ = 0; ///< of wall time, but for that of forcing_
+    double seconds_ = 0; ///< not told yet, but for those of forcing_
 };
 
 } // namespace skein

@@ -13,11 +13,11 @@ template <class T> struct InertiaShares {
     T borne;    ///< by the fluid
     T felt;     ///< by kicks: what the fluid does not bear, and no less than a quarter of what it does
     T added;    ///< to what the fluid does not bear, for kicks to feel as much
-    T returned; ///< in each step, of the momentum that this has taken
+    T returned; ///< in each step of the fluid, of the momentum that this has taken
 };
 
-/// The fluid moves with a rod where markers make it: each ring of them bears the fluid around it, up to half of the way to the
-/// next, for the nodes and the element that it belongs to. About directions from which no marker lies off, nothing is borne.
+/// The fluid moves with a rod where markers make it: that around a ring of them, up to half of the way to the next ones, bears its
+/// inertia for the nodes and the element of this ring. About directions from which no marker lies off, it bears nothing.
 class InertiaInFluid {
 public:
     /// Of a group whose rods have these markers, ring after ring, in a fluid of that density, kg/m^3. `inner`: whether the fluid
@@ -28,7 +28,7 @@ public:
     std::vector<InertiaShares<double>> of_nodes;   ///< [slots]
     std::vector<InertiaShares<Vec3d>> of_elements; ///< [elements], about d1, d2, d3
 
-    /// Of what kicks feel, anywhere.
+    /// Of what kicks feel, anywhere; at most 1.
     double least_felt() const;
 };
 

@@ -102,7 +102,7 @@ public:
         return std::make_unique<TakeSurfaceLoadsPass<W>>(parts_.around.exposure, parts_.around.loads, *parts_.group.body());
     }
     Made operator()(pass::FeelFluid) const {
-        return std::make_unique<FluidLoadPass<W>>(parts_.around.fluid, parts_.group, *parts_.plan.in_fluid);
+        return std::make_unique<FluidLoadPass<W>>(parts_.around.fluid, parts_.group, *parts_.plan.inertia_in_fluid);
     }
     Made operator()(pass::FoldRing) const { return std::make_unique<FoldRingPass<W>>(); }
     Made operator()(pass::AuditLoads) const { return std::make_unique<AuditLoadsPass<W>>(parts_.audit); }

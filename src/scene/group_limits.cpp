@@ -11,18 +11,19 @@ namespace skein {
 
 namespace {
 
-/// What loads do to the step together: the sum of their rates or stiffnesses, told of the load that has the largest.
+/// What loads do to the step together: the sum of their rates or stiffnesses, over the inertia that kicks feel, told of the load
+/// that has the largest.
 struct Together {
     double sum = 0;
     DragRate largest;
     std::string_view label;
 };
-Together together(const std::vector<Load>& loads, const RodGroup& group, DragRate (Load::*of)(const RodGroup&) const) {
+Together together(const GroupPlan& p, const RodGroup& group, DragRate (Load::*of)(const RodGroup&) const) {
     Together all;
-    for (const Load& load : loads) {
+    for (const Load& load : p.loads) {
         const DragRate one = (load.*of)(group);
         if (one.value > all.largest.value) all.largest = one, all.label = load.label();
-        all.sum += one.value;
+        all.sum += one.value / p.felt_inertia();
     }
     return all;
 }
@@ -35,14 +36,14 @@ void limit_by_loads(GroupPlan& p, const Together& loads, double dt) {
 /// Drag at the velocity before the kick takes from the stable step: a mode of frequency w is stable while (h w/2)^2 + h nu/2 < 1,
 /// with the scheme's own figures for 2. theory.md (38)
 void limit_by_drag(GroupPlan& p, const RodGroup& group, const Scheme& scheme) {
-    const Together drag = together(p.loads, group, &Load::largest_rate);
+    const Together drag = together(p, group, &Load::largest_rate);
     const double fastest = p.limits.front().dt, half = 0.5 * fastest * scheme.stability * drag.sum / scheme.drag;
     limit_by_loads(p, drag, fastest * (std::sqrt(1 + half * half) - half));
 }
 
 /// The stiffness of loads adds to that of the rod: w^2 grows by at most what all of them have over mass. theory.md (40c)
 void limit_by_stiffness(GroupPlan& p, const RodGroup& group) {
-    const Together stiff = together(p.loads, group, &Load::largest_stiffness);
+    const Together stiff = together(p, group, &Load::largest_stiffness);
     const double rate = 2 / p.limits.front().dt;
     limit_by_loads(p, stiff, 2 / std::sqrt(rate * rate + stiff.sum));
 }
@@ -53,12 +54,14 @@ void limit_by_joints(GroupPlan& p, const JointBounds& joints, const Scheme& sche
         if (dt < 0.99 * p.limits.front().dt) p.limits.insert(p.limits.begin(), {"joints", dt, joints.element});
     };
     if (joints.stiffness > 0) {
-        const double rate = p.limits.empty() ? 0 : 2 / p.limits.front().dt, dt = 2 / std::sqrt(rate * rate + joints.stiffness);
+        const double rate = p.limits.empty() ? 0 : 2 / p.limits.front().dt,
+                     dt = 2 / std::sqrt(rate * rate + joints.stiffness / p.felt_inertia());
         if (p.limits.empty()) p.limits.push_back({"joints", dt, joints.element});
         else limit(dt);
     }
     if (joints.drag == 0) return;
-    const double fastest = p.limits.front().dt, half = 0.5 * fastest * scheme.stability * joints.drag / scheme.drag;
+    const double fastest = p.limits.front().dt,
+                 half = 0.5 * fastest * scheme.stability * joints.drag / (scheme.drag * p.felt_inertia());
     limit(fastest * (std::sqrt(1 + half * half) - half));
 }
 
@@ -81,10 +84,10 @@ void find_limits(GroupPlan& p, const RodGroup& group, const SceneSpec& scene, co
     const Scheme scheme = scheme_of(scene.time.integrator);
     p.limits = time_limits(group);
     limit_by_contact(p, group, scene);
+    for (TimeLimit& limit : p.limits) limit.dt *= std::sqrt(p.felt_inertia());
     limit_by_stiffness(p, group);
     limit_by_drag(p, group, scheme);
     if (joints) limit_by_joints(p, *joints, scheme);
-    for (TimeLimit& limit : p.limits) limit.dt *= std::sqrt(p.felt_inertia());
 }
 
 } // namespace skein

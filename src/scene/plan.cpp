@@ -127,7 +127,7 @@ double kept_bytes(const FlowConstants& fluid) {
 }
 
 GroupPlan plan_group(const SceneSpec& scene, const std::vector<Load>& loads, const RodGroup& group, const JointBounds* joints,
-                     std::shared_ptr<const InertiaInFluid> in_fluid) {
+                     std::shared_ptr<const InertiaInFluid> inertia_in_fluid) {
     GroupPlan p{.name = group.name(), .rods = group.count(), .elements = group.elements()};
     if (const BodyShape* body = group.body())
         p.body = fmt::format("{:.4g} kg, J = ({:.4g}, {:.4g}, {:.4g}) kg m^2, {} part{}", body->mass, body->inertia.x,
@@ -155,13 +155,13 @@ GroupPlan plan_group(const SceneSpec& scene, const std::vector<Load>& loads, con
                                    .joined = joints != nullptr,
                                    .audit = scene.output.audit,
                                    .relax = scene.time.relax,
-                                   .feels_fluid = in_fluid != nullptr});
+                                   .feels_fluid = inertia_in_fluid != nullptr});
     for (std::size_t i = 0; i < p.program.size(); ++i) p.ns_per_element_step += predicted_ns(p.program[i]);
     if (scene.time.relax) {
         p.relaxation = relaxation_contacts(group, scene);
         refuse_drag(p, group);
     }
-    p.in_fluid = std::move(in_fluid);
+    p.inertia_in_fluid = std::move(inertia_in_fluid);
     find_limits(p, group, scene, joints);
     p.tension_limit = tension_limit(group);
     if (const auto& j = group.rotary_inertia_scale; !j.empty()) {

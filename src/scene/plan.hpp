@@ -48,9 +48,9 @@ struct GroupPlan {
     std::vector<std::size_t> load_numbers; ///< of `loads` in the scene
     bool walls = false;                    ///< it may touch some
     KickKind kick = KickKind::undamped;
-    std::shared_ptr<const InertiaInFluid> in_fluid; ///< of rods that feel a fluid
-    RelaxationContacts relaxation;                  ///< where it relaxes: what contacts may do to it
-    bool undamped = true;                           ///< nothing takes energy from its modes: a shorter step
+    std::shared_ptr<const InertiaInFluid> inertia_in_fluid; ///< of rods that feel a fluid
+    RelaxationContacts relaxation;                          ///< where it relaxes: what contacts may do to it
+    bool undamped = true;                                   ///< nothing takes energy from its modes: a shorter step
     DampingScheme damping_scheme = DampingScheme::exponential;
     std::vector<Damping> damping;   ///< that act on this group
     std::vector<Load> loads;        ///< that act on this group, in scene order
@@ -67,7 +67,7 @@ struct GroupPlan {
     int assembly = -1; ///< of Plan::assemblies; -1: none
 
     /// Least inertia that kicks feel, over the rod's.
-    double felt_inertia() const { return in_fluid ? in_fluid->least_felt() : 1; }
+    double felt_inertia() const { return inertia_in_fluid ? inertia_in_fluid->least_felt() : 1; }
 };
 
 /// Rods that are joined, or copied together.

@@ -240,7 +240,7 @@ std::vector<Figure> FluidInteraction::figures(double) const {
             std::vector<double> of_all;
             for (const FlowFigures& row : rows) of_all.push_back(component_of(row.momentum, c));
             for (const Vec3d& slot : of_slots) of_all.push_back(component_of(slot, c));
-            all.push_back({std::string("coupled_momentum_") + "xyz"[c] + "[kg m/s]", Of::sum, of_all});
+            all.push_back({fmt::format("coupled_momentum_{}[kg m/s]", "xyz"[c]), Of::sum, of_all});
         }
     }
     all.push_back({"slip[m/s]", Of::same, {bodies_->forcing().slip()}});

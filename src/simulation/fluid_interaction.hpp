@@ -40,7 +40,7 @@ private:
     bool choose_part(const Step& first);
     /// Stage s of a step of the fluid that begins at 0, in steps of rods of dt.
     ForceBalance::Stage stage_of(int s, double dt) const;
-    /// Times a part of a step, and apart from it what of that went to markers.
+    /// Counts f as Phase::fluid, and what of that was spent at markers as Phase::markers.
     template <class F> void timed(Timers& timers, F&& f);
     /// A stage that rods are about to begin, or have come to the end of.
     void begin_stage(int s, const Step& first);

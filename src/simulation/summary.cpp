@@ -34,8 +34,8 @@ double ns_per_element_step(const RunFigures& f) {
 
 double ns_per_cell_step(const RunFigures& f) {
     const double cores = f.plan.machine.ranks * std::min(f.plan.machine.threads, f.plan.machine.cores);
-    const double seconds =
-        f.phases[static_cast<std::size_t>(Phase::fluid)].max + f.phases[static_cast<std::size_t>(Phase::markers)].max;
+    const double seconds = // means: ranks that have no markers wait in steps of the fluid for those that have
+        f.phases[static_cast<std::size_t>(Phase::fluid)].mean + f.phases[static_cast<std::size_t>(Phase::markers)].mean;
     return seconds * cores * 1e9 / f.cell_steps;
 }
 

@@ -37,7 +37,7 @@ FOLLOWS = (SCENE.replace("courant", "along_x = 'free_slip'\nfollows_rods = true\
            .replace("velocity = [0.0, 0.0, -1.0]", "velocity = [1.0, 0.0, -1.0]").replace("[[2.5, 0.4, 1.0], [2.5, 1.8, 1.0]]", "[[1.5, 0.4, 1.0], [1.5, 1.8, 1.0]]")) + "fields = 0.1\n"
 
 THREAD = """
-title = "a thread thinner than a cell in shear"
+title = "a thread of less than a cell in radius, in shear"
 [time]
 duration = 1.0
 [fluid]
@@ -108,7 +108,7 @@ class CoupledFlow(DriverTest):
         self.scene.write_text(SCENE)
 
     def test_momentum_of_fluid_and_rods_is_kept_whatever_rods_weigh(self):
-        for density in (1.8, 2.0, 2.5, 20.0, 2000.0):
+        for density in (0.4, 1.0, 1.8, 2.0, 2.5, 20.0, 2000.0):
             self.scene.write_text(SCENE.replace("density = 2.0\nyoungs_modulus", f"density = {density}\nyoungs_modulus"))
             self.run_skein(f"rods{density}")
             series = self.series(f"rods{density}")
@@ -131,16 +131,18 @@ class CoupledFlow(DriverTest):
             self.assertGreater(abs(series["fluid_momentum_xkg_ms"]).max(), 0.01)
             self.assertLess(series["max_speedms"].max(), 2.5, name)
 
-    def test_threads_on_one_line_of_markers_turn_as_the_fluid_does(self):
-        """Whatever they weigh, and with more elements than markers too; both used to shake."""
+    def test_threads_on_one_line_of_markers_turn_alike_whatever_they_weigh(self):
+        """With more elements than markers too. Those up to 1.1 times as heavy as the fluid, and those of more elements, used to shake."""
         self.scene.write_text(THREAD)
+        speeds = {}
         for density in (0.5, 1.0, 1.1, 10.0):
             for elements in (12, 48):
                 out = f"thread{density}_{elements}"
                 self.run_skein(out, "--set", f"rods.thread.material.density={density}", "--set", f"rods.thread.shape.elements={elements}")
                 series = self.series(out)
                 self.assertLess(series["max_speedms"].max(), 0.4, out)  # 0.35 at its ends where it is let go
-                self.assertGreater(series["max_speedms"][-1], 0.1, out)
+                speeds[out] = series["max_speedms"][-1]
+        self.assertLess(max(speeds.values()), 1.1 * min(speeds.values()), speeds)
 
     def test_a_row_of_cilia_pumps_the_way_of_its_wave_and_is_drawn(self):
         """Half the cells of the scene: those that run ahead of the ones before them pump towards larger x, the others back."""
@@ -160,10 +162,11 @@ class CoupledFlow(DriverTest):
             self.scene.write_text(scene)
             self.run_skein(name)
             self.run_skein(name + "_rows", "--set", "fluid.ranks_across=2", ranks=4)
-            self.run_skein(name + "_lanes", "--lanes", "1", threads=2)
+            self.run_skein(name + "_lanes", "--lanes", "2")
+            self.run_skein(name + "_threads", "--lanes", "1", threads=2)  # a rod each
             self.run_skein(name + "_parts", "--until", "0.21")
             self.assertIn("Resuming from", self.run_skein(name + "_parts", ranks=2).stdout)
-            for out in (name + "_rows", name + "_lanes", name + "_parts"):
+            for out in (name + "_rows", name + "_lanes", name + "_threads", name + "_parts"):
                 self.assertEqual(self.digest(out), self.digest(name), out)
 
     def test_a_box_that_follows_its_rods_is_where_they_are(self):

@@ -62,7 +62,9 @@ TEST(JoinedCantilever, TendsToTheWholeOne) {
         const double k = 1e4 * share, turning = 10 * bending / length * share, more = joined(n, k, turning) - limit;
         std::printf("k = %g N/m, k_t = %g N m/rad: %.5f of the whole rod's deflection\n", k, turning, (limit + more) / one);
         EXPECT_NEAR(more, of_joint(k, turning), 1e-3 * more) << k;
-        if (before > 0) EXPECT_NEAR(more / before, 0.1, 1e-3);
+        if (before > 0) {
+            EXPECT_NEAR(more / before, 0.1, 1e-3);
+        }
         before = more;
     }
     std::printf("limit: %.5f\n", limit / one);
@@ -74,7 +76,9 @@ TEST(JoinedCantilever, LacksTheCellAtTheCutByFirstOrder) {
         const double lack = 1 - joined(n, 1e7, 1e4) / whole(n), expected = 0.75 * length / static_cast<double>(n);
         std::printf("n = %ld: stiffer by %.4f, expected %.4f\n", n, lack, expected);
         EXPECT_NEAR(lack, expected, 0.15 * expected); // M^2 l/(2 E I) in the middle over F w/2, without shear
-        if (before > 0) EXPECT_NEAR(before / lack, 2, 0.15);
+        if (before > 0) {
+            EXPECT_NEAR(before / lack, 2, 0.15);
+        }
         before = lack;
     }
 }
