@@ -153,6 +153,7 @@ bool FluidInteraction::choose_part(const Step& first) {
     std::int64_t steps = 1; // of the fluid, each of as many of the run
     while (steps <= plan_.most_parts() && (plan_.most_parts() % steps != 0 || whole > static_cast<double>(steps) * limit)) ++steps;
     if (steps > plan_.most_parts()) return fail_at(limit, whole), false;
+    if (steps > 1) speed_to_expect_ = std::max(speed_to_expect_, plan_.courant * plan_.constants.grid.h / limit);
     part_ = plan_.every / steps;
     bodies_->begin_interval(first.begin), to_ = first.begin + whole;
     return true;

@@ -29,6 +29,9 @@ public:
 
     /// Of this run: cells times steps of the fluid.
     double cell_steps() const;
+    /// With rods: what fluid.expected_speed, m/s, would have spared this run all steps of the fluid that had to be shorter than
+    /// planned; 0: none had to.
+    double speed_to_expect() const { return speed_to_expect_; }
     const FlowSolver& flow() const { return *flow_; }
     /// How far the box has moved with the rods, m.
     Vec3d box_shift() const { return {static_cast<double>(moved_) * plan_.constants.grid.h, 0, 0}; }
@@ -61,6 +64,7 @@ private:
     std::string failure_;                       ///< why it cannot go on; empty: it can
     std::int64_t steps_ = 0, steps_before_ = 0; ///< of the fluid since the start; of them, those before this run
     std::int64_t part_ = 0;                     ///< with rods: steps of the run in the present step of the fluid
+    double speed_to_expect_ = 0;                ///< m/s
     std::int64_t moved_ = 0;                    ///< cells that the box has moved along x
     std::optional<double> middle_at_start_;     ///< x of the middle of all nodes, m
 };

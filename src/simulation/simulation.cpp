@@ -584,7 +584,8 @@ void Simulation::write_summary(const RunResult& result) {
     figures.rod_bytes = comm_.sum(static_cast<std::int64_t>(rods_->bytes()));
     figures.resident_bytes = comm_.sum(resident_bytes());
     figures.overlaps = largest_overlaps(comm_, interactions_);
-    if (const FluidInteraction* fluid = fluid_of(interactions_)) figures.cell_steps = fluid->cell_steps();
+    if (const FluidInteraction* fluid = fluid_of(interactions_))
+        figures.cell_steps = fluid->cell_steps(), figures.speed_to_expect = fluid->speed_to_expect();
     if (neighbourhood_ && comm_.size() > 1) {
         figures.ghosts = neighbourhood_->figures_of_ranks();
         figures.balance = balance_.figures();

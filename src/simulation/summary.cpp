@@ -10,6 +10,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <cmath>
 #include <cstdio>
 #include <filesystem>
 #include <iterator>
@@ -143,6 +144,9 @@ std::string timing_table(const RunFigures& f) {
     fmt::format_to(out, "{:<12}{:>10}{:>10.3f}\n\n", "total", "", f.wall_s);
     if (f.cell_steps > 0)
         fmt::format_to(out, "{:.4g} cell-steps of the fluid, {:.1f} ns each and core\n", f.cell_steps, ns_per_cell_step(f));
+    if (f.speed_to_expect > 0)
+        fmt::format_to(out, "some steps of the fluid were cut in parts; with fluid.expected_speed = {:g} none would be\n",
+                       0.1 * std::ceil(10 * f.speed_to_expect));
     if (f.plan.elements == 0) return text + fmt::format("{:.1f} MB resident\n", static_cast<double>(f.resident_bytes) * 1e-6);
     fmt::format_to(out, "{:.4g} element-steps, {:.1f} ns each and core; {:.0f} B per element for rods, {:.1f} MB resident\n",
                    element_steps(f), ns_per_element_step(f),

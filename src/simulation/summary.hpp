@@ -36,6 +36,7 @@ struct RunFigures {
     std::vector<GhostFigures> ghosts = {};     ///< by rank, at the end; none where ranks do not meet
     BalanceFigures balance = {};
     double cell_steps = 0;              ///< of the fluid: cells times steps, in this run
+    double speed_to_expect = 0;         ///< see FluidInteraction
     const Settling* settling = nullptr; ///< of rods that relax
 };
 
