@@ -113,8 +113,8 @@ def read_school(directory):
 
 
 def spent(run, group, period, unit):
-    """Where the muscles' work goes; what is missing is lost where markers hold the fluid, of the power in a plane 10 % with 80 cells a body and
-    4 % with 160. A body's own inertia is what it has beyond the fluid that fills it.                                         theory.md (88)"""
+    """Where the muscles' work goes; what is missing is lost where markers hold the fluid, of the power in a plane 9 % with 80 cells a body and
+    5 % with 160. A body's own inertia is what it has beyond the fluid that fills it.                                         theory.md (88)"""
     if not (run.directory / "observables.csv").exists() or "fluid_dissipation" not in run.series:
         return None
     within = run.physics["fluid"]["density"] if run.physics["immersion"].get("inner_inertia", True) else 0
