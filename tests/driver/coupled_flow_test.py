@@ -36,38 +36,6 @@ HEAVIER = "\n[immersion]\ninner_inertia = false\n"
 FOLLOWS = (SCENE.replace("courant", "along_x = 'free_slip'\nfollows_rods = true\ncourant")
            .replace("velocity = [0.0, 0.0, -1.0]", "velocity = [1.0, 0.0, -1.0]").replace("[[2.5, 0.4, 1.0], [2.5, 1.8, 1.0]]", "[[1.5, 0.4, 1.0], [1.5, 1.8, 1.0]]")) + "fields = 0.1\n"
 
-THREAD = """
-title = "a thread of less than a cell in radius, in shear"
-[time]
-duration = 1.0
-[fluid]
-cells = [24, 24, 16]
-spacing = 0.08
-lower = [-0.96, -0.96, -0.64]
-density = 1.0
-viscosity = 1.0
-along_y = "no_slip"
-lower_wall_velocity = [-0.96, 0.0, 0.0]
-upper_wall_velocity = [0.96, 0.0, 0.0]
-velocity_formula = ["1.0 * y", "0 * y", "0 * y"]
-expected_speed = 1.0
-[[rods]]
-name = "thread"
-[rods.material]
-density = 1.0
-youngs_modulus = 1e4
-[rods.section]
-radius = 0.06
-[rods.shape]
-length = 1.0
-elements = 12
-[rods.placement]
-origin = [-0.3535534, -0.3535534, 0.0]
-tangent = [1.0, 1.0, 0.0]
-[output]
-series = 0.1
-"""
-
 DISC = """
 title = "disc on a spring"
 [time]
@@ -133,12 +101,14 @@ class CoupledFlow(DriverTest):
 
     def test_threads_on_one_line_of_markers_turn_alike_whatever_they_weigh(self):
         """With more elements than markers too. Those up to 1.1 times as heavy as the fluid, and those of more elements, used to shake."""
-        self.scene.write_text(THREAD)
+        thread = ["--set", "fluid.spacing=0.08", "--set", "fluid.cells=[24,24,16]", "--set", "fluid.viscosity=1.0", "--set", "rods.filament.section.radius=0.06",
+                  "--set", "time.duration=1.0", "--set", "immersion.retraction=0.4"]
+        self.scene.write_text((APPS / "flow/free_filament_in_shear.toml").read_text())
         speeds = {}
         for density in (0.5, 1.0, 1.1, 10.0):
             for elements in (12, 48):
                 out = f"thread{density}_{elements}"
-                self.run_skein(out, "--set", f"rods.thread.material.density={density}", "--set", f"rods.thread.shape.elements={elements}")
+                self.run_skein(out, *thread, "--set", f"rods.filament.material.density={density}", "--set", f"rods.filament.shape.elements={elements}")
                 series = self.series(out)
                 self.assertLess(series["max_speedms"].max(), 0.4, out)  # 0.35 at its ends where it is let go
                 speeds[out] = series["max_speedms"][-1]
