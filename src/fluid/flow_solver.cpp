@@ -394,11 +394,12 @@ private:
     double dt_, b_;
 };
 
-FlowStage BoxFlow::forced_stage(double time, double dt, StageResponse* response) {
+FlowStage BoxFlow::forced_stage(const StageOfStep& stage, StageResponse* response) {
     return {.velocity = velocities(),
             .scratch = {next_[0].data(), next_[1].data(), next_[2].data()},
-            .time = time,
-            .dt = dt,
+            .time = stage.end,
+            .dt = stage.whole,
+            .ends_step = stage.last,
             .response = response,
             .fill_beyond_walls = [this](const std::function<bool(int)>& sides, bool beyond) {
                 fill_sides(sides);
@@ -446,13 +447,13 @@ void BoxFlow::begin_stage(int s, double time, double dt) {
     if (constants_.scheme == FlowScheme::crank_nicolson) return; // bodies are a part of its equations
     sweep<Viscosity::of_rates>(stage.factors, diffusion());
     pass_outflow(stage.whole);
-    if (forcing_) forcing_->meet(forced_stage(stage.end, stage.whole, nullptr));
+    if (forcing_) forcing_->meet(forced_stage(stage));
 }
 
 void BoxFlow::end_stage(int s, double time, double dt) {
     const StageOfStep stage = stage_of_step(s, time, dt);
-    if (constants_.scheme == FlowScheme::crank_nicolson) return step_half_implicit(stage.factors, time, dt);
-    force(forced_stage(stage.end, stage.whole, nullptr));
+    if (constants_.scheme == FlowScheme::crank_nicolson) return step_half_implicit(stage, dt);
+    force(forced_stage(stage));
     const bool every = constants_.scheme == FlowScheme::rk3_projected, one = stage_parts(constants_.scheme).count == 1;
     if (stage.last || every) project(every || one ? stage.whole : dt, true);
     else fill_ghosts(0, velocities());
@@ -460,18 +461,18 @@ void BoxFlow::end_stage(int s, double time, double dt) {
 }
 
 /// The first step is Euler's, explicit in convection and implicit in viscosity: it damps what a start at once would leave to swing.
-void BoxFlow::step_half_implicit(const StageFactors& factors, double time, double dt) {
+void BoxFlow::step_half_implicit(const StageOfStep& whole, double dt) {
     const double ahead = begun_ ? 0.5 : 1.0, b = ahead * dt * diffusion();
-    sweep<Viscosity::of_velocity>(factors, (1 - ahead) * dt * diffusion());
+    sweep<Viscosity::of_velocity>(whole.factors, (1 - ahead) * dt * diffusion());
     ImplicitResponse response(*this, dt, b);
-    const FlowStage stage = forced_stage(time + dt, dt, &response);
+    const FlowStage stage = forced_stage(whole, &response);
     if (forcing_) forcing_->hold(stage);
     diffuse(now_, 0, b);
     project(dt, false);
     keep_diffused(next_[0], 1, b);
     if (forcing_) {
         forcing_->apply(stage);
-        refresh(time + dt);
+        refresh(whole.end);
     } else fill_pressure();
     begun_ = true;
 }

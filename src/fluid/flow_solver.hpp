@@ -74,8 +74,8 @@ private:
         bool last;         ///< of the step
     };
     StageOfStep stage_of_step(int s, double time, double dt) const;
-    /// A stage that ends at a time, as bodies see it.
-    FlowStage forced_stage(double time, double dt, StageResponse* response);
+    /// It, as bodies see it.
+    FlowStage forced_stage(const StageOfStep& stage, StageResponse* response = nullptr);
     /// Ghosts along x and y of velocities in those planes for which `of_plane` says so.
     void fill_sides(const std::function<bool(int)>& of_plane);
     /// Bodies in the fluid, after an explicit stage.
@@ -89,7 +89,7 @@ private:
     /// its planes. Collective.
     void diffuse(Three<Field>& fields, int first, double b);
     void add_beyond_walls(int c, double* field, double b) const;
-    void step_half_implicit(const StageFactors& factors, double time, double dt);
+    void step_half_implicit(const StageOfStep& whole, double dt);
     void pass_outflow(double dt);
     /// Makes velocities free of divergence by the gradient of next_[0], which is added to the pressure with `keep`. Collective.
     void project(double dt, bool keep);

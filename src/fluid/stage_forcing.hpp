@@ -25,6 +25,7 @@ struct FlowStage {
     std::array<double*, 3> scratch;  ///< as large, of no meaning
     double time;                     ///< at the end of the stage, s
     double dt;                       ///< of the stage, s
+    bool ends_step;                  ///< the last stage of a step
     StageResponse* response;         ///< null: the stage is explicit, and pushes are changes of velocity
     /// Sets ghosts of velocities beyond walls: across x and y in planes of this rank for which `sides` says so, and with `beyond`
     /// across z. This rank alone.

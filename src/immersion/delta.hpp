@@ -3,7 +3,6 @@
 // (80)
 #pragma once
 
-#include <algorithm>
 #include <array>
 #include <cmath>
 #include <string_view>
@@ -20,21 +19,19 @@ struct DeltaWeights {
     std::array<double, most> weight{};
 };
 
-inline double delta_at(DeltaKind kind, double distance) {
-    const double r = std::abs(distance), none = 0;
-    if (kind == DeltaKind::three_point) {
-        if (r < 0.5) return (1 + std::sqrt(1 - 3 * r * r)) / 3;
-        return r < 1.5 ? (5 - 3 * r - std::sqrt(std::max(none, 1 - 3 * (1 - r) * (1 - r)))) / 6 : 0;
-    }
-    if (r < 1) return (3 - 2 * r + std::sqrt(std::max(none, 1 + 4 * r - 4 * r * r))) / 8;
-    return r < 2 ? (5 - 2 * r - std::sqrt(std::max(none, -7 + 12 * r - 4 * r * r))) / 8 : 0;
-}
-
 inline DeltaWeights delta_weights(DeltaKind kind, double place) {
+    const bool three = kind == DeltaKind::three_point;
+    const double base = std::floor(three ? place + 0.5 : place), r = place - base;
     DeltaWeights w;
-    w.count = kind == DeltaKind::three_point ? 3 : 4;
-    w.first = static_cast<int>(kind == DeltaKind::three_point ? std::floor(place + 0.5) - 1 : std::floor(place) - 1);
-    for (int i = 0; i < w.count; ++i) w.weight[static_cast<std::size_t>(i)] = delta_at(kind, place - (w.first + i));
+    w.first = static_cast<int>(base) - 1;
+    w.count = three ? 3 : 4;
+    if (three) {
+        const double root = std::sqrt(1 - 3 * r * r); // |r| <= 1/2
+        w.weight = {(2 - 3 * r - root) / 6, (1 + root) / 3, (2 + 3 * r - root) / 6, 0};
+    } else {
+        const double root = std::sqrt(1 + 4 * r * (1 - r)); // 0 <= r < 1
+        w.weight = {(3 - 2 * r - root) / 8, (3 - 2 * r + root) / 8, (1 + 2 * r + root) / 8, (1 + 2 * r - root) / 8};
+    }
     return w;
 }
 

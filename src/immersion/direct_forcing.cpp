@@ -19,9 +19,7 @@ void DirectForcing::settle(const FlowStage& stage) {
     place_(stage.time, markers_);
     planes_.settle(markers_.place, markers_.identity);
     for (std::vector<Vec3d>* of_markers : {&weight_, &found_, &difference_, &changes_}) of_markers->resize(markers_.count());
-    planes_.clear(stage.scratch);
-    planes_.spread(std::vector<Vec3d>(markers_.count(), Vec3d{1, 1, 1}), stage.scratch);
-    planes_.interpolate({stage.scratch[0], stage.scratch[1], stage.scratch[2]}, weight_);
+    planes_.respond_to_ones(stage.scratch, weight_);
     const auto inverse = [](double sum) { return sum > 0 ? 1 / sum : 0; }; // 0: out of reach of all cells
     for (std::size_t m = 0; m < weight_.size(); ++m) {
         Vec3d& w = weight_[m];
@@ -148,9 +146,14 @@ void DirectForcing::apply_springs(const FlowStage& stage) {
         changes_[m] = per_spacing * (numbers_.stiffness * lengths[m] + numbers_.damping * difference_[m]);
     }
     planes_.spread(changes_, stage.velocity);
+    note_slip(stage);
+    add_given(changes_);
+}
+
+void DirectForcing::note_slip(const FlowStage& stage) {
+    if (!stage.ends_step) return;
     find_differences(stage);
     slip_ = largest_difference();
-    add_given(changes_);
 }
 
 void DirectForcing::apply(const FlowStage& stage) {
@@ -159,17 +162,17 @@ void DirectForcing::apply(const FlowStage& stage) {
     if (numbers_.penalty()) return apply_springs(stage);
     std::vector<Vec3d> change(markers_.count());
     std::fill(changes_.begin(), changes_.end(), Vec3d{0, 0, 0});
-    subtract_found();
     for (int sweep = 0; sweep < numbers_.sweeps; ++sweep) {
+        if (sweep == 0) subtract_found(); // meet() has found them
+        else find_differences(stage);
         if (numbers_.slip > 0 && largest_difference() < numbers_.slip) break;
         for (std::size_t m = 0; m < change.size(); ++m) {
             change[m] = scale(weight_[m], difference_[m]);
             changes_[m] += change[m];
         }
         planes_.spread(change, stage.velocity);
-        find_differences(stage);
     }
-    slip_ = largest_difference();
+    note_slip(stage);
     add_given(changes_);
 }
 

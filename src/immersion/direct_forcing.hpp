@@ -45,7 +45,7 @@ public:
     /// Volume times velocity that each body has given the fluid since the last call of forget(), m^4/s; the same on all ranks.
     const std::vector<Vec3d>& given() const { return given_; }
     void forget() { std::fill(given_.begin(), given_.end(), Vec3d{0, 0, 0}); }
-    /// Largest difference of velocities at markers after the last stage but for its projection, m/s; the same on all ranks.
+    /// Largest difference of velocities at markers after the last step but for its projection, m/s; the same on all ranks.
     double slip() const { return slip_; }
     /// Wall time spent at markers since the last call, but for implicit viscosity, s.
     double take_seconds() { return std::exchange(seconds_, 0); }
@@ -77,6 +77,8 @@ private:
     void find_velocities(const FlowStage& stage);
     void find_differences(const FlowStage& stage);
     void subtract_found();
+    /// At the end of a step. Collective.
+    void note_slip(const FlowStage& stage);
     /// The largest of them on any rank, m/s. Collective.
     double largest_difference() const;
     /// Adds the changes of a stage to what bodies have given. Collective.

@@ -1,8 +1,11 @@
 #include "immersion/marker_planes.hpp"
 
+#include "parallel/blocks.hpp"
+
 #include <algorithm>
 #include <cmath>
 #include <numeric>
+#include <type_traits>
 
 namespace skein {
 
@@ -12,10 +15,15 @@ constexpr int ghosts = FieldLayout::ghosts, none = -ghosts - 1;
 
 int wrapped(int i, int n) { return (i % n + n) % n; }
 
-/// Weights along a direction of the grid for the velocity `component`: point i is at i + 1/2, of the velocity across d at i + 1.
-DeltaWeights weights_along(const FluidGrid& grid, DeltaKind delta, const Vec3d& place, int d, int component) {
+/// Weights along a direction of the grid. Point i is at i + 1/2, of the velocity across that direction at i + 1.
+struct WeightsAlong {
+    DeltaWeights of_middles, of_faces;
+    const DeltaWeights& of(bool face) const { return face ? of_faces : of_middles; }
+};
+
+WeightsAlong weights_along(const FluidGrid& grid, DeltaKind delta, const Vec3d& place, int d) {
     const double at = (component_of(place, d) - component_of(grid.lower, d)) / grid.h;
-    return delta_weights(delta, at - (d == component ? 1.0 : 0.5));
+    return {delta_weights(delta, at - 0.5), delta_weights(delta, at - 1.0)};
 }
 
 } // namespace
@@ -44,8 +52,9 @@ template <class Body> void MarkerPlanes::for_ranks_of(const Vec3d& place, Body&&
         const int n = grid_.cells[static_cast<std::size_t>(d)];
         return grid_.periodic(d) ? wrapped(cell, n) : std::clamp(cell, 0, n - 1);
     };
+    const WeightsAlong along_y = weights_along(grid_, delta_, place, 1), along_z = weights_along(grid_, delta_, place, 2);
     for (int c = 0; c < 3; ++c) {
-        const DeltaWeights y = weights_along(grid_, delta_, place, 1, c), z = weights_along(grid_, delta_, place, 2, c);
+        const DeltaWeights &y = along_y.of(c == 1), &z = along_z.of(c == 2);
         const int rows = pencils_.across() > 1 ? y.count : 1;
         for (int k = z.first; k < z.first + z.count; ++k)
             for (int j = y.first; j < y.first + rows; ++j) found[count++] = pencils_.rank_of_cell(inside(j, 1), inside(k, 2));
@@ -78,45 +87,59 @@ void MarkerPlanes::settle(std::span<const Vec3d> places, std::span<const std::in
     std::iota(arrival_.begin(), arrival_.end(), 0u);
     std::sort(arrival_.begin(), arrival_.end(),
               [&](std::uint32_t a, std::uint32_t b) { return guests[a].identity < guests[b].identity; });
-    footprints_.clear();
+    footprints_.resize(3 * arrival_.size());
+    for_blocks(threads_, arrival_.size(), [&](std::size_t begin, std::size_t end, std::size_t) {
+        for (std::size_t m = begin; m < end; ++m) lay_out(guests[arrival_[m]].place, &footprints_[3 * m]);
+    });
+    visit_planes();
+    make_messages(arriving);
+}
+
+/// Notes of planes which markers they have, in the order of identities.
+void MarkerPlanes::visit_planes() {
     for (auto& visits : visits_) visits.clear();
     sides_.assign(static_cast<std::size_t>(layout_.nz), 0);
-    for (std::uint32_t m = 0; m < arrival_.size(); ++m) lay_out(guests[arrival_[m]].place, m);
+    for (std::uint32_t m = 0; m < arrival_.size(); ++m)
+        for (std::uint8_t c = 0; c < 3; ++c) {
+            const Footprint& f = footprints_[3 * m + c];
+            for (std::uint8_t place = 0; place < width; ++place) {
+                const int plane = f.plane[place];
+                if (plane == none) continue;
+                if (f.beyond_sides && plane >= 0 && plane < layout_.nz) sides_[static_cast<std::size_t>(plane)] = 1;
+                visits_[static_cast<std::size_t>(plane + ghosts)].push_back({m, c, place});
+            }
+        }
     const auto any = [&](std::size_t first) {
         return std::any_of(visits_.begin() + static_cast<std::ptrdiff_t>(first),
                            visits_.begin() + static_cast<std::ptrdiff_t>(first + ghosts), [](const auto& v) { return !v.empty(); });
     };
     beyond_ = any(0) || any(static_cast<std::size_t>(layout_.nz + ghosts));
-    make_messages(arriving);
 }
 
-void MarkerPlanes::lay_out(const Vec3d& place, std::uint32_t marker) {
+void MarkerPlanes::lay_out(const Vec3d& place, Footprint* of_components) const {
+    const WeightsAlong along[3] = {weights_along(grid_, delta_, place, 0), weights_along(grid_, delta_, place, 1),
+                                   weights_along(grid_, delta_, place, 2)};
     const Slab all{0, grid_.cells[0]};
-    bool sideways = false;
-    const auto axis = [&](const DeltaWeights& w, int d, const Slab& own, auto& index, auto& weight, auto& inside) {
-        for (int i = 0; i < w.count; ++i) {
-            const auto at = static_cast<std::size_t>(i);
-            const int cell = here(w.first + i, d, own);
-            index[at] = std::max(cell, -ghosts);
-            weight[at] = cell == none ? 0 : w.weight[at];
-            inside[at] = cell >= 0 && cell < own.count;
-            sideways |= cell != none && !inside[at];
-        }
-    };
     for (int c = 0; c < 3; ++c) {
-        Footprint f;
-        const DeltaWeights x = weights_along(grid_, delta_, place, 0, c), y = weights_along(grid_, delta_, place, 1, c),
-                           z = weights_along(grid_, delta_, place, 2, c);
-        f.count = x.count, sideways = false;
-        axis(x, 0, all, f.cell, f.along_x, f.inside_x), axis(y, 1, pencils_.rows(), f.row, f.along_y, f.inside_y);
-        footprints_.push_back(f);
-        for (int k = 0; k < z.count; ++k) {
-            const int plane = here(z.first + k, 2, pencils_.planes());
-            if (plane == none) continue;
-            if (plane >= 0 && plane < layout_.nz && sideways) sides_[static_cast<std::size_t>(plane)] = 1;
-            visits_[static_cast<std::size_t>(plane + ghosts)].push_back(
-                {marker, static_cast<std::uint8_t>(c), static_cast<std::uint8_t>(k), z.weight[static_cast<std::size_t>(k)]});
-        }
+        Footprint& f = of_components[c];
+        f.run = true, f.beyond_sides = false;
+        const auto axis = [&](int d, const Slab& own, auto& index, auto& weight, auto& inside) {
+            const DeltaWeights& w = along[d].of(c == d);
+            for (int i = 0; i < w.count; ++i) {
+                const auto at = static_cast<std::size_t>(i);
+                const int cell = here(w.first + i, d, own);
+                index[at] = std::max(cell, -ghosts);
+                weight[at] = cell == none ? 0 : w.weight[at];
+                inside[at] = cell >= 0 && cell < own.count;
+                f.beyond_sides |= cell != none && !inside[at];
+                f.run &= d == 1 || (inside[at] && (i == 0 || index[at] == index[at - 1] + 1));
+            }
+        };
+        axis(0, all, f.cell, f.along_x, f.inside_x), axis(1, pencils_.rows(), f.row, f.along_y, f.inside_y);
+        const DeltaWeights& z = along[2].of(c == 2);
+        f.along_z = z.weight;
+        f.plane.fill(none);
+        for (int k = 0; k < z.count; ++k) f.plane[static_cast<std::size_t>(k)] = here(z.first + k, 2, pencils_.planes());
     }
 }
 
@@ -144,45 +167,82 @@ void MarkerPlanes::make_messages(std::span<const std::int64_t> arriving) {
     to_planes_ = RepeatedMessages(comm_, out, changes);
 }
 
+template <class Body> void MarkerPlanes::with_points(Body&& body) const {
+    if (delta_ == DeltaKind::three_point) body(std::integral_constant<int, 3>{});
+    else body(std::integral_constant<int, 4>{});
+}
+
+template <int points> void MarkerPlanes::sum_footprint(const Visit& visit, const double* plane) {
+    const Footprint& f = footprint(visit);
+    const double along_z = f.along_z[visit.place];
+    double sum = 0, of_rows[width] = {};
+    for (std::size_t j = 0; j < points; ++j) {
+        const double* const cells = plane + f.row[j] * layout_.row;
+        double of_row = 0;
+        if (f.run) {
+            const double* const run = cells + f.cell[0];
+            for (std::size_t i = 0; i < points; ++i) of_row += f.along_x[i] * run[i];
+        } else {
+            for (std::size_t i = 0; i < points; ++i) of_row += f.along_x[i] * cells[f.cell[i]];
+        }
+        of_rows[j] = along_z * f.along_y[j] * of_row;
+        sum += of_rows[j];
+    }
+    const std::size_t rows = rows_of_plane();
+    double* const shares =
+        &shares_[shares_of_marker() * arrival_[visit.marker] + (visit.component * std::size_t{width} + visit.place) * rows];
+    if (rows == 1) *shares = sum;
+    else std::copy_n(of_rows, width, shares);
+}
+
 void MarkerPlanes::interpolate(const ReadFields& fields, std::span<Vec3d> values) {
+    with_points([&](auto points) {
+        threads_.for_each(visits_.size(), [&](std::size_t p, int) {
+            const std::ptrdiff_t plane = layout_.at(0, 0, static_cast<int>(p) - ghosts);
+            for (const Visit& visit : visits_[p]) sum_footprint<points>(visit, fields[visit.component] + plane);
+        });
+    });
+    add_shares(values);
+}
+
+void MarkerPlanes::add_shares(std::span<Vec3d> values) {
     const std::size_t rows = rows_of_plane(), numbers = shares_of_marker();
-    threads_.for_each(visits_.size(), [&](std::size_t p, int) {
-        const std::ptrdiff_t plane = layout_.at(0, 0, static_cast<int>(p) - ghosts);
-        for (const Visit& visit : visits_[p]) {
-            const Footprint& f = footprints_[3 * visit.marker + visit.component];
-            const double* const from = fields[visit.component] + plane;
-            double sum = 0, of_rows[width] = {};
-            for (int j = 0; j < f.count; ++j) {
-                const auto row = static_cast<std::size_t>(j);
-                const double* const cells = from + f.row[row] * layout_.row;
-                double of_row = 0;
-                for (int i = 0; i < f.count; ++i) {
-                    const auto cell = static_cast<std::size_t>(i);
-                    of_row += f.along_x[cell] * cells[f.cell[cell]];
-                }
-                of_rows[j] = visit.along_z * f.along_y[row] * of_row;
-                sum += of_rows[j];
-            }
-            double* const shares = &shares_[numbers * arrival_[visit.marker] + (visit.component * width + visit.place) * rows];
-            if (rows == 1) *shares = sum;
-            else std::copy_n(of_rows, width, shares);
+    const bool alone = comm_.size() == 1; // each marker comes to the one rank, in order
+    if (!alone) {
+        to_holders_.start(), to_holders_.finish();
+        // Of rows and planes that a rank does not have its shares are 0.
+        whole_.assign(numbers * values.size(), 0.0);
+        for (std::size_t i = 0; i < sent_.size(); ++i)
+            for (std::size_t s = 0; s < numbers; ++s) whole_[numbers * sent_[i] + s] += shares_back_[numbers * i + s];
+    }
+    const std::vector<double>& whole = alone ? shares_ : whole_;
+    for_blocks(threads_, values.size(), [&](std::size_t begin, std::size_t end, std::size_t) {
+        for (std::size_t m = begin; m < end; ++m) {
+            const auto sum = [&](std::size_t c) {
+                double of_plane[width] = {};
+                for (std::size_t k = 0; k < width; ++k)
+                    for (std::size_t j = 0; j < rows; ++j) of_plane[k] += whole[numbers * m + (c * width + k) * rows + j];
+                return (of_plane[0] + of_plane[1]) + (of_plane[2] + of_plane[3]);
+            };
+            values[m] = {sum(0), sum(1), sum(2)};
         }
     });
-    const bool alone = comm_.size() == 1;
-    if (!alone) to_holders_.start(), to_holders_.finish();
-    // Of rows and planes that a rank does not have its shares are 0.
-    std::vector<double> whole(numbers * values.size(), 0.0);
-    for (std::size_t i = 0; i < sent_.size(); ++i)
-        for (std::size_t s = 0; s < numbers; ++s)
-            whole[numbers * sent_[i] + s] += (alone ? shares_ : shares_back_)[numbers * i + s];
-    for (std::size_t m = 0; m < values.size(); ++m) {
-        const auto sum = [&](std::size_t c) {
-            double of_plane[width] = {};
-            for (std::size_t k = 0; k < width; ++k)
-                for (std::size_t j = 0; j < rows; ++j) of_plane[k] += whole[numbers * m + (c * width + k) * rows + j];
-            return (of_plane[0] + of_plane[1]) + (of_plane[2] + of_plane[3]);
-        };
-        values[m] = {sum(0), sum(1), sum(2)};
+}
+
+template <int points> void MarkerPlanes::add_footprint(const Visit& visit, double change, double* plane) const {
+    const Footprint& f = footprint(visit);
+    change *= f.along_z[visit.place];
+    for (std::size_t j = 0; j < points; ++j) {
+        if (!f.inside_y[j]) continue;
+        double* const cells = plane + f.row[j] * layout_.row;
+        const double of_row = change * f.along_y[j];
+        if (f.run) {
+            double* const run = cells + f.cell[0];
+            for (std::size_t i = 0; i < points; ++i) run[i] += of_row * f.along_x[i];
+        } else {
+            for (std::size_t i = 0; i < points; ++i)
+                if (f.inside_x[i]) cells[f.cell[i]] += of_row * f.along_x[i];
+        }
     }
 }
 
@@ -191,37 +251,34 @@ void MarkerPlanes::spread(std::span<const Vec3d> changes, const Fields& fields) 
     std::vector<Vec3d>& sent = alone ? changes_ : changes_out_;
     for (std::size_t i = 0; i < sent_.size(); ++i) sent[i] = changes[sent_[i]];
     if (!alone) to_planes_.start(), to_planes_.finish();
-    threads_.for_each(static_cast<std::size_t>(layout_.nz), [&](std::size_t p, int) {
-        const std::ptrdiff_t plane = layout_.at(0, 0, static_cast<int>(p));
-        for (const Visit& visit : visits_[p + ghosts]) {
-            const Footprint& f = footprints_[3 * visit.marker + visit.component];
-            double* const to = fields[visit.component] + plane;
-            const double change = component_of(changes_[arrival_[visit.marker]], visit.component) * visit.along_z;
-            for (int j = 0; j < f.count; ++j) {
-                const auto row = static_cast<std::size_t>(j);
-                if (!f.inside_y[row]) continue;
-                double* const cells = to + f.row[row] * layout_.row;
-                const double of_row = change * f.along_y[row];
-                for (int i = 0; i < f.count; ++i) {
-                    const auto cell = static_cast<std::size_t>(i);
-                    if (f.inside_x[cell]) cells[f.cell[cell]] += of_row * f.along_x[cell];
-                }
-            }
-        }
+    with_points([&](auto points) {
+        threads_.for_each(static_cast<std::size_t>(layout_.nz), [&](std::size_t p, int) {
+            const std::ptrdiff_t plane = layout_.at(0, 0, static_cast<int>(p));
+            for (const Visit& visit : visits_[p + ghosts])
+                add_footprint<points>(visit, component_of(changes_[arrival_[visit.marker]], visit.component),
+                                      fields[visit.component] + plane);
+        });
     });
 }
 
-void MarkerPlanes::clear(const Fields& fields) const {
-    threads_.for_each(visits_.size(), [&](std::size_t p, int) {
-        const std::ptrdiff_t plane = layout_.at(0, 0, static_cast<int>(p) - ghosts);
-        for (const Visit& visit : visits_[p]) {
-            const Footprint& f = footprints_[3 * visit.marker + visit.component];
-            for (int j = 0; j < f.count; ++j)
-                for (int i = 0; i < f.count; ++i)
-                    fields[visit.component]
-                          [plane + f.row[static_cast<std::size_t>(j)] * layout_.row + f.cell[static_cast<std::size_t>(i)]] = 0;
-        }
+template <int points> void MarkerPlanes::clear_footprint(const Visit& visit, double* plane) const {
+    const Footprint& f = footprint(visit);
+    for (std::size_t j = 0; j < points; ++j)
+        for (std::size_t i = 0; i < points; ++i) plane[f.row[j] * layout_.row + f.cell[i]] = 0;
+}
+
+void MarkerPlanes::respond_to_ones(const Fields& fields, std::span<Vec3d> values) {
+    with_points([&](auto points) {
+        threads_.for_each(visits_.size(), [&](std::size_t p, int) {
+            const int k = static_cast<int>(p) - ghosts;
+            const auto plane_of = [&](const Visit& visit) { return fields[visit.component] + layout_.at(0, 0, k); };
+            for (const Visit& visit : visits_[p]) clear_footprint<points>(visit, plane_of(visit));
+            if (k >= 0 && k < layout_.nz)
+                for (const Visit& visit : visits_[p]) add_footprint<points>(visit, 1, plane_of(visit));
+            for (const Visit& visit : visits_[p]) sum_footprint<points>(visit, plane_of(visit));
+        });
     });
+    add_shares(values);
 }
 
 } // namespace skein

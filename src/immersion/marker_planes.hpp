@@ -30,8 +30,9 @@ public:
     void interpolate(const ReadFields& fields, std::span<Vec3d> values);
     /// Adds changes of the markers of this rank to the fields near them; ghosts are left alone. Collective.
     void spread(std::span<const Vec3d> changes, const Fields& fields);
-    /// Sets the fields to 0 wherever interpolate() would read. This rank alone.
-    void clear(const Fields& fields) const;
+    /// What interpolate() finds at markers of this rank in fields of 0 to which a change of 1 at all markers is added; the fields
+    /// are of no meaning before and after. Collective.
+    void respond_to_ones(const Fields& fields, std::span<Vec3d> values);
 
     /// Whether markers reach this plane of this rank.
     bool reaches(int plane) const { return !visits_[static_cast<std::size_t>(plane + FieldLayout::ghosts)].empty(); }
@@ -41,19 +42,17 @@ public:
 
 private:
     static constexpr int width = DeltaWeights::most;
-    /// Where a component feels a marker, in each of its planes. Weights of cells that no field has, and of rows of other ranks, are
-    /// 0.
+    /// Where a component feels a marker. Weights of cells that no field has, and of rows and planes of other ranks, are 0.
     struct Footprint {
-        int count = 0;
-        std::array<std::int32_t, width> cell, row; ///< of numbers within a row; of rows within a plane
-        std::array<double, width> along_x, along_y;
-        std::array<bool, width> inside_x, inside_y; ///< no ghost
+        std::array<double, width> along_x, along_y, along_z;
+        std::array<std::int32_t, width> cell, row, plane; ///< of numbers within a row; of rows within a plane
+        std::array<bool, width> inside_x, inside_y;       ///< no ghost
+        bool run, beyond_sides; ///< cells are next to each other, and none is a ghost; some ghosts are beyond walls across x or y
     };
     /// A plane of a marker's footprint.
     struct Visit {
         std::uint32_t marker; ///< of those that come here, by identity
         std::uint8_t component, place;
-        double along_z;
     };
     struct Guest {
         Vec3d place;
@@ -63,7 +62,17 @@ private:
     /// Shares of a marker, by component and plane: sums over the rows of a plane, or one for each row where ranks share these.
     std::size_t shares_of_marker() const { return 3 * width * rows_of_plane(); }
     std::size_t rows_of_plane() const { return pencils_.across() > 1 ? width : 1; }
-    void lay_out(const Vec3d& place, std::uint32_t marker);
+    void lay_out(const Vec3d& place, Footprint* of_components) const;
+    void visit_planes();
+    /// Of a component of a field, from its number of the first cell of a plane on.
+    template <int points> void sum_footprint(const Visit& visit, const double* plane);
+    template <int points> void add_footprint(const Visit& visit, double change, double* plane) const;
+    template <int points> void clear_footprint(const Visit& visit, double* plane) const;
+    /// Sums of shares of planes at markers of this rank. Collective.
+    void add_shares(std::span<Vec3d> values);
+    const Footprint& footprint(const Visit& visit) const { return footprints_[3 * visit.marker + visit.component]; }
+    /// body of as many points as weights have.
+    template <class Body> void with_points(Body&& body) const;
     /// Number of a row or plane of the whole grid among those of this rank, ghosts beyond walls among them.
     int here(int cell, int direction, const Slab& own) const;
     template <class Body> void for_ranks_of(const Vec3d& place, Body&& body) const;
@@ -87,6 +96,7 @@ private:
     std::vector<Footprint> footprints_;      ///< of these, [marker][component]
     std::vector<std::vector<Visit>> visits_; ///< by plane, ghosts beyond walls among them
     std::vector<double> shares_;             ///< by arrival
+    std::vector<double> whole_;              ///< sums of shares, by marker of this rank
     std::vector<Vec3d> changes_;             ///< by arrival
     RepeatedMessages to_holders_, to_planes_;
 };

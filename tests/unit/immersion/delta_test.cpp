@@ -3,6 +3,9 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <cmath>
+
 namespace skein {
 namespace {
 
@@ -25,13 +28,28 @@ TEST(Delta, SumsToOneAndStandsWhereTheMarkerIs) {
         }
 }
 
-TEST(Delta, LeavesNoPointOut) {
+/// Weight of a point so far from the marker, as the references of (80) have it.
+double published(DeltaKind kind, double distance) {
+    const double r = std::abs(distance), none = 0;
+    if (kind == DeltaKind::three_point) {
+        if (r < 0.5) return (1 + std::sqrt(1 - 3 * r * r)) / 3;
+        return r < 1.5 ? (5 - 3 * r - std::sqrt(std::max(none, 1 - 3 * (1 - r) * (1 - r)))) / 6 : 0;
+    }
+    if (r < 1) return (3 - 2 * r + std::sqrt(std::max(none, 1 + 4 * r - 4 * r * r))) / 8;
+    return r < 2 ? (5 - 2 * r - std::sqrt(std::max(none, -7 + 12 * r - 4 * r * r))) / 8 : 0;
+}
+
+TEST(Delta, IsThePublishedFunctionAndLeavesNoPointOut) {
     for (const DeltaKind kind : all_kinds)
-        for (int i = 0; i < 100; ++i) {
+        for (int i = -300; i <= 300; ++i) {
             const double place = 0.01 * i;
             const DeltaWeights w = delta_weights(kind, place);
-            EXPECT_NEAR(delta_at(kind, place - (w.first - 1)), 0, 1e-15);
-            EXPECT_NEAR(delta_at(kind, place - (w.first + w.count)), 0, 1e-15);
+            for (int point = w.first - 2; point < w.first + w.count + 2; ++point) {
+                const bool has = point >= w.first && point < w.first + w.count;
+                // Half-way between points the root of three-point weights is near 0: rounding counts by its own root.
+                EXPECT_NEAR(has ? w.weight[static_cast<std::size_t>(point - w.first)] : 0.0, published(kind, place - point), 1e-8)
+                    << place << ' ' << point;
+            }
         }
 }
 
