@@ -45,7 +45,9 @@ fftw_complex* complex(double* numbers) { return reinterpret_cast<fftw_complex*>(
 
 struct Fft::Plan {
     fftw_plan plan;
-    ~Plan() { Library::get().destroy(plan); }
+    ~Plan() {
+        if (plan) Library::get().destroy(plan); // else there may be no library
+    }
 };
 
 Fft::Fft(int n, int lines, Way way) : plan_(new Plan{nullptr}) {

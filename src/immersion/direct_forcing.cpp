@@ -1,6 +1,7 @@
 #include "immersion/direct_forcing.hpp"
 
 #include "core/timer.hpp"
+#include "parallel/blocks.hpp"
 #include "parallel/exact_sum.hpp"
 
 #include <algorithm>
@@ -10,7 +11,7 @@ namespace skein {
 
 DirectForcing::DirectForcing(const Communicator& comm, const Threads& threads, const FluidGrid& grid, const ForcingNumbers& numbers,
                              std::size_t bodies, Place place, bool moves, int across)
-    : comm_(comm), grid_(grid), numbers_(numbers), place_(std::move(place)), moves_(moves),
+    : comm_(comm), threads_(threads), grid_(grid), numbers_(numbers), place_(std::move(place)), moves_(moves),
       planes_(comm, threads, grid, numbers.delta, across), given_(bodies, Vec3d{0, 0, 0}) {}
 
 /// Markers where they are now, and their weights: by what a change of 1 at all markers does at each.
@@ -21,10 +22,12 @@ void DirectForcing::settle(const FlowStage& stage) {
     for (std::vector<Vec3d>* of_markers : {&weight_, &found_, &difference_, &changes_}) of_markers->resize(markers_.count());
     planes_.respond_to_ones(stage.scratch, weight_);
     const auto inverse = [](double sum) { return sum > 0 ? 1 / sum : 0; }; // 0: out of reach of all cells
-    for (std::size_t m = 0; m < weight_.size(); ++m) {
-        Vec3d& w = weight_[m];
-        w = grid_.holds(markers_.place[m]) ? Vec3d{inverse(w.x), inverse(w.y), inverse(w.z)} : Vec3d{0, 0, 0};
-    }
+    for_blocks(threads_, weight_.size(), [&](std::size_t begin, std::size_t end, std::size_t) {
+        for (std::size_t m = begin; m < end; ++m) {
+            Vec3d& w = weight_[m];
+            w = grid_.holds(markers_.place[m]) ? Vec3d{inverse(w.x), inverse(w.y), inverse(w.z)} : Vec3d{0, 0, 0};
+        }
+    });
     settled_ = true;
 }
 
@@ -51,14 +54,14 @@ double DirectForcing::largest_difference() const {
 
 void DirectForcing::add_given(const std::vector<Vec3d>& changes) {
     const double cell_volume = grid_.h * grid_.h * grid_.h;
-    std::vector<std::vector<double>> terms(3 * given_.size());
-    for (std::size_t m = 0; m < changes.size(); ++m) {
-        const Vec3d given = cell_volume * changes[m];
-        std::vector<double>* const of_body = &terms[3 * markers_.body[m]];
-        of_body[0].push_back(given.x), of_body[1].push_back(given.y), of_body[2].push_back(given.z);
-    }
-    const std::vector<double> sums = exact_sums(comm_, terms);
-    for (std::size_t b = 0; b < given_.size(); ++b) given_[b] += Vec3d{sums[3 * b], sums[3 * b + 1], sums[3 * b + 2]};
+    const Table table{changes.empty() ? nullptr : &changes[0].x,
+                      changes.size(),
+                      3,
+                      sizeof(Vec3d) / sizeof(double),
+                      given_.size(),
+                      markers_.body.data()};
+    const std::vector<double> sums = exact_sums(comm_, threads_, table);
+    for (std::size_t b = 0; b < given_.size(); ++b) given_[b] += cell_volume * Vec3d{sums[3 * b], sums[3 * b + 1], sums[3 * b + 2]};
 }
 
 void DirectForcing::recall_held(std::span<const double> kept) {

@@ -85,6 +85,7 @@ private:
     void add_given(const std::vector<Vec3d>& changes);
 
     Communicator comm_;
+    const Threads& threads_;
     FluidGrid grid_;
     ForcingNumbers numbers_;
     Place place_;

@@ -43,10 +43,6 @@ int MarkerPlanes::here(int cell, int direction, const Slab& own) const {
 
 /// body(rank) for each rank whose cells a marker reaches, rising.
 template <class Body> void MarkerPlanes::for_ranks_of(const Vec3d& place, Body&& body) const {
-    if (comm_.size() == 1) {
-        body(0);
-        return;
-    }
     int found[3 * width * width], count = 0;
     const auto inside = [&](int cell, int d) {
         const int n = grid_.cells[static_cast<std::size_t>(d)];
@@ -64,18 +60,31 @@ template <class Body> void MarkerPlanes::for_ranks_of(const Vec3d& place, Body&&
         if (i == 0 || found[i] != found[i - 1]) body(found[i]);
 }
 
-void MarkerPlanes::settle(std::span<const Vec3d> places, std::span<const std::int64_t> identities) {
-    const auto ranks = static_cast<std::size_t>(comm_.size());
-    std::vector<std::vector<std::uint32_t>> to(ranks);
+/// Which markers go to which rank.
+void MarkerPlanes::send_to_planes(std::span<const Vec3d> places) {
+    sent_counts_.assign(static_cast<std::size_t>(comm_.size()), 0);
+    if (comm_.size() == 1) { // all, in order
+        sent_.resize(places.size());
+        std::iota(sent_.begin(), sent_.end(), 0u);
+        sent_counts_[0] = static_cast<std::int64_t>(places.size());
+        return;
+    }
+    std::vector<std::vector<std::uint32_t>> to(sent_counts_.size());
     for (std::uint32_t m = 0; m < places.size(); ++m)
         for_ranks_of(places[m], [&](int rank) { to[static_cast<std::size_t>(rank)].push_back(m); });
-    sent_.clear(), sent_counts_.clear();
-    for (const auto& markers : to) {
-        sent_.insert(sent_.end(), markers.begin(), markers.end());
-        sent_counts_.push_back(static_cast<std::int64_t>(markers.size()));
+    sent_.clear();
+    for (std::size_t rank = 0; rank < to.size(); ++rank) {
+        sent_.insert(sent_.end(), to[rank].begin(), to[rank].end());
+        sent_counts_[rank] = static_cast<std::int64_t>(to[rank].size());
     }
-    std::vector<Guest> guests;
-    for (const std::uint32_t m : sent_) guests.push_back({places[m], identities[m]});
+}
+
+void MarkerPlanes::settle(std::span<const Vec3d> places, std::span<const std::int64_t> identities) {
+    send_to_planes(places);
+    std::vector<Guest> guests(sent_.size());
+    for_blocks(threads_, guests.size(), [&](std::size_t begin, std::size_t end, std::size_t) {
+        for (std::size_t i = begin; i < end; ++i) guests[i] = {places[sent_[i]], identities[sent_[i]]};
+    });
     std::vector<std::int64_t> arriving{sent_counts_};
     if (comm_.size() > 1) {
         const std::vector<std::byte> come =
@@ -85,8 +94,8 @@ void MarkerPlanes::settle(std::span<const Vec3d> places, std::span<const std::in
     }
     arrival_.resize(guests.size());
     std::iota(arrival_.begin(), arrival_.end(), 0u);
-    std::sort(arrival_.begin(), arrival_.end(),
-              [&](std::uint32_t a, std::uint32_t b) { return guests[a].identity < guests[b].identity; });
+    const auto before = [&](std::uint32_t a, std::uint32_t b) { return guests[a].identity < guests[b].identity; };
+    if (!std::is_sorted(arrival_.begin(), arrival_.end(), before)) std::sort(arrival_.begin(), arrival_.end(), before);
     footprints_.resize(3 * arrival_.size());
     for_blocks(threads_, arrival_.size(), [&](std::size_t begin, std::size_t end, std::size_t) {
         for (std::size_t m = begin; m < end; ++m) lay_out(guests[arrival_[m]].place, &footprints_[3 * m]);

@@ -76,6 +76,7 @@ private:
     /// Number of a row or plane of the whole grid among those of this rank, ghosts beyond walls among them.
     int here(int cell, int direction, const Slab& own) const;
     template <class Body> void for_ranks_of(const Vec3d& place, Body&& body) const;
+    void send_to_planes(std::span<const Vec3d> places);
     void make_messages(std::span<const std::int64_t> arriving);
 
     Communicator comm_;

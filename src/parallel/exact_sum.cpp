@@ -114,30 +114,31 @@ std::vector<double> exact_sums(const Communicator& comm, std::span<const std::ve
 }
 
 std::vector<double> exact_sums(const Communicator& comm, const Threads& threads, const Table& terms) {
-    const std::size_t columns = terms.columns;
-    const auto rows = [&](auto&& each) {
+    const std::size_t sums_in_all = terms.groups * terms.columns;
+    /// each(thread, sum, term)
+    const auto for_terms = [&](auto&& each) {
         threads.for_each(blocks_of(terms.rows), [&](std::size_t block, int thread) {
             const std::size_t end = std::min(terms.rows, (block + 1) * block_size);
-            for (std::size_t row = block * block_size; row < end; ++row)
-                each(static_cast<std::size_t>(thread), terms.first + row * terms.stride);
+            for (std::size_t row = block * block_size; row < end; ++row) {
+                const std::size_t first = terms.group ? terms.group[row] * terms.columns : 0;
+                for (std::size_t c = 0; c < terms.columns; ++c)
+                    each(static_cast<std::size_t>(thread), first + c, terms.first[row * terms.stride + c]);
+            }
         });
     };
     const auto count = static_cast<std::size_t>(threads.count());
-    std::vector<std::vector<Found>> found(count, std::vector<Found>(columns, Found{}));
-    rows([&](std::size_t thread, const double* row) {
-        for (std::size_t c = 0; c < columns; ++c) inspect(found[thread][c], row[c]);
-    });
+    std::vector<std::vector<Found>> found(count, std::vector<Found>(sums_in_all, Found{}));
+    for_terms([&](std::size_t thread, std::size_t sum, double term) { inspect(found[thread][sum], term); });
     for (const auto& of_thread : found)
-        for (std::size_t c = 0; c < columns; ++c)
-            for (int p = 0; p < properties; ++p) found[0][c][p] = std::max(found[0][c][p], of_thread[c][p]);
+        for (std::size_t s = 0; s < sums_in_all; ++s)
+            for (int p = 0; p < properties; ++p) found[0][s][p] = std::max(found[0][s][p], of_thread[s][p]);
     return sums_of(comm, found[0], [&](std::span<const int> shifts) {
-        std::vector<std::vector<Fixed>> sums(count, std::vector<Fixed>(columns));
-        rows([&](std::size_t thread, const double* row) {
-            for (std::size_t c = 0; c < columns; ++c)
-                if (std::isfinite(row[c])) sums[thread][c] += in_quanta(row[c], shifts[c]);
+        std::vector<std::vector<Fixed>> sums(count, std::vector<Fixed>(sums_in_all));
+        for_terms([&](std::size_t thread, std::size_t sum, double term) {
+            if (std::isfinite(term)) sums[thread][sum] += in_quanta(term, shifts[sum]);
         });
         for (std::size_t thread = 1; thread < count; ++thread)
-            for (std::size_t c = 0; c < columns; ++c) sums[0][c] += sums[thread][c];
+            for (std::size_t s = 0; s < sums_in_all; ++s) sums[0][s] += sums[thread][s];
         return sums[0];
     });
 }

@@ -6,6 +6,7 @@
 #include "parallel/communicator.hpp"
 #include "parallel/threads.hpp"
 
+#include <cstdint>
 #include <span>
 #include <vector>
 
@@ -15,12 +16,14 @@ namespace skein {
 /// all fewer than 2^40). A sum with NaN, or with infinities of both signs, is NaN; one with infinities of one sign is that.
 std::vector<double> exact_sums(const Communicator& comm, std::span<const std::vector<double>> columns);
 
-/// Numbers row by row.
+/// Numbers row by row, each of which is of a group.
 struct Table {
     const double* first;
     std::size_t rows, columns, stride; ///< numbers from a row to the next
+    std::size_t groups = 1;
+    const std::uint32_t* group = nullptr; ///< by row; null: of the first
 };
-/// The same of a table's columns, whose rows are shared out to threads.
+/// The same of a table's columns by groups [group][column]; rows are shared out to threads.
 std::vector<double> exact_sums(const Communicator& comm, const Threads& threads, const Table& terms);
 
 } // namespace skein

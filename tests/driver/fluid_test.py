@@ -1,6 +1,7 @@
 """A fluid by itself: nothing in the results tells on how many ranks, threads and lanes they were computed, nor where the run was
 interrupted; fields are those of the scene; what has no fluid never sees its library."""
 
+import os
 import pathlib
 import re
 import shutil
@@ -290,6 +291,14 @@ class Fluid(DriverTest):
         self.scene.write_text(multigrid(still).replace("frequency = 1.0", "frequency = 1e200"))
         done = self.run_skein("out", expect=4, ranks=2)
         self.assertIn("the velocity of the fluid is not finite, and has no pressure", done.stderr)
+
+    def test_a_library_that_cannot_be_read_is_told(self):
+        (self.directory / "libfftw3.so.3").touch()
+        self.scene.write_text(FLUID)
+        done = subprocess.run([SKEIN, "run", self.scene, "--out", self.directory / "out"], capture_output=True, text=True,
+                              env=os.environ | {"LD_LIBRARY_PATH": str(self.directory)})
+        self.assertEqual(done.returncode, 2, done.stderr)
+        self.assertIn("a fluid needs the library FFTW 3", done.stderr)
 
     @unittest.skipUnless(HAS_MULTIGRID, "built without PETSc")
     def test_a_library_that_is_not_there_is_told(self):

@@ -101,6 +101,17 @@ TEST_F(ExactSums, of_a_table_are_those_of_its_columns) {
     for (const int threads : {1, 3})
         EXPECT_EQ(exact_sums(comm, Threads(threads), {table.data(), rows, columns, stride}), exact_sums(comm, twin));
     EXPECT_EQ(exact_sums(comm, Threads(2), {nullptr, 0, columns, stride}), std::vector<double>(columns, 0.0));
+
+    constexpr std::size_t groups = 4; // of which one has no row
+    std::vector<std::uint32_t> group(rows);
+    std::vector<std::vector<double>> of_groups(groups * columns);
+    for (std::size_t r = 0; r < rows; ++r) {
+        group[r] = r % 7 == 0 ? 3 : static_cast<std::uint32_t>(r % 2);
+        for (std::size_t c = 0; c < columns; ++c) of_groups[group[r] * columns + c].push_back(twin[c][r]);
+    }
+    for (const int threads : {1, 3})
+        EXPECT_EQ(exact_sums(comm, Threads(threads), {table.data(), rows, columns, stride, groups, group.data()}),
+                  exact_sums(comm, of_groups));
 }
 
 // Terms are rounded to whole quanta, halves to the even one, at either sign. (The quantum of a sum whose largest term is 1 is
