@@ -92,16 +92,24 @@ void MarkerPlanes::settle(std::span<const Vec3d> places, std::span<const std::in
         const auto* first = reinterpret_cast<const Guest*>(come.data());
         guests.assign(first, first + come.size() / sizeof(Guest));
     }
-    arrival_.resize(guests.size());
-    std::iota(arrival_.begin(), arrival_.end(), 0u);
-    const auto before = [&](std::uint32_t a, std::uint32_t b) { return guests[a].identity < guests[b].identity; };
-    if (!std::is_sorted(arrival_.begin(), arrival_.end(), before)) std::sort(arrival_.begin(), arrival_.end(), before);
+    order_arrivals(guests);
     footprints_.resize(3 * arrival_.size());
     for_blocks(threads_, arrival_.size(), [&](std::size_t begin, std::size_t end, std::size_t) {
         for (std::size_t m = begin; m < end; ++m) lay_out(guests[arrival_[m]].place, &footprints_[3 * m]);
     });
     visit_planes();
     make_messages(arriving);
+}
+
+/// By identity; those of markers that came before are in that order still.
+void MarkerPlanes::order_arrivals(std::span<const Guest> guests) {
+    const auto same = [](const Guest& guest, std::int64_t identity) { return guest.identity == identity; };
+    if (std::ranges::equal(guests, arrived_, same)) return;
+    arrived_.clear();
+    for (const Guest& guest : guests) arrived_.push_back(guest.identity);
+    arrival_.resize(guests.size());
+    std::iota(arrival_.begin(), arrival_.end(), 0u);
+    std::sort(arrival_.begin(), arrival_.end(), [this](std::uint32_t a, std::uint32_t b) { return arrived_[a] < arrived_[b]; });
 }
 
 /// Notes of planes which markers they have, in the order of identities.

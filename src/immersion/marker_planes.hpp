@@ -63,6 +63,7 @@ private:
     std::size_t shares_of_marker() const { return 3 * width * rows_of_plane(); }
     std::size_t rows_of_plane() const { return pencils_.across() > 1 ? width : 1; }
     void lay_out(const Vec3d& place, Footprint* of_components) const;
+    void order_arrivals(std::span<const Guest> guests);
     void visit_planes();
     /// Of a component of a field, from its number of the first cell of a plane on.
     template <int points> void sum_footprint(const Visit& visit, const double* plane);
@@ -93,6 +94,7 @@ private:
     std::vector<double> shares_back_; ///< of sent_
     std::vector<Vec3d> changes_out_;  ///< of sent_
 
+    std::vector<std::int64_t> arrived_;      ///< identities, by arrival
     std::vector<std::uint32_t> arrival_;     ///< of markers that come here, by identity: their number among arrivals
     std::vector<Footprint> footprints_;      ///< of these, [marker][component]
     std::vector<std::vector<Visit>> visits_; ///< by plane, ghosts beyond walls among them

@@ -315,16 +315,21 @@ void RodTiles<W>::read(std::span<const std::size_t> rods, Copy copy, double lag,
         while (same_tile(i)) ++i;
         return std::min(i, rods.size());
     };
-    constexpr std::size_t batch = 16; // rods of a task, and the rest of their last tile
+    // Rods of a task, and the rest of their last tile. Where rods are few, readers take longer than copies: threads share tiles,
+    // and each copies a tile for itself.
+    const std::size_t batch = std::clamp<std::size_t>(rods.size() / reading_.size(), 1, 16);
+    const auto begin_of = [&](std::size_t task) {
+        return batch < W ? std::min(task * batch, rods.size()) : whole_tiles(task * batch);
+    };
     threads_.for_each((rods.size() + batch - 1) / batch, [&](std::size_t task, int thread) {
         Reading& reading = reading_[static_cast<std::size_t>(thread)];
-        const std::size_t end = whole_tiles((task + 1) * batch);
-        for (std::size_t i = whole_tiles(task * batch); i < end; ++i) {
+        const std::size_t begin = begin_of(task), end = begin_of(task + 1);
+        for (std::size_t i = begin; i < end; ++i) {
             const RodTile<W>& tile = tiles_[place(i).tile];
             const RodGroup& group = groups_[static_cast<std::size_t>(local_[rods[i]].group)];
             const auto slots = static_cast<std::size_t>(group.slots()), elements = static_cast<std::size_t>(group.elements());
             if (tile.strands) take_along(rods[i], copy, lag, time, reading);
-            else if (!same_tile(i)) take_apart(tile, copy, lag, time, &local_[first_rod_[place(i).tile]], reading);
+            else if (i == begin || !same_tile(i)) take_apart(tile, copy, lag, time, &local_[first_rod_[place(i).tile]], reading);
             const auto l = tile.strands ? 0 : static_cast<std::size_t>(place(i).lane);
             RodCopy one{.state = std::span(reading.state).subspan(l * slots, slots), .hash = reading.hash[l]};
             if (copy == Copy::strained) one.profile = std::span(reading.profiles).subspan(l * slots, slots);
