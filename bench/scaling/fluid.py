@@ -73,7 +73,7 @@ def main():
     args = parser.parse_args()
 
     boxes = study.planned(args, args.cells, Box)
-    show(study.measure(args, boxes, lambda box: box.settings(args.exchange), lambda: table(args, boxes), Box.told))
+    show(study.measure(args, boxes, lambda box: [args.scene, *box.settings(args.exchange)], lambda: table(args, boxes), Box.told))
     study.check_digests(boxes, lambda box: (box.counts, box.ranks if args.exchange == "interfaces" else 0))
 
 

@@ -95,7 +95,7 @@ def main():
     args = parser.parse_args()
 
     todo = configurations(args)
-    show(study.measure(args, todo, lambda c: c.arguments(args.steps), lambda: table(todo), Lattice.told))
+    show(study.measure(args, todo, lambda c: [args.scene, *c.arguments(args.steps)], lambda: table(todo), Lattice.told))
     study.check_digests(todo, lambda c: c.counts)
 
 

@@ -45,14 +45,15 @@ class Configuration:
         return f"{self.median(lambda sample: sample['others']):.3f}"
 
 
-def parser_of(doc, scene, scene_help=None):
-    """Of the arguments that all studies have."""
+def parser_of(doc, scene=None, scene_help=None):
+    """Of the arguments that all studies have, and a scene where there is one by default."""
     parser = argparse.ArgumentParser(description=doc, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--csv", required=True, help="file for the table")
     parser.add_argument("--skein", default=str(HERE.parents[1] / "build/bin/skein"), help="program")
-    parser.add_argument("--scene", default=str(HERE / scene), help=scene_help)
+    if scene:
+        parser.add_argument("--scene", default=str(HERE / scene), help=scene_help)
+        parser.add_argument("--studies", nargs="+", default=["strong", "weak"], choices=["strong", "weak"])
     parser.add_argument("--layouts", nargs="+", default=["1x1", "1x2", "2x1"], help="ranks x threads")
-    parser.add_argument("--studies", nargs="+", default=["strong", "weak"], choices=["strong", "weak"])
     parser.add_argument("--repeats", type=int, default=5)
     parser.add_argument("--launch", default="mpirun -n {ranks} --map-by slot:PE={threads} --bind-to core", help="launcher of {ranks} ranks of {threads} threads")
     parser.add_argument("--patience", type=float, default=30, help="longest wait for a quiet machine before a run, s")
@@ -96,9 +97,9 @@ def wait_for_quiet(seconds):
 
 
 def run(args, configuration, arguments, out):
-    """summary.json of a run with these arguments, and under "others" the cores that other programs took meanwhile."""
+    """summary.json of a run with these arguments, a scene and what is set in it, and under "others" the cores that other programs took meanwhile."""
     launch = shlex.split(args.launch.format(ranks=configuration.ranks, threads=configuration.threads))
-    command = [*launch, args.skein, "run", args.scene, *arguments, "--threads", str(configuration.threads), "--out", out,
+    command = [*launch, args.skein, "run", *arguments, "--threads", str(configuration.threads), "--out", out,
                "--overwrite", "--no-checkpoint", "--quiet"]
     wait_for_quiet(args.patience)
     start, busy, own = time.monotonic(), busy_seconds(), own_seconds()

@@ -113,11 +113,6 @@ void DirectForcing::apply_implicitly(const FlowStage& stage) {
     add_given(push);
 }
 
-double ForcingNumbers::step_limit(double spacing) const {
-    // Dampers set a velocity at once, springs swing by a radian.                                                   theory.md (92)
-    return std::min(damping > 0 ? spacing / damping : HUGE_VAL, stiffness > 0 ? std::sqrt(spacing / stiffness) : HUGE_VAL);
-}
-
 DirectForcing::Answer DirectForcing::answer(std::size_t marker) const {
     const double h = grid_.h;
     if (!numbers_.penalty()) {
@@ -126,8 +121,15 @@ DirectForcing::Answer DirectForcing::answer(std::size_t marker) const {
         const Vec3d volume = (std::max(1.0, 0.5 * numbers_.sweeps) * h * h * h) * weight_[marker];
         return {volume, scale(volume, found_[marker])};
     }
-    const double area = h * h, volume = area * stage_ * (numbers_.damping + stage_ * numbers_.stiffness); // springs as they end
-    return {{volume, volume, volume}, volume * found_[marker] - (area * stage_ * numbers_.stiffness) * held_.values()[marker]};
+    const Vec3d yield = yields(marker), set = Vec3d{1, 1, 1} - yield, volume = (h * h * h) * scale(weight_[marker], set);
+    return {volume, scale(volume, found_[marker]) - (h * h * stage_ * numbers_.stiffness) * scale(yield, held_.values()[marker])};
+}
+
+/// Slip at the end of a stage over what it would be without springs and dampers, which both act by how they end.
+Vec3d DirectForcing::yields(std::size_t marker) const {
+    const double push = stage_ * (numbers_.damping + stage_ * numbers_.stiffness);
+    const Vec3d inertia = grid_.h * weight_[marker]; // of the fluid that has its velocity
+    return {inertia.x / (inertia.x + push), inertia.y / (inertia.y + push), inertia.z / (inertia.z + push)};
 }
 
 void DirectForcing::meet(const FlowStage& stage) {
@@ -143,10 +145,12 @@ void DirectForcing::meet(const FlowStage& stage) {
 void DirectForcing::apply_springs(const FlowStage& stage) {
     subtract_found();
     const std::span<Vec3d> lengths = held_.values();
-    const double per_spacing = stage.dt / grid_.h;
+    const double per_spacing = stage.dt / grid_.h, push = stage.dt * (numbers_.damping + stage.dt * numbers_.stiffness);
     for (std::size_t m = 0; m < changes_.size(); ++m) {
-        lengths[m] += stage.dt * difference_[m];
-        changes_[m] = per_spacing * (numbers_.stiffness * lengths[m] + numbers_.damping * difference_[m]);
+        const Vec3d yield = yields(m), pulled = (stage.dt * numbers_.stiffness / push) * lengths[m];
+        const Vec3d slip = scale(yield, difference_[m]) - scale(Vec3d{1, 1, 1} - yield, pulled);
+        lengths[m] += stage.dt * slip;
+        changes_[m] = per_spacing * (numbers_.stiffness * lengths[m] + numbers_.damping * slip);
     }
     planes_.spread(changes_, stage.velocity);
     note_slip(stage);

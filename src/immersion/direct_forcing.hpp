@@ -24,8 +24,6 @@ struct ForcingNumbers {
     double stiffness = 0, damping = 0;
 
     bool penalty() const { return stiffness > 0 || damping > 0; }
-    /// The longest step that springs and dampers allow, s.
-    double step_limit(double spacing) const;
 };
 
 /// The same bits on any ranks and threads.
@@ -70,6 +68,7 @@ private:
     void settle(const FlowStage& stage);
     void apply_implicitly(const FlowStage& stage);
     void apply_springs(const FlowStage& stage);
+    Vec3d yields(std::size_t marker) const;
     /// By how many times this answer to a push the slips become least, in the mean of their squares over what is forced.
     /// Collective.
     double least_slips(std::span<const Vec3d> answer) const;

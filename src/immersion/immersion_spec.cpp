@@ -10,7 +10,7 @@ void ImmersionSpec::fields(FieldVisitor& f) {
               .unit = "",
               .text =
                   "direct: velocities near markers are set in each stage; penalty: springs and dampers at markers pull fluid and "
-                  "bodies together, which limits the step: for comparison with methods that do so"},
+                  "bodies together, for comparison with methods that do so"},
              forcing, forcing_names);
     f.visit({.name = "penalty_stiffness",
              .unit = "N/m^3",

@@ -80,9 +80,7 @@ struct FluidPlan {
     std::int64_t most_parts() const { return every / stage_parts(constants.scheme).unit; }
 
     /// Of a step of the fluid, at the speed that is known, s.
-    double step_limit() const {
-        return std::min(skein::step_limit(constants, speed.value, courant), forcing.step_limit(constants.grid.h));
-    }
+    double step_limit() const { return skein::step_limit(constants, speed.value, courant); }
 
     /// Ten fields, one more of implicit schemes with bodies, and coefficients and as many to be sent on more ranks than one, twice
     /// that where ranks share rows, or what multigrid keeps, as measured.

@@ -78,9 +78,7 @@ std::string rods_in_fluid_text(const RodsInFluid& rods, const FluidPlan& fluid) 
             ? fmt::format("{:.4g} times as heavy as the fluid, which they feel: kicks have {:.3g} of their inertia at least",
                           rods.density_ratio, rods.inertia->least_felt())
             : "they do not feel the fluid";
-    const std::string by = fluid.forcing.penalty() ? fmt::format("springs and dampers, steps of {:.3g} s at most",
-                                                                 fluid.forcing.step_limit(fluid.constants.grid.h))
-                                                   : fmt::format("{} sweeps", fluid.forcing.sweeps);
+    const std::string by = fluid.forcing.penalty() ? "springs and dampers" : fmt::format("{} sweeps", fluid.forcing.sweeps);
     return fmt::format("'{}', half axes of {:.3g} to {:.3g} cells, {} markers a rod, on {}; {}; {}", rods.name, rods.least_axis,
                        rods.most_axis, rods.markers, joined(as, ", "), feel, by);
 }

@@ -148,8 +148,7 @@ void FluidInteraction::move_box_to(std::int64_t cells) {
 
 bool FluidInteraction::choose_part(const Step& first) {
     if (plan_.follows_rods) follow_rods();
-    const double limit = std::min(flow_->step_limit(plan_.courant), plan_.forcing.step_limit(plan_.constants.grid.h)),
-                 whole = static_cast<double>(plan_.every) * first.dt;
+    const double limit = flow_->step_limit(plan_.courant), whole = static_cast<double>(plan_.every) * first.dt;
     std::int64_t steps = 1; // of the fluid, each of as many of the run
     while (steps <= plan_.most_parts() && (plan_.most_parts() % steps != 0 || whole > static_cast<double>(steps) * limit)) ++steps;
     if (steps > plan_.most_parts()) return fail_at(limit, whole), false;

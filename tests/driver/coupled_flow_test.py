@@ -99,6 +99,28 @@ class CoupledFlow(DriverTest):
             self.assertGreater(abs(series["fluid_momentum_xkg_ms"]).max(), 0.01)
             self.assertLess(series["max_speedms"].max(), 2.5, name)
 
+    def test_hard_dampers_are_one_sweep(self):
+        for name, keys in {"sweep": "sweeps = 1\n", "dampers": "forcing = 'penalty'\npenalty_damping = 1e9\n"}.items():
+            self.scene.write_text(SCENE + "\n[immersion]\n" + keys)
+            self.run_skein(name)
+        sweep, dampers = self.series("sweep"), self.series("dampers")
+        for name in ("centre_xm", "centre_zm", "elastic_bendJ", "fluid_energyJ", "slipms"):
+            self.assertLess(abs(dampers[name] - sweep[name]).max(), 1e-6 * abs(sweep[name]).max(), name)
+
+    def test_springs_hold_whatever_the_step(self):
+        """Of the stiffness of published swimmers; springs that saw the fluid before it was pushed used to grow by a tenth in a step."""
+        self.scene = APPS / "school/fine_swimmer.toml"
+        springs = ["--set", "immersion.forcing='penalty'", "--set", "immersion.penalty_stiffness=32000", "--set", "immersion.penalty_damping=32"]
+        for inner in ("true", "false"):
+            for speed in (5, 40):
+                out = f"springs_{inner}_{speed}"
+                self.run_skein(out, *springs, "--set", "fluid.spacing=0.025", "--set", f"fluid.expected_speed={speed}", "--set", f"immersion.inner_inertia={inner}",
+                               "--set", "output.series=0.01", "--until", "0.2")
+                series = self.series(out)
+                self.assertGreater(series["fluid_max_speedms"].max(), 0.05, out)
+                self.assertLess(series["fluid_max_speedms"].max(), 0.5, out)  # 0.35 with sweeps
+                self.assertLess(series["slipms"].max(), 0.03, out)
+
     def test_threads_on_one_line_of_markers_turn_alike_whatever_they_weigh(self):
         """With more elements than markers too. Those up to 1.1 times as heavy as the fluid, and those of more elements, used to shake."""
         thread = ["--set", "fluid.spacing=0.08", "--set", "fluid.cells=[24,24,16]", "--set", "fluid.viscosity=1.0", "--set", "rods.filament.section.radius=0.06",
