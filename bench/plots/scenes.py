@@ -2,7 +2,7 @@
 """Strong scaling of scenes over cores: scenes.py TABLE... [--to PICTURE]
 
 Reads tables of bench/scaling/scenes.py, and strong rows of bench/scaling/scaling.py. Left, speed over one core of every layout of ranks x threads; right,
-where the time of a step goes on the most cores of a single rank. PICTURE is the first table with the ending .png where it is absent.
+where the time of a step goes on the most threads of a single rank. PICTURE is the first table with the ending .png where it is absent.
 Needs numpy and matplotlib.
 """
 
@@ -22,7 +22,7 @@ PHASES = ("rods", "contacts", "search", "exchange", "fluid", "markers", "agree",
 def read(path):
     """Rows by scene."""
     with open(path, newline="") as file:
-        rows = [row for row in csv.DictReader(file) if row.get("study", "strong") == "strong"]
+        rows = [row for row in csv.DictReader(file) if row.get("study", "strong") == "strong" and row.get("protocol", "asynchronous") == "asynchronous"]
     scenes = {}
     for row in rows:
         row["cores"] = int(row["ranks"]) * int(row["threads"])
@@ -58,8 +58,8 @@ def draw_speeds(axes, scenes):
 
 
 def draw_shares(axes, scenes):
-    names = list(scenes)
-    rows = [max((row for row in scenes[name] if row["ranks"] == "1"), key=lambda row: row["cores"]) for name in names]
+    rows = [max(rows, key=lambda row: (row["ranks"] == "1", row["cores"])) for rows in scenes.values()]
+    names = [f"{scene}, {row['ranks']}x{row['threads']}" for scene, row in zip(scenes, rows)]
     before = np.zeros(len(names))
     for number, phase in enumerate(PHASES):
         widths = np.array([shares(row).get(phase, 0.0) for row in rows])
@@ -69,7 +69,7 @@ def draw_shares(axes, scenes):
         before += widths
     axes.invert_yaxis()
     axes.set_xlim(0, 1)
-    axes.set_xlabel(f"share of a step on {rows[0]['cores']} threads")
+    axes.set_xlabel("share of a step, ranks x threads")
     axes.legend(fontsize=8, frameon=False, ncols=4, loc="lower center", bbox_to_anchor=(0.4, 1.0))
 
 

@@ -4,7 +4,7 @@
     bench/scaling/scenes.py --csv out/scenes.csv apps/active_matter/pit_16384.toml=2000 apps/school/school_4.toml=750
     bench/scaling/scenes.py --layouts 1x16 16x16 64x16 --csv out/scenes.csv apps/school/school_32.toml=720         on a cluster
 
-Each scene is followed by its number of steps of rods from its start on. Every layout runs each scene once a repeat, in turn; the table has medians. A step's time
+Each scene is followed by its number of steps of rods from its start on, of which whole steps of a fluid (`skein plan`: meets rods) take some hundreds each. Every layout runs each scene once a repeat, in turn; the table has medians. A step's time
 is that of all phases but those of setup, observables and files. Ends with code 1 where layouts disagree in a digest.
 """
 
@@ -69,7 +69,7 @@ def main():
     args = parser.parse_args()
     cases = [Case("strong", *(int(n) for n in layout.split("x")), (), scene=scene, steps=steps) for scene, steps in args.cases for layout in args.layouts]
     show(study.measure(args, cases, lambda one: [str(one.scene), "--steps", str(one.steps), "--rewind", "never"], lambda: table(cases), Case.told))
-    study.check_digests(cases, lambda one: one.scene)
+    study.check_digests(cases, lambda one: (one.scene, one.steps))
 
 
 if __name__ == "__main__":

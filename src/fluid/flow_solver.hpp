@@ -74,7 +74,7 @@ private:
         bool last;         ///< of the step
     };
     StageOfStep stage_of_step(int s, double time, double dt) const;
-    /// It, as bodies see it.
+    /// A stage, as bodies see it.
     FlowStage forced_stage(const StageOfStep& stage, StageResponse* response = nullptr);
     /// Ghosts along x and y of velocities in those planes for which `of_plane` says so.
     void fill_sides(const std::function<bool(int)>& of_plane);

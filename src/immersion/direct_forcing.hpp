@@ -1,7 +1,7 @@
 // Direct forcing: within each stage velocities near markers are changed so that the fluid has the velocity of the markers, in a few
 // sweeps. Where viscosity is implicit, forces at markers stay from step to step, and each sweep solves for what viscosity makes of
 // its part. Instead, springs and dampers may pull fluid and markers together.                            theory.md (80), (81),
-// (87), (92)
+// (87), (92a)
 #pragma once
 
 #include "fluid/stage_forcing.hpp"
@@ -68,7 +68,11 @@ private:
     void settle(const FlowStage& stage);
     void apply_implicitly(const FlowStage& stage);
     void apply_springs(const FlowStage& stage);
-    Vec3d yields(std::size_t marker) const;
+    /// Of a slip without springs and dampers, what is left and what they set to 0, in a stage of a length, s; by component.
+    struct SlipShares {
+        Vec3d left, set;
+    };
+    SlipShares shares(std::size_t marker, double stage) const;
     /// By how many times this answer to a push the slips become least, in the mean of their squares over what is forced.
     /// Collective.
     double least_slips(std::span<const Vec3d> answer) const;

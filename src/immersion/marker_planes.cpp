@@ -101,7 +101,7 @@ void MarkerPlanes::settle(std::span<const Vec3d> places, std::span<const std::in
     make_messages(arriving);
 }
 
-/// By identity; those of markers that came before are in that order still.
+/// By identity. Nothing is sorted where the same markers come in the same order as before.
 void MarkerPlanes::order_arrivals(std::span<const Guest> guests) {
     const auto same = [](const Guest& guest, std::int64_t identity) { return guest.identity == identity; };
     if (std::ranges::equal(guests, arrived_, same)) return;

@@ -42,7 +42,8 @@ public:
 
 private:
     static constexpr int width = DeltaWeights::most;
-    /// Where a component feels a marker. Weights of cells that no field has, and of rows and planes of other ranks, are 0.
+    /// Where a component feels a marker. Weights of cells that no field has, and of rows of other ranks, are 0; planes of other
+    /// ranks are `none`.
     struct Footprint {
         std::array<double, width> along_x, along_y, along_z;
         std::array<std::int32_t, width> cell, row, plane; ///< of numbers within a row; of rows within a plane

@@ -16,7 +16,7 @@ namespace skein {
 /// all fewer than 2^40). A sum with NaN, or with infinities of both signs, is NaN; one with infinities of one sign is that.
 std::vector<double> exact_sums(const Communicator& comm, std::span<const std::vector<double>> columns);
 
-/// Numbers row by row, each of which is of a group.
+/// Numbers row by row; each row is of a group.
 struct Table {
     const double* first;
     std::size_t rows, columns, stride; ///< numbers from a row to the next

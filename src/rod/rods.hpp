@@ -125,9 +125,9 @@ public:
     /// Copies the canonical (staggered) state of local()[i] out or in; one slot per node.
     virtual void export_rod(std::size_t i, std::span<Slot<1>> out) const = 0;
     virtual void import_rod(std::size_t i, std::span<const Slot<1>> in) = 0;
-    /// Calls reader(thread, i, copy) with a copy of local()[rods[i]] for every i, on all threads, tile by tile. `rods`: rising.
-    /// `lag`: time that copies which are not canonical are moved on by; `time`: when walls that turn are where strained ones see
-    /// them.
+    /// Calls reader(thread, i, copy) with a copy of local()[rods[i]] for every i, on all threads, tile by tile; where rods are few,
+    /// threads share tiles. `rods`: rising. `lag`: time that copies which are not canonical are moved on by; `time`: when walls
+    /// that turn are where strained ones see them.
     virtual void read(std::span<const std::size_t> rods, Copy copy, double lag, const RodReader& reader, double time = 0) const = 0;
     /// Of every owned rod, [local], of copies moved on by `lag` to `time`.
     virtual void figures(double time, double lag, std::span<RodFigures> out) const = 0;

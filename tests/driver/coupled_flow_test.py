@@ -99,13 +99,15 @@ class CoupledFlow(DriverTest):
             self.assertGreater(abs(series["fluid_momentum_xkg_ms"]).max(), 0.01)
             self.assertLess(series["max_speedms"].max(), 2.5, name)
 
-    def test_hard_dampers_are_one_sweep(self):
-        for name, keys in {"sweep": "sweeps = 1\n", "dampers": "forcing = 'penalty'\npenalty_damping = 1e9\n"}.items():
+    def test_hard_springs_and_hard_dampers_are_one_sweep(self):
+        for name, keys in {"sweep": "sweeps = 1\n", "dampers": "forcing = 'penalty'\npenalty_damping = 1e9\n", "springs": "forcing = 'penalty'\npenalty_stiffness = 1e12\n"}.items():
             self.scene.write_text(SCENE + "\n[immersion]\n" + keys)
             self.run_skein(name)
-        sweep, dampers = self.series("sweep"), self.series("dampers")
-        for name in ("centre_xm", "centre_zm", "elastic_bendJ", "fluid_energyJ", "slipms"):
-            self.assertLess(abs(dampers[name] - sweep[name]).max(), 1e-6 * abs(sweep[name]).max(), name)
+        sweep = self.series("sweep")
+        for hard in ("dampers", "springs"):
+            series = self.series(hard)
+            for name in ("centre_xm", "centre_zm", "elastic_bendJ", "fluid_energyJ", "slipms"):
+                self.assertLess(abs(series[name] - sweep[name]).max(), 1e-6 * abs(sweep[name]).max(), f"{hard}: {name}")
 
     def test_springs_hold_whatever_the_step(self):
         """Of the stiffness of published swimmers; springs that saw the fluid before it was pushed used to grow by a tenth in a step."""
@@ -120,6 +122,9 @@ class CoupledFlow(DriverTest):
                 self.assertGreater(series["fluid_max_speedms"].max(), 0.05, out)
                 self.assertLess(series["fluid_max_speedms"].max(), 0.5, out)  # 0.35 with sweeps
                 self.assertLess(series["slipms"].max(), 0.03, out)
+            long, short = (self.series(f"springs_{inner}_{speed}") for speed in (5, 40))
+            for name in ("fluid_energyJ", "elastic_bendJ"):
+                self.assertLess(abs(long[name] - short[name]).max(), 0.1 * short[name].max(), f"{inner}: {name}")
 
     def test_threads_on_one_line_of_markers_turn_alike_whatever_they_weigh(self):
         """With more elements than markers too. Those up to 1.1 times as heavy as the fluid, and those of more elements, used to shake."""

@@ -296,7 +296,7 @@ class Fluid(DriverTest):
         (self.directory / "libfftw3.so.3").touch()
         self.scene.write_text(FLUID)
         done = subprocess.run([SKEIN, "run", self.scene, "--out", self.directory / "out"], capture_output=True, text=True,
-                              env=os.environ | {"LD_LIBRARY_PATH": str(self.directory)})
+                              env=os.environ | {"LD_LIBRARY_PATH": f"{self.directory}:{os.environ.get('LD_LIBRARY_PATH', '')}"})
         self.assertEqual(done.returncode, 2, done.stderr)
         self.assertIn("a fluid needs the library FFTW 3", done.stderr)
 

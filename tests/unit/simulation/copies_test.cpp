@@ -73,7 +73,8 @@ TEST(Copies, AreTheBitsOfOneRodAlone) {
         std::iota(all.begin(), all.end(), std::size_t{0});
         for (std::size_t i = 0; i < count; ++i)
             if (i % 5 != 1 && i % 7 != 2) some.push_back(i);
-        for (const auto& which : {all, some, std::vector<std::size_t>{}, std::vector<std::size_t>{3}})
+        const std::vector<std::size_t> few(all.begin(), all.begin() + 10); // threads share tiles
+        for (const auto& which : {all, some, few, std::vector<std::size_t>{}, std::vector<std::size_t>{3}})
             for (const Copy copy : {Copy::canonical, Copy::positions, Copy::synchronised, Copy::frames, Copy::strained}) {
                 constexpr double time = 0.25;
                 std::vector<int> seen(which.size(), 0);
