@@ -13,11 +13,10 @@ double mean_of(const Vec3d& a) { return (a.x + a.y + a.z) / 3; }
 } // namespace
 
 ForceBalance::ForceBalance(std::span<const RodGroup> groups, std::vector<std::shared_ptr<const InertiaInFluid>> inertia,
-                           const ImmersedRods& rods, std::shared_ptr<FluidLoads> loads, double density, double cell_volume,
-                           Weight weight)
-    : groups_(groups), rods_(rods), loads_(std::move(loads)), density_(density), cell_volume_(cell_volume),
-      weight_(std::move(weight)), inertia_(std::move(inertia)), slots_(loads_->load.size()), velocity_(slots_.size()),
-      spin_(slots_.size()), own_push_(slots_.size()), own_turn_(slots_.size()), place_(rods.count()), off_(rods.count()) {
+                           const ImmersedRods& rods, std::shared_ptr<FluidLoads> loads, const Fluid& fluid, Weight weight)
+    : groups_(groups), rods_(rods), loads_(std::move(loads)), fluid_(fluid), weight_(std::move(weight)),
+      inertia_(std::move(inertia)), slots_(loads_->load.size()), velocity_(slots_.size()), spin_(slots_.size()),
+      own_push_(slots_.size()), own_turn_(slots_.size()), place_(rods.count()), off_(rods.count()) {
     std::int64_t first = 0;
     for (const RodGroup& group : groups_) {
         first_slot_.push_back(first);
@@ -56,6 +55,7 @@ void ForceBalance::begin_step(double lag) {
 }
 
 void ForceBalance::begin_stage(const Stage& stage, double lag, const Answer& answer) {
+    pace_ = std::min(1.0, stage.step / fluid_.passing);
     const double per_length = 1 / stage.length, share = stage.length / stage.step, middle = stage.begin + 0.5 * stage.length;
     rods_.read(lag, [&](int, std::size_t i, const RodCopy& rod) {
         const RodGroup& group = group_of(i);
@@ -68,7 +68,7 @@ void ForceBalance::begin_stage(const Stage& stage, double lag, const Answer& ans
             place_[m] = ImmersedRods::place_of(marker, rod);
             off_[m] = ImmersedRods::off_axis(marker, rod.frames[marker.element]);
             const auto [volume, times_velocity] = answer(m);
-            const Vec3d mass = density_ * volume, impulse = density_ * times_velocity;
+            const Vec3d mass = fluid_.density * volume, impulse = fluid_.density * times_velocity;
             FluidLoad &before = load[marker.element], &behind = load[marker.element + 1];
             before.push += (1 - marker.along) * impulse, before.drag += (1 - marker.along) * mass;
             behind.push += marker.along * impulse, behind.drag += marker.along * mass;
@@ -85,12 +85,12 @@ void ForceBalance::begin_stage(const Stage& stage, double lag, const Answer& ans
             const Slots& slot = slots_[first + k];
             FluidLoad& of_slot = load[static_cast<std::ptrdiff_t>(k)];
             const double mass = group.node_mass[k];
-            own_push_[first + k] = (mass * stage.length) * buoyancy + (share * inertia.of_nodes[k].returned) * slot.lent;
+            own_push_[first + k] = (mass * stage.length) * buoyancy + (share * returned(inertia.of_nodes[k].returned)) * slot.lent;
             of_slot.push = per_length * (of_slot.push + slot.owed + own_push_[first + k]);
             of_slot.drag = per_length * of_slot.drag;
             if (k == group.element.size()) break;
-            own_turn_[first + k] =
-                share * transpose_times(rod.frames[k], scale(inertia.of_elements[k].returned, rod.frames[k] * slot.lent_turn));
+            own_turn_[first + k] = share * transpose_times(rod.frames[k], scale(returned(inertia.of_elements[k].returned),
+                                                                                rod.frames[k] * slot.lent_turn));
             of_slot.couple = per_length * (of_slot.couple + slot.owed_turn + own_turn_[first + k]);
             of_slot.turn_drag = per_length * of_slot.turn_drag;
         }
@@ -116,7 +116,7 @@ void ForceBalance::end_stage(std::span<const Vec3d> changes) {
             if (k < group.element.size()) slots_[first + k].owed_turn += own_turn_[first + k] - received.on_element;
         }
         rods_.for_markers(i, [&](std::size_t m, const RodMarker& marker) {
-            const Vec3d given = (density_ * cell_volume_) * changes[m];
+            const Vec3d given = (fluid_.density * fluid_.cell_volume) * changes[m];
             slots_[first + marker.element].owed -= (1 - marker.along) * given;
             slots_[first + marker.element + 1].owed -= marker.along * given;
             slots_[first + marker.element].owed_turn -= cross(off_[m], given);
@@ -132,12 +132,12 @@ void ForceBalance::end_step(double lag) {
         for (std::size_t k = 0; k < rod.state.size(); ++k) {
             const std::size_t at = loads_->first(i) + k;
             Slots& slot = slots_[at];
-            slot.lent = (1 - inertia.of_nodes[k].returned) * slot.lent +
+            slot.lent = (1 - returned(inertia.of_nodes[k].returned)) * slot.lent +
                         (inertia.of_nodes[k].added * group.node_mass[k]) * (lane(rod.state[k].velocity, 0) - velocity_[at]);
             if (k == group.element.size()) break;
             const InertiaShares<Vec3d>& of_element = inertia.of_elements[k];
             const Vec3d lent = rod.frames[k] * slot.lent_turn, gained = lane(rod.state[k].spin, 0) - spin_[at];
-            slot.lent_turn = transpose_times(rod.frames[k], lent - scale(of_element.returned, lent) +
+            slot.lent_turn = transpose_times(rod.frames[k], lent - scale(returned(of_element.returned), lent) +
                                                                 scale(of_element.added, scale(group.element[k].inertia, gained)));
         }
     });

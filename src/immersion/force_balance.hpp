@@ -19,10 +19,14 @@ namespace skein {
 
 class ForceBalance {
 public:
-    /// `density`: of the fluid, kg/m^3. `weight`: acceleration by gravity of a group at a time, m/s^2.
+    struct Fluid {
+        double density, cell_volume; ///< kg/m^3, m^3
+        double passing;              ///< s: its steps at the Courant number for which shares that are returned were found
+    };
+    /// `weight`: acceleration by gravity of a group at a time, m/s^2.
     using Weight = std::function<Vec3d(std::size_t group, double time)>;
     ForceBalance(std::span<const RodGroup> groups, std::vector<std::shared_ptr<const InertiaInFluid>> inertia,
-                 const ImmersedRods& rods, std::shared_ptr<FluidLoads> loads, double density, double cell_volume, Weight weight);
+                 const ImmersedRods& rods, std::shared_ptr<FluidLoads> loads, const Fluid& fluid, Weight weight);
 
     /// Part of a step of the fluid, s.
     struct Stage {
@@ -59,6 +63,9 @@ private:
         Vec3d lent_turn{0, 0, 0}; ///< N m s, lab: of the element
     };
     void move_fluid_within();
+    /// Returned in this step: where that is not all, in proportion to the step.
+    double returned(double share) const { return share < 1 ? pace_ * share : 1; }
+    Vec3d returned(const Vec3d& shares) const { return {returned(shares.x), returned(shares.y), returned(shares.z)}; }
     const LocalRod& own(std::size_t i) const { return rods_.rods().local()[i]; }
     const RodGroup& group_of(std::size_t i) const { return groups_[static_cast<std::size_t>(own(i).group)]; }
     const InertiaInFluid& inertia_of(std::size_t i) const { return *inertia_[static_cast<std::size_t>(own(i).group)]; }
@@ -68,7 +75,8 @@ private:
     std::span<const RodGroup> groups_;
     const ImmersedRods& rods_;
     std::shared_ptr<FluidLoads> loads_;
-    double density_, cell_volume_; ///< kg/m^3, m^3; of the fluid
+    Fluid fluid_;
+    double pace_ = 1; ///< of the step over the fluid's `passing`, at most 1
     Weight weight_;
     std::vector<std::shared_ptr<const InertiaInFluid>> inertia_; ///< by group
     std::vector<std::int64_t> first_slot_;                       ///< of a group's rods among slots of the scene

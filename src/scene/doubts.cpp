@@ -118,14 +118,6 @@ std::vector<std::string> doubts(const SceneSpec& scene, std::span<const RodGroup
                             "kg/m^3, youngs_modulus = {:g} Pa): nothing will be seen to move",
                             group.name(), 1 / crossings, m.density, m.youngs_modulus));
     }
-    constexpr double light = 0.7; // of the fluid's density: in a flow past a rod 0.8 was stable and 0.5 not         theory.md (88a)
-    if (scene.fluid && scene.immersion.coupling == RodCoupling::two_way && scene.immersion.inner_inertia)
-        for (const RodGroup& group : groups)
-            if (const double ratio = group.spec().material.density / scene.fluid->density; ratio < light)
-                found.push_back(
-                    fmt::format("rods.{}.material: {:.3g} times as heavy as the fluid: rods below {:g} may shake where the "
-                                "flow has inertia, and the more so the smaller fluid.courant is",
-                                group.name(), ratio, light));
     if (scene.time.duration / dt > 1e13)
         found.push_back(
             fmt::format("time.duration = {:g} s is {:.0e} steps of {:g} s", scene.time.duration, scene.time.duration / dt, dt));

@@ -81,6 +81,8 @@ struct FluidPlan {
 
     /// Of a step of the fluid, at the speed that is known, s.
     double step_limit() const { return skein::step_limit(constants, speed.value, courant); }
+    /// Steps of this length have a Courant number of 0.8; as long as they can be where no speed is known, s.     theory.md (88a)
+    double passing() const { return speed.value > 0 ? 0.8 * constants.grid.h / speed.value : step_limit(); }
 
     /// Ten fields, one more of implicit schemes with bodies, and coefficients and as many to be sent on more ranks than one, twice
     /// that where ranks share rows, or what multigrid keeps, as measured.

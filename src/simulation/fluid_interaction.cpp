@@ -50,8 +50,9 @@ FluidInteraction::FluidInteraction(const InteractionParts& parts)
         if (plan_.felt()) {
             std::vector<std::shared_ptr<const InertiaInFluid>> inertia;
             for (const RodsInFluid& of_group : plan_.rods) inertia.push_back(of_group.inertia);
-            bodies_->feel(std::make_unique<ForceBalance>(groups_, std::move(inertia), *bodies_->rods(), parts.around.fluid,
-                                                         plan_.constants.density, grid.h * grid.h * grid.h, weight_of(parts.plan)));
+            bodies_->feel(std::make_unique<ForceBalance>(
+                groups_, std::move(inertia), *bodies_->rods(), parts.around.fluid,
+                ForceBalance::Fluid{plan_.constants.density, grid.h * grid.h * grid.h, plan_.passing()}, weight_of(parts.plan)));
         }
         flow_->set_forcing(&bodies_->forcing());
     }
