@@ -121,13 +121,13 @@ DirectForcing::Answer DirectForcing::answer(std::size_t marker) const {
         const Vec3d volume = (std::max(1.0, 0.5 * numbers_.sweeps) * h * h * h) * weight_[marker];
         return {volume, scale(volume, found_[marker])};
     }
-    const auto [left, set] = shares(marker, stage_);
+    const auto [left, set] = shares(marker);
     const Vec3d volume = (h * h * h) * scale(weight_[marker], set);
     return {volume, scale(volume, found_[marker]) - (h * h * stage_ * numbers_.stiffness) * scale(left, held_.values()[marker])};
 }
 
-DirectForcing::SlipShares DirectForcing::shares(std::size_t marker, double stage) const {
-    const double push = stage * (numbers_.damping + stage * numbers_.stiffness);
+DirectForcing::SlipShares DirectForcing::shares(std::size_t marker) const {
+    const double push = stage_ * (numbers_.damping + stage_ * numbers_.stiffness);
     const Vec3d inertia = grid_.h * weight_[marker]; // of the fluid that takes up the marker's velocity
     const Vec3d inverse{1 / (inertia.x + push), 1 / (inertia.y + push), 1 / (inertia.z + push)};
     return {scale(inertia, inverse), push * inverse};
@@ -149,7 +149,7 @@ void DirectForcing::apply_springs(const FlowStage& stage) {
     const double per_spacing = stage.dt / grid_.h,
                  back = numbers_.stiffness / (numbers_.damping + stage.dt * numbers_.stiffness); // of springs alone, 1/s
     for (std::size_t m = 0; m < changes_.size(); ++m) {
-        const auto [left, set] = shares(m, stage.dt);
+        const auto [left, set] = shares(m);
         const Vec3d slip = scale(left, difference_[m]) - back * scale(set, lengths[m]); // theory.md (92a)
         lengths[m] += stage.dt * slip;
         changes_[m] = per_spacing * (numbers_.stiffness * lengths[m] + numbers_.damping * slip);

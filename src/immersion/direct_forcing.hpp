@@ -68,11 +68,11 @@ private:
     void settle(const FlowStage& stage);
     void apply_implicitly(const FlowStage& stage);
     void apply_springs(const FlowStage& stage);
-    /// Of a slip without springs and dampers, what is left and what they set to 0, in a stage of a length, s; by component.
+    /// Of a slip without springs and dampers, what is left and what they set to 0 in the stage that meet() began; by component.
     struct SlipShares {
         Vec3d left, set;
     };
-    SlipShares shares(std::size_t marker, double stage) const;
+    SlipShares shares(std::size_t marker) const;
     /// By how many times this answer to a push the slips become least, in the mean of their squares over what is forced.
     /// Collective.
     double least_slips(std::span<const Vec3d> answer) const;

@@ -13,7 +13,7 @@ template <class T> struct InertiaShares {
     T borne;    ///< by the fluid
     T felt;     ///< by kicks: what the fluid does not bear, and no less than a quarter of what it does
     T added;    ///< to what the fluid does not bear, for kicks to feel as much
-    T returned; ///< in each step of the fluid, of the momentum that this has taken; less than 1 at a Courant number of 0.8 or more
+    T returned; ///< in a step of the fluid, of the momentum that this has taken; where less than 1, at a Courant number of 0.8
 };
 
 /// The fluid moves with a rod where markers make it: that around a ring of them, up to half of the way to the next ones, bears its
