@@ -7,10 +7,10 @@ with k^2 = i w / nu, a distance s from the lower wall. What a start adds to it d
 
 import json
 
-import h5py
 import matplotlib.pyplot as plt
 import numpy as np
 
+from skein.own_file import OwnFile
 from skein.style import INK, bare
 
 BOUNDS = ("along_x", "along_y", "along_z")
@@ -44,7 +44,7 @@ def exact(plates, place, time):
 
 def profile(path, plates):
     """Time, places across the plates and mean velocity along them there, least and largest of which are the same but for rounding."""
-    with h5py.File(path) as file:
+    with OwnFile(path) as file:
         velocity, spacing, time = file["velocity"][..., plates["stream"]].astype(float), file.attrs["spacing"], file.attrs["time"]
     rest = tuple(axis for axis in range(3) if axis != 2 - plates["across"])
     mean = velocity.mean(axis=rest)

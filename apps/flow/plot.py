@@ -15,7 +15,6 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "python"))
 from skein import needs  # noqa: E402  (of the checkout, as all of skein here)
 
 needs.need("numpy", "h5py", "matplotlib")
-import h5py  # noqa: E402
 import matplotlib  # noqa: E402
 import numpy as np  # noqa: E402
 
@@ -25,12 +24,13 @@ import matplotlib.pyplot as plt  # noqa: E402  (after the choice of Agg)
 import arrays  # noqa: E402
 import plates  # noqa: E402
 import vortices  # noqa: E402
+from skein.own_file import OwnFile  # noqa: E402
 from skein.style import INK, QUIET, bare  # noqa: E402
 
 
 def plane(path, axis, share):
     """Vorticity across a plane of cells at a share of the box along an axis, [row][column]; its edges as imshow takes them; time."""
-    with h5py.File(path) as file:
+    with OwnFile(path) as file:
         if "vorticity" not in file:
             sys.exit(f"{path}: has no vorticity; name it in 'fields' of the output")
         vorticity = file["vorticity"]
@@ -45,7 +45,7 @@ def plane(path, axis, share):
 
 
 def axis_of_slice(path):
-    with h5py.File(path) as file:
+    with OwnFile(path) as file:
         if "across" not in file.attrs:
             sys.exit(f"{path}: is no slice")
         across = file.attrs["across"]
@@ -155,4 +155,4 @@ def main():
 
 
 if __name__ == "__main__":
-    main()
+    needs.in_words(main)

@@ -16,7 +16,6 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "python"))
 from skein import needs  # noqa: E402  (of the checkout, as all of skein here)
 
 needs.need("numpy", "h5py", "matplotlib")
-import h5py  # noqa: E402
 import matplotlib  # noqa: E402
 import numpy as np  # noqa: E402
 
@@ -24,6 +23,7 @@ matplotlib.use("Agg")
 import matplotlib.pyplot as plt  # noqa: E402  (after the choice of Agg)
 
 import skein  # noqa: E402
+from skein.own_file import OwnFile  # noqa: E402
 from skein.style import INK, QUIET, bare  # noqa: E402
 
 SEEN, OTHER = "#c8502d", "#2d6fc8"
@@ -244,7 +244,7 @@ def draw_pumping(results, to):
         sys.exit(f"{results.directory}: has no fields_*.h5; set output.fields in the scene")
     volume = np.prod(np.array(fluid["cells"]) * fluid["spacing"])
     time, along = series["time"] / beat, series["fluid_momentum_x"] / (fluid["density"] * volume)
-    with h5py.File(frames[-1]) as file:
+    with OwnFile(frames[-1]) as file:
         spacing, lower, when = file.attrs["spacing"], [file.attrs[f"lower_{d}"] for d in "xyz"], file.attrs["time"]
         plane = int((physics["placement"]["origin"][1] - lower[1]) / spacing + 1e-9)
         across = file["velocity"][:, plane, :, 0]
@@ -296,4 +296,4 @@ def main():
 
 
 if __name__ == "__main__":
-    main()
+    needs.in_words(main)

@@ -6,10 +6,10 @@ U = Gamma / (4 pi R) (ln(8 R / a) - 0.558) with a^2 = core^2 + 4 nu t. Without `
 
 import json
 
-import h5py
 import matplotlib.pyplot as plt
 import numpy as np
 
+from skein.own_file import OwnFile
 from skein.style import INK, bare
 
 SEEN = "#c8502d"
@@ -35,7 +35,7 @@ def middles(file, lower):
 
 def ring_state(path, vortex):
     """Time, impulse along x and its centroid along x."""
-    with h5py.File(path) as file:
+    with OwnFile(path) as file:
         x, y, z = middles(file, vortex["lower"])
         vorticity = file["vorticity"]
         density = 0.5 * (y * vorticity[..., 2] - z * vorticity[..., 1]).astype(float)
@@ -91,7 +91,7 @@ def swirl_error(path, vortex):
 
     What files have are means of two faces, and so is what they are compared with.
     """
-    with h5py.File(path) as file:
+    with OwnFile(path) as file:
         x, y = (place[0] for place in list(middles(file, vortex["lower"]))[:2])
         velocity, half, time = file["velocity"][0].astype(float), 0.5 * file.attrs["spacing"], file.attrs["time"]
     u = 0.5 * sum(exact_swirl(vortex, x + side, y, time)[0] for side in (-half, half))

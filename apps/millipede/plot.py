@@ -121,4 +121,4 @@ def main():
 
 
 if __name__ == "__main__":
-    main()
+    needs.in_words(main)

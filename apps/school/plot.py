@@ -19,7 +19,6 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "python"))
 from skein import needs  # noqa: E402  (of the checkout, as all of skein here)
 
 needs.need("numpy", "h5py", "matplotlib")
-import h5py  # noqa: E402
 import matplotlib  # noqa: E402
 import numpy as np  # noqa: E402
 
@@ -29,6 +28,7 @@ from matplotlib.collections import LineCollection  # noqa: E402
 
 import school as schooling  # noqa: E402
 import skein  # noqa: E402
+from skein.own_file import OwnFile  # noqa: E402
 from skein.picture.camera import framed  # noqa: E402
 from skein.style import INK, QUIET, bare, heading  # noqa: E402
 
@@ -144,14 +144,14 @@ def last_plane(directory, until):
 
 
 def has_plane(path, until, kind=None):
-    with h5py.File(path) as file:
+    with OwnFile(path) as file:
         sliced = kind is None or (file.attrs["kind"] in (kind, kind.encode()) and file.attrs["across"] in ("z", b"z"))
         return "vorticity" in file and file.attrs["time"] < until + 1e-9 and sliced
 
 
 def draw_flow(path, run, to):
     group = run.rods[0]
-    with h5py.File(path) as file:
+    with OwnFile(path) as file:
         time, spacing, lower = float(file.attrs["time"]), file.attrs["spacing"], [file.attrs[f"lower_{axis}"] for axis in "xyz"]
         nodes = group.position[run.frames.nearest(time)]
         level = min(int((nodes[0, 0, 2] - lower[2]) / spacing), len(file["vorticity"]) - 1) if len(file["vorticity"]) > 1 else 0
@@ -199,4 +199,4 @@ def main():
 
 
 if __name__ == "__main__":
-    main()
+    needs.in_words(main)

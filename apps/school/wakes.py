@@ -15,11 +15,11 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "python"))
 from skein import needs  # noqa: E402  (of the checkout, as all of skein here)
 
 needs.need("numpy", "h5py", "matplotlib")
-import h5py  # noqa: E402
 import numpy as np  # noqa: E402
 
 import school as schooling  # noqa: E402
 import skein  # noqa: E402
+from skein.own_file import OwnFile  # noqa: E402
 from skein.picture import shapes, sheet, vtk_stage  # noqa: E402
 from skein.picture.camera import framed  # noqa: E402
 from skein.picture.colours import Scale, bright  # noqa: E402
@@ -32,7 +32,7 @@ TIMES, SIDES = 4, 32   # rings an element, points a ring
 def vortices(path):
     """Q and vorticity along z [z, y, x] over the smallest box of cells that has all blocks, with a layer of zeros around it: where there is no
     block, Q is below its threshold. Place of the first number and spacing, m."""
-    with h5py.File(path) as file:
+    with OwnFile(path) as file:
         if "q" not in file or "vorticity" not in file:
             sys.exit(f"{path}: no q or no vorticity; name them in 'fields' of the output")
         spacing, corner = float(file.attrs["spacing"]), np.array([file.attrs[f"lower_{axis}"] for axis in "xyz"])
@@ -105,7 +105,7 @@ def bodies(run, group, frame):
 
 
 def time_of(path):
-    with h5py.File(path) as file:
+    with OwnFile(path) as file:
         return float(file.attrs["time"])
 
 
@@ -155,4 +155,4 @@ def main():
 
 
 if __name__ == "__main__":
-    main()
+    needs.in_words(main)

@@ -4,7 +4,7 @@ from importlib import import_module
 
 # Where each name lives: imported when it is first used, so that a Python that lacks a package can say so.
 _HOMES = {"Group": "results", "Results": "results", "Series": "results", "open": "results",
-          "NotResults": "needs",
+          "NotResults": "needs", "Damaged": "needs",
           "draw": "picture.draw", "movie": "picture.draw", "Pictures": "picture.draw",
           "run": "program", "plan": "program", "RunFailed": "program",
           "Scene": "scene", "Simulation": "simulation",

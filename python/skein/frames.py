@@ -4,8 +4,10 @@ import json
 from collections import OrderedDict
 from pathlib import Path
 
-import h5py
 import numpy as np
+
+from .needs import NotResults, reading
+from .own_file import OwnFile
 
 MOST_OPEN = 64  # files at a time
 
@@ -19,8 +21,8 @@ class Segments:
         step, time, first = [], [], [0]
         for number in range(len(self.paths)):
             file = self.file(number)
-            step.append(file["step"][:])
-            time.append(file["time"][:])
+            step.append(file.read("step", slice(None)))
+            time.append(file.read("time", slice(None)))
             first.append(first[-1] + len(step[-1]))
         self.step = np.concatenate(step) if step else np.zeros(0, np.int64)
         self.time = np.concatenate(time) if time else np.zeros(0)
@@ -33,7 +35,7 @@ class Segments:
         if number not in self._open:
             while len(self._open) >= MOST_OPEN:
                 self._open.popitem(last=False)[1].close()
-            self._open[number] = h5py.File(self.paths[number], "r")
+            self._open[number] = OwnFile(self.paths[number])
         self._open.move_to_end(number)
         return self._open[number]
 
@@ -44,11 +46,11 @@ class Segments:
 
     def groups(self):
         """Names of groups that have frames."""
-        return list(self.file(0)["groups"]) if self.paths else []
+        return self.file(0).names("groups") if self.paths else []
 
-    def dataset(self, group, name):
-        """Of the first segment: shapes, and what does not change."""
-        return self.file(0)[f"groups/{group}/{name}"]
+    def constant(self, group, name):
+        """What does not change from frame to frame, read from the first segment."""
+        return self.file(0).read(f"groups/{group}/{name}")
 
     def has(self, group, name):
         return bool(self.paths) and f"groups/{group}/{name}" in self.file(0)
@@ -59,7 +61,7 @@ class Segments:
     def nearest(self, time):
         """Number of the frame nearest to a time, s."""
         if not len(self):
-            raise ValueError("the run has no frames")
+            raise NotResults("the run has no frames")
         return int(np.argmin(np.abs(self.time - time)))
 
 
@@ -109,15 +111,20 @@ class FrameArray:
             apart = max(apart, 1)
             begin = int(frames[k] - starts[number])
             part = (slice(begin, begin + (last - k - 1) * apart + 1, apart), *rest)
-            data = self._segments.file(number)[self._path]
+            file = self._segments.file(number)
+            data = file[self._path]
             if last - k == len(frames):
-                return data[part]
+                return file.read(self._path, part)
             if out is None:
-                out = np.empty((len(frames), *data[(slice(begin, begin + 1), *rest)].shape[1:]), self.dtype)
-            data.read_direct(out, part, np.s_[k:last]) if _plain(rest) else out.__setitem__(np.s_[k:last], data[part])
+                out = np.empty((len(frames), *file.read(self._path, (slice(begin, begin + 1), *rest)).shape[1:]), self.dtype)
+            if _plain(rest):
+                with reading(file.path, (OSError, RuntimeError)):
+                    data.read_direct(out, part, np.s_[k:last])
+            else:
+                out[k:last] = file.read(self._path, part)
             k = last
         if out is None:
-            out = np.empty((0, *self._segments.file(0)[self._path][(slice(0, 0), *rest)].shape[1:]), self.dtype)
+            out = np.empty((0, *self._segments.file(0).read(self._path, (slice(0, 0), *rest)).shape[1:]), self.dtype)
         return out
 
     def _one(self, frame, rest):
@@ -125,7 +132,7 @@ class FrameArray:
         if not 0 <= frame < len(self):
             raise IndexError(f"frame {frame} of {len(self)}")
         number = int(np.searchsorted(self._segments.first, frame, side="right")) - 1
-        return self._segments.file(number)[self._path][(frame - int(self._segments.first[number]), *rest)]
+        return self._segments.file(number).read(self._path, (frame - int(self._segments.first[number]), *rest))
 
 
 def _plain(rest):
@@ -138,7 +145,7 @@ class Snapshot:
 
     def __init__(self, path, physics):
         self.paths = [path]
-        with h5py.File(path) as file:
+        with OwnFile(path) as file, reading(path):
             settings = json.loads(file.attrs["settings"])
             self.title = settings.get("title", "")
             self.step, self.time = np.array([file.attrs["step"]]), np.array([file.attrs["step"] * file.attrs["dt"]])
@@ -160,10 +167,10 @@ class Snapshot:
     def has(self, group, name):
         return name in self._arrays.get(group, ())
 
-    def dataset(self, group, name):
+    def constant(self, group, name):
         return self._arrays[group][name]
 
-    array = dataset
+    array = constant
 
     def nearest(self, time):
         return 0

@@ -4,12 +4,43 @@ Only the standard library, so that a Python without numpy can say so.
 """
 
 import sys
+from contextlib import contextmanager
 from importlib import import_module
 from pathlib import Path
 
 
-class NotResults(SystemExit):
-    """A directory does not hold what was asked of it. Ends a program with a sentence, unless caught."""
+class NotResults(Exception):
+    """A directory does not hold what was asked of it."""
+
+
+class Damaged(NotResults):
+    """A file of a run cannot be read: the message begins with its path."""
+
+
+WHATEVER = (OSError, ValueError, KeyError, IndexError, TypeError, AttributeError, RuntimeError, SyntaxError, OverflowError)
+
+
+@contextmanager
+def reading(path, errors=WHATEVER):
+    """Within it, what a library finds wrong with a file (`errors`) becomes one sentence that names the file."""
+    try:
+        yield
+    except NotResults:
+        raise
+    except FileNotFoundError:
+        raise NotResults(f"{path}: no such file") from None
+    except errors as error:
+        words = " ".join(str(error).split()) or type(error).__name__
+        raise Damaged(f"{path}: cannot be read ({words}); it is damaged, or not a file of Skein") from error
+
+
+def in_words(main, code=1, code_of_damage=1):
+    """Runs a program's `main`; what is not there ends the program with a sentence in place of a traceback."""
+    try:
+        main()
+    except NotResults as error:
+        print(f"error: {error}", file=sys.stderr)
+        sys.exit(code_of_damage if isinstance(error, Damaged) else code)
 
 
 def missing(packages):
@@ -30,7 +61,7 @@ def need(*packages):
 
 
 def need_files(directory, *patterns):
-    """Ends the program unless each pattern matches a file of the run's output directory."""
+    """Raises NotResults unless each pattern matches a file of the run's output directory."""
     directory = Path(directory)
     if not directory.is_dir():
         raise NotResults(f"{directory}: no such directory; give the output directory of a run")
@@ -40,7 +71,7 @@ def need_files(directory, *patterns):
 
 
 def need_names(directory, what, names, wanted, hint):
-    """Ends the program unless all wanted names are among those that a run's file has."""
+    """Raises NotResults unless all wanted names are among those that a run's file has."""
     absent = [name for name in wanted if name not in names]
     if absent:
         raise NotResults(f"{directory}: no {what} {', '.join(absent)}; {hint}")

@@ -6,15 +6,22 @@ from xml.etree import ElementTree
 
 import numpy as np
 
+from .needs import Damaged, reading
+
 TYPES = {"Float32": "f4", "Float64": "f8", "Int32": "i4", "Int64": "i8"}
 
 
 def read(path):
     """{part: {name: array}} of a .vtp, parts PointData, CellData, Points, Lines, Polys; arrays are views of the mapped file."""
+    with reading(path):
+        return _read(path)
+
+
+def _read(path):
     data = np.memmap(path, np.uint8, mode="r")
     mark = re.search(rb'<AppendedData encoding="raw">\s*_', bytes(data[:65536]))
     if mark is None:
-        raise ValueError(f"{path}: not poly data of Skein")
+        raise Damaged(f"{path}: is no poly data of Skein, or damaged")
     head = ElementTree.fromstring(bytes(data[:mark.start()]).decode() + "</VTKFile>")
     little = "<" if head.get("byte_order") == "LittleEndian" else ">"
     parts = {}
@@ -33,7 +40,12 @@ def listed(pvd):
     pvd = Path(pvd)
     if not pvd.exists():
         return []
-    return [(float(entry.get("timestep")), pvd.parent / entry.get("file")) for entry in ElementTree.parse(pvd).iter("DataSet")]
+    with reading(pvd):
+        found = [(float(entry.get("timestep")), Path(entry.get("file"))) for entry in ElementTree.parse(pvd).iter("DataSet")]
+        for _, path in found:
+            if path.is_absolute() or ".." in path.parts:
+                raise Damaged(f"{pvd}: names '{path}', which lies outside its directory")
+    return [(time, pvd.parent / path) for time, path in found]
 
 
 def polygons(parts):

@@ -8,18 +8,19 @@ from difflib import get_close_matches
 from functools import cached_property
 from pathlib import Path
 
-import h5py
 import numpy as np
 
 from . import polydata
 from .frames import Segments, Snapshot
-from .needs import NotResults, need_files
+from .needs import Damaged, NotResults, need_files, reading
+from .own_file import OwnFile
 
 FIELDS = ("velocity", "strain", "curvature", "energy", "contact_force")  # of nodes, in the poly data
 
 
 def open(directory):
-    """Results of a run, one that is going included. Raises NotResults (a SystemExit with a sentence) where there are none."""
+    """Results of a run, one that is going included. Raises NotResults where there are none, and Damaged, one of its kind, with the name of a file that cannot be
+    read."""
     return Results(directory)
 
 
@@ -39,11 +40,16 @@ class Results:
         need_files(self.directory, "physics.json")
         self.frames = Segments(self.directory, "trajectory")
         self.tips = Segments(self.directory, "tips")
-        names = [entry["name"] for entry in self.physics.get("rods", []) + self.physics.get("bodies", [])]
+        with reading(self.directory / "physics.json"):
+            names = [entry["name"] for entry in self.physics.get("rods", []) + self.physics.get("bodies", [])]
         self.groups = {name: Group(self, name) for name in names}
 
     def __repr__(self):
-        return f"<{self.directory}: {self.title!r}, {len(self.frames)} frames, {len(self.tips)} of tips, groups {', '.join(self.groups)}>"
+        times = f" from {self.time[0]:.6g} to {self.time[-1]:.6g} s" if len(self.frames) else ""
+        state = "not ended" if not self.summary else "ended" if self.summary.get("finished", True) else "stopped"
+        step = self.summary.get("steps", self.checkpoints[-1] if self.checkpoints else 0)
+        groups = ", ".join(f"'{name}'" for name in self.groups) or "none"
+        return f"<Results {self.directory}: {self.title!r}, {state} at step {step}, {len(self.frames)} frames{times}, {len(self.tips)} of tips, groups {groups}>"
 
     def __getitem__(self, name):
         """The group of this name."""
@@ -74,18 +80,19 @@ class Results:
             return self.frames.title or self.directory.name
         for segments in (self.frames, self.tips):
             if segments.paths:
-                title = segments.file(0).attrs["title"]
+                with reading(segments.paths[0]):
+                    title = segments.file(0).attrs["title"]
                 return (title.decode() if isinstance(title, bytes) else str(title)) or self.directory.name
         return self.directory.name
 
     @cached_property
     def physics(self):
-        return json.loads((self.directory / "physics.json").read_text())
+        return _json(self.directory / "physics.json")
 
     @cached_property
     def summary(self):
         path = self.directory / "summary.json"
-        return json.loads(path.read_text()) if path.exists() else {}
+        return _json(path) if path.exists() else {}
 
     @cached_property
     def constants(self):
@@ -126,8 +133,8 @@ class Results:
         step = steps[-1] if step is None and steps else step
         if step not in steps:
             raise NotResults(f"{self.directory}: no checkpoint of step {step}; there are {steps or 'none'}")
-        with h5py.File(self.directory / f"checkpoint_{step:012d}.h5") as file:
-            return {name: _state(self.groups[name], group["state"][:]) for name, group in file["groups"].items()}
+        with OwnFile(self.directory / f"checkpoint_{step:012d}.h5") as file, reading(file.path):
+            return {name: _state(self.groups[name], file.read(f"groups/{name}/state")) for name in file.names("groups")}
 
     def of_checkpoint(self):
         """The same run with its newest checkpoint as the only frame: rods without directors. Raises NotResults where there is none."""
@@ -185,7 +192,12 @@ class Group:
         self.physics = bodies[name] if self.is_body else rods[name]
 
     def __repr__(self):
-        return f"<group '{self.name}': {self.count} {'bodies' if self.is_body else 'rods'} of {self.elements} elements>"
+        try:
+            count = f"{self.count} "
+        except NotResults:  # no frames yet: how many there are is not known
+            count = ""
+        what = f"{count}rigid bodies" if self.is_body else f"{count}rods of {self.elements} elements"
+        return f"<Group '{self.name}': {what}, {len(self._results.frames)} frames>"
 
     def __len__(self):
         return self.count
@@ -193,7 +205,7 @@ class Group:
     def _constant(self, name):
         for segments in (self._results.frames, self._results.tips):
             if segments.has(self.name, name):
-                return segments.dataset(self.name, name)[:]
+                return segments.constant(self.name, name)
         raise NotResults(f"{self._results.directory}: no {name} of group '{self.name}'; the run has written no frames of it")
 
     @cached_property
@@ -277,6 +289,8 @@ class Series(dict):
         need_files(directory, "observables.csv")
         table = _table(self.directory / "observables.csv")
         self.headings = list(table)
+        if not {"step", "time[s]"} <= set(table):
+            raise Damaged(f"{self.directory / 'observables.csv'}: its first line names no step and time[s]; it is damaged, or not a file of Skein")
         if not len(table["step"]):
             raise NotResults(f"{directory}: observables.csv has no rows yet")
         # A run that something in the scene ends does so between two rows: its last state is in the summary alone.
@@ -293,6 +307,10 @@ class Series(dict):
         guess = get_close_matches(name, self, 1)
         raise NotResults(f"{self.directory}: no columns of observables.csv called {name}" + (f"; did you mean {guess[0]}?" if guess else f"; there are {', '.join(self)}"))
 
+    def __repr__(self):
+        ends = f" from {self['time'][0]:.6g} to {self['time'][-1]:.6g} s" if len(self.get("time", ())) else ""
+        return f"<Series {self.directory}: {len(next(iter(self.values()), ()))} rows{ends}, columns {', '.join(self)}>"
+
     def to_pandas(self):
         """A DataFrame over time, s; needs pandas."""
         import pandas
@@ -307,11 +325,23 @@ class Series(dict):
 
 def _table(path):
     """{heading: [rows]} of a file of comma-separated numbers; a last line that is not whole is left out."""
-    text = Path(path).read_text()
-    head, *lines = text[:text.rfind("\n") + 1].splitlines()
-    headings = head.split(",")
-    rows = np.loadtxt(lines, delimiter=",", ndmin=2) if lines else np.zeros((0, len(headings)))
-    return dict(zip(headings, rows.T))
+    with reading(path):
+        text = Path(path).read_text()
+        head, *lines = text[:text.rfind("\n") + 1].splitlines()
+        headings = head.split(",")
+        rows = np.loadtxt(lines, delimiter=",", ndmin=2) if lines else np.zeros((0, len(headings)))
+        if rows.shape[1] != len(headings):
+            raise Damaged(f"{path}: its rows have {rows.shape[1]} numbers, and its first line names {len(headings)}")
+        return dict(zip(headings, rows.T))
+
+
+def _json(path):
+    """An object; what else a file holds is none of a run's."""
+    with reading(path):
+        found = json.loads(Path(path).read_text())
+        if not isinstance(found, dict):
+            raise Damaged(f"{path}: holds no table; it is damaged, or not a file of Skein")
+        return found
 
 
 def _state(group, slots):

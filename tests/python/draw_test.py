@@ -57,6 +57,14 @@ class Shapes(unittest.TestCase):
             self.assertLess(np.abs(place[:, 1]).max(), 0.87)
             self.assertGreater(max(np.abs(place[:, 0]).max() / aspect, np.ptp(place[:, 1]) / 2), 0.75, "and fill it")
 
+    def test_a_camera_along_the_upward_axis_sees_all(self):
+        points = np.random.default_rng(3).normal(size=(40, 3))
+        for view, up in (((0, 0, 1), (0, 0, 1)), ((0, 0, -2), (0, 0, 1)), ((0, 1, 0), (0, 3, 0)), ((1, 0, 0), (-1, 0, 0)), ((1, 1, 1), (2, 2, 2))):
+            place, depth = framed(points, view, up, 1.3).project(points)
+            self.assertGreater(depth.min(), 0)
+            self.assertLess(np.abs(place).max(), 1.3)
+            self.assertGreater(np.ptp(place, axis=0).min(), 0.3)
+
     def test_open_ground_is_fully_lit(self):
         points, normals = np.zeros((1, 3)), np.array([[0, 0, 1.0]])
         clear = np.full((64, 64), np.inf)
@@ -88,6 +96,19 @@ class Draw(unittest.TestCase):
         done = subprocess.run([SKEIN, "draw", *map(str, words)], capture_output=True, text=True, timeout=200, env=dict(os.environ, PYTHON=sys.executable, **environment))
         self.assertEqual(done.returncode, code, done.stdout + done.stderr)
         return done
+
+    def test_pictures_from_above_are_not_empty(self):
+        for renderer in RENDERERS:
+            image = Pictures(self.out, [0.2], (320, 240), renderer, camera=(0, 0, 1), colour="group", ground=False, walls=False).images[0]
+            self.assertGreater(np.mean(np.any(np.asarray(image)[..., :3] < 200, axis=-1)), 0.002, renderer)
+
+    def test_words_that_draw_does_not_know(self):
+        for words, said in ((("--colur", "speed"), "draw has no option '--colur'; did you mean '--colour'?"), (("--camera", "0,0"), "'0,0' is no direction")):
+            done = self.command(self.out, *words, code=2)
+            self.assertIn(said, done.stderr)
+            self.assertEqual(len(done.stderr.strip().splitlines()), 1, done.stderr)
+        done = self.command(self.out / "nothing", code=2)
+        self.assertRegex(done.stderr, "^error: .*nothing: no such directory")
 
     def test_pictures_show_rods_where_they_are(self):
         """Along the axis of every rod that nothing hides there is its colour; in the corners there is paper."""

@@ -111,6 +111,87 @@ class Results(unittest.TestCase):
             run.contact_steps = []
             run.contacts()
 
+    def test_errors_are_exceptions(self):
+        self.assertTrue(issubclass(skein.NotResults, Exception) and issubclass(skein.Damaged, skein.NotResults))
+        for what in (lambda: skein.open(self.directory.path / "absent"), lambda: self.run_.contacts(1), lambda: self.run_.series["sped"]):
+            try:
+                what()
+            except Exception as error:  # as scripts and notebooks catch it
+                self.assertIsInstance(error, skein.NotResults)
+
+    def copied(self, folder):
+        for path in self.directory.out.iterdir():
+            if path.is_file():
+                (Path(folder) / path.name).write_bytes(path.read_bytes())
+        return Path(folder)
+
+    def test_a_damaged_file_is_named(self):
+        """Of every kind: cut, emptied, filled with noise; whatever reads it says which one it is."""
+        def everything(folder):
+            run = skein.open(folder)
+            for group in run.groups.values():
+                np.asarray(group.position), np.asarray(group.tips), group.origin
+            run["reeds"].field(-1, "velocity"), run.walls(), run.series, run.energies, run.contacts(), run.state(), run.title
+        noise = np.random.default_rng(7).bytes(700)
+        names = ["physics.json", "summary.json", "observables.csv"] + [sorted(self.directory.out.glob(pattern))[-1].name
+                                                                       for pattern in ("trajectory_*.h5", "tips_*.h5", "checkpoint_*.h5", "contacts_*.csv", "*.pvd")]
+        with tempfile.TemporaryDirectory() as folder:
+            everything(self.copied(folder) if not (self.directory.out / "vtp").exists() else self.directory.out)
+        for name in names:
+            for damage in (b"", noise, (self.directory.out / name).read_bytes()[:300][::-1]):
+                with self.subTest(name=name, bytes=len(damage)), tempfile.TemporaryDirectory() as folder:
+                    self.copied(folder)
+                    if (self.directory.out / "vtp").exists():
+                        (Path(folder) / "vtp").symlink_to(self.directory.out / "vtp")
+                    (Path(folder) / name).write_bytes(damage)
+                    if (name == "observables.csv" and not damage) or len((self.directory.out / name).read_bytes()) < 300 and 0 < len(damage) < 300:
+                        continue  # a run that has just begun; a first line alone
+                    with self.assertRaises(skein.NotResults) as caught:
+                        everything(folder)
+                    self.assertIn(name, str(caught.exception))
+                    self.assertNotIn("\n", str(caught.exception))
+
+    def test_what_leads_out_of_a_file_is_not_followed(self):
+        """Links to other files, virtual datasets of them, numbers in files beside: each is refused by its name."""
+        secret = self.directory.path / "secret.h5"
+        with h5py.File(secret, "w") as file:
+            file["numbers"] = np.zeros((30, 3, 13, 3))
+        (self.directory.path / "secret.bin").write_bytes(bytes(8 * 3 * 13 * 3))
+
+        def external(file, at):
+            file[at] = h5py.ExternalLink(str(secret), "/numbers")
+
+        def soft(file, at):
+            file["away"] = h5py.ExternalLink(str(secret), "/numbers")
+            file[at] = h5py.SoftLink("/away")
+
+        def virtual(file, at):
+            layout = h5py.VirtualLayout((30, 3, 13, 3), float)
+            layout[:] = h5py.VirtualSource(str(secret), "numbers", (30, 3, 13, 3))
+            file.create_virtual_dataset(at, layout)
+
+        def beside(file, at):
+            file.create_dataset(at, (3, 13, 3), float, external=[(str(self.directory.path / "secret.bin"), 0, h5py.h5f.UNLIMITED)])
+
+        for kind, at, read in [(kind, at, read) for kind in (external, soft, virtual, beside) for at, read in (
+                ("trajectory", lambda run: run["reeds"].position[-1]), ("checkpoint", lambda run: run.state()))]:
+            with self.subTest(kind=kind.__name__, file=at), tempfile.TemporaryDirectory() as folder:
+                self.copied(folder)
+                path = sorted(Path(folder).glob(f"{at}_*.h5"))[-1]
+                dataset = "groups/reeds/position" if at == "trajectory" else "groups/reeds/state"
+                with h5py.File(path, "a") as file:
+                    del file[dataset]
+                    kind(file, dataset)
+                with self.assertRaisesRegex(skein.Damaged, f"{path.name}.*(another file|is a link)"):
+                    read(skein.open(folder))
+
+    def test_what_things_say_of_themselves(self):
+        run = self.run_
+        self.assertRegex(repr(run), r"<Results .*out: 'Two groups and a ball', ended at step \d+, 21 frames from 0 to 0.2 s, 41 of tips, groups 'reeds', 'flat', 'ball'>")
+        self.assertEqual(repr(run["reeds"]), "<Group 'reeds': 3 rods of 12 elements, 21 frames>")
+        self.assertEqual(repr(run["ball"]), "<Group 'ball': 1 rigid bodies, 21 frames>")
+        self.assertRegex(repr(run.series), r"<Series .*: 21 rows from 0 to 0.2 s, columns step, time, .*>")
+
     def test_a_run_that_goes_on(self):
         """A row that is being written, and a summary that is not there yet."""
         with tempfile.TemporaryDirectory() as folder:
