@@ -4,18 +4,16 @@ plot.py draws it. Lengths are in bodies L, times in periods T of the wave, masse
 run: sections and muscles are the scene's own formulas. Swimmers head for negative x; what the wave bends them about is d2.
 """
 
-import re
 from dataclasses import dataclass
 
 import numpy as np
 import skein  # where plot.py looks
+from skein.formula import evaluate as formula
 
 SETTLED = 4.0   # T: what is compared between swimmers is of the time after
 WINDOW = 4.5    # T: the last ones, which speeds and powers are told of
 NORMAL = 1      # number of d2
 SECOND_MOMENT = {"elliptic": np.pi / 4, "rectangular": 4 / 3}  # of a section about d2, over a^3 b                                  theory.md (3), (3a)
-FUNCTIONS = {name: getattr(np, name) for name in ("sin", "cos", "tan", "exp", "log", "sqrt", "abs", "floor", "tanh", "sign", "hypot", "where", "pi", "e")}
-FUNCTIONS |= {"atan": np.arctan, "atan2": np.arctan2, "mod": np.mod, "min": np.minimum, "max": np.maximum}
 
 
 @dataclass
@@ -31,16 +29,6 @@ class School:
     @property
     def swimmers(self):
         return self.places.shape[1]
-
-
-def formula(text, **names):
-    """Values of a scene's formula (docs/scene.md) over arrays."""
-    text = re.sub(r"\bif\s*\(", "where(", text.replace("^", "**"))
-    try:
-        with np.errstate(invalid="ignore", divide="ignore"):  # in the branch of an `if` that is not taken
-            return eval(text, {"__builtins__": {}}, FUNCTIONS | names)
-    except (NameError, TypeError, SyntaxError) as error:
-        raise skein.NotResults(f"'{text}': {error}; formulas of swimmers may name constants, s, t, L and rod") from None
 
 
 def semi_axes(group, constants, s):

@@ -148,6 +148,19 @@ class Statistics(unittest.TestCase):
         with self.assertRaisesRegex(skein.NotResults, "tides.*may name"):
             schooling.formula("2 * tides(t)", t=1.0)
 
+    def test_formulas_are_read_and_never_carried_out(self):
+        """The grammar of scenes, and nothing else: what Python would carry out is refused with the text."""
+        s = np.array([0.0, 0.5, 2.0])
+        for text, expected in (("2*s^2 - -s", 2 * s**2 + s), ("-2^2", -4.0), ("2^3^2", 512.0), ("if(s < 1, s, 1)", np.minimum(s, 1)), ("min(s, 1, 0.25)", np.minimum(s, 0.25)),
+                               ("mod(s, 0.75)", np.mod(s, 0.75)), ("ramp(s, 1)", np.clip(s, 0, 1)), ("step(s-0.5)", [0, 1, 1]), ("1/s", [np.inf, 2, 0.5]), ("1e-1 + .5*pi", 0.1 + np.pi / 2)):
+            np.testing.assert_allclose(schooling.formula(text, s=s), expected, err_msg=text)
+        marker = Path(tempfile.gettempdir()) / "carried_out"
+        for text in (f"__import__('os').system('touch {marker}')", "().__class__.__base__.__subclasses__()", "[x for x in (1,)]", "s.__class__", "lambda: 1", "s if s else 1", "f'{s}'",
+                     "(" * 500 + "s" + ")" * 500, "-" * 5000 + "1", "s" * 9000, "2 *", "sin(s", "sin(s, s)", "s s", "", "tides(s)"):
+            with self.subTest(text=text[:40]), self.assertRaises(skein.NotResults):
+                schooling.formula(text, s=s)
+        self.assertFalse(marker.exists())
+
     def test_what_is_not_accepted_is_told(self):
         figures = {"forward": {"mean": 0.3, "range": 0.03}, "lateral": {"mean": 0.1, "range": 0.05}, "swimmers": 32, "rho": 0.1, "finite": True}
         self.assertTrue(all(good for _, good in schooling.acceptance(figures)))
