@@ -36,9 +36,18 @@ class Camera:
 ABOVE, BELOW = 0.86, 0.80  # of half the picture's height, what points keep to: words stand beyond
 
 
+def upright(from_where, up):
+    """`up`, or where it is along the line of sight the y axis, then the x axis: a picture needs a direction across that line."""
+    from_where = unit(np.asarray(from_where, float))
+    for axis in (np.asarray(up, float), np.array([0.0, 1.0, 0.0]), np.array([1.0, 0.0, 0.0])):
+        if np.linalg.norm(np.cross(axis, from_where)) > 1e-6 * np.linalg.norm(axis):
+            return axis
+    raise ValueError("a camera needs a direction")
+
+
 def framed(points, from_where, up, aspect, margin=0.06, angle=VIEW_ANGLE):
     """The camera in direction `from_where` that shows all of these points."""
-    from_where, up = unit(np.asarray(from_where, float)), np.asarray(up, float)
+    from_where, up = unit(np.asarray(from_where, float)), upright(from_where, up)
     right = unit(np.cross(up, from_where))
     above = np.cross(from_where, right)
     across, upward, near = points @ right, points @ above, points @ from_where
