@@ -1,6 +1,7 @@
 #include "immersion/rod_surface.hpp"
 
 #include "immersion/markers.hpp"
+#include "immersion/plate_markers.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -44,6 +45,11 @@ private:
     std::vector<double> until_;
 };
 
+SectionMarkers sides_of(double half_thickness, double spacing, double retraction) {
+    constexpr double too_close = 0.3; // fluid between two sides closer than that is of neither
+    return half_thickness - retraction < too_close * spacing ? SectionMarkers::sheet : SectionMarkers::ring;
+}
+
 int parts_of(double length, double spacing) { return std::max(1, static_cast<int>(std::lround(length / spacing))); }
 
 } // namespace
@@ -57,10 +63,14 @@ HalfAxes half_axes(const RodGroup& group, std::size_t element) {
 }
 
 SectionMarkers section_markers(const HalfAxes& axes, double spacing, double retraction) {
-    constexpr double thin = 1, flat = 2, too_close = 0.3; // fluid between two sides closer than that is of neither
+    constexpr double thin = 1, flat = 2;
     const auto [least, most] = std::minmax(axes.along_d1, axes.along_d2);
     if (least < thin * spacing && most < flat * least) return SectionMarkers::centre_line;
-    return least - retraction < too_close * spacing ? SectionMarkers::sheet : SectionMarkers::ring;
+    return sides_of(least, spacing, retraction);
+}
+
+SectionMarkers plate_markers(double half_thickness, double spacing, double retraction) {
+    return sides_of(half_thickness, spacing, retraction);
 }
 
 bool spans_box(const RodGroup& group, const FluidGrid& grid) {
@@ -108,13 +118,15 @@ std::vector<RodMarker> rod_markers(const RodGroup& group, const FluidGrid& grid,
     const auto section = [&](double s, bool filled) {
         const HalfAxes axes = rod.axes(s);
         const double a = axes.along_d1 - retraction, b = axes.along_d2 - (spans ? 0 : retraction);
-        const SectionMarkers kind = section_markers(axes, spacing, retraction);
+        const SectionMarkers kind =
+            spans ? plate_markers(axes.along_d1, spacing, retraction) : section_markers(axes, spacing, retraction);
         if (kind == SectionMarkers::centre_line) return add(s, 0, 0);
-        if (kind == SectionMarkers::sheet) return line(s, std::max({a, b, 0.0}), a >= b && !spans);
+        if (kind == SectionMarkers::sheet) return spans ? line(s, b, false) : line(s, std::max({a, b, 0.0}), a >= b);
         ring(s, a, b);
         if (!filled) return;
         double within = spacing;
-        for (; within < std::min(a, b) - 0.5 * spacing; within += spacing) ring(s, a - within, spans ? b : b - within);
+        for (; within < (spans ? a : std::min(a, b)) - 0.5 * spacing; within += spacing)
+            ring(s, a - within, spans ? b : b - within);
         if (spans) return line(s, b, false);
         line(s, std::max(std::max(a, b) - within, 0.0), a >= b); // what is left is a line, or a point
     };

@@ -2,7 +2,9 @@
 
 #include "fluid/slab_coupling.hpp"
 #include "fluid/start_velocity.hpp"
+#include "immersion/plate_markers.hpp"
 #include "scene/fitted_fluid.hpp"
+#include "scene/fluid_pressure.hpp"
 #include "scene/scene_tables.hpp"
 
 #include <algorithm>
@@ -184,11 +186,14 @@ RodsInFluid rods_in_fluid(const RodGroup& group, const FluidPlan& fluid) {
                      .markers = static_cast<std::int64_t>(markers.size()),
                      .least_axis = HUGE_VAL,
                      .density_ratio = group.spec().material.density / fluid.constants.density};
+    const bool spans = spans_box(group, fluid.constants.grid);
     for (std::size_t k = 0; k < group.element.size(); ++k) {
         const HalfAxes axes = half_axes(group, k);
-        rods.least_axis = std::min({rods.least_axis, axes.along_d1 / h, axes.along_d2 / h});
-        rods.most_axis = std::max({rods.most_axis, axes.along_d1 / h, axes.along_d2 / h});
-        rods.has[static_cast<std::size_t>(section_markers(axes, h, retraction))] = true;
+        const double across = spans ? axes.along_d1 : axes.along_d2; // a plate is as thick as it is along d1
+        rods.least_axis = std::min({rods.least_axis, axes.along_d1 / h, across / h});
+        rods.most_axis = std::max({rods.most_axis, axes.along_d1 / h, across / h});
+        const SectionMarkers kind = spans ? plate_markers(axes.along_d1, h, retraction) : section_markers(axes, h, retraction);
+        rods.has[static_cast<std::size_t>(kind)] = true;
     }
     if (fluid.coupling == RodCoupling::two_way)
         rods.inertia = std::make_shared<InertiaInFluid>(group, markers, fluid.constants.density, fluid.inner_inertia);

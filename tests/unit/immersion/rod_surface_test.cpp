@@ -118,6 +118,33 @@ TEST(RodSurface, APlateAsWideAsAPeriodicBoxHasNoEdges) {
     for (std::size_t i = 0; i < 8; ++i) EXPECT_NEAR(across[i], -0.35 + 0.1 * static_cast<double>(i), 1e-12);
 }
 
+/// One cell of depth has what each cell of a deeper box has: sheets of thin plates, two sides and caps of thick ones.
+TEST(RodSurface, APlateIsAsThickHoweverDeepTheBox) {
+    const double h = 0.1, retraction = 0.04;
+    for (const double a : {0.02, 0.06, 0.08, 0.2, 0.45}) {
+        const auto of_depth = [&](int cells) {
+            FluidGrid grid = grid_of(h);
+            grid.cells[1] = cells;
+            const RodGroup plate = rod(SectionKind::rectangular, a, 0.5 * h * cells, 2);
+            EXPECT_TRUE(spans_box(plate, grid));
+            return places(plate, rod_markers(plate, grid, retraction));
+        };
+        const std::vector<Vec3d> one = of_depth(1);
+        double most = 0;
+        for (const Vec3d& at : one) most = std::max(most, std::abs(at.x));
+        EXPECT_NEAR(most, a - retraction < 0.3 * h ? 0 : a - retraction, 1e-12) << a;
+        for (const int cells : {2, 3, 4, 8}) {
+            std::vector<Vec3d> deep = of_depth(cells);
+            ASSERT_EQ(deep.size(), one.size() * static_cast<std::size_t>(cells)) << a;
+            for (std::size_t m = 0; m < deep.size(); ++m) {
+                const Vec3d& at = one[m / static_cast<std::size_t>(cells)];
+                EXPECT_NEAR(deep[m].x, at.x, 1e-12) << a << " " << cells << " " << m;
+                EXPECT_NEAR(deep[m].z, at.z, 1e-12) << a << " " << cells << " " << m;
+            }
+        }
+    }
+}
+
 /// Sections between middles of elements are those of the taper.
 TEST(RodSurface, FollowsATaper) {
     const double h = 0.02, retraction = 0.008;
