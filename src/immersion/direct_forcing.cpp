@@ -1,6 +1,7 @@
 #include "immersion/direct_forcing.hpp"
 
 #include "core/timer.hpp"
+#include "immersion/sweep_shares.hpp"
 #include "parallel/blocks.hpp"
 #include "parallel/exact_sum.hpp"
 
@@ -116,9 +117,11 @@ void DirectForcing::apply_implicitly(const FlowStage& stage) {
 DirectForcing::Answer DirectForcing::answer(std::size_t marker) const {
     const double h = grid_.h;
     if (!numbers_.penalty()) {
-        // All sweeps together give from one to `sweeps` times what the first one does, by how rough the slip is: half way between,
-        // what is owed for the difference shrinks from stage to stage.                                              theory.md (90a)
-        const Vec3d volume = (std::max(1.0, 0.5 * numbers_.sweeps) * h * h * h) * weight_[marker];
+        // All sweeps together give from one to `sweeps` times what the first one does, three times at most, by how rough the slip
+        // is: half way between, what is owed for the difference shrinks from stage to stage.                  theory.md (90a),
+        // (90b)
+        const double together = std::clamp(0.5 * numbers_.sweeps, 1.0, 0.5 * most_plain_sweeps);
+        const Vec3d volume = (together * h * h * h) * weight_[marker];
         return {volume, scale(volume, found_[marker])};
     }
     const auto [left, set] = shares(marker);
@@ -170,6 +173,7 @@ void DirectForcing::apply(const FlowStage& stage) {
     const Timers::Guard timing(seconds_);
     if (numbers_.penalty()) return apply_springs(stage);
     std::vector<Vec3d> change(markers_.count());
+    std::vector<std::vector<Vec3d>> of_sweeps; // where they have shares
     std::fill(changes_.begin(), changes_.end(), Vec3d{0, 0, 0});
     for (int sweep = 0; sweep < numbers_.sweeps; ++sweep) {
         if (sweep == 0) subtract_found(); // meet() has found them
@@ -179,6 +183,15 @@ void DirectForcing::apply(const FlowStage& stage) {
             change[m] = scale(weight_[m], difference_[m]);
             changes_[m] += change[m];
         }
+        planes_.spread(change, stage.velocity);
+        if (numbers_.felt && numbers_.sweeps > most_plain_sweeps) of_sweeps.push_back(change);
+    }
+    if (of_sweeps.size() > most_plain_sweeps) {
+        const std::vector<double> share = sweep_shares(static_cast<int>(of_sweeps.size()));
+        std::fill(change.begin(), change.end(), Vec3d{0, 0, 0});
+        for (std::size_t sweep = most_plain_sweeps; sweep < share.size(); ++sweep)
+            for (std::size_t m = 0; m < change.size(); ++m) change[m] += (share[sweep] - 1) * of_sweeps[sweep][m];
+        for (std::size_t m = 0; m < change.size(); ++m) changes_[m] += change[m];
         planes_.spread(change, stage.velocity);
     }
     note_slip(stage);

@@ -22,6 +22,7 @@ struct ForcingNumbers {
     double slip = 0; ///< m/s, at which there are no more
     /// Of springs and dampers in place of sweeps, per area and density of the fluid: 1/s^2 and 1/s, times m. 0: sweeps.
     double stiffness = 0, damping = 0;
+    bool felt = false; ///< rods feel the fluid: sweeps have the shares of sweep_shares()
 
     bool penalty() const { return stiffness > 0 || damping > 0; }
 };

@@ -18,12 +18,16 @@ void ImmersionSpec::fields(FieldVisitor& f) {
              .at_least = 0},
             penalty_stiffness);
     f.visit({.name = "penalty_damping", .unit = "N s/m^3", .text = "of dampers, the same", .at_least = 0}, penalty_damping);
-    f.visit({.name = "sweeps",
-             .unit = "-",
-             .text = "corrections of velocities in a stage, at most; of scheme crank_nicolson each solves for viscosity once more",
-             .at_least = 1,
-             .at_most = 20},
-            sweeps);
+    f.visit(
+        {.name = "sweeps",
+         .unit = "-",
+         .text =
+             "corrections of velocities in a stage, at most; of scheme crank_nicolson each solves for viscosity once more. Where "
+             "rods feel the fluid all together change no slip by more than three times what the first one does: more "
+             "would be unstable",
+         .at_least = 1,
+         .at_most = 20},
+        sweeps);
     f.visit({.name = "slip",
              .unit = "m/s",
              .text = "difference of velocities of fluid and bodies at which there are no more corrections; 0: all are made",

@@ -219,6 +219,7 @@ FluidPlan plan_fluid(const SceneSpec& scene, std::span<const RodGroup> groups) {
     plan.outputs = outputs_of(scene, plan.constants.grid);
     plan.speed = speed_of(plan, scene.fluid->expected_speed);
     for (const RodGroup& group : groups) plan.rods.push_back(rods_in_fluid(group, plan));
+    plan.forcing.felt = plan.felt();
     return plan;
 }
 
