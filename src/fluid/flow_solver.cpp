@@ -53,8 +53,14 @@ void BoxFlow::set_forcing(StageForcing* forcing) {
     if (forcing && constants_.scheme == FlowScheme::crank_nicolson) correction_.assign(layout_.size(), 0.0);
 }
 
+void BoxFlow::keep_pressure_gain() {
+    keeps_gain_ = true;
+    if (implicit()) gain_.assign(layout_.size(), 0.0);
+}
+
 std::size_t BoxFlow::bytes() const {
-    return (10 * layout_.size() + correction_.size()) * sizeof(double) + (direct_ ? direct_->bytes() : iterated_poisson_->bytes());
+    return (10 * layout_.size() + correction_.size() + gain_.size()) * sizeof(double) +
+           (direct_ ? direct_->bytes() : iterated_poisson_->bytes());
 }
 
 bool BoxFlow::has_end(int d, bool upper) const {
@@ -201,6 +207,7 @@ void BoxFlow::set_velocity(const VelocityRow& velocity) {
     now_[0] = u;
     refresh(0);
     begun_ = false;
+    set_pressure_time(0);
 }
 
 void BoxFlow::sample(const VelocityRow& velocity) {
@@ -444,6 +451,7 @@ void BoxFlow::begin_stage(int s, double time, double dt) {
     if (s == 0 && oscillation(constants_, time) != oscillation_) go_to(time), fill_beyond_walls();
     const StageOfStep stage = stage_of_step(s, time, dt);
     go_to(stage.end);
+    gain_times_ = 0;                                             // its field is changed within a step
     if (constants_.scheme == FlowScheme::crank_nicolson) return; // bodies are a part of its equations
     sweep<Viscosity::of_rates>(stage.factors, diffusion());
     pass_outflow(stage.whole);
@@ -452,16 +460,35 @@ void BoxFlow::begin_stage(int s, double time, double dt) {
 
 void BoxFlow::end_stage(int s, double time, double dt) {
     const StageOfStep stage = stage_of_step(s, time, dt);
-    if (constants_.scheme == FlowScheme::crank_nicolson) return step_half_implicit(stage, dt);
+    if (constants_.scheme == FlowScheme::crank_nicolson) return step_half_implicit(stage, time, dt);
     force(forced_stage(stage));
     const bool every = constants_.scheme == FlowScheme::rk3_projected, one = stage_parts(constants_.scheme).count == 1;
     if (stage.last || every) project(every || one ? stage.whole : dt, true);
     else fill_ghosts(0, velocities());
-    if (stage.last) begun_ = true;
+    if (!stage.last) return;
+    note_pressure_time(time, dt);
+    begun_ = true;
+}
+
+/// A pressure is that of the mean time of the rates that it makes free of divergence.                                theory.md
+/// (77a)
+void BoxFlow::note_pressure_time(double time, double dt) {
+    constexpr double last_stage = 5.0 / 6, stage_before = 5.0 / 3; // of rk3_projected: (gamma t + zeta t')/(gamma + zeta)
+    if (constants_.scheme == FlowScheme::rk3_projected) {
+        gain_times_ = (1 - last_stage) / (last_stage - stage_before);
+        return;
+    }
+    const std::optional<double> before = pressure_time_;
+    const bool first = before && *before == time; // the pressure was that of the start
+    const double middle = first && keeps_rates(constants_.scheme) ? time : time + 0.5 * dt;
+    // Bodies that begin to act give the fluid a push, whose pressure belongs to no time; nor does that of an implicit first step.
+    pressure_time_ = first && (forcing_ || implicit()) ? std::nullopt : std::optional(middle);
+    const bool known = pressure_time_ && before && middle > *before;
+    gain_times_ = known ? (time + dt - middle) / (middle - *before) : 0;
 }
 
 /// The first step is Euler's, explicit in convection and implicit in viscosity: it damps what a start at once would leave to swing.
-void BoxFlow::step_half_implicit(const StageOfStep& whole, double dt) {
+void BoxFlow::step_half_implicit(const StageOfStep& whole, double time, double dt) {
     const double ahead = begun_ ? 0.5 : 1.0, b = ahead * dt * diffusion();
     sweep<Viscosity::of_velocity>(whole.factors, (1 - ahead) * dt * diffusion());
     ImplicitResponse response(*this, dt, b);
@@ -469,12 +496,26 @@ void BoxFlow::step_half_implicit(const StageOfStep& whole, double dt) {
     if (forcing_) forcing_->hold(stage);
     diffuse(now_, 0, b);
     project(dt, false);
+    add_to_gain(-1);
     keep_diffused(next_[0], 1, b);
     if (forcing_) {
         forcing_->apply(stage);
         refresh(whole.end);
     } else fill_pressure();
+    add_to_gain(1);
+    note_pressure_time(time, dt);
     begun_ = true;
+}
+
+/// In implicit steps the gain is the pressure less what it was.
+void BoxFlow::add_to_gain(double times) {
+    if (gain_.empty()) return;
+    for_whole_planes([&](std::size_t begin, std::size_t end) {
+        for (std::size_t at = begin; at < end; at += 8) {
+            const P pressure = load<8>(&pressure_[at]);
+            store(&gain_[at], times < 0 ? P(0.0) - pressure : load<8>(&gain_[at]) + pressure);
+        }
+    });
 }
 
 double BoxFlow::step_limit(double courant) const { return skein::step_limit(constants_, comm_.max(largest_speed()), courant); }
@@ -492,6 +533,7 @@ void BoxFlow::move_box(int cells) {
             }
     });
     refresh(time_);
+    gain_times_ = 0;
 }
 
 std::vector<FlowFigures> BoxFlow::figures() const {

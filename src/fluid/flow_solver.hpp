@@ -4,6 +4,7 @@
 #include "fluid/fast_helmholtz.hpp"
 #include "fluid/flow.hpp"
 #include "fluid/iterated_poisson.hpp"
+#include "fluid/pressure_gain.hpp"
 #include "fluid/sweeps.hpp"
 
 #include <algorithm>
@@ -14,7 +15,7 @@ namespace skein {
 /// Exchanges of ghosts of neighbouring ranks.
 class GhostExchange;
 
-class BoxFlow final : public FlowSolver {
+class BoxFlow final : public FlowSolver, public PressureInTime {
 public:
     BoxFlow(const Communicator& comm, const Threads& threads, const FlowConstants& constants);
     ~BoxFlow() override;
@@ -33,6 +34,10 @@ public:
     FieldLayout layout() const override { return layout_; }
     std::span<const double> velocity(int component) const override { return now_[static_cast<std::size_t>(component)]; }
     std::span<const double> pressure() const override { return pressure_; }
+    Gain pressure_gain() const override { return {implicit() ? gain_ : next_[0], keeps_gain_ ? gain_times_ : 0}; }
+    void keep_pressure_gain() override;
+    std::optional<double> pressure_time() const override { return pressure_time_; }
+    void set_pressure_time(std::optional<double> time) override { pressure_time_ = time, gain_times_ = 0; }
     std::vector<std::span<double>> state() override;
     double time() const override { return time_; }
     void refresh(double time) override;
@@ -74,6 +79,10 @@ private:
         bool last;         ///< of the step
     };
     StageOfStep stage_of_step(int s, double time, double dt) const;
+    bool implicit() const { return constants_.scheme == FlowScheme::crank_nicolson; }
+    /// Behind the last stage of a step, whose pressure has been found.
+    void note_pressure_time(double time, double dt);
+    void add_to_gain(double times);
     /// A stage, as bodies see it.
     FlowStage forced_stage(const StageOfStep& stage, StageResponse* response = nullptr);
     /// Ghosts along x and y of velocities in those planes for which `of_plane` says so.
@@ -89,7 +98,7 @@ private:
     /// its planes. Collective.
     void diffuse(Three<Field>& fields, int first, double b);
     void add_beyond_walls(int c, double* field, double b) const;
-    void step_half_implicit(const StageOfStep& whole, double dt);
+    void step_half_implicit(const StageOfStep& whole, double time, double dt);
     void pass_outflow(double dt);
     /// Makes velocities free of divergence by the gradient of next_[0], which is added to the pressure with `keep`. Collective.
     void project(double dt, bool keep);
@@ -115,6 +124,10 @@ private:
     FieldLayout layout_;
     Three<Field> now_, next_, rate_;
     Field pressure_, correction_;         ///< `correction_`: of what bodies push in implicit stages; none without them
+    Field gain_;                          ///< of the pressure in an implicit step; none where nothing asks for it
+    std::optional<double> pressure_time_; ///< s, of the pressure; none where bodies began to act in the step
+    bool keeps_gain_ = false;
+    double gain_times_ = 0;               ///< see Gain; of explicit schemes of next_[0], with which projections end
     std::optional<FastHelmholtz> direct_; ///< this or the next one
     std::vector<Helmholtz> equations_;    ///< of `direct_`: of the pressure and, where viscosity is implicit, of velocities
     std::optional<IteratedPoisson> iterated_poisson_;

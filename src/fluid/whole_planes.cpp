@@ -1,5 +1,7 @@
 #include "fluid/whole_planes.hpp"
 
+#include "fluid/pressure_gain.hpp"
+
 #include <algorithm>
 #include <cstring>
 
@@ -95,6 +97,18 @@ void FlowPlanes::take() {
         exchange_.to_planes(fields_[f], copies_[f]);
         fields_[f] = copies_[f];
     }
+    // The pressure becomes that of the flow's time.                                                             theory.md (77a)
+    const auto [field, times] = pressure_in_time(flow_).pressure_gain();
+    if (times == 0) return;
+    std::vector<double> gain;
+    std::span<const double> in_planes = field;
+    if (flow_.pencils().across() > 1) {
+        gain.resize(layout().size());
+        exchange_.to_planes(field, gain);
+        in_planes = gain;
+    } else copies_[3].assign(fields_[3].begin(), fields_[3].end());
+    for (std::size_t at = 0; at < copies_[3].size(); ++at) copies_[3][at] += times * in_planes[at];
+    fields_[3] = copies_[3];
 }
 
 void FlowPlanes::release() {

@@ -91,7 +91,8 @@ std::vector<FluidOutput> outputs_of(const SceneSpec& scene, const FluidGrid& gri
 double FluidPlan::bytes_per_cell(int ranks) const {
     if (constants.pressure != PressureMethod::direct) return 80 + multigrid_bytes_per_cell;
     const bool responds = constants.scheme == FlowScheme::crank_nicolson && has_bodies();
-    return 96 + (responds ? 8 : 0) + (across(ranks) > 1 ? 16 : 0);
+    const bool keeps_gain = constants.scheme == FlowScheme::crank_nicolson && writes_pressure(*this);
+    return 96 + (responds ? 8 : 0) + (keeps_gain ? 8 : 0) + (across(ranks) > 1 ? 16 : 0);
 }
 
 double FluidPlan::solve_bytes(int ranks) const {

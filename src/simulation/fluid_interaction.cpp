@@ -1,13 +1,16 @@
 #include "simulation/fluid_interaction.hpp"
 
+#include "fluid/pressure_gain.hpp"
 #include "fluid/start_velocity.hpp"
 #include "fluid/whole_planes.hpp"
 #include "loads/gravity.hpp"
 #include "parallel/exact_sum.hpp"
+#include "scene/fluid_pressure.hpp"
 #include "skein/core/error.hpp"
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numeric>
 
 #include <fmt/format.h>
@@ -17,6 +20,7 @@ namespace skein {
 namespace {
 
 constexpr double most_parts = 1e5; ///< of a step
+constexpr double no_time = -1;     ///< of a pressure that belongs to none
 
 /// Acceleration of a group by gravity alone, m/s^2.
 ForceBalance::Weight weight_of(const Plan& plan) {
@@ -56,6 +60,7 @@ FluidInteraction::FluidInteraction(const InteractionParts& parts)
         }
         flow_->set_forcing(&bodies_->forcing());
     }
+    if (writes_pressure(plan_)) pressure_in_time(*flow_).keep_pressure_gain();
     const Vec3d inflow = plan_.constants.inflow;
     if (plan_.velocity_formula.empty()) flow_->set_velocity([&](const Vec3d&) { return inflow; });
     else flow_->set_velocity(VelocityRow(StartVelocity(plan_.velocity_formula, plan_.names)));
@@ -257,7 +262,8 @@ KeptNumbers FluidInteraction::kept() const {
     }
     const auto keep = [&](const std::vector<double>& more) { numbers.insert(numbers.end(), more.begin(), more.end()); };
     if (bodies_ && bodies_->balance()) keep(bodies_->balance()->kept(comm_));
-    if (bodies_) keep(bodies_->forcing().held().kept(comm_)); // empty where nothing is held
+    if (bodies_) keep(bodies_->forcing().held().kept(comm_));                      // empty where nothing is held
+    numbers.push_back(pressure_in_time(*flow_).pressure_time().value_or(no_time)); // last: programs before it did not know it
     KeptNumbers kept{
         .name = kept_name(), .numbers = std::move(numbers), .sums = 0, .columns = state.numbers_of_plane(), .rows = {}};
     kept.rows.reserve(kept.columns * static_cast<std::size_t>(state.planes().count));
@@ -292,6 +298,11 @@ void FluidInteraction::recall(const KeptNumbers& kept) {
         bodies_->balance()->recall(more.first(of_balance));
         more = more.subspan(of_balance);
     }
+    if (more.size() % HeldVectors::record == 1) {
+        const double time = more.back();
+        pressure_in_time(*flow_).set_pressure_time(time == no_time ? std::nullopt : std::optional(time));
+        more = more.first(more.size() - 1);
+    } else pressure_in_time(*flow_).set_pressure_time(std::nullopt);
     if (bodies_) bodies_->forcing().recall_held(more);
     failure_.clear();
 }

@@ -1,6 +1,7 @@
 // The fluid on any number of ranks: what it solves, of what order, and the same bits.
 #include "fluid/fast_helmholtz.hpp"
 #include "fluid/make_flow.hpp"
+#include "fluid/pressure_gain.hpp"
 
 #include <gtest/gtest.h>
 
@@ -277,6 +278,39 @@ TEST(Flow, IsOfSecondOrderInTime) {
                      fine = error_after(vortices(16, scheme), 20, {1, 0.5, 0}, true);
         EXPECT_GT(std::log2(coarse / fine), 1.95) << flow_scheme_names[static_cast<std::size_t>(scheme)];
     }
+}
+
+/// Pressure at 1 s after so many steps; `gain`: with what makes it that of the end of the last step.
+std::vector<double> pressure_after(const FlowConstants& constants, int steps, bool gain) {
+    const Threads threads(1);
+    auto flow = make_flow(Communicator::alone(), threads, constants);
+    pressure_in_time(*flow).keep_pressure_gain();
+    flow->set_velocity([](const Vec3d& at) { return vortex(at, 0, {1, 0.5, 0}); });
+    for (int s = 0; s < steps; ++s) flow->step(1.0 * s / steps, 1.0 / steps);
+    const FieldLayout layout = flow->layout();
+    const PressureInTime::Gain more = pressure_in_time(*flow).pressure_gain();
+    EXPECT_NE(more.times, 0);
+    std::vector<double> all;
+    for (int j = 0; j < layout.ny; ++j)
+        for (int i = 0; i < layout.nx; ++i) {
+            const auto at = static_cast<std::size_t>(layout.at(i, j, 0));
+            all.push_back(flow->pressure()[at] + (gain ? more.times * more.field[at] : 0));
+        }
+    return all;
+}
+
+/// The stream carries the pressure along, so that half a step shows.
+TEST(Flow, ItsPressureIsOfSecondOrderInTimeWithTheGainOfTheLastStep) {
+    for (const FlowScheme scheme : all_schemes)
+        for (const bool gain : {true, false}) {
+            const FlowConstants constants = vortices(16, scheme);
+            const std::vector<double> exact = pressure_after(constants, 160, true);
+            const double coarse = largest_difference(pressure_after(constants, 10, gain), exact),
+                         fine = largest_difference(pressure_after(constants, 20, gain), exact), order = std::log2(coarse / fine);
+            const std::string_view name = flow_scheme_names[static_cast<std::size_t>(scheme)];
+            if (gain) EXPECT_GT(order, 1.9) << name << ": " << coarse << ", " << fine;
+            else EXPECT_LT(order, 1.5) << name << ": " << coarse << ", " << fine;
+        }
 }
 
 /// Something in all directions, which boundaries of every kind allow.
