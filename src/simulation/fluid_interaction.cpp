@@ -32,6 +32,18 @@ ForceBalance::Weight weight_of(const Plan& plan) {
     };
 }
 
+/// The first face of a box, walls or open, beyond which a place lies.
+std::optional<FluidFace> face_beyond(const FluidGrid& box, const Vec3d& place, double rounding) {
+    const Vec3d upper = box.upper();
+    for (int d = 0; d < 3; ++d) {
+        const double x = component_of(place, d), from = component_of(box.lower, d), to = component_of(upper, d);
+        if (box.periodic(d)) continue;
+        if (x < from - rounding) return FluidFace{d, false, from};
+        if (x > to + rounding) return FluidFace{d, true, to};
+    }
+    return std::nullopt;
+}
+
 std::unique_ptr<FlowSolver> make_flow(const InteractionParts& parts) {
     const FluidPlan& plan = *parts.plan.fluid;
     if (const std::string fault = unshared(plan.constants, parts.comm.size()); !fault.empty())
@@ -152,8 +164,51 @@ void FluidInteraction::move_box_to(std::int64_t cells) {
     bodies_->set_box_shift(box_shift());
 }
 
+void FluidInteraction::stop_outside(const Step& first) const {
+    constexpr std::int64_t none = std::numeric_limits<std::int64_t>::max();
+    FluidGrid box = plan_.constants.grid;
+    box.lower += box_shift();
+    const double rounding = 1e-9 * box.h; // of ends that are held at a face
+    const auto beyond = [&](const Vec3d& place) { return face_beyond(box, place, rounding); };
+    const ImmersedRods& rods = *bodies_->rods();
+    struct Outside {
+        std::int64_t gid = none;
+        std::size_t rod = 0, node = 0;
+        FluidFace face;
+    };
+    std::vector<Outside> found(rods.rods().local().size()); // by rod: threads read rods side by side
+    rods.read(lag_, [&](int, std::size_t i, const RodCopy& rod) {
+        for (std::size_t k = 0; k < rod.state.size() && found[i].gid == none; ++k)
+            if (const auto face = beyond(lane(rod.state[k].position, 0))) found[i] = {rods.rods().local()[i].gid, i, k, *face};
+    });
+    Outside mine;
+    for (const Outside& one : found)
+        if (one.gid < mine.gid) mine = one;
+    const std::int64_t gid = comm_.min(mine.gid);
+    if (gid == none) return;
+    throw NumericalError(comm_.first_text(mine.gid == gid ? text_outside(mine.rod, mine.node, mine.face, first) : std::string()));
+}
+
+std::string FluidInteraction::text_outside(std::size_t i, std::size_t node, const FluidFace& face, const Step& first) const {
+    const LocalRod& rod = bodies_->rods()->rods().local()[i];
+    const RodGroup& group = groups_[static_cast<std::size_t>(rod.group)];
+    const FluidBoundary bound = plan_.constants.grid.boundary[static_cast<std::size_t>(face.direction)];
+    const char along = "xyz"[face.direction];
+    const bool could_follow = face.direction == 0 && !plan_.follows_rods && bound != FluidBoundary::through;
+    return fmt::format(
+        "rod {} of '{}': element {} has left the fluid through its {} face across {} (\"{}\", {} = {:g} m) by t = {:.6g} s: "
+        "nothing "
+        "there bears the inertia and the drag that it has within the fluid\n"
+        "  what holds: more cells along {} (fluid.cells, fluid.lower, or margins){}, an end before it gets there, time.duration = "
+        "{:.6g}, or immersion.coupling = \"one_way\"",
+        rod.index, group.name(), std::min<std::size_t>(node, group.element.size() - 1), face.upper ? "upper" : "lower", along,
+        fluid_boundary_names[static_cast<std::size_t>(bound)], along, face.at, first.begin, along,
+        could_follow ? ", fluid.follows_rods = true" : "", first.begin - static_cast<double>(plan_.every) * first.dt);
+}
+
 bool FluidInteraction::choose_part(const Step& first) {
     if (plan_.follows_rods) follow_rods();
+    if (plan_.felt()) stop_outside(first);
     const double limit = flow_->step_limit(plan_.courant), whole = static_cast<double>(plan_.every) * first.dt;
     std::int64_t steps = 1; // of the fluid, each of as many of the run
     while (steps <= plan_.most_parts() && (plan_.most_parts() % steps != 0 || whole > static_cast<double>(steps) * limit)) ++steps;

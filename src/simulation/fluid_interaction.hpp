@@ -9,6 +9,13 @@
 
 namespace skein {
 
+/// A face of the box across x, y or z, and where it lies, m.
+struct FluidFace {
+    int direction = 0;
+    bool upper = false;
+    double at = 0;
+};
+
 class FluidInteraction final : public Interaction {
 public:
     /// Throws InputError where this program has no fluid solver. Collective.
@@ -52,6 +59,10 @@ private:
     /// The box moves by whole cells to where the middle of all nodes is. Collective.
     void follow_rods();
     void move_box_to(std::int64_t cells);
+    /// Throws NumericalError on all ranks where the axis of a rod that feels the fluid has left its box. Collective.
+    void stop_outside(const Step& first) const;
+    /// What a node of own rod i has done, beyond a face, in the words of a message.
+    std::string text_outside(std::size_t i, std::size_t node, const FluidFace& face, const Step& first) const;
 
     const Communicator& comm_;
     const Threads& threads_;
