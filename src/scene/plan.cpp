@@ -21,6 +21,7 @@
 #include "rod/section_formula.hpp"
 #include "scene/assembly_check.hpp"
 #include "scene/doubts.hpp"
+#include "scene/fluid_doubts.hpp"
 #include "scene/group_limits.hpp"
 #include "scene/group_names.hpp"
 #include "scene/law_differences.hpp"
@@ -498,6 +499,7 @@ Plan make_plan(const SceneSpec& as_given, std::span<const RodGroup> groups, cons
     tell_uneven_outputs(plan, scene);
     const auto note = [&](std::vector<std::string> all) { std::move(all.begin(), all.end(), std::back_inserter(plan.notes)); };
     note(doubts(scene, groups, plan.dt));
+    if (plan.fluid) note(fluid_doubts(*plan.fluid, groups));
     for (std::size_t i = 0; i < loads.size(); ++i)
         if (const auto* formula = loads[i].get_if<FormulaLoad>(); formula && formula->couple_answers())
             plan.notes.push_back(
