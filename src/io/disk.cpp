@@ -1,5 +1,6 @@
 #include "io/disk.hpp"
 
+#include "core/share_text.hpp"
 #include "io/descriptor.hpp"
 #include "skein/core/error.hpp"
 
@@ -24,8 +25,6 @@ namespace {
 
 constexpr std::size_t number_digits = 12; ///< at least, in names of numbered files
 
-std::string megabytes(std::uint64_t bytes) { return fmt::format("{:.1f} MB", static_cast<double>(bytes) * 1e-6); }
-
 /// A file or a directory.
 void flush_to_disk(const std::string& path) { Descriptor(path, O_RDONLY).flush(); }
 
@@ -40,20 +39,21 @@ void require_space(const std::string& directory, std::uint64_t bytes) {
     if (::statvfs(directory.c_str(), &disk) != 0) throw_system_error(directory, "cannot be looked at", errno);
     const std::uint64_t available = static_cast<std::uint64_t>(disk.f_bavail) * disk.f_frsize;
     const std::uint64_t needed = bytes + bytes / 20 + (64 << 10);
-    if (available < needed)
-        throw IoError(fmt::format("{}: disk full: {} needed, {} available", directory, megabytes(needed), megabytes(available)));
+    if (available >= needed) return;
+    const auto [wanted, there] = bytes_texts(needed, available);
+    throw IoError(fmt::format("{}: disk full: {} needed, {} available", directory, wanted, there));
 }
 
 void reserve_space(const std::string& path, std::uint64_t bytes) {
     const Descriptor file(path, O_WRONLY);
     struct rlimit most;
-    if (::getrlimit(RLIMIT_FSIZE, &most) == 0 && most.rlim_cur != RLIM_INFINITY && bytes > most.rlim_cur)
-        throw_system_error(
-            path, fmt::format("{} needed, and files may have {} here (ulimit -f)", megabytes(bytes), megabytes(most.rlim_cur)),
-            EFBIG);
+    if (::getrlimit(RLIMIT_FSIZE, &most) == 0 && most.rlim_cur != RLIM_INFINITY && bytes > most.rlim_cur) {
+        const auto [wanted, allowed] = bytes_texts(bytes, most.rlim_cur);
+        throw_system_error(path, fmt::format("{} needed, and files may have {} here (ulimit -f)", wanted, allowed), EFBIG);
+    }
     if (::fallocate(file, FALLOC_FL_KEEP_SIZE, 0, static_cast<off_t>(bytes)) == 0) return;
     if (errno == ENOSPC || errno == EDQUOT || errno == EFBIG)
-        throw_system_error(path, "disk full: no room for a file of " + megabytes(bytes), errno);
+        throw_system_error(path, "disk full: no room for a file of " + bytes_text(static_cast<double>(bytes)), errno);
 }
 
 void publish(const std::string& temporary, const std::string& path) {

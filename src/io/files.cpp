@@ -234,7 +234,10 @@ DirectoryLock::DirectoryLock(const std::string& directory) {
         const std::string owner = read_file(path);
         throw IoError(directory + ": in use by another run" + (owner.empty() ? "" : " (" + owner + ")"));
     }
-    if (const std::string content = read_file(path); !content.empty() && !content.starts_with(lock_begin)) {
+    // In a run's own directory a lock that nobody holds is one, whatever a crash has left in it: a job resumes unattended.
+    const bool own =
+        std::filesystem::is_regular_file(directory + "/physics.json") || !numbered_files(directory, "checkpoint_", ".h5").empty();
+    if (const std::string content = own ? "" : read_file(path); !content.empty() && !content.starts_with(lock_begin)) {
         ::close(descriptor_);
         throw IoError(path + ": is not the lock of a run; move it away, or use another --out");
     }

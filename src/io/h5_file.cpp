@@ -1,7 +1,7 @@
 #include "io/h5_file.hpp"
 
 #include "io/disk.hpp"
-#include "io/h5_handle.hpp"
+#include "io/h5_links.hpp"
 #include "skein/core/error.hpp"
 
 #include <fcntl.h>
@@ -22,6 +22,8 @@ namespace {
 /// What HDF5 found wrong in the last call that failed, where it found it. Taken down as the call fails: closing a handle on the
 /// way out would wipe HDF5's own record.
 std::string last_reason;
+/// Where the link or the dataset of the last call that failed leads, out of the file.
+std::string outside;
 
 herr_t take_down_reason(hid_t stack, void*) {
     last_reason.clear();
@@ -35,7 +37,8 @@ herr_t take_down_reason(hid_t stack, void*) {
 }
 
 std::string failure_of(const std::string& path, const std::string& deed) {
-    const std::string reason = std::exchange(last_reason, {});
+    const std::string said = std::exchange(last_reason, {}), elsewhere = std::exchange(outside, {});
+    const std::string& reason = elsewhere.empty() ? said : elsewhere;
     return path + ": " + deed + (reason.empty() ? "" : " (" + reason + ")");
 }
 
@@ -131,7 +134,7 @@ struct Frames {
     std::vector<hsize_t> size, chunk;
     bool valid = false;
 
-    Frames(hid_t file, const std::string& path) : dataset(H5Dopen2(file, path.c_str(), H5P_DEFAULT), H5Dclose) {
+    Frames(hid_t file, const std::string& path) : dataset(open_own_dataset(file, path, outside)) {
         if (!dataset.valid()) return;
         const H5Handle space(H5Dget_space(dataset), H5Sclose), creation(H5Dget_create_plist(dataset), H5Pclose);
         const int dimensions = H5Sget_simple_extent_ndims(space);
@@ -273,7 +276,7 @@ void H5File::set_frames(const std::vector<std::string>& paths, std::uint64_t fra
 }
 
 std::vector<std::uint64_t> H5File::shape(const std::string& path) const {
-    const H5Handle dataset(H5Dopen2(id_, path.c_str(), H5P_DEFAULT), H5Dclose);
+    const H5Handle dataset = open_own_dataset(id_, path, outside);
     agree(dataset.valid(), path + " cannot be opened");
     const H5Handle space(H5Dget_space(dataset), H5Sclose);
     const int dimensions = space.valid() ? H5Sget_simple_extent_ndims(space) : -1;
@@ -283,7 +286,7 @@ std::vector<std::uint64_t> H5File::shape(const std::string& path) const {
 }
 
 H5Type H5File::type(const std::string& path) const {
-    const H5Handle dataset(H5Dopen2(id_, path.c_str(), H5P_DEFAULT), H5Dclose);
+    const H5Handle dataset = open_own_dataset(id_, path, outside);
     agree(dataset.valid(), path + " cannot be opened");
     const H5Handle found(H5Dget_type(dataset), H5Tclose);
     for (const H5Type known : {H5Type::float32, H5Type::float64, H5Type::int64, H5Type::uint64})
@@ -293,8 +296,9 @@ H5Type H5File::type(const std::string& path) const {
 
 bool H5File::has(const std::string& path) const {
     bool there = true;
+    const H5Handle access = own_links(H5P_LINK_ACCESS, outside);
     for (auto end = path.find('/', 1); there; end = path.find('/', end + 1)) {
-        const htri_t found = H5Lexists(id_, path.substr(0, end).c_str(), H5P_DEFAULT);
+        const htri_t found = H5Lexists(id_, path.substr(0, end).c_str(), access);
         agree(found >= 0, path + " cannot be looked for");
         there = found > 0;
         if (end == path.npos) break;
@@ -303,13 +307,13 @@ bool H5File::has(const std::string& path) const {
 }
 
 bool H5File::has(const std::string& object, const std::string& attribute) const {
-    const htri_t found = H5Aexists_by_name(id_, object.c_str(), attribute.c_str(), H5P_DEFAULT);
+    const htri_t found = H5Aexists_by_name(id_, object.c_str(), attribute.c_str(), own_links(H5P_LINK_ACCESS, outside));
     agree(found >= 0, attribute_name(object, attribute) + " cannot be looked for");
     return found > 0;
 }
 
 void H5File::write(const std::string& path, H5Type type, const H5Box& box, const void* data) {
-    const H5Handle dataset(H5Dopen2(id_, path.c_str(), H5P_DEFAULT), H5Dclose);
+    const H5Handle dataset = open_own_dataset(id_, path, outside);
     agree(dataset.valid(), path + " cannot be opened");
     const Selection selection(dataset, box);
     agree(selection.valid, path + " has no such part");
@@ -332,7 +336,7 @@ void H5File::start_flush(std::uint64_t bytes) {
 }
 
 void H5File::read(const std::string& path, H5Type type, const H5Box& box, void* data) const {
-    const H5Handle dataset(H5Dopen2(id_, path.c_str(), H5P_DEFAULT), H5Dclose);
+    const H5Handle dataset = open_own_dataset(id_, path, outside);
     agree(dataset.valid(), path + " cannot be opened");
     const Selection selection(dataset, box);
     agree(selection.valid, path + " has no such part");
@@ -356,7 +360,8 @@ void H5File::set(const std::string& object, const std::string& name, const std::
 }
 
 void H5File::get(const std::string& object, const std::string& name, H5Type type, void* value) const {
-    const H5Handle attribute(H5Aopen_by_name(id_, object.c_str(), name.c_str(), H5P_DEFAULT, H5P_DEFAULT), H5Aclose);
+    const H5Handle attribute(H5Aopen_by_name(id_, object.c_str(), name.c_str(), H5P_DEFAULT, own_links(H5P_LINK_ACCESS, outside)),
+                             H5Aclose);
     bool well = attribute.valid();
     if (well) {
         const H5Handle found(H5Aget_type(attribute), H5Tclose);
@@ -374,7 +379,8 @@ void H5File::get(const std::string& object, const std::string& name, double& val
     get(object, name, H5Type::float64, &value);
 }
 void H5File::get(const std::string& object, const std::string& name, std::string& value) const {
-    const H5Handle attribute(H5Aopen_by_name(id_, object.c_str(), name.c_str(), H5P_DEFAULT, H5P_DEFAULT), H5Aclose);
+    const H5Handle attribute(H5Aopen_by_name(id_, object.c_str(), name.c_str(), H5P_DEFAULT, own_links(H5P_LINK_ACCESS, outside)),
+                             H5Aclose);
     bool well = attribute.valid();
     if (well) {
         const H5Handle found(H5Aget_type(attribute), H5Tclose);

@@ -1,5 +1,5 @@
 // Files of rods in HDF5. Read by each rank for itself, without MPI: what it reads is its own part.
-#include "io/h5_handle.hpp"
+#include "io/h5_links.hpp"
 #include "io/rod_file_kind.hpp"
 #include "skein/core/error.hpp"
 
@@ -18,15 +18,27 @@ std::string quantity_names() {
     return fmt::format("{}", fmt::join(names, ", "));
 }
 
+/// Of numbers whose layout is another, a damaged one above all, HDF5 may convert for ever.
+bool is_common(hid_t type) {
+    const hid_t known[] = {H5T_IEEE_F32LE, H5T_IEEE_F32BE, H5T_IEEE_F64LE, H5T_IEEE_F64BE, H5T_STD_I8LE,
+                           H5T_STD_I8BE,   H5T_STD_I16LE,  H5T_STD_I16BE,  H5T_STD_I32LE,  H5T_STD_I32BE,
+                           H5T_STD_I64LE,  H5T_STD_I64BE,  H5T_STD_U8LE,   H5T_STD_U8BE,   H5T_STD_U16LE,
+                           H5T_STD_U16BE,  H5T_STD_U32LE,  H5T_STD_U32BE,  H5T_STD_U64LE,  H5T_STD_U64BE};
+    return std::any_of(std::begin(known), std::end(known), [&](hid_t one) { return H5Tequal(type, one) > 0; });
+}
+
 /// HDF5 prints what fails unless it is told not to; here the caller says it.
 template <class F> auto quietly(F&& call) {
     H5E_auto2_t print = nullptr;
     void* data = nullptr;
     H5Eget_auto2(H5E_DEFAULT, &print, &data);
     H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr);
-    auto result = call();
-    H5Eset_auto2(H5E_DEFAULT, print, data);
-    return result;
+    const struct Again {
+        H5E_auto2_t print;
+        void* data;
+        ~Again() { H5Eset_auto2(H5E_DEFAULT, print, data); }
+    } again{print, data};
+    return call();
 }
 
 class Hdf5RodFile final : public RodFile {
@@ -34,6 +46,11 @@ public:
     explicit Hdf5RodFile(const std::string& path)
         : RodFile(path), file_(quietly([&] { return H5Fopen(path.c_str(), H5F_ACC_RDONLY, H5P_DEFAULT); }), H5Fclose) {
         if (!file_.valid()) refuse("cannot be read as HDF5");
+        quietly([&] { return look(), 0; });
+    }
+
+private:
+    void look() {
         for (std::size_t q = 0; q < std::size(quantities); ++q) look_at(q);
         const auto other = [](hid_t, const char* name, const H5L_info_t*, void* found) -> herr_t {
             const bool known =
@@ -42,24 +59,33 @@ public:
             return known ? 0 : 1;
         };
         std::string unknown;
-        H5Literate(file_, H5_INDEX_NAME, H5_ITER_INC, nullptr, other, &unknown);
+        if (H5Literate(file_, H5_INDEX_NAME, H5_ITER_INC, nullptr, other, &unknown) < 0)
+            refuse("is damaged: its list of datasets cannot be read");
         if (!unknown.empty()) refuse(fmt::format("unknown dataset '{}'; a file of rods takes {}", unknown, quantity_names()));
         check_quantities();
     }
 
-private:
+    /// What follows a path out of the file is refused.
     H5Handle dataset(std::size_t q) const {
-        return {quietly([&] { return H5Dopen2(file_, std::string(quantities[q].name).c_str(), H5P_DEFAULT); }), H5Dclose};
+        std::string outside;
+        const std::string name(quantities[q].name);
+        H5Handle found = quietly([&] { return open_own_dataset(file_, name, outside); });
+        if (!outside.empty()) refuse(fmt::format("dataset '{}': {}", name, outside));
+        return found;
     }
 
     void look_at(std::size_t q) {
         const std::string name(quantities[q].name);
-        if (H5Lexists(file_, name.c_str(), H5P_DEFAULT) <= 0) return;
+        const htri_t there = H5Lexists(file_, name.c_str(), H5P_DEFAULT);
+        if (there < 0) refuse(fmt::format("is damaged: dataset '{}' cannot be looked for", name));
+        if (there == 0) return;
         const H5Handle data = dataset(q);
         if (!data.valid()) refuse(fmt::format("'{}' is not a dataset", name));
         const H5Handle type(H5Dget_type(data), H5Tclose), space(H5Dget_space(data), H5Sclose);
         const auto kind = H5Tget_class(type);
         if (kind != H5T_FLOAT && kind != H5T_INTEGER) refuse(fmt::format("dataset '{}' does not hold numbers", name));
+        if (!is_common(type))
+            refuse(fmt::format("dataset '{}' has numbers of a type that is neither a float of 32 or 64 bits nor an integer", name));
         std::vector<hsize_t> shape(static_cast<std::size_t>(std::max(0, H5Sget_simple_extent_ndims(space))));
         if (!shape.empty()) H5Sget_simple_extent_dims(space, shape.data(), nullptr);
         const RodQuantity& quantity = quantities[q];
@@ -71,6 +97,8 @@ private:
         if (!fits)
             refuse(fmt::format("dataset '{}' has the shape [{}]; it must be [{}]", name, fmt::join(shape, ", "),
                                fmt::join(wanted, ", ")));
+        constexpr hsize_t most = hsize_t{1} << 40; // rods are numbered in 64 bits, and shared among ranks by sums of them
+        if (shape[0] > most) refuse(fmt::format("dataset '{}' has {} rows: more than 2^40 rods", name, shape[0]));
         const auto rods = static_cast<std::int64_t>(shape[0]);
         if (!first_.empty() && rods != count_)
             refuse(fmt::format("dataset '{}' has {} rows, but '{}' has {}: a row per rod", name, rods, first_, count_));

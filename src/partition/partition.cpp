@@ -3,6 +3,7 @@
 #include "core/hilbert.hpp"
 #include "rod/cell_turn.hpp"
 #include "rod/clusters.hpp"
+#include "rod/rows_memory.hpp"
 #include "rod/time_limits.hpp"
 #include "skein/core/error.hpp"
 
@@ -10,6 +11,7 @@
 #include <bit>
 #include <cmath>
 #include <limits>
+#include <map>
 #include <utility>
 
 namespace skein {
@@ -188,12 +190,16 @@ std::int64_t block_begin(std::int64_t count, int part, int parts) { return count
 void read_rods(const Communicator& comm, std::span<RodGroup> groups) {
     std::string error;
     std::vector<RodGroup*> read;
+    std::map<const RodGroup*, LeastLimits> limits_of;
     for (RodGroup& group : groups)
         if (group.places().waits()) read.push_back(&group);
     for (RodGroup* group : read) try {
-            group->places().read(block_begin(group->count(), comm.rank(), comm.size()),
-                                 block_begin(group->count(), comm.rank() + 1, comm.size()));
+            const std::int64_t begin = block_begin(group->count(), comm.rank(), comm.size()),
+                               end = block_begin(group->count(), comm.rank() + 1, comm.size());
+            require_memory_of_rows(*group, end - begin);
+            group->places().read(begin, end);
             refuse_large_turns(*group);
+            if (group->sized()) limits_of[group] = least_limits_of_rods(*group);
         } catch (const std::exception& e) {
             error = e.what();
             break;
@@ -206,7 +212,7 @@ void read_rods(const Communicator& comm, std::span<RodGroup> groups) {
         comm.max(lowest);
         LeastLimits limits{};
         if (group->sized()) {
-            limits = least_limits_of_rods(*group);
+            limits = limits_of[group];
             for (double& dt : limits) dt = comm.min(dt);
         }
         group->set_read({-lowest[0], -lowest[1], -lowest[2]}, comm.sum_wrapping(group->places().digest()), limits);

@@ -46,16 +46,46 @@ std::optional<InvalidState> find_invalid(const RodGroup& group, std::span<const 
     return std::nullopt;
 }
 
-std::string tension_hint(const RodGroup& group, std::span<const Slot<1>> state) {
-    if (!group.strained()) return {};
-    const double limit = tension_limit(group);
-    double most = 0;
+namespace {
+
+struct Stretched {
+    double dilatation = 0;
     int element = 0;
+};
+
+/// By the distance of its nodes: directors may have turned away from it.
+Stretched most_stretched(const RodGroup& group, std::span<const Slot<1>> state) {
+    Stretched most;
     for (int k = 0; k < group.elements(); ++k) {
         const auto at = static_cast<std::size_t>(k);
         const double e = group.element[at].inv_rest_length * norm(lane(state[at + 1].position, 0) - lane(state[at].position, 0));
-        if (e > most) most = e, element = k;
+        if (e > most.dilatation) most = {e, k};
     }
+    return most;
+}
+
+} // namespace
+
+std::string law_hint(const RodGroup& group, std::span<const Slot<1>> state) {
+    constexpr double near = 0.4; // of the most: e = 1.67 e0
+    if (!group.strained() || group.law() != Law::incompressible) return {};
+    const Stretched most = most_stretched(group, state);
+    const ElementConstants& c = group.element[static_cast<std::size_t>(most.element)];
+    const double share = 1 - c.rest_stretch / most.dilatation;
+    if (!(share > near)) return {};
+    char text[320];
+    std::snprintf(
+        text, sizeof text,
+        "\n  the law \"incompressible\" bears a pull of at most E A = %.4g N: element %d is stretched to e = %.4g, by %.2g of "
+        "it; a weaker load, a larger radius or youngs_modulus, or the law \"neo_hookean\" would do",
+        c.stiffness.z, most.element, most.dilatation, share);
+    return text;
+}
+
+std::string tension_hint(const RodGroup& group, std::span<const Slot<1>> state) {
+    if (!group.strained()) return {};
+    const double limit = tension_limit(group);
+    const auto [most, element] = most_stretched(group, state);
     char text[160] = "";
     if (most > limit)
         std::snprintf(text, sizeof text, "; tension instability of element %d: e = %.4g, limit e_c = %.4g", element, most, limit);

@@ -32,4 +32,8 @@ std::optional<InvalidState> find_invalid(const RodGroup& group, std::span<const 
 /// flip there, and all else follows from it.
 std::string tension_hint(const RodGroup& group, std::span<const Slot<1>> state);
 
+/// A line on the most that the law "incompressible" bears, E A, where the most stretched element is not far from it; else empty.
+///                                                                                                          theory.md (11)
+std::string law_hint(const RodGroup& group, std::span<const Slot<1>> state);
+
 } // namespace skein

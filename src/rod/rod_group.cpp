@@ -6,6 +6,7 @@
 #include "rod/end_weights.hpp"
 #include "rod/hold.hpp"
 #include "rod/packing.hpp"
+#include "rod/rows_memory.hpp"
 #include "rod/taper.hpp"
 #include "rod/time_limits.hpp"
 #include "skein/core/error.hpp"
@@ -435,6 +436,7 @@ void RodGroup::take_packed(PackedRods packed) {
 
 void RodGroup::read_all() {
     if (!places_.waits()) return;
+    require_memory_of_rows(*this, count());
     places_.read(0, count());
     refuse_large_turns(*this);
     set_read(places_.corner(), places_.digest(), sized() ? least_limits_of_rods(*this) : LeastLimits{});

@@ -96,6 +96,16 @@ std::vector<TimeLimit> limits_by_mode(const RodGroup& g) {
     return limits;
 }
 
+/// Of a rod whose numbers are so small or so large that no step is left.
+[[noreturn]] void refuse_size(const RodGroup& g, std::int64_t i, const TimeLimit& limit) {
+    const RodSpec& spec = g.spec();
+    const Places& places = g.places();
+    throw InputError(fmt::format(
+        "{}: file '{}', row {}: a rod of '{}' with length {:g} m and radius {:g} m has a limit of the time step of "
+        "{:g} s ({} mode): correct its numbers",
+        spec.source, spec.placement.file, i, spec.name, places.length(spec, i), places.radius(spec, i), limit.dt, limit.mode));
+}
+
 } // namespace
 
 std::vector<TimeLimit> time_limits(const RodGroup& g) {
@@ -116,6 +126,8 @@ LeastLimits least_limits_of_rods(const RodGroup& g) {
         if (rod) rod->become(g, i);
         else rod.emplace(g.single(i));
         const std::vector<TimeLimit> limits = limits_by_mode(*rod);
+        for (const TimeLimit& limit : limits)
+            if (!(limit.dt > 0)) refuse_size(g, i, limit);
         for (std::size_t mode = 0; mode < least.size(); ++mode)
             if (!(limits[mode].dt >= least[mode])) least[mode] = limits[mode].dt;
     };

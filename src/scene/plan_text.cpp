@@ -1,6 +1,7 @@
 #include "scene/plan.hpp"
 
 #include "core/level.hpp"
+#include "core/share_text.hpp"
 #include "neighbourhood/exposure.hpp"
 #include "scene/fluid_plan_text.hpp"
 #include "scene/plan_words.hpp"
@@ -178,8 +179,9 @@ std::string to_text(const Plan& p) {
         line("dt",
              fmt::format("{:.6g} s{}, which the fluid divides as its velocities want", p.dt, p.automatic_dt ? " (auto)" : ""));
     else
-        line("dt", fmt::format("{:.6g} s{}, {:.3g} of the limit {:.6g} s ({} of '{}')", p.dt, p.automatic_dt ? " (auto)" : "",
-                               p.dt / p.limit, p.limit, p.groups[p.governing].limits.front().mode, p.groups[p.governing].name));
+        line("dt", fmt::format("{:.6g} s{}, {} of the limit {:.6g} s ({} of '{}')", p.dt, p.automatic_dt ? " (auto)" : "",
+                               share_text(p.dt / p.limit), p.limit, p.groups[p.governing].limits.front().mode,
+                               p.groups[p.governing].name));
     line("steps", fmt::format("{}  ({:.4g} s, {:.3g} element-steps)", p.steps, static_cast<double>(p.steps) * p.dt,
                               static_cast<double>(p.steps) * static_cast<double>(p.elements)));
     line("trajectory", every(p.cadence.trajectory, p.dt) + (p.vtp ? ", as poly data (rods.pvd) too" : ""));

@@ -86,7 +86,7 @@ class Disk(FaultTest):
 
     def assert_kept(self, out, code, told, errors):
         self.assertEqual(code, 5, told + errors)
-        self.assertRegex(errors, r"error: .*(checkpoint_\d+\.h5|disk full: .* MB needed, .* MB available)")
+        self.assertRegex(errors, r"error: .*(checkpoint_\d+\.h5|disk full: .*B needed, .*B available)")
         self.assertFalse(list((self.directory / out).glob("*.tmp")))
         self.assertTrue(self.checkpoints(out))
         told, errors = self.run_to_end(out)
