@@ -41,7 +41,8 @@ struct Item {
 /// Builds the graph while the grammar reads, values on a stack.
 class Builder {
 public:
-    Builder(Graph& graph, const FormulaScope& scope, int number) : graph_(graph), scope_(scope), number_(number) {}
+    Builder(Graph& graph, const FormulaScope& scope, std::string_view text, int number)
+        : graph_(graph), scope_(scope), text_(text), number_(number) {}
 
     void number(std::string_view text, std::size_t begin) {
         double value = 0;
@@ -103,9 +104,9 @@ public:
         const auto both = [&](auto combine) { return a.unit && b.unit ? std::optional(combine(*a.unit, *b.unit)) : std::nullopt; };
         switch (op) {
         case '+':
-            return join(Op::add, alike(a, b, "added to"));
+            return join(Op::add, alike(a, b, "the parts of a sum"));
         case '-':
-            return join(Op::subtract, alike(a, b, "in a difference with"));
+            return join(Op::subtract, alike(a, b, "the parts of a difference"));
         case '*':
             return join(Op::multiply, both([](const Unit& u, const Unit& v) { return u * v; }));
         case '/':
@@ -116,7 +117,7 @@ public:
     }
     void compare(std::string_view op) {
         const Item b = stack_.back(), a = stack_[stack_.size() - 2];
-        alike(a, b, "compared with");
+        alike(a, b, "both sides of a comparison");
         int r;
         if (op == "<") r = graph_.make(Op::less, a.node, b.node);
         else if (op == ">") r = graph_.make(Op::less, b.node, a.node);
@@ -165,11 +166,26 @@ private:
                           fmt::format("'{}' takes {}, and this is in {}", what,
                                       unit->pure() ? "a pure number" : "a value in " + unit_text(*unit), unit_text(*a.unit))};
     }
+    /// The text of a value as the scene has it.
+    std::string words(const Item& item) const {
+        constexpr std::size_t longest = 40;
+        std::string_view part = text_.substr(item.begin, item.end - item.begin);
+        while (part.ends_with(' ')) part.remove_suffix(1);
+        const char* const unit = item.unit->pure() ? "has no unit" : "is in ";
+        return fmt::format("'{}{}' {}{}", part.substr(0, longest), part.size() > longest ? "..." : "", unit,
+                           item.unit->pure() ? "" : unit_text(*item.unit));
+    }
     /// The unit of both.
     std::optional<Unit> alike(const Item& a, const Item& b, std::string_view what) const {
-        if (a.unit && b.unit && !(*a.unit == *b.unit))
-            throw Refusal{a.begin, b.end - a.begin,
-                          fmt::format("what is in {} is {} what is in {}", unit_text(*a.unit), what, unit_text(*b.unit))};
+        if (a.unit && b.unit && !(*a.unit == *b.unit)) {
+            const bool first = b.unit->pure();
+            const Item& odd = first ? a : b;
+            const std::string_view part = text_.substr(odd.begin, odd.end - odd.begin);
+            const std::string cure = a.unit->pure() || first
+                                         ? fmt::format("divide '{}' by a constant in {}", part, unit_text(*odd.unit))
+                                         : fmt::format("multiply '{}' by a constant in {}", part, unit_text(*a.unit / *b.unit));
+            throw Refusal{a.begin, b.end - a.begin, fmt::format("{} need one unit: {}, {}; {}", what, words(a), words(b), cure)};
+        }
         return a.unit ? b.unit ? a.unit : std::nullopt : std::nullopt;
     }
 
@@ -219,10 +235,12 @@ private:
                     pure};
         if (f == "if") {
             agree(a, pure, f);
-            return {graph_.make(Op::choice, a.node, given[1].node, given[2].node), alike(given[1], given[2], "an alternative to")};
+            return {graph_.make(Op::choice, a.node, given[1].node, given[2].node),
+                    alike(given[1], given[2], "both choices of 'if'")};
         }
         const Item& b = given[1];
-        std::optional<Unit> unit = alike(a, b, "in one function with");
+        const std::string values = fmt::format("the values of '{}'", f);
+        std::optional<Unit> unit = alike(a, b, values);
         if (f == "atan2") return {of_two(Op::arc_tangent, a.node, b.node), pure};
         if (f == "mod")
             return {of_two(Op::subtract, a.node,
@@ -232,7 +250,7 @@ private:
             return {of_two(Op::most, zero, of_two(Op::least, one, of_two(Op::divide, a.node, b.node))), pure};
         int r = f == "hypot" ? of_two(Op::multiply, a.node, a.node) : a.node;
         for (std::size_t i = 1; i < given.size(); ++i) {
-            if (unit) unit = alike(a, given[i], "in one function with");
+            if (unit) unit = alike(a, given[i], values);
             const int next = given[i].node;
             if (f == "hypot") r = of_two(Op::add, r, of_two(Op::multiply, next, next));
             else r = of_two(f == "min" ? Op::least : Op::most, r, next);
@@ -242,6 +260,7 @@ private:
 
     Graph& graph_;
     const FormulaScope& scope_;
+    std::string_view text_;
     int number_;
     std::vector<Item> stack_;
     std::vector<Call> calls_;
@@ -351,7 +370,7 @@ std::optional<FormulaValue> read_formula(Graph& graph, const FormulaScope& scope
                                          std::string_view expected_unit, std::vector<FormulaFault>& faults) {
     try {
         refuse_depth(text);
-        Builder build(graph, scope, number);
+        Builder build(graph, scope, text, number);
         peg::memory_input in(text.data(), text.size(), "");
         peg::parse<whole, Action, Control>(in, build);
         const Item& r = build.result();

@@ -117,15 +117,18 @@ TEST(Formulas, CheckUnits) {
     EXPECT_EQ(said("-k*x", "N/m"), "");
     EXPECT_EQ(said("-2*x", "N/m"), "") << "plain numbers fit any unit";
     EXPECT_EQ(said("k*x", "m/s^2"), "the result is in N/m, and m/s^2 is expected");
-    EXPECT_EQ(said("x + t", ""), "what is in m is added to what is in s");
-    EXPECT_EQ(said("if(x > t, 1, 2)", ""), "what is in m is compared with what is in s");
+    EXPECT_EQ(said("x + t", ""), "the parts of a sum need one unit: 'x' is in m, 't' is in s; multiply 't' by a constant in m/s");
+    EXPECT_EQ(said("if(x > t, 1, 2)", ""),
+              "both sides of a comparison need one unit: 'x' is in m, 't' is in s; multiply 't' by a constant in m/s");
     EXPECT_EQ(said("sin(x)", ""), "'sin' takes a pure number, and this is in m");
     EXPECT_EQ(said("sin(2*pi*t)", ""), "") << "a plain number among the factors";
     EXPECT_EQ(said("sin(x/length_scale)", ""), "");
-    EXPECT_EQ(said("sqrt(x^2 + y^2) + vx", ""), "what is in m is added to what is in m/s");
+    EXPECT_EQ(said("sqrt(x^2 + y^2) + vx", ""),
+              "the parts of a sum need one unit: 'sqrt(x^2 + y^2)' is in m, 'vx' is in m/s; multiply 'vx' by a constant in s");
     EXPECT_EQ(said("gust(x)", ""), "'gust' takes a value in s, and this is in m");
     EXPECT_EQ(said("gust(t)*k*t", "N/m"), "");
-    EXPECT_EQ(said("min(x, t)", ""), "what is in m is in one function with what is in s");
+    EXPECT_EQ(said("min(x, t)", ""),
+              "the values of 'min' need one unit: 'x' is in m, 't' is in s; multiply 't' by a constant in m/s");
     EXPECT_EQ(unit_text(*parse_unit("kg m/s^2")), "N");
     EXPECT_EQ(unit_text(*parse_unit("kg/m s^2")), "N/m^2");
     EXPECT_EQ(unit_text(*parse_unit("m^3 s/A^2")), "m^3 s/A^2");
