@@ -4,6 +4,7 @@
 #include "core/stop.hpp"
 #include "core/timer.hpp"
 #include "partition/partition.hpp"
+#include "scene/memory_check.hpp"
 #include "scene/scene_file.hpp"
 #include "simulation/machine.hpp"
 #include "simulation/rank_forecast.hpp"
@@ -53,8 +54,6 @@ std::string text_for_all(const Communicator& comm, const std::string& file) {
     return comm.broadcast(std::move(text));
 }
 
-namespace {
-
 int alone(const std::function<void()>& work) {
     try {
         work();
@@ -69,8 +68,6 @@ int alone(const std::function<void()>& work) {
 }
 
 std::string default_out(const std::string& scene) { return "out/" + std::filesystem::path(scene).stem().string(); }
-
-} // namespace
 
 void look_into_directory(SceneArguments& scene, std::string& out) {
     const std::filesystem::path inside = std::filesystem::path(scene.file) / "scene.toml";
@@ -107,6 +104,14 @@ struct Prepared {
     std::vector<RodGroup> groups;
 };
 
+std::string text_of(const std::exception_ptr& failure) {
+    try {
+        std::rethrow_exception(failure);
+    } catch (const std::exception& error) {
+        return error.what();
+    }
+}
+
 /// Reads the scene and packs its rods, which may take long. A signal that reaches some ranks alone stops all of them.
 Prepared prepare(const Communicator& comm, const SceneArguments& arguments) {
     Prepared prepared;
@@ -124,7 +129,10 @@ Prepared prepare(const Communicator& comm, const SceneArguments& arguments) {
         failure = std::current_exception();
     }
     const bool any = comm.max(static_cast<std::int64_t>(stopped)) > 0;
+    // A rank whose machine has less memory may fail alone, and the others must not wait for it.
+    const std::string said = comm.first_text(failure && !stopped ? text_of(failure) : std::string());
     if (failure) std::rethrow_exception(failure);
+    if (!said.empty()) throw InputError(said);
     if (any) throw Stopped("stopped by a signal; nothing was written");
     read_rods(comm, prepared.groups);
     return prepared;
@@ -204,6 +212,7 @@ int check_command(SceneArguments arguments) {
         const std::vector<RodGroup> groups = make_whole_groups(scene);
         const Plan plan = make_plan(scene, groups, {});
         refuse_faults(scene, plan, groups);
+        refuse_run_beyond_memory(scene, plan);
         std::printf("%s: good; %lld rods, %lld elements, %lld steps of %.6g s\n", arguments.file.c_str(),
                     static_cast<long long>(plan.rods), static_cast<long long>(plan.elements), static_cast<long long>(plan.steps),
                     plan.dt);
@@ -227,47 +236,6 @@ int self_check_command(int threads_wanted, int lanes_wanted, int& argc, char**& 
                         machine.lanes, std::string(level_name(machine.lanes)).c_str(), wall_seconds() - started,
                         digest_text(digest).c_str());
         return 0;
-    });
-}
-
-int describe_command(const DescribeArguments& arguments) {
-    return alone([&] {
-        if (arguments.what.empty()) {
-            std::printf("%s", scene_reference().c_str());
-        } else if (arguments.what.ends_with(".toml")) {
-            std::printf("%s", scene_toml(read_scene(arguments.what), Keys::all).c_str());
-        } else {
-            const std::string text = describe_key(arguments.what);
-            if (text.empty()) throw InputError("there is no key or table '" + arguments.what + "'; skein describe lists all");
-            std::printf("%s", text.c_str());
-        }
-    });
-}
-
-int info_command(const std::string& scene) {
-    return alone([&] {
-        std::printf("skein %s, built with %s\n", SKEIN_VERSION, SKEIN_COMPILER);
-        std::printf("kernels for %s: %d lanes%s\n", std::string(level_name(widest_lanes())).c_str(), widest_lanes(),
-                    std::getenv("SKEIN_LANES") ? " (SKEIN_LANES)" : "");
-        std::printf("this process may use %d of %u cores\n", Threads::available_cores(), std::thread::hardware_concurrency());
-        if (scene.empty()) return;
-        const SceneSpec spec = read_scene(scene);
-        const std::vector<RodGroup> groups = make_whole_groups(spec);
-        const Plan plan = make_plan(spec, groups, {});
-        const std::string out = default_out(scene);
-        std::int64_t newest = -1;
-        if (std::filesystem::exists(out))
-            for (const auto& entry : std::filesystem::directory_iterator(out)) {
-                long long step = -1;
-                if (entry.path().extension() == ".h5" &&
-                    std::sscanf(entry.path().filename().string().c_str(), "checkpoint_%lld", &step) == 1)
-                    newest = std::max<std::int64_t>(newest, step);
-            }
-        if (newest < 0) std::printf("%s: no checkpoint in %s\n", scene.c_str(), out.c_str());
-        else
-            std::printf("%s: checkpoint of step %lld of %lld (%.1f %%) in %s\n", scene.c_str(), static_cast<long long>(newest),
-                        static_cast<long long>(plan.steps), 100.0 * static_cast<double>(newest) / static_cast<double>(plan.steps),
-                        out.c_str());
     });
 }
 

@@ -49,13 +49,18 @@ struct ConvergeArguments {
     ProgressStyle progress = ProgressStyle::automatic;
 };
 struct DescribeArguments {
-    std::string what;
+    std::string what; ///< scene, results, key or table; empty: all keys
+    bool json = false;
 };
 
 /// Work done by every rank alike; what it throws on any rank ends all of them with that error's code, told once by root.
 int guarded(const Communicator& comm, const std::function<int()>& work);
 /// Read by root alone: a thousand ranks that open one file bring a shared disk to its knees. Throws InputError on all ranks.
 std::string text_for_all(const Communicator& comm, const std::string& file);
+/// Work of one process without ranks; returns the exit code of what it throws, told once.
+int alone(const std::function<void()>& work);
+/// Directory of a scene's results where none is named.
+std::string default_out(const std::string& scene);
 /// Where a scene is a directory, its scene.toml, with that directory for results unless `out` names another.
 void look_into_directory(SceneArguments& scene, std::string& out);
 
@@ -67,8 +72,8 @@ int plan_command(PlanArguments arguments, int& argc, char**& argv);
 /// Steps the known scene on this build, processor and ranks.
 int self_check_command(int threads, int lanes, int& argc, char**& argv);
 int check_command(SceneArguments arguments);
-int describe_command(const DescribeArguments& arguments);
-int info_command(const std::string& scene);
+int describe_command(const DescribeArguments& arguments, int& argc, char**& argv);
+int info_command(SceneArguments scene, std::string out, int& argc, char**& argv);
 /// Becomes Skein's Python package (python/), with all words behind the program's name; returns where that cannot be started.
 int draw_command(int argc, char** argv);
 

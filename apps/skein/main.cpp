@@ -1,5 +1,6 @@
 // The driver: skein run | branch | verify | converge | plan | check | describe | info | draw.
 #include "commands.hpp"
+#include "unknown_word.hpp"
 
 #include <CLI/CLI.hpp>
 
@@ -194,11 +195,17 @@ int main(int argc, char** argv) {
     skein::DescribeArguments describe;
     CLI::App* describe_command =
         app.add_subcommand("describe", "a scene as TOML with all keys and what they mean, or the keys that scenes know");
-    describe_command->add_option("SCENE_OR_KEY", describe.what, "scene file, or a key such as rods.material; default: all keys");
+    describe_command->add_option("SCENE_OR_KEY", describe.what,
+                                 "scene file, directory of a run's results, or a key such as rods.material; default: all keys");
+    describe_command->add_flag("--json", describe.json, "keys as JSON: paths, units, types, bounds, defaults");
 
-    std::string info_scene;
-    CLI::App* info_command = app.add_subcommand("info", "build and machine; with a scene, the state of its results");
-    info_command->add_option("SCENE", info_scene, "scene file");
+    skein::SceneArguments info;
+    std::string info_out;
+    CLI::App* info_command =
+        app.add_subcommand("info", "build and machine; with a scene or a directory of results, how far the run is");
+    info_command->add_option("SCENE", info.file, "scene file (TOML), or the directory of a run's results");
+    info_command->add_option("-o,--out", info_out, "directory of the scene's results; default out/<scene name>");
+    add_overrides(*info_command, info);
 
     app.add_subcommand("draw", "pictures, movies and pages of a run's results; draw --help");
     if (argc > 1 && std::string_view(argv[1]) == "draw") return first_process() ? skein::draw_command(argc, argv) : 0;
@@ -207,7 +214,9 @@ int main(int argc, char** argv) {
         app.parse(argc, argv);
     } catch (const CLI::ParseError& e) {
         const bool asked = e.get_exit_code() == 0; // --help, --version
-        if (first_process()) app.exit(e);
+        const std::string unknown = asked ? std::string() : skein::unknown_word(app, argc, argv);
+        if (!unknown.empty() && first_process()) std::fprintf(stderr, "error: %s\n", unknown.c_str());
+        else if (first_process()) app.exit(e);
         return asked ? 0 : static_cast<int>(skein::Exit::input);
     }
 
@@ -219,7 +228,7 @@ int main(int argc, char** argv) {
     if (!first_process()) return 0;
     if (plan_command->parsed()) return skein::plan_command(plan, argc, argv);
     if (check_command->parsed()) return skein::check_command(check);
-    if (describe_command->parsed()) return skein::describe_command(describe);
-    if (info_command->parsed()) return skein::info_command(info_scene);
+    if (describe_command->parsed()) return skein::describe_command(describe, argc, argv);
+    if (info_command->parsed()) return skein::info_command(info, info_out, argc, argv);
     return static_cast<int>(skein::Exit::internal);
 }

@@ -3,10 +3,12 @@
 #include "contact/contact_limits.hpp"
 #include "core/field_looker.hpp"
 #include "rod/cell_turn.hpp"
+#include "scene/formula_doubts.hpp"
 #include "scene/scene_tables.hpp"
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 
 #include <fmt/format.h>
 
@@ -25,6 +27,35 @@ void tell_large_turns(const RodGroup& group, std::vector<std::string>& found) {
         found.push_back(fmt::format(
             "rods.{}.shape: the {} curvature {}; at 3 rad a run stops, and up to 1 rad cells follow a bend: elements = {} would do",
             group.name(), curvature, text_of(most), static_cast<long>(std::ceil(static_cast<double>(s.elements) * most.angle))));
+}
+
+/// Lengths and moduli as they look with a wrong unit.
+void tell_units(const RodGroup& group, std::vector<std::string>& found) {
+    constexpr double slender = 2e4;             // radii; a hair is 2500 long, the thinnest sutures and cables 10 000
+    constexpr double softest = 20, heavy = 100; // Pa and kg/m^3: jellies have 100 Pa; what is as light may have units of its own
+    constexpr double stiffest = 2e12;           // Pa: diamond has 1.1e12
+    const RodSpec& spec = group.spec();
+    const double length = spec.shape.length, radius = spec.section.radius, modulus = spec.material.youngs_modulus;
+    if (!group.sized() && radius > length)
+        found.push_back(
+            fmt::format("rods.{}.section: radius = {:g} m is {:.3g} times the length of {:g} m: lengths are in m; were {:g} mm "
+                        "meant, write {:g}",
+                        spec.name, radius, radius / length, length, radius, 1e-3 * radius));
+    if (!group.sized() && length > slender * radius)
+        found.push_back(
+            fmt::format("rods.{}.shape: length = {:g} m is {:.3g} radii of {:g} m: lengths are in m; were {:g} mm meant, write "
+                        "{:g}",
+                        spec.name, length, length / radius, radius, length, 1e-3 * length));
+    if (modulus < softest && spec.material.density > heavy)
+        found.push_back(
+            fmt::format("rods.{}.material: youngs_modulus = {:g} Pa is softer than any jelly: moduli are in Pa; were {:g} MPa "
+                        "meant, write {:g}, of GPa {:g}",
+                        spec.name, modulus, modulus, 1e6 * modulus, 1e9 * modulus));
+    if (modulus > stiffest && spec.material.density > heavy)
+        found.push_back(
+            fmt::format("rods.{}.material: youngs_modulus = {:g} Pa is stiffer than diamond: moduli are in Pa, 1e9 of them a "
+                        "GPa",
+                        spec.name, modulus));
 }
 
 /// Ends whose motion is not 0 when it begins.
@@ -106,6 +137,7 @@ std::vector<std::string> doubts(const SceneSpec& scene, std::span<const RodGroup
         speed = std::max(speed, sound);
         if (!group.sized()) tell_large_turns(group, found);
         tell_jumps(group, found);
+        tell_units(group, found);
         const double ratio = m.shear_modulus > 0 ? m.youngs_modulus / m.shear_modulus : 3;
         if (ratio > 1e4 || ratio < 1e-3)
             found.push_back(
@@ -121,6 +153,8 @@ std::vector<std::string> doubts(const SceneSpec& scene, std::span<const RodGroup
     if (scene.time.duration / dt > 1e13)
         found.push_back(
             fmt::format("time.duration = {:g} s is {:.0e} steps of {:g} s", scene.time.duration, scene.time.duration / dt, dt));
+    std::vector<std::string> poles = formula_doubts(scene);
+    std::move(poles.begin(), poles.end(), std::back_inserter(found));
     ScaleLooker looker(scene.time.duration, speed, found);
     for (std::size_t i = 0; i < copy.rods.size(); ++i) {
         looker.look_into((copy.rods[i].body ? "bodies." : "rods.") + copy.rods[i].name);

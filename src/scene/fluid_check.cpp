@@ -168,7 +168,7 @@ void check_names(const FluidOutputSpec& spec, Objections& table) {
 }
 
 void check_slice(const FluidOutputSpec& spec, const FluidGrid& grid, Objections& table) {
-    if (!table.given("at")) return table.add("", "'at' [m] is needed for a slice");
+    if (!table.given("at")) return table.add("at", "'at' [m] is needed for a slice");
     const auto d = static_cast<std::size_t>(spec.across);
     const double lower = component_of(grid.lower, static_cast<int>(d)), upper = lower + grid.h * grid.cells[d];
     if (spec.at < lower || spec.at > upper)
@@ -221,7 +221,8 @@ void check_outputs(const SceneSpec& scene, bool good_grid, Objections& objection
         if (spec.kind != FluidOutputKind::slice) table.unused({"across", "at"}, where);
         if (spec.kind != FluidOutputKind::box) table.unused({"lower", "upper", "average"}, where);
         if (spec.kind != FluidOutputKind::blocks) table.unused({"criterion", "threshold", "edge"}, where);
-        else if (!table.given("threshold")) table.add("", "'threshold' [1/s^2 of q, 1/s of vorticity] is needed for blocks");
+        else if (!table.given("threshold"))
+            table.add("threshold", "'threshold' [1/s^2 of q, 1/s of vorticity] is needed for blocks");
         if (!good_grid) continue;
         const FluidGrid grid = scene.fluid->constants().grid;
         if (spec.kind == FluidOutputKind::slice) check_slice(spec, grid, table);

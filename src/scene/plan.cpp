@@ -2,6 +2,7 @@
 
 #include "contact/contact_limits.hpp"
 #include "contact/wall_contacts.hpp"
+#include "core/share_text.hpp"
 #include "immersion/fluid_loads.hpp"
 #include "io/rod_file.hpp"
 #include "io/trajectory.hpp"
@@ -25,6 +26,7 @@
 #include "scene/group_limits.hpp"
 #include "scene/group_names.hpp"
 #include "scene/law_differences.hpp"
+#include "scene/memory_check.hpp"
 #include "scene/plan_steps.hpp"
 #include "scene/scene_tables.hpp"
 #include "skein/core/error.hpp"
@@ -359,6 +361,7 @@ void weigh(Plan& plan, std::span<const RodGroup> groups, const SceneSpec& scene)
 } // namespace
 
 std::vector<RodGroup> make_groups(const SceneSpec& scene) {
+    refuse_beyond_memory(scene);
     const std::vector<int> assembly_of_group = assembly_of_groups(scene);
     std::map<int, std::shared_ptr<const AssemblyCopies>> copies; // by assembly
     std::vector<RodGroup> groups;
@@ -508,9 +511,9 @@ Plan make_plan(const SceneSpec& as_given, std::span<const RodGroup> groups, cons
                             i));
     if (plan.force_dt && !plan.relax && plan.dt > plan.limit)
         plan.notes.push_back(
-            fmt::format("time.force_dt lets a step pass that is {:.3g} of its limit: what sets the limit may gain energy without "
+            fmt::format("time.force_dt lets a step pass that is {} of its limit: what sets the limit may gain energy without "
                         "end, and a run is stopped only where rods break or go through walls",
-                        plan.dt / plan.limit));
+                        share_text(plan.dt / plan.limit)));
     note(slip_doubts(plan.outlook, plan.contact_laws ? &*plan.contact_laws : nullptr, plan.walls, groups, plan.dt));
     plan.audit = scene.output.audit;
     plan.observables = scene.output.observables;

@@ -207,7 +207,7 @@ private:
             objections.unused({"translational", "rotational"}, where);
             if (d.order == 0) objections.add("", fmt::format("'order', at least 1, is needed {}", where));
             if (!objections.given("rate"))
-                objections.add("",
+                objections.add("rate",
                                fmt::format("'rate' [1/s] is needed {}: that of motion which alternates from node to node", where));
             if (scene_.time.integrator != Integrator::verlet)
                 objections.add("kind", "a damping of kind \"laplacian\" needs integrator = \"verlet\": the kicks of \"pefrl\" go "
@@ -218,11 +218,12 @@ private:
         if (d.kind == DampingKind::physical) {
             objections.unused({"rate"}, where);
             if (!objections.given("translational") && !objections.given("rotational"))
-                objections.add("", fmt::format("'translational' [kg/s] or 'rotational' [kg m^2/s] is needed {}", where));
+                objections.add("translational",
+                               fmt::format("'translational' [kg/s] or 'rotational' [kg m^2/s] is needed {}", where));
             return;
         }
         objections.unused({"translational", "rotational"}, where);
-        if (!objections.given("rate")) objections.add("", fmt::format("'rate' [1/s] is needed {}", where));
+        if (!objections.given("rate")) objections.add("rate", fmt::format("'rate' [1/s] is needed {}", where));
     }
 
     const SceneSpec& scene_;
@@ -251,9 +252,19 @@ std::vector<Contradiction> contradictions(const SceneSpec& scene, const std::set
     return Checker(scene, given).run();
 }
 
-void check_scene(const SceneSpec& scene) {
+std::set<std::string> needed_keys(const SceneSpec& scene) {
+    const std::set<std::string> changed = changed_keys(scene);
+    std::set<std::string> needed;
+    for (const Contradiction& c : contradictions(scene, changed))
+        if (!changed.contains(c.path)) needed.insert(c.path);
+    return needed;
+}
+
+void check_scene(const SceneSpec& scene) { refuse_contradictions(scene, changed_keys(scene)); }
+
+void refuse_contradictions(const SceneSpec& scene, const std::set<std::string>& given) {
     std::string text;
-    for (const Contradiction& c : contradictions(scene, changed_keys(scene)))
+    for (const Contradiction& c : contradictions(scene, given))
         text.append(text.empty() ? "" : "\n").append(source_prefix(scene, c.path) + c.message);
     if (!text.empty()) throw InputError(text);
 }

@@ -22,23 +22,6 @@ namespace skein {
 
 namespace {
 
-/// Paths of every key, table and item of a list of tables. Other lists are long, and no check asks for their items.
-void collect_given(const TomlValue& value, const std::string& path, std::set<std::string>& given) {
-    const auto child = [&](const std::string& name) { return path.empty() ? name : path + "." + name; };
-    if (const auto* table = value.as<TomlTable>()) {
-        for (const TomlEntry& entry : *table) {
-            given.insert(child(entry.key));
-            collect_given(entry.value, child(entry.key), given);
-        }
-    }
-    if (const auto* list = value.as<TomlArray>(); list && !list->empty() && list->front().as<TomlTable>()) {
-        for (std::size_t i = 0; i < list->size(); ++i) {
-            given.insert(child(std::to_string(i)));
-            collect_given((*list)[i], child(std::to_string(i)), given);
-        }
-    }
-}
-
 /// The place of a path, or of the innermost table around it that the scene has.
 Place nearest_place(const TomlValue& root, std::string_view path) {
     const TomlValue* at = &root;
@@ -77,9 +60,8 @@ Place part_of(Place place, const Contradiction& c) {
 }
 
 void add_contradictions(const SceneSpec& scene, const TomlValue& root, Problems& problems) {
-    std::set<std::string> given;
-    collect_given(root, "", given);
-    for (const Contradiction& c : contradictions(scene, given)) problems.add(part_of(nearest_place(root, c.path), c), c.message);
+    for (const Contradiction& c : contradictions(scene, given_keys(root)))
+        problems.add(part_of(nearest_place(root, c.path), c), c.message);
 }
 
 bool lists_tables(const TomlValue& value) {

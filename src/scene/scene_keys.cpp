@@ -1,5 +1,6 @@
 #include "scene/scene_keys.hpp"
 
+#include "scene/scene_check.hpp"
 #include "scene/scene_file.hpp"
 #include "scene/scene_tables.hpp"
 
@@ -99,12 +100,14 @@ void add_changed(std::set<std::string>& paths, const Spec& spec, const Spec& def
 /// A scene as TOML, table by table.
 class TomlWriter {
 public:
-    explicit TomlWriter(Keys which) : all_(which == Keys::all) {}
+    TomlWriter(Keys which, std::set<std::string> needed) : all_(which == Keys::all), needed_(std::move(needed)) {}
     const std::string& text() const { return text_; }
 
     void key(const KeyEntry& key, bool given) { text_ += line_of(key, given); }
-    template <class Spec> void table(const std::string& heading, const std::string& name, const Spec& spec, const Spec& defaults) {
-        table(heading, name, keys_of(spec, name), keys_of(defaults, name));
+    /// `path`: of this one among its list, where that is another than its name.
+    template <class Spec> void table(const std::string& heading, const std::string& name, const Spec& spec, const Spec& defaults,
+                                     const std::string& path = {}) {
+        table(heading, name, path.empty() ? name : path, keys_of(spec, name), keys_of(defaults, name));
     }
 
     void constants(const std::vector<FormulaConstant>& constants) {
@@ -124,7 +127,9 @@ private:
     }
 
     /// With the tables in it. Its own keys come first: TOML knows no way back from an inner table.
-    void table(const std::string& heading, const std::string& name, const KeyList& now, const KeyList& defaults) {
+    void table(const std::string& heading, const std::string& name, const std::string& path, const KeyList& now,
+               const KeyList& defaults) {
+        const auto needed = [&](const KeyEntry& key) { return needed_.contains(path + key.path().substr(name.size())); };
         std::vector<std::string> tables = {name};
         for (const KeyEntry& key : now)
             if (key.type == "table") tables.push_back(key.path());
@@ -135,20 +140,23 @@ private:
             for (std::size_t i = 0; i < now.size(); ++i) any |= in_it(i) && differs(i);
             std::string lines;
             for (std::size_t i = 0; i < now.size(); ++i)
-                if (in_it(i)) lines += line_of(now[i], any && (differs(i) || (now[i].field.required && now[i].value != absent)));
+                if (in_it(i))
+                    lines += line_of(now[i],
+                                     any && (differs(i) || ((now[i].field.required || needed(now[i])) && now[i].value != absent)));
             const std::string head = inner == name ? heading : fmt::format("[{}]", inner);
             if (!lines.empty()) text_ += fmt::format("\n{}{}\n{}", any ? "" : "# ", head, lines);
         }
     }
 
     bool all_;
+    std::set<std::string> needed_; ///< keys that are written at their defaults too
     std::string text_;
 };
 
 } // namespace
 
 std::string scene_toml(const SceneSpec& scene, Keys which) {
-    TomlWriter out(which);
+    TomlWriter out(which, needed_keys(scene));
     out.key(title_key(scene.title).front(), !scene.title.empty());
     if (!scene.start.from.empty()) out.table("[start]", "start", scene.start, StartSpec{});
     out.table("[time]", "time", scene.time, TimeSpec{});
@@ -161,7 +169,8 @@ std::string scene_toml(const SceneSpec& scene, Keys which) {
     if (scene.fluid) out.table("[fluid]", "fluid", *scene.fluid, FluidSpec{});
     if (scene.has_immersed()) out.table("[immersion]", "immersion", scene.immersion, ImmersionSpec{});
     for_each_list(scene, [&](const char* name, const auto& specs) {
-        for (const auto& spec : specs) out.table(fmt::format("[[{}]]", name), name, spec, defaults_of(spec));
+        for (std::size_t i = 0; i < specs.size(); ++i)
+            out.table(fmt::format("[[{}]]", name), name, specs[i], defaults_of(specs[i]), fmt::format("{}.{}", name, i));
     });
     out.table("[output]", "output", scene.output, OutputSpec{});
     return out.text();

@@ -1,5 +1,6 @@
 #include "scene/scene_rebuild.hpp"
 
+#include "scene/scene_check.hpp"
 #include "scene/scene_file.hpp"
 #include "scene/scene_keys.hpp"
 #include "scene/scene_override.hpp"
@@ -207,12 +208,17 @@ SceneSpec scene_of(Json scene, const std::string& name, const std::vector<std::s
     const Place place{std::make_shared<SourceText>(SourceText{name, {}})};
     Pruner(read_tables(tree_of(scene, place), defaults)).prune(scene);
     TomlValue root = tree_of(scene, place);
+    // Keys at their defaults that the scene had to set: a rate of 0 is no absent one.
+    Problems none;
+    const std::set<std::string> needed = needed_keys(read_tables(root, none));
     for (const std::string& override : overrides) apply_override(root, override);
     Problems problems;
     SceneSpec spec = read_tables(root, problems);
     problems.raise();
     spec.file = file;
-    check_scene(spec);
+    std::set<std::string> given = given_keys(root);
+    given.insert(needed.begin(), needed.end());
+    refuse_contradictions(spec, given);
     return spec;
 }
 

@@ -284,4 +284,30 @@ std::shared_ptr<const SourceText> source_text(const std::string& name, const std
     return source;
 }
 
+namespace {
+
+void collect_given(const TomlValue& value, const std::string& path, std::set<std::string>& given) {
+    const auto child = [&](const std::string& name) { return path.empty() ? name : path + "." + name; };
+    if (const auto* table = value.as<TomlTable>()) {
+        for (const TomlEntry& entry : *table) {
+            given.insert(child(entry.key));
+            collect_given(entry.value, child(entry.key), given);
+        }
+    }
+    if (const auto* list = value.as<TomlArray>(); list && !list->empty() && list->front().as<TomlTable>()) {
+        for (std::size_t i = 0; i < list->size(); ++i) {
+            given.insert(child(std::to_string(i)));
+            collect_given((*list)[i], child(std::to_string(i)), given);
+        }
+    }
+}
+
+} // namespace
+
+std::set<std::string> given_keys(const TomlValue& root) {
+    std::set<std::string> given;
+    collect_given(root, "", given);
+    return given;
+}
+
 } // namespace skein

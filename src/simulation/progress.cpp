@@ -34,6 +34,14 @@ std::string clock_text(double seconds) {
     return text;
 }
 
+std::string share_done(std::int64_t step, std::int64_t steps) {
+    if (step <= steps) return fmt::format("{:.1f} % done", 100.0 * static_cast<double>(step) / static_cast<double>(steps));
+    return fmt::format(
+        "beyond the {} steps of the present time.duration: the run kept here is a longer one; a longer time.duration "
+        "goes on with it, another --out or --overwrite begins a shorter one",
+        steps);
+}
+
 bool under_launcher() {
     constexpr const char* names[] = {"OMPI_COMM_WORLD_RANK", "PMIX_RANK", "PMI_RANK", "SLURM_PROCID"};
     return std::any_of(std::begin(names), std::end(names), [](const char* name) { return std::getenv(name) != nullptr; });

@@ -13,6 +13,9 @@ namespace skein {
 /// "3 min 05 s"
 std::string clock_text(double seconds);
 
+/// "42.0 % done"; of a run that has gone further than it is now to go, how much further.
+std::string share_done(std::int64_t step, std::int64_t steps);
+
 /// A bar where standard output is a terminal and the process was not started by an MPI launcher, which gives its first process a
 /// terminal of its own even where all goes into a log.
 enum class ProgressStyle { automatic, bar, lines };

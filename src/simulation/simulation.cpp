@@ -99,8 +99,8 @@ Simulation::Simulation(const Communicator& comm, const Threads& threads, const S
         last_checkpoint_ = found->step;
         checkpoint_digest_ = found->digest;
         if (comm_.root() && writes)
-            std::printf("Resuming from %s: step %lld, %.1f %% done%s\n", found->file.c_str(), static_cast<long long>(found->step),
-                        100.0 * static_cast<double>(found->step) / static_cast<double>(plan_.steps),
+            std::printf("Resuming from %s: step %lld, %s%s\n", found->file.c_str(), static_cast<long long>(found->step),
+                        share_done(found->step, plan_.steps).c_str(),
                         plan_.audit && !found->audited_from ? "; it has no audit, which begins here" : "");
     } else {
         on_root(comm_, [&] {
