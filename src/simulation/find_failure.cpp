@@ -1,5 +1,7 @@
 // What a run does about a failure: it goes back to the last copy of the state, makes the steps again looking at each, and says
 // where it began.
+#include "core/share_text.hpp"
+#include "core/timer.hpp"
 #include "io/disk.hpp"
 #include "kernels/kernels.hpp"
 #include "rod/invalid_state.hpp"
@@ -25,7 +27,9 @@ constexpr double held = 0.9;                     ///< share of a limit that is p
 constexpr double resolved = 0.1;                 ///< of an element's length, or rad: what a load may do within a step
 constexpr std::int64_t looked_back = 16;         ///< steps before a failure that may have led to it
 constexpr int most_attempts = 4;                 ///< at a shorter step, each a quarter of the one before
-constexpr double trial_seconds = 60;             ///< wall time that they may take in all
+constexpr double trial_seconds = 8;              ///< wall time that they may take in all
+constexpr double shortest_proposed = 1e-4;       ///< of the step of the run
+constexpr double telling_seconds = 0.5;          ///< of it, after which their pace is known
 constexpr std::int64_t nobody = std::numeric_limits<std::int64_t>::max();
 
 /// Two digits, rounded down: a number to be typed in.
@@ -74,8 +78,8 @@ struct Simulation::InvalidRod {
     std::int64_t gid = nobody;
     std::size_t rod = 0; ///< place in local()
     bool finite = true;
-    bool limit = false; ///< by its step alone
-    std::string text;
+    bool limit = false;     ///< by its step alone
+    std::string text, hint; ///< what is wrong with it; a line on its law, or none
 };
 
 void Simulation::keep_copy() {
@@ -123,9 +127,10 @@ Simulation::InvalidRod Simulation::first_invalid_rod() const {
         const std::string name = fmt::format("rod {} of '{}', ", rod.index, group.name());
         with_rod(group, rod.index, [&](const RodGroup& own) {
             if (const auto invalid = find_invalid(own, state)) {
-                first = {rod.gid, i, invalid->finite, false, name + invalid->reason + tension_hint(own, state)};
+                first = {
+                    rod.gid, i, invalid->finite, false, name + invalid->reason + tension_hint(own, state), law_hint(own, state)};
             } else if (const Tightest at = tightest(own, state); watch.stops && watch.share(at.eigenvalue) > 1) {
-                first = {rod.gid, i, true, true, name + text_of(at, watch)};
+                first = {rod.gid, i, true, true, name + text_of(at, watch), law_hint(own, state)};
             }
         });
     }
@@ -182,9 +187,9 @@ Simulation::Failure Simulation::find_failure() {
     if (gid == nobody) { // contacts alone
         found.text = comm_.first_text(reason_of_failure());
     } else {
-        found.text = comm_.first_text(
-            here ? fmt::format("{} at step {} (t = {:.6g} s, dt = {:.6g} s)", mine.text, found.step, clock_.time(), plan_.dt)
-                 : std::string());
+        found.text = comm_.first_text(here ? fmt::format("{} at step {} (t = {:.6g} s, dt = {:.6g} s){}", mine.text, found.step,
+                                                         clock_.time(), plan_.dt, mine.hint)
+                                           : std::string());
     }
     try {
         write_single_frame(comm_, options_.out, "failure", groups_, *rods_, plan_.title, found.step, clock_.time(), clock_.lag());
@@ -254,9 +259,13 @@ void Simulation::try_shorter_steps(Failure& failure, const StateCopy& start, dou
         failure.dt = plan_.dt = dt;
         begin_again(start, was);
         bool well = true;
+        const double first = static_cast<double>(clock_.done()), attempt_began = wall_seconds();
         for (const std::int64_t end = clock_.step_at(until); well && clock_.done() < end;) {
             well = redo(std::min(end, clock_.done() + look_every), true);
-            if (comm_.max(wall_seconds() - began) > trial_seconds) {
+            const double now = wall_seconds(), taken = comm_.max(now - attempt_began);
+            const double share = (static_cast<double>(clock_.done()) - first) / (static_cast<double>(end) - first);
+            const bool hopeless = well && taken > telling_seconds && taken > share * trial_seconds;
+            if (hopeless || comm_.max(now - began) > trial_seconds) {
                 failure.remedy = Remedy::untried;
                 return;
             }
@@ -285,21 +294,30 @@ void Simulation::throw_failure() {
         const auto timing = timers_.time(Phase::rods);
         found = find_failure();
     }
-    std::string text = fmt::format(
-        "{}\n  likely cause: dt is {:.3g} of the rest-state limit {:.4g} s{}", found.text, ratio, plan_.limit,
-        ratio > 0.95 ? ", too close to it; lower dt" : "; strains have grown beyond what it allows, or a load is too strong");
+    std::string text = found.text;
+    // A step so short that no run would end is no remedy.
+    const bool no_step = found.remedy == Remedy::none || (found.remedy == Remedy::untried && found.dt < shortest_proposed * dt);
+    if (no_step && found.remedy == Remedy::untried)
+        text += fmt::format(
+            "\n  likely cause: what acts on the rods; it would take steps of {:g} s, where one now has {:g} s: weaken the "
+            "load, or give the rods a larger radius or a larger youngs_modulus",
+            found.dt, dt);
+    else if (no_step)
+        text += fmt::format(
+            "\n  likely cause: what acts on the rods, or too few elements; a shorter step does not help: the same steps "
+            "fail with time.dt = {:g} too; weaken the load, or give the rods more elements, a larger radius or a "
+            "larger youngs_modulus",
+            found.dt);
+    else
+        text += fmt::format("\n  likely cause: dt is {} of the rest-state limit {:.4g} s{}", share_text(ratio), plan_.limit,
+                            ratio > 0.95 ? ", too close to it; lower dt"
+                                         : "; strains have grown beyond what it allows, or a load is too strong");
     if (!found.frame.empty()) text += "\n  " + found.frame;
-    if (found.remedy == Remedy::none)
-        text +=
-            fmt::format("\n  a shorter step does not help: the same steps fail with time.dt = {:g} too; weaken what acts, or give "
-                        "the scene more elements or stiffer rods",
-                        found.dt);
     if (found.remedy == Remedy::step) text += fmt::format("\n  the same steps hold with time.dt = {:g}: it was tried", found.dt);
-    if (found.remedy == Remedy::untried)
+    if (found.remedy == Remedy::untried && !no_step)
         text += fmt::format("\n  time.dt = {:g} may hold; to try it would take longer than {:g} s", found.dt, trial_seconds);
-    const std::string change = found.remedy == Remedy::none
-                                   ? std::string("KEY=VALUE")
-                                   : fmt::format("time.dt={:g}", found.dt > 0 ? found.dt : rounded_down(0.5 * dt));
+    const std::string change =
+        no_step ? std::string("KEY=VALUE") : fmt::format("time.dt={:g}", found.dt > 0 ? found.dt : rounded_down(0.5 * dt));
     if (last_checkpoint_ >= 0)
         text += fmt::format("\n  the last good checkpoint is of step {}; to go on from it:\n"
                             "    skein branch {}@{} {}_2 --set {}",
