@@ -8,6 +8,7 @@ import subprocess
 import sys
 import tempfile
 from contextlib import contextmanager
+from functools import cache
 from pathlib import Path
 
 HERE = Path(__file__).resolve().parent
@@ -62,6 +63,24 @@ def overrides(keys):
 
 def command(what, scene, keys, *words):
     return [str(program()), what, str(scene), *(word for change in overrides(keys) for word in ("--set", change)), *map(str, words)]
+
+
+def description():
+    """What the program knows of scenes, as `skein describe --json` has it: {"tables": [{"name", "list"}], "keys": [{"path", "unit", "type", ...}]}."""
+    return _description(str(program()))
+
+
+@cache
+def _description(path):
+    done = subprocess.run([path, "describe", "--json"], capture_output=True, text=True, env=environment())
+    if done.returncode:
+        raise RunFailed(f"{path} describe --json: {done.stderr.strip() or 'no answer'}", done.returncode)
+    return json.loads(done.stdout)
+
+
+def lists():
+    """Names of the lists of tables that a scene may have: rods, bodies, load, joint, ..."""
+    return [table["name"] for table in description()["tables"] if table["list"]]
 
 
 def _launched(words, ranks, mpirun):

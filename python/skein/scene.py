@@ -2,13 +2,13 @@
 
 import subprocess
 from copy import deepcopy
+from difflib import get_close_matches
 from pathlib import Path
 
 import numpy as np
 
-from .program import RunFailed, _toml, as_file, command, environment
+from .program import RunFailed, _toml, as_file, command, environment, lists
 
-LISTS = ("rods", "bodies", "load", "damping", "contact_pair", "wall", "table")
 IN_TEXT = 32  # rods whose places are written into the scene; of more they go into an HDF5 file beside it
 OF_FILE = {"origins": "origin", "directions": "tangent", "normals": "normal", "lengths": "length", "radii": "radius", "nodes": "nodes"}
 
@@ -39,7 +39,13 @@ class Scene:
             self._tree[key] = deepcopy(value)
 
     def __repr__(self):
-        return f"<scene '{self.name}': {', '.join(group['name'] for group in self._tree.get('rods', []))}>"
+        parts = []
+        for table, value in self._tree.items():
+            if isinstance(value, list) and value and all(isinstance(entry, dict) for entry in value):
+                names = [f"'{entry['name']}'" if "name" in entry else str(entry.get("kind", "?")) for entry in value]
+                parts.append(f"{table} {', '.join(names)}")
+        duration = self._tree.get("time", {}).get("duration")
+        return f"<Scene '{self.name}': {'; '.join(parts) or 'empty'}{f'; {duration:g} s' if isinstance(duration, (int, float)) else ''}>"
 
     def rods(self, name, origins=None, directions=None, normals=None, lengths=None, radii=None, nodes=None, **keys):
         """Adds a group. Places as arrays: origins, directions (d3 at the start), normals (d1 there) [rods, 3], lengths, radii [rods], or whole centrelines, nodes
@@ -81,9 +87,15 @@ class Scene:
         return self.add("table", name=name, at=np.asarray(at, float).tolist(), value=np.asarray(value, float).tolist(), **keys)
 
     def add(self, table, /, **keys):
-        """Appends an entry to any of the lists: rods, bodies, load, damping, contact_pair, wall, table."""
-        if table not in LISTS:
-            raise KeyError(f"no list '{table}' in scenes; there are {', '.join(LISTS)}")
+        """Appends an entry to any of the lists that the program knows: rods, bodies, load, joint, assembly, obstacle, fluid_output, ...
+
+            scene.add("assembly", name="arm")
+            scene.add("joint", kind="fixed", between=["upper", "lower"], at=[1, 0])
+        """
+        known = lists()
+        if table not in known:
+            near = get_close_matches(table, known, 1)
+            raise KeyError(f"no list '{table}' in scenes; " + (f"did you mean '{near[0]}'?" if near else f"there are {', '.join(known)}"))
         self._tree.setdefault(table, []).append(deepcopy(keys))
         return self
 

@@ -57,6 +57,7 @@ class Simulation:
         self._run = None
         changes = [change.encode() for change in overrides(keys)]
         with as_file(scene) as file:
+            self.name = file.stem
             self._run = library().skein_open(str(file).encode(), None, (TEXT * len(changes))(*changes), len(changes), threads, lanes)
         if not self._run:
             raise _failed()
@@ -78,6 +79,12 @@ class Simulation:
 
     def __exit__(self, *error):
         self.close()
+
+    def __repr__(self):
+        if not self._run:
+            return f"<Simulation '{self.name}': closed>"
+        groups = ", ".join(f"'{group.name}' ({len(group.numbers)} of {group.elements} elements)" for group in self.groups.values())
+        return f"<Simulation '{self.name}': step {self.steps_done} of {self.steps}, t = {self.time:.6g} s, dt = {self.dt:.6g} s, groups {groups or 'none'}>"
 
     def __getitem__(self, name):
         """The group of this name."""
@@ -180,7 +187,7 @@ class SimulatedGroup:
         self.nodes, self.elements = call.skein_group_nodes(run, number), call.skein_group_elements(run, number)
 
     def __repr__(self):
-        return f"<group '{self.name}': {len(self.numbers)} of {self.elements} elements>"
+        return f"<Group '{self.name}' of a simulation: {len(self.numbers)} of {self.elements} elements here>"
 
     @property
     def numbers(self):

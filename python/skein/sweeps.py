@@ -24,6 +24,16 @@ class Table(list):
     """Rows of a sweep, one dict a run: the swept keys, `out`, `digest`, `wall_s`, the observables at the end by their headings, and what `measure` gave; a
     run that failed has `error` instead."""
 
+    def __init__(self, rows=(), keys=()):
+        super().__init__(rows)
+        self.keys_swept = tuple(keys)
+
+    def __repr__(self):
+        """A line a run: what was swept, and the digest or the error."""
+        lines = ["  ".join([*(f"{key} = {row.get(key)}" for key in self.keys_swept), str(row["out"]),
+                            f"error: {str(row['error']).splitlines()[0][:100]}" if "error" in row else f"digest {row.get('digest')}"]) for row in self]
+        return "\n".join([f"<Table of {len(self)} runs, {sum('error' in row for row in self)} failed or not ended>", *lines])
+
     def to_pandas(self):
         import pandas
         return pandas.DataFrame(list(self))
@@ -37,7 +47,8 @@ def sweep(scene, keys, out=None, threads=1, at_once=None, measure=None, slurm=Fa
 
     at_once     runs side by side; default: as many as the cores that this process may use bear, of `threads` each
     measure     {heading: function of the run's results}
-    slurm       True: writes OUT/sweep.sbatch, an array of jobs, and submits it where sbatch is there; the same call then gathers what has ended
+    slurm       True: writes OUT/sweep.sbatch, an array of jobs, and submits it by sbatch; the same call then gathers what has ended. Raises
+                FileNotFoundError where runs have not ended and there is no sbatch
     fixed       keys that all runs share
     """
     with as_file(scene) as path:
@@ -47,6 +58,8 @@ def sweep(scene, keys, out=None, threads=1, at_once=None, measure=None, slurm=Fa
         names = [f"{number:0{len(str(len(cases)))}d}" for number in range(1, len(cases) + 1)]
         _same_sweep(out, names, cases)
         if slurm:
+            if not shutil.which("sbatch") and not all((out / name / "summary.json").exists() for name in names):
+                raise FileNotFoundError("sbatch is not in PATH, so no job can be submitted: call sweep on a login node of the cluster, or leave out slurm=True to run here")
             kept = path if Path(scene if isinstance(scene, (str, Path)) else "").exists() else shutil.copy(path, out / path.name)
             _submit(out, Path(kept).resolve(), names, cases, fixed, threads)
             rows = [_row(out / name, case, measure) if (out / name / "summary.json").exists() else {**case, "out": str(out / name), "error": "not ended"} for name, case in zip(names, cases)]
@@ -62,7 +75,7 @@ def sweep(scene, keys, out=None, threads=1, at_once=None, measure=None, slurm=Fa
 
             with ThreadPoolExecutor(at_once) as workers:
                 rows = list(workers.map(one, names, cases))
-    return Table(rows)
+    return Table(rows, keys)
 
 
 def _same_sweep(out, names, cases):
@@ -87,5 +100,9 @@ def _submit(out, scene, names, cases, fixed, threads):
     job = out / "sweep.sbatch"
     known = job.exists()
     job.write_text(JOB.format(name=scene.stem, count=len(names), threads=threads, folder=out.resolve(), commands=commands.resolve()))
-    if shutil.which("sbatch") and not known:
-        subprocess.run(["sbatch", str(job)], check=True)
+    if not known and shutil.which("sbatch"):
+        try:
+            subprocess.run(["sbatch", str(job)], check=True)
+        except (OSError, subprocess.CalledProcessError):
+            job.unlink()  # so that the same call submits it again
+            raise

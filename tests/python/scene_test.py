@@ -105,6 +105,38 @@ class Scenes(unittest.TestCase):
         self.assertIn("rate", failed[0]["error"])
         self.assertNotIn("error", failed[1])
 
+    def test_lists_are_those_of_the_program(self):
+        """Every list of tables that scenes may have can be added to; a joint and its assembly make a scene that the program takes."""
+        from skein.program import description, lists
+        known = lists()
+        self.assertLess({"rods", "bodies", "load", "damping", "contact_pair", "wall", "table", "joint", "assembly", "obstacle", "fluid_output"}, {*known, "time"})
+        page = (APPS.parent / "docs/scene.md").read_text()
+        self.assertEqual({line[6:-3] for line in page.splitlines() if line.startswith("## `[[") and " " not in line[4:] and "." not in line} | {"load"}, set(known) | {"load"})
+        for table in known:
+            self.assertIn(f"[[{table}]]", skein.Scene("x").add(table, name="a").text())
+        with self.assertRaisesRegex(KeyError, "did you mean 'joint'"):
+            skein.Scene("x").add("jiont")
+        units = {key["path"]: key["unit"] for key in description()["keys"]}
+        self.assertEqual((units["rods.shape.length"], units["rods.material.youngs_modulus"], units["load.gravity.acceleration"]), ("m", "Pa", "m/s^2"))
+        arm = skein.Scene("arm", time={"duration": 0.01}).add("assembly", name="arm")
+        for name, height in (("lower", 0.0), ("upper", 0.1)):
+            arm.rods(name, assembly="arm", material={"density": 1100.0, "youngs_modulus": 1e6}, section={"radius": 5e-3}, shape={"length": 0.1, "elements": 8},
+                     placement={"origin": [0.0, 0.0, height], "tangent": [0.0, 0.0, 1.0]})
+        arm.add("joint", kind="spherical", between=["lower", "upper"], at=[1, 0], stiffness=1e3)
+        arm.check()
+        self.assertEqual(repr(arm), "<Scene 'arm': assembly 'arm'; rods 'lower', 'upper'; joint spherical; 0.01 s>")
+
+    def test_a_sweep_without_a_queue_is_an_error(self):
+        with unittest.mock.patch.dict(os.environ, PATH=os.path.dirname(SKEIN)), self.assertRaisesRegex(FileNotFoundError, "sbatch is not in PATH"):
+            skein.sweep(filament(), {"damping.0.rate": [1.0]}, self.folder / "none", slurm=True)
+
+    def test_a_table_says_how_its_runs_ended(self):
+        rows = skein.sweep(filament(), {"damping.0.rate": [1.0, -1.0]}, self.folder / "two")
+        first, one, two = repr(rows).splitlines()
+        self.assertEqual(first, "<Table of 2 runs, 1 failed or not ended>")
+        self.assertRegex(one, "damping.0.rate = 1.0 .*digest [0-9a-f]{16}")
+        self.assertRegex(two, "damping.0.rate = -1.0 .*error: ")
+
     def test_sweep_on_slurm(self):
         """Of a queue of its own, which notes what it is given."""
         scene = filament().save(self.folder / "filament.toml")
