@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <string_view>
 
 #include <fmt/format.h>
 
@@ -11,6 +12,9 @@ namespace skein {
 namespace {
 
 constexpr double resolved = 2; // cells in a radius
+constexpr std::string_view flat_bodies =
+    "at Re = 40 flat bodies of 1 cell in half the thickness have from 3 % too little to 6 % too much "
+    "drag, those of 0.5 cells from 12 % too little to 35 % too much";
 
 /// Radius of the cylinder that a rod acts as, in cells: apps/flow/README.md, thin rods in Stokes flow.
 double seen_radius(double radius, bool on_axis) {
@@ -41,12 +45,7 @@ std::string of_rods(const RodsInFluid& rods, const RodGroup& group, const FluidG
     const auto has = [&](SectionMarkers kind) { return rods.has[static_cast<std::size_t>(kind)]; };
     const std::string what = fmt::format("rods.{}: {:.3g} cells in {}", rods.name, radius, flat ? "half the thickness" : "radius");
     const std::string cure = fmt::format("; fluid.spacing = {:.3g} gives two cells", radius * spacing / resolved);
-    if (flat)
-        return what +
-               fmt::format(
-                   ", too few for the fluid: at Re = 40 flat bodies of 1 cell in half the thickness have 4 to 6 % too much drag, "
-                   "those of 0.5 cells between 12 % too little and 35 % too much") +
-               cure;
+    if (flat) return what + ", too few for the fluid: " + std::string(flat_bodies) + cure;
     const bool on_axis = has(SectionMarkers::centre_line);
     const double error = drag_error(radius, length, on_axis);
     std::string text = what + fmt::format(", too few for the fluid, which sees about {:.2g} cells", seen_radius(radius, on_axis));
@@ -54,20 +53,22 @@ std::string of_rods(const RodsInFluid& rods, const RodGroup& group, const FluidG
         text +=
             fmt::format(": in slow flow the drag across it will be about {:.2g} times its own ({:+.1f} %)", 1 + error, 100 * error);
     text += "; at Re = 40 cylinders of 1.6 cells in radius have 4 to 12 % too little drag, those of 1 cell twice their own";
-    if (on_axis) text += fmt::format("; fluid.spacing = {:.3g} makes the width right in slow flow", radius * spacing / 0.78);
+    constexpr double close = 0.02;
+    if (on_axis && !(std::abs(error) < close))
+        text += fmt::format("; fluid.spacing = {:.3g} makes the width right in slow flow", radius * spacing / 0.78);
     return text + cure;
 }
 
 std::string of_obstacle(const Obstacle& o, double least, double spacing) {
-    const std::string known =
-        o.kind == ObstacleKind::cylinder
-            ? "at Re = 40 cylinders of 3.3 cells in radius have up to 7 % too little drag, those of 1.6 cells 4 to "
-              "12 %, those of 1 cell twice their own"
-            : "spheres of 3.6 cells in radius have 7 % too much drag in slow flow, and the error grows as the "
-              "square of the spacing";
-    return fmt::format(
-        "obstacle '{}': {:.3g} cells in radius are too few for the fluid: {}; fluid.spacing = {:.3g} gives two cells", o.name,
-        least / spacing, known, least / resolved);
+    const bool sphere = o.kind == ObstacleKind::sphere, flat = !sphere && std::max(o.radius, o.second_radius) > 2 * least;
+    const std::string_view known =
+        sphere ? "spheres of 3.6 cells in radius have 7 % too much drag in slow flow, and the error grows as "
+                 "the square of the spacing"
+        : flat ? flat_bodies
+               : "at Re = 40 cylinders of 3.3 cells in radius have up to 7 % too little drag, those of 1.6 "
+                 "cells 4 to 12 %, those of 1 cell twice their own";
+    return fmt::format("obstacle '{}': {:.3g} cells in {} are too few for the fluid: {}; fluid.spacing = {:.3g} gives two cells",
+                       o.name, least / spacing, flat ? "half the thickness" : "radius", known, least / resolved);
 }
 
 } // namespace

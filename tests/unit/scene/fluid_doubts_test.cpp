@@ -50,7 +50,7 @@ TEST(FluidDoubts, NameEachBodyOfLessThanTwoCellsInRadius) {
     EXPECT_NE(found[1].find("about 1.6 times its own"), std::string::npos) << found[1];
     EXPECT_NE(found[1].find("fluid.spacing = 0.0123"), std::string::npos) << found[1];
     EXPECT_NE(found[2].find("obstacle 'thin': 1.9 cells"), std::string::npos) << found[2];
-    EXPECT_NE(found[3].find("obstacle 'flat': 1 cells"), std::string::npos) << found[3];
+    EXPECT_NE(found[3].find("obstacle 'flat': 1 cells in half the thickness"), std::string::npos) << found[3];
 }
 
 } // namespace
