@@ -36,6 +36,10 @@ public:
     std::span<const double> pressure() const override { return pressure_; }
     Gain pressure_gain() const override { return {implicit() ? gain_ : next_[0], keeps_gain_ ? gain_times_ : 0}; }
     void keep_pressure_gain() override;
+    std::span<double> restore_pressure_gain(double times) override {
+        gain_times_ = times;
+        return implicit() ? gain_ : next_[0];
+    }
     std::optional<double> pressure_time() const override { return pressure_time_; }
     void set_pressure_time(std::optional<double> time) override { pressure_time_ = time, gain_times_ = 0; }
     std::vector<std::span<double>> state() override;

@@ -24,8 +24,10 @@ public:
     virtual void keep_pressure_gain() = 0;
     /// The time to which the pressure belongs, s; none where bodies began to act in the last step.
     virtual std::optional<double> pressure_time() const = 0;
-    /// After FlowSolver::refresh().
+    /// After FlowSolver::refresh(); the gain is 0 times from here on.
     virtual void set_pressure_time(std::optional<double> time) = 0;
+    /// The gain is that of another run's last step, so many times, once its field is written, ghosts aside. Where it is kept.
+    virtual std::span<double> restore_pressure_gain(double times) = 0;
 };
 
 inline PressureInTime& pressure_in_time(FlowSolver& flow) { return dynamic_cast<PressureInTime&>(flow); }

@@ -23,6 +23,7 @@
 #include "scene/assembly_check.hpp"
 #include "scene/doubts.hpp"
 #include "scene/fluid_doubts.hpp"
+#include "scene/fluid_pressure.hpp"
 #include "scene/group_limits.hpp"
 #include "scene/group_names.hpp"
 #include "scene/law_differences.hpp"
@@ -494,7 +495,11 @@ Plan make_plan(const SceneSpec& as_given, std::span<const RodGroup> groups, cons
     for (const InteractionSpec& interaction : plan.interactions)
         ns += predicted_ns(interaction) * static_cast<double>(plan.elements) /
               (machine.ranks * std::min(machine.threads, machine.cores));
-    if (plan.fluid) plan.copy_bytes += kept_bytes(plan.fluid->constants);
+    if (plan.fluid) {
+        plan.copy_bytes += kept_bytes(plan.fluid->constants);
+        if (writes_pressure(*plan.fluid))
+            plan.copy_bytes += sizeof(double) * static_cast<double>(plan.fluid->constants.grid.count());
+    }
     if (plan.copy_bytes > machine.ranks * most_copied_bytes) plan.copy_bytes = 0;
     choose_step(plan, scene);
     plan.cadence = cadence_of(scene.output, plan);

@@ -32,6 +32,16 @@ ForceBalance::Weight weight_of(const Plan& plan) {
     };
 }
 
+std::size_t cells_of_plane(const FieldLayout& layout) {
+    return static_cast<std::size_t>(layout.nx) * static_cast<std::size_t>(layout.ny);
+}
+
+/// body(row of a plane) of a field.
+template <class Numbers, class Body> void for_rows_of(const FieldLayout& layout, const Numbers& field, int k, Body&& body) {
+    for (int j = 0; j < layout.ny; ++j)
+        body(std::span(field).subspan(static_cast<std::size_t>(layout.at(0, j, k)), static_cast<std::size_t>(layout.nx)));
+}
+
 /// The first face of a box, walls or open, beyond which a place lies.
 std::optional<FluidFace> face_beyond(const FluidGrid& box, const Vec3d& place, double rounding) {
     const Vec3d upper = box.upper();
@@ -317,28 +327,49 @@ KeptNumbers FluidInteraction::kept() const {
     }
     const auto keep = [&](const std::vector<double>& more) { numbers.insert(numbers.end(), more.begin(), more.end()); };
     if (bodies_ && bodies_->balance()) keep(bodies_->balance()->kept(comm_));
-    if (bodies_) keep(bodies_->forcing().held().kept(comm_));                      // empty where nothing is held
-    numbers.push_back(pressure_in_time(*flow_).pressure_time().value_or(no_time)); // last: programs before it did not know it
+    if (bodies_) keep(bodies_->forcing().held().kept(comm_));  // empty where nothing is held
+    const PressureInTime& pressure = pressure_in_time(*flow_); // last: programs before it did not know it
+    numbers.push_back(pressure.pressure_time().value_or(no_time)), numbers.push_back(pressure.pressure_gain().times);
     KeptNumbers kept{
         .name = kept_name(), .numbers = std::move(numbers), .sums = 0, .columns = state.numbers_of_plane(), .rows = {}};
+    // Frames of this step are written again by a run that goes on from it, so the gain of the pressure is kept where they have it.
+    const PlaneExchange exchange(comm_, plan_.constants.grid, flow_->pencils(), 0);
+    std::vector<double> gain;
+    if (writes_pressure(plan_)) {
+        kept.columns += cells_of_plane(exchange.layout());
+        gain.assign(pressure.pressure_gain().field.begin(), pressure.pressure_gain().field.end());
+        if (flow_->pencils().across() > 1) {
+            gain.resize(exchange.layout().size());
+            exchange.to_planes(pressure.pressure_gain().field, gain);
+        }
+    }
     kept.rows.reserve(kept.columns * static_cast<std::size_t>(state.planes().count));
-    for (int k = 0; k < state.planes().count; ++k)
-        state.for_rows(k, [&](std::span<double> row) { kept.rows.insert(kept.rows.end(), row.begin(), row.end()); });
+    const auto append = [&](std::span<const double> row) { kept.rows.insert(kept.rows.end(), row.begin(), row.end()); };
+    for (int k = 0; k < state.planes().count; ++k) {
+        state.for_rows(k, append);
+        if (!gain.empty()) for_rows_of(exchange.layout(), gain, k, append);
+    }
     return kept;
 }
 
 void FluidInteraction::recall(const KeptNumbers& kept) {
     WholeState state(comm_, *flow_);
-    if (kept.columns != state.numbers_of_plane() ||
+    const PlaneExchange exchange(comm_, plan_.constants.grid, flow_->pencils(), 0);
+    std::vector<double> gain;
+    if (kept.columns == state.numbers_of_plane() + cells_of_plane(exchange.layout())) gain.resize(exchange.layout().size());
+    if ((kept.columns != state.numbers_of_plane() && gain.empty()) ||
         kept.rows.size() != kept.columns * static_cast<std::size_t>(state.planes().count))
         throw IoError("a checkpoint holds another fluid than that of the scene");
     steps_ = steps_before_ = static_cast<std::int64_t>(kept.numbers.at(0));
     auto from = kept.rows.begin();
-    for (int k = 0; k < state.planes().count; ++k)
-        state.for_rows(k, [&](std::span<double> row) {
-            std::copy_n(from, row.size(), row.begin());
-            from += static_cast<std::ptrdiff_t>(row.size());
-        });
+    const auto take = [&](std::span<double> row) {
+        std::copy_n(from, row.size(), row.begin());
+        from += static_cast<std::ptrdiff_t>(row.size());
+    };
+    for (int k = 0; k < state.planes().count; ++k) {
+        state.for_rows(k, take);
+        if (!gain.empty()) for_rows_of(exchange.layout(), std::span(gain), k, take);
+    }
     state.put_back();
     const std::size_t known = std::min<std::size_t>(2, kept.numbers.size()); // 1: of programs before walls could move
     flow_->refresh(known > 1 ? kept.numbers[1] : 0);
@@ -353,11 +384,18 @@ void FluidInteraction::recall(const KeptNumbers& kept) {
         bodies_->balance()->recall(more.first(of_balance));
         more = more.subspan(of_balance);
     }
-    if (more.size() % HeldVectors::record == 1) {
-        const double time = more.back();
-        pressure_in_time(*flow_).set_pressure_time(time == no_time ? std::nullopt : std::optional(time));
-        more = more.first(more.size() - 1);
-    } else pressure_in_time(*flow_).set_pressure_time(std::nullopt);
+    PressureInTime& pressure = pressure_in_time(*flow_);
+    pressure.set_pressure_time(std::nullopt);
+    if (more.size() % HeldVectors::record == 2) {
+        const double time = more[more.size() - 2], times = more.back();
+        if (time != no_time) pressure.set_pressure_time(time);
+        if (!gain.empty() && writes_pressure(plan_)) {
+            const std::span<double> field = pressure.restore_pressure_gain(times);
+            if (flow_->pencils().across() > 1) exchange.to_rows(gain, field);
+            else std::copy(gain.begin(), gain.end(), field.begin());
+        }
+        more = more.first(more.size() - 2);
+    }
     if (bodies_) bodies_->forcing().recall_held(more);
     failure_.clear();
 }
