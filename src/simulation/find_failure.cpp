@@ -255,25 +255,28 @@ void Simulation::begin_again(const StateCopy& start, const Clock& was) {
 void Simulation::try_shorter_steps(Failure& failure, const StateCopy& start, double until, double dt) {
     const double began = wall_seconds();
     const Clock was(plan_.dt, start.step(), plan_.integrator, clock_.shift());
-    for (int attempt = 0; attempt < most_attempts; ++attempt, dt = rounded_down(dt / 4)) {
-        failure.dt = plan_.dt = dt;
+    enum class Trial { held, failed, too_long };
+    const auto tried = [&](double step) {
+        plan_.dt = step;
         begin_again(start, was);
-        bool well = true;
-        const double first = static_cast<double>(clock_.done()), attempt_began = wall_seconds();
-        for (const std::int64_t end = clock_.step_at(until); well && clock_.done() < end;) {
-            well = redo(std::min(end, clock_.done() + look_every), true);
-            const double now = wall_seconds(), taken = comm_.max(now - attempt_began);
+        const double first = static_cast<double>(clock_.done()), trial_began = wall_seconds();
+        for (const std::int64_t end = clock_.step_at(until); clock_.done() < end;) {
+            if (!redo(std::min(end, clock_.done() + look_every), true)) return Trial::failed;
+            const double now = wall_seconds(), taken = comm_.max(now - trial_began);
             const double share = (static_cast<double>(clock_.done()) - first) / (static_cast<double>(end) - first);
-            const bool hopeless = well && taken > telling_seconds && taken > share * trial_seconds;
-            if (hopeless || comm_.max(now - began) > trial_seconds) {
-                failure.remedy = Remedy::untried;
-                return;
-            }
+            const bool hopeless = taken > telling_seconds && taken > share * trial_seconds;
+            if (hopeless || comm_.max(now - began) > trial_seconds) return Trial::too_long;
         }
-        if (well) {
-            failure.remedy = Remedy::step;
-            return;
-        }
+        return Trial::held;
+    };
+    for (int attempt = 0; attempt < most_attempts; ++attempt, dt = rounded_down(dt / 4)) {
+        failure.dt = dt;
+        Trial trial = tried(dt);
+        // What holds by chance, as rods that fold may, fails with half the step.
+        if (trial == Trial::held && tried(rounded_down(dt / 2)) == Trial::failed) trial = Trial::failed;
+        if (trial == Trial::failed) continue;
+        failure.remedy = trial == Trial::held ? Remedy::step : Remedy::untried;
+        return;
     }
     failure.remedy = Remedy::none;
 }
