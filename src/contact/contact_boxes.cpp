@@ -75,9 +75,10 @@ Contacts::BoxContact Contacts::evaluate_box(const Exposure& bodies, double h, st
         const double s = near.s;
         const BoxPoint point = nearest_on_box(axes * (p + s * d - centre), box.half);
         const Vec3d &vertex = node[side > 0].position, on_box = centre + transpose_times(axes, point.on_box);
-        const auto share = vertex_share<1>(
-            reach, side > 0 ? 1 - s : s, broadcast<1>(vertex), broadcast<1>(node[side <= 0].position - vertex),
-            broadcast<1>(neighbour_node(bodies, element, side > 0)->position - vertex), broadcast<1>(on_box), {}, {});
+        const auto share =
+            vertex_share<1>(reach, side > 0 ? 1 - s : s, broadcast<1>(vertex), broadcast<1>(node[side <= 0].position - vertex),
+                            broadcast<1>(bodies.node[neighbour(bodies, element, side > 0) + (side > 0)].position - vertex),
+                            broadcast<1>(on_box), {}, {});
         const double apart = sharing<1>(near.sine_squared, share.bend[0] * (node->radius + box.radius))[0];
         weight = 1 + apart * (share.weight[0] - 1);
         const double beyond = apart * share.beyond[0];
@@ -131,6 +132,11 @@ Contacts::BoxContact Contacts::evaluate_box(const Exposure& bodies, double h, st
     out.force.viscous_work += viscous_work;
     out.force.stiffness = max(out.force.stiffness, Q(stiffest));
     return out;
+}
+
+double Contacts::normal_energy_with_box(const Exposure& bodies, std::uint32_t pair) const {
+    const ContactMemory<double> nothing{};
+    return evaluate_box(bodies, 0, pair, &nothing).force.elastic_energy[0];
 }
 
 Contact Contacts::contact_with_box(const Exposure& bodies, std::uint32_t pair) const {

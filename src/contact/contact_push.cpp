@@ -30,8 +30,6 @@ template <bool prune> void Contacts::find_touching(const Work& work, WorkArea& a
     };
     const ContactMemory<double>* const memory = remembers_ ? memory_.data() : nullptr;
     const P margin(margin_);
-    const double seen = seen_beyond(work.bodies.scene().vertex_reach());
-    const std::uint8_t* const bent = bent_.data();
     const std::uint8_t* const has_box = has_box_.empty() ? nullptr : &has_box_[begin];
     double* number[A::numbers];
     for (int i = 0; i < A::numbers; ++i) number[i] = area.number[i].data();
@@ -51,9 +49,7 @@ template <bool prune> void Contacts::find_touching(const Work& work, WorkArea& a
             const auto first = static_cast<std::uint32_t>(k);
             const unsigned starts_1 = bits_of_bytes(vertices + k, 0), ends_1 = bits_of_bytes(vertices + k, 1),
                            starts_2 = bits_of_bytes(vertices + k, 2), ends_2 = bits_of_bytes(vertices + k, 3);
-            const auto range_1 = range_with_vertices<A::W>(starts_1, ends_1, seen),
-                       range_2 = range_with_vertices<A::W>(starts_2, ends_2, seen);
-            const auto closest = closest_points(tile.p, tile.d1, tile.q, tile.d2, range_1, range_2);
+            const auto closest = closest_points(tile.p, tile.d1, tile.q, tile.d2);
             const P reach = tile.radius_1 + tile.radius_2, squared = dot(closest.apart, closest.apart);
             const std::uint32_t left = count - first;
             const unsigned listed = left >= A::W ? 0xffu : (1u << left) - 1,
@@ -71,23 +67,8 @@ template <bool prune> void Contacts::find_touching(const Work& work, WorkArea& a
                 for (std::size_t l = 0; l < A::W; ++l) before |= static_cast<unsigned>(status[candidate(k + l)] & touching) << l;
                 before &= valid;
             }
-            const unsigned close = bits_of(squared < reach * reach) & valid;
-            // Those that have no share, as the contact is on the other side of a vertex. Where that vertex is bent, weigh() looks
-            // closer.
-            const unsigned steep = close & bits_of(closest.sine_squared >= max(P(shallow * shallow), reach * P(steepest_of_bent_))),
-                           at_start_1 = bits_of(closest.s <= range_1.low) & starts_1,
-                           at_end_1 = bits_of(closest.s >= range_1.high) & ends_1,
-                           at_start_2 = bits_of(closest.t <= range_2.low) & starts_2,
-                           at_end_2 = bits_of(closest.t >= range_2.high) & ends_2;
-            unsigned touch = close;
-            for (unsigned some = steep & (at_start_1 | at_end_1 | at_start_2 | at_end_2); some != 0; some &= some - 1) {
-                const int l = std::countr_zero(some);
-                const Pair both = pair[k + static_cast<std::size_t>(l)];
-                const auto beyond = [&](unsigned at, std::uint32_t slot) { return (at >> l & 1) & (bent[slot] ^ 1u); };
-                touch &= ~((beyond(at_start_1, both.a) | beyond(at_end_1, both.a + 1) | beyond(at_start_2, both.b) |
-                            beyond(at_end_2, both.b + 1))
-                           << l);
-            }
+            const P within_reach = reach * reach;
+            const unsigned touch = bits_of(squared < within_reach) & valid;
             for (unsigned ended = before & ~touch; ended != 0; ended &= ended - 1)
                 area.ended.push_back(candidate(k + static_cast<std::size_t>(std::countr_zero(ended))));
             if (touch == 0) return;
@@ -97,13 +78,18 @@ template <bool prune> void Contacts::find_touching(const Work& work, WorkArea& a
             keep(A::x, closest.apart.x), keep(A::y, closest.apart.y), keep(A::z, closest.apart.z);
             keep(A::sine_squared, closest.sine_squared);
             keep(A::radius_1, tile.radius_1), keep(A::radius_2, tile.radius_2);
-            const auto both_long = min(dot(tile.d1, tile.d1), dot(tile.d2, tile.d2)) > P(0.0);
+            const P squared_1 = dot(tile.d1, tile.d1), squared_2 = dot(tile.d2, tile.d2);
+            const auto both_long = min(squared_1, squared_2) > P(0.0);
             const unsigned beside = bits_of((closest.sine_squared < P(blend * blend)) & both_long) & touch;
             store_places(side + sides, bits_among(beside, touch), n);
             sides += static_cast<std::uint32_t>(std::popcount(beside));
-            const P early(seen), late(1 - seen);
-            const unsigned near[4] = {bits_of(closest.s < early) & starts_1, bits_of(closest.s > late) & ends_1,
-                                      bits_of(closest.t < early) & starts_2, bits_of(closest.t > late) & ends_2},
+            // Along an edge the squared distance rises by at least x^2 sin^2 from where it is least: vertices that may touch.
+            const P rises = closest.sine_squared, left_over = within_reach - squared, rest_1 = P(1.0) - closest.s,
+                    rest_2 = P(1.0) - closest.t, rise_1 = rises * squared_1, rise_2 = rises * squared_2;
+            const unsigned near[4] = {bits_of(closest.s * closest.s * rise_1 < left_over) & starts_1,
+                                      bits_of(rest_1 * rest_1 * rise_1 < left_over) & ends_1,
+                                      bits_of(closest.t * closest.t * rise_2 < left_over) & starts_2,
+                                      bits_of(rest_2 * rest_2 * rise_2 < left_over) & ends_2},
                            near_1 = near[0] | near[1], near_2 = near[2] | near[3];
             const std::uint64_t at =
                 bytes_of_bits(near[0]) | bytes_of_bits(near[1]) << 1 | bytes_of_bits(near[2]) << 2 | bytes_of_bits(near[3]) << 3;
@@ -166,6 +152,20 @@ void Contacts::exert(const Work& work, std::uint32_t slot, const ElementLoad<dou
     exert(work, slot, {f.x, f.y, f.z, 0, c.x, c.y, c.z, 0}, {g.x, g.y, g.z, 0, 0, 0, 0, 0});
 }
 
+/// A force on a node of an element, its start or its end.
+void Contacts::exert_at(const Work& work, std::uint32_t slot, const LoadRow& row, bool at_end) {
+    const std::int32_t window = work.bodies.window_of[slot];
+    if (!work.bodies.owns(static_cast<std::size_t>(window))) return;
+    if (slot >= work.last_slot) {
+        LoadRow deferred = row;
+        deferred.number[3] = at_end, deferred.number[7] = 0;
+        work.deferring.defer(window, slot, deferred);
+        return;
+    }
+    add_whole_row(&work.load[slot + at_end], row);
+    touched_[static_cast<std::size_t>(window)] = 1;
+}
+
 void Contacts::push_touching(const Work& work, const WorkArea& area, Sums& sums) {
     using A = WorkArea;
     constexpr int W = A::W;
@@ -178,7 +178,6 @@ void Contacts::push_touching(const Work& work, const WorkArea& area, Sums& sums)
     ContactMemory<double>* const kept = memory_.data();
     ExertedLoad* const load = work.load;
     const std::uint32_t behind = work.last_slot;
-    const bool has_sides = area.sides > 0;
     for (std::uint32_t i = 0; i < area.count; i += W) {
         const int count = static_cast<int>(std::min<std::uint32_t>(W, area.count - i));
         const std::uint32_t* const index = area.index.data() + i;
@@ -187,7 +186,7 @@ void Contacts::push_touching(const Work& work, const WorkArea& area, Sums& sums)
         const auto spin = [&](auto&& of) { return load_transposed<W>([&](int l) { return &of(pair[l])->spin.x; }).vector; };
         const P s = area.pack(A::s, i), t = area.pack(A::t, i), radius_1 = area.pack(A::radius_1, i),
                 radius_2 = area.pack(A::radius_2, i), weight = area.pack(A::weight, i),
-                weight_of_all = has_sides ? area.pack(A::weight_of_all, i) : weight;
+                weight_of_all = area.pack(A::weight_of_all, i);
         const auto remembered = [&]() __attribute__((always_inline)) {
             const auto spring = load_transposed<W>([&](int l) { return &kept[index[l]].spring.x.x; });
             const auto viscous_part = load_transposed<W>([&](int l) { return &kept[index[l]].viscous_part.x; });
@@ -214,7 +213,7 @@ void Contacts::push_touching(const Work& work, const WorkArea& area, Sums& sums)
             between(rate([&](Pair p) { return motion + p.b; }), rate([&](Pair p) { return motion + p.b + 1; }), t),
             spin([&](Pair p) { return motion + p.b; })};
         const ContactForce<P> force = contact_force<W>(kinds_, numbers<W>(work.bodies, pair), state, work.h, memory,
-                                                       {weight, weight_of_all}, has_sides ? area.pack(A::elsewhere, i) : none);
+                                                       {weight, weight_of_all}, area.pack(A::elsewhere, i));
 
         alignas(64) LoadRow row[W];
         store_transposed<W>(force.on_1, t, [&](int l) { return &row[l].number[0]; });
@@ -292,10 +291,10 @@ void Contacts::push(const Work& work, WorkArea& area) {
     if (begin == end) return;
     if (may_repeat_) keep_aside(begin, end);
     work.prune ? find_touching<true>(work, area) : find_touching<false>(work, area);
-    weigh(work, area);
     follow_springs(work, area);
     for (const std::uint32_t pair : area.ended) end_contact(work, pair);
     Sums sums;
+    push_vertices(work, area, sums);
     if (area.sides > 0) push_sides(work, area, sums);
     area.fill_up();
     push_touching(work, area, sums);

@@ -12,7 +12,7 @@ using detail::across, detail::between, detail::edge;
 /// elements are not near-parallel there is nothing at the ends.
 template <int N> Contacts::Ends<N> Contacts::at_ends(const Exposure& bodies, double h, const Pair* pair,
                                                      const std::uint8_t* vertices, Pack<N> sine_squared, Pack<N> weight,
-                                                     Pack<N> distance) const {
+                                                     Pack<N> vertex_energy, Pack<N> distance) const {
     using Q = Pack<N>;
     struct Element {
         Vec3<Q> node[2], edge, velocity[2], spin;
@@ -101,7 +101,7 @@ template <int N> Contacts::Ends<N> Contacts::at_ends(const Exposure& bodies, dou
         on[1].first -= (one - e.t) * f.on_1, on[1].second -= e.t * f.on_1, on[1].couple += f.arm_2 * f.moment;
     }
     // How the energy changes with the share, times how the share changes as elements turn.
-    const Q per_share = beside * energy_of_ends - weight * energy_at(distance),
+    const Q per_share = beside * energy_of_ends - fma(weight, energy_at(distance), vertex_energy),
             per_cosine = Q(4 / (blend * blend)) * near * along / max(e1.squared * e2.squared, Q(1e-300));
     const Vec3<Q> turn_1 = (per_share * per_cosine) * (e2.edge - (along / e1.squared) * e1.edge),
                   turn_2 = (per_share * per_cosine) * (e1.edge - (along / e2.squared) * e2.edge);
@@ -115,14 +115,12 @@ void Contacts::push_sides(const Work& work, WorkArea& area, Sums& sums) {
     using A = WorkArea;
     constexpr int W = A::W;
     using P = Pack<W>;
-    std::copy_n(area[A::weight], area.count, area[A::weight_of_all]);
-    std::fill_n(area[A::elsewhere], area.count, 0.0);
     for (std::uint32_t i = 0; i < area.sides; i += W) {
         const std::uint32_t valid = std::min<std::uint32_t>(W, area.sides - i);
         std::uint32_t at[W];
         Pair pair[W];
         std::uint8_t vertices[W];
-        P sine_squared, weight, distance;
+        P sine_squared, weight, vertex_energy, distance;
         unsigned mine = 0;
         for (std::uint32_t l = 0; l < W; ++l) {
             at[l] = area.side[i + (l < valid ? l : 0)];
@@ -131,10 +129,11 @@ void Contacts::push_sides(const Work& work, WorkArea& area, Sums& sums) {
             const int to = static_cast<int>(l);
             sine_squared.set(to, area[A::sine_squared][at[l]]);
             weight.set(to, area[A::weight][at[l]]);
+            vertex_energy.set(to, area[A::vertex_energy][at[l]]);
             distance.set(to, area[A::squared][at[l]]);
             mine |= static_cast<unsigned>(l < valid && work.bodies.owns_slot(pair[l].a)) << l;
         }
-        const Ends<W> ends = at_ends<W>(work.bodies, work.h, pair, vertices, sine_squared, weight, sqrt(distance));
+        const Ends<W> ends = at_ends<W>(work.bodies, work.h, pair, vertices, sine_squared, weight, vertex_energy, sqrt(distance));
         sums.add(ends.stiffness, ends.elastic_energy, P(0.0), ends.viscous_work, mine);
         LoadRow first[2][W], second[2][W]{};
         for (const int body : {0, 1}) {
@@ -149,11 +148,55 @@ void Contacts::push_sides(const Work& work, WorkArea& area, Sums& sums) {
             const int from = static_cast<int>(l);
             area[A::weight][at[l]] = ends.normal_weight[from];
             area[A::weight_of_all][at[l]] = ends.weight_of_all[from];
-            area[A::elsewhere][at[l]] = ends.elsewhere[from];
+            area[A::elsewhere][at[l]] += ends.elsewhere[from];
             exert(work, pair[l].a, first[0][l], second[0][l]);
             exert(work, pair[l].b, first[1][l], second[1][l]);
         }
     }
+}
+
+struct Contacts::Points {
+    ClosestPoints<Pack<1>> at;
+    Pack<1> distance;
+    VertexTerms<Pack<1>> vertices;
+    Ends<1> ends;
+};
+
+Contacts::Points Contacts::points(const Exposure& bodies, std::uint32_t pair) const {
+    const auto [a, b] = list_.pair[pair];
+    Points p;
+    p.at = closest_points(broadcast<1>(bodies.node[a].position), broadcast<1>(edge(bodies, a)),
+                          broadcast<1>(bodies.node[b].position), broadcast<1>(edge(bodies, b)));
+    p.distance = norm(p.at.apart);
+    if (list_.vertices[pair] != 0 && p.distance[0] < bodies.node[a].radius + bodies.node[b].radius) {
+        p.vertices = at_vertices(bodies, pair, p.at);
+        p.at.s = p.vertices.share[0], p.at.t = p.vertices.share[1], p.at.apart = p.vertices.apart;
+        p.distance = norm(p.at.apart);
+    }
+    p.ends = at_ends<1>(bodies, 0, &list_.pair[pair], &list_.vertices[pair], p.at.sine_squared, p.vertices.weight,
+                        p.vertices.energy, p.distance);
+    return p;
+}
+
+std::vector<double> Contacts::normal_energies(const Exposure& bodies) const {
+    std::vector<double> all;
+    for (std::uint32_t i = 0; i < list_.count(); ++i) {
+        const auto [a, b] = list_.pair[i];
+        if (!bodies.owns_slot(a)) continue;
+        if (!has_box_.empty() && has_box_[i]) {
+            all.push_back(normal_energy_with_box(bodies, i));
+            continue;
+        }
+        const Vec3d apart = bodies.node[a].position - bodies.node[b].position; // of ends, farther than the sum of all
+        const double radii = bodies.node[a].radius + bodies.node[b].radius;
+        if (norm(apart) > radii + norm(edge(bodies, a)) + norm(edge(bodies, b))) continue;
+        const Points p = points(bodies, i);
+        if (p.distance[0] >= radii) continue;
+        const Pack<1> nearest =
+            normal_energy(kinds_.normal, numbers<1>(bodies, &list_.pair[i]).stiffness, Pack<1>(radii) - p.distance);
+        all.push_back((p.ends.normal_weight * nearest + p.ends.elastic_energy + p.vertices.scale * p.vertices.energy)[0]);
+    }
+    return all;
 }
 
 /// A pair in contact by itself, as it is; springs pull as their memory says.
@@ -162,11 +205,9 @@ Contacts::PairContact Contacts::evaluate_pair(const Exposure& bodies, std::uint3
     const auto [a, b] = list_.pair[pair];
     const ExposedNode *a0 = &bodies.node[a], *b0 = &bodies.node[b];
     const ExposedMotion *on_a = &bodies.motion[a], *on_b = &bodies.motion[b];
-    const Crossing<1> here = crossing(bodies, pair);
-    const Q s = here.at.s, t = here.at.t, distance = norm(here.at.apart);
-    const Ends<1> ends =
-        at_ends<1>(bodies, 0, &list_.pair[pair], &list_.vertices[pair], here.at.sine_squared, here.weight, distance);
-    const Vec3<Q> normal = distance[0] > 1e-150 ? (Q(1.0) / distance) * here.at.apart
+    const auto [here, distance, vertices, ends] = points(bodies, pair);
+    const Q s = here.s, t = here.t;
+    const Vec3<Q> normal = distance[0] > 1e-150 ? (Q(1.0) / distance) * here.apart
                                                 : across<1>(broadcast<1>(edge(bodies, a)), broadcast<1>(edge(bodies, b)));
     const ContactState<Q> state{normal,
                                 distance,
@@ -179,8 +220,10 @@ Contacts::PairContact Contacts::evaluate_pair(const Exposure& bodies, std::uint3
     const FrictionSpring<double>& spring = memory_[pair].spring;
     ContactMemory<Q> memory{{broadcast<1>(spring.x), spring.stiffness}, {}, 0.0};
     const auto force = contact_force<1>(kinds_, numbers<1>(bodies, &list_.pair[pair]), state, 0, memory,
-                                        {ends.normal_weight, ends.weight_of_all}, ends.elsewhere);
-    return {lane(force.on_1 + ends.on_1.first + ends.on_1.second, 0), s[0], t[0], distance[0], ends.weight_of_all[0]};
+                                        {ends.normal_weight, ends.weight_of_all}, ends.elsewhere + vertices.normal);
+    Vec3<Q> on_1 = force.on_1 + ends.on_1.first + ends.on_1.second;
+    for (const Vec3<Q>& at_node : vertices.force[0]) on_1 += at_node;
+    return {lane(on_1, 0), s[0], t[0], distance[0], ends.weight_of_all[0]};
 }
 
 } // namespace skein

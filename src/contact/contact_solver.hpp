@@ -105,6 +105,9 @@ public:
     virtual ContactFigures figures() const = 0;
     /// Work in a step on the pairs of each window, by window, in pairs that touch; a pair counts for the body of its first element.
     virtual std::vector<double> work(const Exposure& bodies) const = 0;
+    /// Energies of the normal springs of pairs whose first body is own, J, in order of pairs: by where these bodies are, and by
+    /// nothing that they have done. The bodies are those of the last evaluation, or have moved on by a part of a step.
+    virtual std::vector<double> normal_energies(const Exposure& bodies) const = 0;
     /// Contacts of the last evaluation, which was of these bodies, whose first body is own.
     virtual std::vector<Contact> active(const Exposure& bodies) const = 0;
 

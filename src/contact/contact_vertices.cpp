@@ -1,159 +1,127 @@
-// Contacts near vertices: where they are and the share of each pair; springs that contacts go on from.
+// Contacts near vertices: what these take from pairs; springs that contacts go on from.
 #include "contact/work_area.hpp"
 
 #include <algorithm>
-#include <bit>
+#include <utility>
 
 namespace skein {
 
-using detail::edge;
-
-template <int W>
-SKEIN_INLINE void Contacts::NearVertex<W>::put(int l, Pair pair, double s, double t, unsigned vertices, bool turned) {
+template <int W> SKEIN_INLINE void Contacts::NearVertex<W>::put(int l, Pair pair, unsigned vertices, bool turned) {
     const int first = turned, second = 1 - first;
     slot[first][l] = pair.a, slot[second][l] = pair.b;
-    place_[first][l] = s, place_[second][l] = t;
     at_start[first] |= (vertices & 1) << l, at_end[first] |= (vertices >> 1 & 1) << l;
     at_start[second] |= (vertices >> 2 & 1) << l, at_end[second] |= (vertices >> 3 & 1) << l;
 }
-template <int W> SKEIN_INLINE void Contacts::NearVertex<W>::load() {
-    for (const int i : {0, 1}) std::memcpy(&share[i], place_[i], sizeof share[i]);
-}
 
-/// Where pairs are in contact whose elements have neighbours near there, and their share. The first of each is near a vertex, the
-/// second may be only `both` are.
-template <int N, bool both>
-Contacts::Crossing<N> Contacts::crossing_at_vertices(const Exposure& bodies, const NearVertex<N>& pairs) const {
+/// What vertices take from pairs that touch. The first of each is near a vertex, the second may be only `both` are.
+template <int N, bool both> VertexTerms<Pack<N>> Contacts::at_vertices(const Exposure& bodies, const NearVertex<N>& pairs) const {
     using Q = Pack<N>;
     const ExposedNode* const node = bodies.node.data();
-    const double reach = bodies.scene().vertex_reach();
     const auto load = [&](auto&& at) { return load_transposed<N>([&](int l) { return &at(l)->position.x; }); };
-    struct Element {
-        Vec3<Q> start, edge, end;
-        Q radius;
-        ShareRange<Q> wide, range;
-    } element[2];
+    ElementAtVertices<Q> element[2];
+    Q radii(0.0);
+    Pair pair[N];
     for (const int i : {0, 1}) {
-        Element& e = element[i];
+        ElementAtVertices<Q>& e = element[i];
         const std::uint32_t* const slot = pairs.slot[i];
         const auto at_start = load([&](int l) { return node + slot[l]; });
-        e.start = at_start.vector, e.radius = at_start.behind;
-        e.end = load([&](int l) { return node + slot[l] + 1; }).vector;
-        e.edge = e.end - e.start;
-        if (i == 0 || both) e.wide = range_with_vertices<N>(pairs.at_start[i], pairs.at_end[i], 2 * reach);
+        e.node[1] = at_start.vector, radii += at_start.behind;
+        e.node[2] = load([&](int l) { return node + slot[l] + 1; }).vector;
+        e.share = pairs.share[i];
+        if (i == 1 && !both) continue;
+        const unsigned joined[2] = {pairs.at_start[i], pairs.at_end[i]};
+        for (const int j : {0, 1}) {
+            e.node[3 * j] = load([&](int l) {
+                                return joined[j] >> l & 1 ? node + neighbour(bodies, slot[l], j) + j : node + slot[l] + (1 - j);
+                            }).vector;
+            e.joined[j] = where_set<N>(joined[j], 1.0);
+        }
     }
-    Q weight(1.0);
-    const Q none(0.0), one(1.0), radii = element[0].radius + element[1].radius;
-    for (int i = 0; i < 1 + both; ++i) {
-        Element &e = element[i], &o = element[1 - i];
-        const auto at_end = e.wide.high > one;
-        const Vec3<Q> neighbour =
-                          load([&](int l) { return neighbour_node(bodies, pairs.slot[i][l], pairs.at_end[i] >> l & 1); }).vector,
-                      vertex = select(at_end, e.end, e.start);
-        const VertexShare<Q> share = vertex_share(reach, select(at_end, one - pairs.share[i], pairs.share[i]), vertex,
-                                                  select(at_end, -e.edge, e.edge), neighbour - vertex, o.start, o.edge, o.wide);
-        const Q shared = sharing(pairs.sine_squared, share.bend * radii), beyond = shared * share.beyond;
-        weight *= fma(shared, share.weight - one, one);
-        e.range = {select(at_end, none, -beyond), select(at_end, one + beyond, one)};
-    }
-    return {
-        closest_points(element[0].start, element[0].edge, element[1].start, element[1].edge, element[0].range, element[1].range),
-        weight};
+    for (int l = 0; l < N; ++l) pair[l] = {pairs.slot[0][l], pairs.slot[1][l]};
+    return vertex_terms<N, both>(kinds_.normal, numbers<N>(bodies, pair).stiffness, radii, pairs.apart, pairs.sine_squared,
+                                 element);
 }
 
-/// The same of a pair by itself, wherever it is.
-Contacts::Crossing<1> Contacts::crossing(const Exposure& bodies, std::uint32_t pair) const {
-    const double reach = bodies.scene().vertex_reach(), seen = seen_beyond(reach);
-    const auto [a, b] = list_.pair[pair];
-    const unsigned vertices = list_.vertices[pair];
-    const auto anywhere =
-        closest_points(broadcast<1>(bodies.node[a].position), broadcast<1>(edge(bodies, a)), broadcast<1>(bodies.node[b].position),
-                       broadcast<1>(edge(bodies, b)), range_with_vertices<1>(vertices & 1, vertices >> 1 & 1, seen),
-                       range_with_vertices<1>(vertices >> 2 & 1, vertices >> 3 & 1, seen));
-    const int on_1 = vertex_side(anywhere.s[0], vertices, reach), on_2 = vertex_side(anywhere.t[0], vertices >> 2, reach);
-    if ((on_1 | on_2) == 0) return {anywhere, 1.0};
-    NearVertex<1> one;
-    one.sine_squared = anywhere.sine_squared;
-    const bool turned = on_1 == 0;
-    const auto bits = [](int side) { return side == 0 ? 0u : side < 0 ? 1u : 2u; };
-    one.put(0, {a, b}, anywhere.s[0], anywhere.t[0], bits(on_1) | bits(on_2) << 2, turned);
-    one.load();
-    Crossing<1> at =
-        on_1 != 0 && on_2 != 0 ? crossing_at_vertices<1, true>(bodies, one) : crossing_at_vertices<1, false>(bodies, one);
-    if (turned) std::swap(at.at.s, at.at.t), at.at.apart = -at.at.apart;
-    return at;
-}
-
-/// Puts contacts near vertices where they are, with the share that their elements have.
-template <bool both> bool Contacts::weigh_those(const Exposure& bodies, WorkArea& area) const {
+/// Takes from pairs near vertices what these have of them.
+template <bool both> void Contacts::push_those(const Work& work, WorkArea& area, Sums& sums) {
     using A = WorkArea;
     constexpr int W = A::W;
     using P = Pack<W>;
     const A::NearColumns near = (both ? area.near_two : area.near_one).columns();
     const std::uint32_t count = both ? area.twos : area.ones;
-    double *const s = area[A::s], *const t = area[A::t];
-    bool gone = false;
     for (std::uint32_t i = 0; i < count; i += W) {
         const int valid = static_cast<int>(std::min<std::uint32_t>(W, count - i));
         NearVertex<W> pairs;
-        alignas(64) double sine_squared[W], place[2][W], apart[3][W], squared[W], weight[W];
-        unsigned turned = 0;
+        alignas(64) double sine_squared[W], place[2][W], apart[3][W], squared[W];
+        unsigned mine = 0;
         for (int l = 0; l < W; ++l) {
             const std::uint32_t at = i + static_cast<std::uint32_t>(l < valid ? l : 0), n = near.which[at];
             const unsigned vertices = near.vertices[at];
-            const bool on_2_only = (vertices & 3) == 0;
-            pairs.put(l, area.pair[n], s[n], t[n], vertices, on_2_only);
-            turned |= static_cast<unsigned>(on_2_only) << l;
+            const bool turned = (vertices & 3) == 0;
+            pairs.put(l, area.pair[n], vertices, turned);
+            place[turned][l] = area[A::s][n], place[!turned][l] = area[A::t][n];
             sine_squared[l] = area[A::sine_squared][n];
+            const double sign = turned ? -1 : 1;
+            apart[0][l] = sign * area[A::x][n], apart[1][l] = sign * area[A::y][n], apart[2][l] = sign * area[A::z][n];
+            mine |= static_cast<unsigned>(l < valid && work.bodies.owns_slot(area.pair[n].a)) << l;
         }
-        pairs.load();
+        pairs.share[0] = detail::pack_at<W>(place[0]), pairs.share[1] = detail::pack_at<W>(place[1]);
         pairs.sine_squared = detail::pack_at<W>(sine_squared);
-        const Crossing<W> here = crossing_at_vertices<W, both>(bodies, pairs);
-        const Vec3<P>& way = here.at.apart;
-        detail::put(place[0], here.at.s), detail::put(place[1], here.at.t), detail::put(weight, here.weight);
-        detail::put(apart[0], way.x), detail::put(apart[1], way.y), detail::put(apart[2], way.z);
-        detail::put(squared, dot(way, way));
+        pairs.apart = {detail::pack_at<W>(apart[0]), detail::pack_at<W>(apart[1]), detail::pack_at<W>(apart[2])};
+        const VertexTerms<P> terms = at_vertices<W, both>(work.bodies, pairs);
+        detail::put(squared, dot(terms.apart, terms.apart));
+        sums.add(P(0.0), terms.scale * terms.energy, P(0.0), P(0.0), mine);
+        LoadRow row[2][4][W];
+        for (const int e : {0, 1})
+            for (const int k : {0, 1, 2, 3})
+                if (k % 3 != 0 || terms.turns)
+                    store_transposed<W>(terms.force[e][k], terms.force[e][k].x, [&](int l) { return &row[e][k][l].number[0]; });
         for (int l = 0; l < valid; ++l) {
             const std::uint32_t n = near.which[i + static_cast<std::uint32_t>(l)];
-            const int first = static_cast<int>(turned >> l & 1);
-            const double radii = area[A::radius_1][n] + area[A::radius_2][n], sign = first ? -1 : 1;
-            s[n] = place[first][l], t[n] = place[1 - first][l];
-            area[A::x][n] = sign * apart[0][l], area[A::y][n] = sign * apart[1][l], area[A::z][n] = sign * apart[2][l];
+            const bool turned = (near.vertices[i + static_cast<std::uint32_t>(l)] & 3) == 0;
+            const double sign = turned ? -1 : 1, x = terms.apart.x[l], y = terms.apart.y[l], z = terms.apart.z[l];
+            area[A::s][n] = terms.share[turned][l], area[A::t][n] = terms.share[!turned][l];
+            area[A::x][n] = sign * x, area[A::y][n] = sign * y, area[A::z][n] = sign * z;
             area[A::squared][n] = squared[l];
-            area[A::weight][n] = squared[l] < radii * radii ? weight[l] : 0;
-            gone |= area[A::weight][n] == 0;
+            area[A::weight][n] = area[A::weight_of_all][n] = terms.weight[l];
+            area[A::elsewhere][n] = terms.normal[l], area[A::vertex_energy][n] = terms.energy[l];
+            const auto force = [](LoadRow& of) -> const LoadRow& {
+                for (const int c : {3, 4, 5, 6, 7}) of.number[c] = 0;
+                return of;
+            };
+            for (const int e : {0, 1}) {
+                const std::uint32_t slot = pairs.slot[e][l];
+                exert(work, slot, force(row[e][1][l]), force(row[e][2][l]));
+                if (!(terms.turns >> l & 1)) continue;
+                if (pairs.at_start[e] >> l & 1) exert_at(work, neighbour(work.bodies, slot, false), force(row[e][0][l]), false);
+                if (pairs.at_end[e] >> l & 1) exert_at(work, neighbour(work.bodies, slot, true), force(row[e][3][l]), true);
+            }
         }
     }
-    return gone;
 }
 
-/// The same for all, and pairs without a share are taken out.
-void Contacts::weigh(const Work& work, WorkArea& area) const {
+/// What vertices take; pairs that are near none have all of their contact.
+void Contacts::push_vertices(const Work& work, WorkArea& area, Sums& sums) {
     using A = WorkArea;
-    std::fill_n(area[A::weight], area.count, 1.0);
-    const bool one_gone = weigh_those<false>(work.bodies, area), both_gone = weigh_those<true>(work.bodies, area),
-               gone = one_gone | both_gone;
-    if (!gone) return;
-    constexpr int W = A::W;
-    std::uint32_t kept = 0, side = 0, sides_kept = 0;
-    for (std::uint32_t n = 0; n < area.count; n += W) {
-        const unsigned valid = area.count - n >= W ? 0xffu : (1u << (area.count - n)) - 1,
-                       weighs = bits_of(area.pack(A::weight, n) > Pack<W>(0.0));
-        unsigned keep = weighs & valid;
-        for (; side < area.sides && area.side[side] < n + W; ++side) { // near-parallel ones stay, which have more than that
-            const unsigned bit = 1u << (area.side[side] - n);
-            keep |= bit;
-            area.side[sides_kept++] = kept + static_cast<std::uint32_t>(std::popcount(keep & (bit - 1)));
-        }
-        for (unsigned left = valid & ~keep; left != 0; left &= left - 1)
-            if (const std::uint32_t pair = area.index[n + static_cast<std::uint32_t>(std::countr_zero(left))];
-                status_[pair] & touching)
-                area.ended.push_back(pair);
-        area.keep(n, keep, kept);
-        kept += static_cast<std::uint32_t>(std::popcount(keep));
-    }
-    area.count = kept;
-    area.sides = sides_kept;
+    for (const A::Number whole : {A::weight, A::weight_of_all}) std::fill_n(area[whole], area.count, 1.0);
+    for (const A::Number none : {A::elsewhere, A::vertex_energy}) std::fill_n(area[none], area.count, 0.0);
+    push_those<false>(work, area, sums);
+    push_those<true>(work, area, sums);
+}
+
+/// The same of a pair by itself.
+VertexTerms<Pack<1>> Contacts::at_vertices(const Exposure& bodies, std::uint32_t pair, const ClosestPoints<Pack<1>>& at) const {
+    NearVertex<1> one;
+    const unsigned vertices = list_.vertices[pair];
+    const bool turned = (vertices & 3) == 0;
+    one.put(0, list_.pair[pair], vertices, turned);
+    one.share[turned] = at.s, one.share[!turned] = at.t;
+    one.sine_squared = at.sine_squared;
+    one.apart = turned ? -at.apart : at.apart;
+    if ((vertices & 3) != 0 && (vertices >> 2) != 0) return at_vertices<1, true>(bodies, one);
+    VertexTerms<Pack<1>> terms = at_vertices<1, false>(bodies, one);
+    if (turned) std::swap(terms.force[0], terms.force[1]), std::swap(terms.share[0], terms.share[1]), terms.apart = -terms.apart;
+    return terms;
 }
 
 /// Of a pair that did not touch: the spring of the pair at the neighbour that it shares its contact with, if that touched; else the

@@ -73,14 +73,10 @@ void Contacts::cut_tiles(const Exposure& bodies) {
     }
 }
 
-/// Marks vertices at which elements are bent against each other by more than a part of what lets shares fade: by e1, e2 with |e2 -
-/// e1|^2 above 1.8 b^2 (|e1|^2 + |e2|^2), the sine of half the angle is above b. Returns which lists hold.
+/// Which lists hold.
 Contacts::Holding Contacts::survey(const Exposure& bodies, std::span<const TileRun> runs) {
     constexpr int W = places_at_once;
     using P = Pack<W>;
-    const double bend = steepest_of_bent_ * held * bodies.scene().vertex_reach(); // over an element's length
-    const P by_length(1.8 * bend * bend), largest(1.8 * 0.15 * 0.15);
-    const std::size_t last = bodies.slots() - 1;
     const P from_list(farthest_squared(bodies, figures_.skin)), from_pruned(farthest_squared(bodies, margin_));
     std::atomic<bool> list = true, pruned = true;
     threads_.for_each(runs.size(), [&](std::size_t run, int) {
@@ -94,28 +90,10 @@ Contacts::Holding Contacts::survey(const Exposure& bodies, std::span<const TileR
             if (any(!(farthest < from_list))) list.store(false, std::memory_order_relaxed);
             return;
         }
-        const auto at = [&](std::size_t slot) { return bodies.node[std::min(slot, last)].position; };
-        Vec3d before = begin > 0 ? at(begin * W) - at(begin * W - 1) : Vec3d{0, 0, 0};
         P since_list(0.0), since_pruned(0.0);
-        Vec3<P> here = places(bodies, begin * W);
         for (std::size_t tile = begin; tile < end; ++tile) {
-            const std::size_t first = tile * W;
-            const Vec3<P> next = places(bodies, first + W), way = here - place_[tile], last_way = here - pruned_at_[tile];
+            const Vec3<P> here = places(bodies, tile * W), way = here - place_[tile], last_way = here - pruned_at_[tile];
             since_list = max(since_list, dot(way, way)), since_pruned = max(since_pruned, dot(last_way, last_way));
-            Vec3<P> behind = from_lane_after(here);
-            set_lane(behind, W - 1, lane(next, 0));
-            const Vec3<P> e2 = behind - here;
-            Vec3<P> e1 = from_lane_before(e2);
-            set_lane(e1, 0, before);
-            before = lane(e2, W - 1);
-            here = next;
-            const Vec3<P> change = e2 - e1;
-            const P l1 = dot(e1, e1), l2 = dot(e2, e2);
-            const unsigned bent = bits_of(dot(change, change) > min(by_length * min(l1, l2), largest) * (l1 + l2));
-            std::uint64_t at_edge;
-            std::memcpy(&at_edge, &edge_[first], W);
-            const std::uint64_t bytes = bytes_of_bits(bent) | at_edge;
-            std::memcpy(&bent_[first], &bytes, W);
         }
         if (any(!(since_list < from_list))) list.store(false, std::memory_order_relaxed);
         if (any(!(since_pruned < from_pruned))) pruned.store(false, std::memory_order_relaxed);
@@ -257,12 +235,8 @@ void Contacts::settle(const Exposure& bodies, std::span<const std::uint32_t> slo
     });
     prune_anew(bodies);
     pruned_.make_room(list_, deferred_.blocks().size());
-    bent_.assign(place_.size() * places_at_once, 1);
     edge_.assign(place_.size() * places_at_once, 0);
-    double thickest = 0;
     for (std::size_t w = 0; w < bodies.window.size(); ++w) edge_[bodies.window[w].first_slot] = edge_[bodies.end_of(w) - 1] = 1;
-    for (const ExposedNode& node : bodies.node) thickest = std::max(thickest, node.radius);
-    steepest_of_bent_ = thickest > 0 ? 0.25 / thickest : 0; // half of all directions
     figures_.candidates = 0;
     for (std::size_t w = 0; w < bodies.window.size(); ++w)
         if (bodies.owns(w)) figures_.candidates += list_.first[bodies.end_of(w)] - list_.first[bodies.window[w].first_slot];

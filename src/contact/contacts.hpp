@@ -4,8 +4,8 @@
 //   elements have moved half of that
 //   push, for a block of bodies, with what the stages hand on in a work area that stays in the second cache:
 //     find_touching     the candidates that touch, packed
-//     weigh             near vertices: where they are, and their share                                            vertices.hpp
-//     follow_springs    contacts that begin there go on from the springs of others
+//     follow_springs    contacts that begin near vertices go on from the springs of others
+//     push_vertices     what vertices take from them                                                        vertex_terms.hpp
 //     push_sides        near-parallel ones: at the ends of their overlap                                        overlap.hpp
 //     push_touching     forces eight at a time; loads of both elements in order of pairs                        rows.hpp
 //   blocks from the last to the first, loads on other strips of blocks deferred (drawing: deferred_loads.hpp)
@@ -19,6 +19,7 @@
 #include "contact/pair_list.hpp"
 #include "contact/pruned_list.hpp"
 #include "contact/response.hpp"
+#include "contact/vertex_terms.hpp"
 #include "contact/vertices.hpp"
 
 #include <optional>
@@ -44,6 +45,7 @@ public:
     std::span<const std::uint8_t> touched() const override { return touched_; }
     ContactFigures figures() const override { return figures_; }
     std::vector<double> work(const Exposure& bodies) const override;
+    std::vector<double> normal_energies(const Exposure& bodies) const override;
     std::vector<Contact> active(const Exposure& bodies) const override;
 
 private:
@@ -106,36 +108,29 @@ private:
     void keep_aside(std::uint32_t begin, std::uint32_t end);
     void take_back(std::uint32_t begin, std::uint32_t end);
     template <bool prune> void find_touching(const Work& work, WorkArea& area);
-    void weigh(const Work& work, WorkArea& area) const;
     void follow_springs(const Work& work, const WorkArea& area);
+    void push_vertices(const Work& work, WorkArea& area, Sums& sums);
     void push_sides(const Work& work, WorkArea& area, Sums& sums);
     void push_touching(const Work& work, const WorkArea& area, Sums& sums);
     void push_boxes(const Work& work, WorkArea& area);
     void exert(const Work& work, std::uint32_t slot, const LoadRow& first, const LoadRow& second);
     void exert(const Work& work, std::uint32_t slot, const ElementLoad<double>& load);
-    /// Nearest points, and the share that a pair has in a contact with its neighbours'.
-    template <int W> struct Crossing {
-        ClosestPoints<Pack<W>> at;
-        Pack<W> weight;
-    };
+    void exert_at(const Work& work, std::uint32_t slot, const LoadRow& row, bool at_end);
     /// Pairs whose first element is near a vertex; they are numbered so for as long as that matters.
     template <int W> struct NearVertex {
         std::uint32_t slot[2][W];
         unsigned at_start[2] = {0, 0}, at_end[2] = {0, 0}; ///< where, as bits
-        Pack<W> share[2], sine_squared;                    ///< places on the elements; of the angle between them
+        Pack<W> share[2], sine_squared{0.0};               ///< places on the elements; of the angle between them
+        Vec3<Pack<W>> apart{};                             ///< from the first to the second
 
         /// A pair in a lane, `turned` if its second element is to be the first; `vertices` that it is near, as bits of
         /// vertices_of_pair().
-        void put(int l, Pair pair, double s, double t, unsigned vertices, bool turned);
-        void load();
-
-    private:
-        alignas(64) double place_[2][W];
+        void put(int l, Pair pair, unsigned vertices, bool turned);
     };
-    template <int W, bool both> Crossing<W> crossing_at_vertices(const Exposure& bodies, const NearVertex<W>& pairs) const;
-    template <bool both> bool weigh_those(const Exposure& bodies, WorkArea& area) const;
-    Crossing<1> crossing(const Exposure& bodies, std::uint32_t pair) const;
-    const ExposedNode* neighbour_node(const Exposure& bodies, std::uint32_t slot, bool at_end) const;
+    template <int W, bool both> VertexTerms<Pack<W>> at_vertices(const Exposure& bodies, const NearVertex<W>& pairs) const;
+    VertexTerms<Pack<1>> at_vertices(const Exposure& bodies, std::uint32_t pair, const ClosestPoints<Pack<1>>& at) const;
+    template <bool both> void push_those(const Work& work, WorkArea& area, Sums& sums);
+    std::uint32_t neighbour(const Exposure& bodies, std::uint32_t slot, bool at_end) const;
     void end_contact(const Work& work, std::uint32_t pair);
     FrictionSpring<double> followed_spring(const Exposure& bodies, std::uint32_t pair, double s, double t) const;
     /// A pair whose spring another one follows; `turned`: its first element is on the body of the other's second.
@@ -148,12 +143,16 @@ private:
     std::optional<std::uint32_t> beyond_seam(const Exposure& bodies, std::uint32_t slot, int step) const;
     template <int W> struct Ends;
     template <int W> Ends<W> at_ends(const Exposure& bodies, double h, const Pair* pair, const std::uint8_t* vertices,
-                                     Pack<W> sine_squared, Pack<W> weight, Pack<W> distance) const;
+                                     Pack<W> sine_squared, Pack<W> weight, Pack<W> vertex_energy, Pack<W> distance) const;
     PairContact evaluate_pair(const Exposure& bodies, std::uint32_t pair) const;
     const PartBox* box_at(const Exposure& bodies, std::uint32_t slot) const;
     void find_boxes(const Exposure& bodies);
     BoxContact evaluate_box(const Exposure& bodies, double h, std::uint32_t pair, const ContactMemory<double>* now = nullptr) const;
     Contact contact_with_box(const Exposure& bodies, std::uint32_t pair) const;
+    double normal_energy_with_box(const Exposure& bodies, std::uint32_t pair) const;
+    /// Nearest points, what vertices take, and what pushes at the ends.
+    struct Points;
+    Points points(const Exposure& bodies, std::uint32_t pair) const;
     template <int W> ContactNumbers<Pack<W>> numbers(const Exposure& bodies, const Pair* pair) const;
 
     const ContactScene scene_;
@@ -175,20 +174,18 @@ private:
     bool prunes_[2] = {true, true};   ///< in the next step: strips in now_, in later_
     /// Status of a pair, as bits.
     enum : std::uint8_t { touching = 1 };
-    std::vector<std::uint8_t> status_;            ///< by pair; padded
-    AlignedVector<ContactMemory<double>> memory_; ///< by pair, a cache line each; zeros where it does not touch
-    std::vector<std::uint32_t> box_pairs_;        ///< pairs with a box, rising
-    std::vector<std::uint8_t> has_box_;           ///< by pair, padded; empty where no pair has one
-    std::vector<KeptContact> kept_;               ///< until they have their places in a list; rising
-    std::vector<BlockFigures> block_figures_;     ///< by block
-    std::vector<std::uint32_t> now_, later_;      ///< strips that need no ghosts, and those that do
-    std::vector<std::vector<std::size_t>> next_;  ///< by thread, of DeferredLoads::Deferring
-    std::vector<std::unique_ptr<WorkArea>> area_; ///< by thread
-    std::vector<std::uint8_t> touched_;           ///< by window
-    std::vector<std::uint8_t> bent_;              ///< by slot: elements are bent against each other there, or may be
-    std::vector<std::uint8_t> edge_;              ///< by slot: an end of a window; both padded
-    double steepest_of_bent_ = 0; ///< over the sum of radii: what is not bent shares all contacts of a higher sine squared
-    bool may_repeat_ = false;     ///< the step that is under way, on this rank alone until ghosts arrive
+    std::vector<std::uint8_t> status_;                   ///< by pair; padded
+    AlignedVector<ContactMemory<double>> memory_;        ///< by pair, a cache line each; zeros where it does not touch
+    std::vector<std::uint32_t> box_pairs_;               ///< pairs with a box, rising
+    std::vector<std::uint8_t> has_box_;                  ///< by pair, padded; empty where no pair has one
+    std::vector<KeptContact> kept_;                      ///< until they have their places in a list; rising
+    std::vector<BlockFigures> block_figures_;            ///< by block
+    std::vector<std::uint32_t> now_, later_;             ///< strips that need no ghosts, and those that do
+    std::vector<std::vector<std::size_t>> next_;         ///< by thread, of DeferredLoads::Deferring
+    std::vector<std::unique_ptr<WorkArea>> area_;        ///< by thread
+    std::vector<std::uint8_t> touched_;                  ///< by window
+    std::vector<std::uint8_t> edge_;                     ///< by slot: an end of a window; padded
+    bool may_repeat_ = false;                            ///< the step that is under way, on this rank alone until ghosts arrive
     std::vector<std::uint8_t> status_before_;            ///< of pairs in now_, as that step found them
     AlignedVector<ContactMemory<double>> memory_before_; ///< likewise, of those that touched
     std::int64_t age_ = 0;                               ///< steps since the list was made

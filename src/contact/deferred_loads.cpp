@@ -9,7 +9,7 @@ namespace skein {
 namespace {
 
 constexpr std::size_t strips_per_thread = 4, // of which some take longer than others
-    rows_per_pair = 3;                       // of near-parallel elements; others have one
+    rows_per_pair = 7;                       // of near-parallel elements that are bent near vertices; most have one
 
 } // namespace
 

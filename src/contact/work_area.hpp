@@ -34,7 +34,22 @@ inline Vec3d edge(const Exposure& c, std::uint32_t slot) { return c.node[slot + 
 /// Pairs of a block in contact, left-packed, in order of pairs; then that order filled up to whole packs. Belongs to a thread.
 struct Contacts::WorkArea {
     static constexpr int W = 8;
-    enum Number { s, t, x, y, z, squared, sine_squared, radius_1, radius_2, weight, weight_of_all, elsewhere, numbers };
+    enum Number {
+        s,
+        t,
+        x,
+        y,
+        z,
+        squared,
+        sine_squared,
+        radius_1,
+        radius_2,
+        weight,
+        weight_of_all,
+        elsewhere,
+        vertex_energy,
+        numbers
+    };
     UnsetArray<double> number[numbers];
     UnsetArray<std::uint32_t> index; ///< of pairs
     UnsetArray<Pair> pair;
@@ -81,12 +96,6 @@ struct Contacts::WorkArea {
         for (UnsetArray<double>& of : number) of[to] = of[from];
         index[to] = index[from];
         pair[to] = pair[from];
-    }
-    /// Of the pack at `from`, those whose bits are set, one after another from `to` on, which is not behind it.
-    void keep(std::uint32_t from, unsigned bits, std::uint32_t to) {
-        for (int i = 0; i < weight_of_all; ++i) compress_store(number[i].data() + to, bits, pack(static_cast<Number>(i), from));
-        compress_store(pair.data() + to, bits, pair.data() + from);
-        compress_store(index.data() + to, bits, index.data() + from);
     }
     /// The last pack is filled up with its first.
     void fill_up() {
@@ -150,10 +159,9 @@ struct Contacts::Sums {
     }
 };
 
-/// Where the neighbour of an element at a vertex ends: its end that is not the vertex.
-SKEIN_INLINE const ExposedNode* Contacts::neighbour_node(const Exposure& bodies, std::uint32_t slot, bool at_end) const {
-    const std::uint32_t vertex = slot + at_end;
-    return &bodies.node[edge_[vertex] == 0 ? vertex + (at_end ? 1u : ~0u) : bodies.beside(slot, at_end ? 1 : -1) + at_end];
+/// The neighbour of an element at a vertex.
+SKEIN_INLINE std::uint32_t Contacts::neighbour(const Exposure& bodies, std::uint32_t slot, bool at_end) const {
+    return edge_[slot + at_end] == 0 ? slot + (at_end ? 1u : ~0u) : bodies.beside(slot, at_end ? 1 : -1);
 }
 
 template <int N> SKEIN_INLINE ContactNumbers<Pack<N>> Contacts::numbers(const Exposure& bodies, const Pair* pair) const {
