@@ -12,11 +12,12 @@ inline constexpr std::string_view audit_names[] = {"work_loads[J]", "work_walls[
 /// Kinetic and elastic energy at one time, and what was done since the rods were made, J.
 struct EnergyAudit {
     double energy = 0, loads = 0, walls = 0, dissipated = 0;
+    double contacts = 0; ///< in the springs of contacts between bodies: by how much they overlap, not by what they did
     /// What the balance lacks; of the order of the step squared.
-    double defect(double start_energy) const { return energy - loads - walls + dissipated - start_energy; }
+    double defect(double start_energy) const { return energy + contacts - loads - walls + dissipated - start_energy; }
 };
 
-/// Of rods.local()[i]. `lag` moves a copy on to `time`.
+/// Of rods.local()[i]; without the energy of its contacts. `lag` moves a copy on to `time`.
 EnergyAudit audit_rod(std::span<const RodGroup> groups, const Rods& rods, std::size_t i, double time, double lag);
 
 /// Of the whole scene, whose energy has been observed. Collective; the same bits for any distribution of rods.

@@ -1,12 +1,15 @@
 // Energy audit of one group: what loads, walls and damping do to each rod, kick by kick.        theory.md section 16
-//   loads        h F.(v- + v+)/2 + h C.(w- + w+)/2 over all nodes and elements, F and C of external loads alone
+//   loads        h F.(v- + v+)/2 + h C.(w- + w+)/2 over all nodes and elements, F and C of external loads alone: of contacts
+//   between
+//                bodies, which have an energy of their own, there is none in it
 //   walls        -h f.v - h c.w at held nodes and elements, f and c all loads there; the couple on the far side of a half cell
 //   (12);
 //                and the kinetic energy that the walls give what they hold
 //   dissipated   the work of all loads on what is free, less what its kinetic energy has gained
 // v-, w- before the kick and v+, w+ at the end of the step. Sums run along the rod and in time, lane by lane: the same bits for any
 // ranks, threads and lanes.
-// Four passes: before the ends are moved (where they move), after the elastic pass, before the kick, and last of all.
+// Passes: before the ends are moved (where they move), after the elastic pass, on both sides of what contacts exert (where there
+// are some), before the kick, and last of all.
 #pragma once
 
 #include "rod/elastic.hpp"
@@ -14,6 +17,7 @@
 #include "skein/core/aligned.hpp"
 
 #include <memory>
+#include <utility>
 
 namespace skein {
 
@@ -24,7 +28,8 @@ template <int W> struct EnergyBudget {
         Vec3<P> velocity, spin;
     };
     struct TileBudget {
-        AlignedVector<SlotLoad<W>> inner, all; ///< internal loads, all loads, [n + 1]
+        AlignedVector<SlotLoad<W>> inner, all; ///< loads that have an energy, all loads, [n + 1]
+        bool noted = false;                    ///< `all` is what there was before contacts exerted theirs
         AlignedVector<Rates> before;           ///< rates before the kick, [n + 1]
         P held_before{};                       ///< kinetic energy of held nodes and elements before their walls moved, J
         P wall_power{};                        ///< of the couples that half cells exert on walls, W
@@ -84,7 +89,7 @@ private:
     std::shared_ptr<EnergyBudget<W>> budget_;
 };
 
-/// After the elastic pass, when the load is the internal one.
+/// After the elastic pass, when the load is the internal one; and after what contacts exert, which it adds to that.
 template <class Law, int W> class AuditInnerPass final : public TilePass<W> {
 public:
     AuditInnerPass(std::shared_ptr<EnergyBudget<W>> budget, Ends ends, std::shared_ptr<const MovingEnds> moving)
@@ -100,6 +105,16 @@ public:
 
     void run(const RodTile<W>& rod, SlotLoad<W>* load, const Step& step) const override {
         typename EnergyBudget<W>::TileBudget& tile = budget_->tiles[rod.number];
+        if (std::exchange(tile.noted, false)) {
+            for (int k = 0; k <= rod.n; ++k) {
+                const auto at = static_cast<std::size_t>(k);
+                const Vec3<Pack<W>> force = load[k].force - tile.all[at].force;
+                tile.inner[at].force += force;
+                tile.inner[at].couple += load[k].couple - tile.all[at].couple;
+                if (k == rod.n && rod.group->closed()) tile.inner[0].force += force;
+            }
+            return;
+        }
         std::copy(load, load + rod.n + 1, tile.inner.begin());
         if (rod.group->closed()) tile.inner[0].force += tile.inner[static_cast<std::size_t>(rod.n)].force;
         if (!moving_) return;
@@ -113,13 +128,14 @@ private:
     std::shared_ptr<const MovingEnds> moving_;
 };
 
-/// Before the kick, when the load is complete.
+/// Before the kick, when the load is complete; and before what contacts exert.
 template <int W> class AuditLoadsPass final : public TilePass<W> {
 public:
     explicit AuditLoadsPass(std::shared_ptr<EnergyBudget<W>> budget) : budget_(std::move(budget)) {}
     void run(const RodTile<W>& rod, SlotLoad<W>* load, const Step&) const override {
         typename EnergyBudget<W>::TileBudget& tile = budget_->tiles[rod.number];
         std::copy(load, load + rod.n + 1, tile.all.begin());
+        tile.noted = true;
         for (int k = 0; k <= rod.n; ++k) tile.before[static_cast<std::size_t>(k)] = {rod.slot[k].velocity, rod.slot[k].spin};
     }
 
@@ -136,6 +152,7 @@ public:
         using P = Pack<W>;
         const EnergyBudget<W>& budget = *budget_;
         typename EnergyBudget<W>::TileBudget& tile = budget_->tiles[rod.number];
+        tile.noted = false;
         P external(0.0), held(0.0), free(0.0),
             gained(0.0); // power of external loads, of all on the held and on the free; kinetic energy
         const auto tally = [&](const Vec3<P>& all, const Vec3<P>& inner, const Vec3<P>& before, const Vec3<P>& after, bool is_held,

@@ -95,7 +95,9 @@ GroupProgram program_of(const RodGroup& group, const ProgramNeeds& needs) {
     if (needs.relax && (needs.walls || needs.coupled)) after.push_back(pass::NoteForces{});
     if (needs.joined) after.push_back(pass::TakeJoinedLoads{});
     if (needs.walls) after.push_back(either(body, pass::SurfaceWalls{}, pass::Walls{}));
+    if (needs.coupled && audit) after.push_back(pass::AuditLoads{});
     if (needs.coupled) after.push_back(either(body, pass::TakeSurfaceLoads{}, pass::TakeLoads{}));
+    if (needs.coupled && audit) after.push_back(pass::AuditInner{});
     apply_loads(true);
     if (ring) after.push_back(pass::FoldRing{});
     if (audit) after.push_back(pass::AuditLoads{});

@@ -95,6 +95,41 @@ void ContactInteraction::add_shared(const Step& step) {
     loads_->touched = contacts_->touched();
     forces_lost_ = false;
     if (step.time >= soft_until_) overlap_.take(contacts_->figures().max_overlap, step.index);
+    if (!audit_begins_) return;
+    const std::vector<double> stored = bookings(*audit_begins_ - step.drift); // works are in start_bookings_ already
+    start_bookings_.insert(start_bookings_.end(), stored.begin(), stored.end());
+    audit_begins_.reset();
+}
+
+void ContactInteraction::begin_audit(double lag) {
+    const ContactFigures f = contacts_->figures();
+    audit_begins_ = lag;
+    start_bookings_ = {f.friction_work, f.viscous_work};
+}
+
+std::vector<double> ContactInteraction::bookings(double after) const {
+    const auto energies_at = [&](double time) {
+        Exposure moved = *exposure_;
+        for (std::size_t i = 0; i < moved.slots(); ++i) moved.node[i].position += time * moved.motion[i].velocity;
+        return contacts_->normal_energies(moved);
+    };
+    std::vector<double> all = energies_at(after);
+    if (plan_.contact_laws->friction() == ContactFriction::none) return all;
+    all.push_back(contacts_->figures().elastic_energy); // less that of normal springs: what springs of friction store
+    for (const double energy : energies_at(0)) all.push_back(-energy);
+    return all;
+}
+
+double ContactInteraction::booked(double lag) const {
+    if (audit_begins_ || forces_lost_) return booked_at_start();
+    const ContactFigures f = contacts_->figures();
+    std::vector<double> all = bookings(lag);
+    all.insert(all.end(), {f.friction_work, f.viscous_work});
+    return exact_sums(comm_, std::vector<std::vector<double>>{all}).front();
+}
+
+double ContactInteraction::booked_at_start() const {
+    return exact_sums(comm_, std::vector<std::vector<double>>{start_bookings_}).front();
 }
 
 double ContactInteraction::step_limit() const {

@@ -6,6 +6,8 @@
 #include "partition/partition.hpp"
 #include "simulation/interaction.hpp"
 
+#include <optional>
+
 namespace skein {
 
 class ContactInteraction final : public Interaction {
@@ -37,7 +39,16 @@ public:
     /// numbers before the first one after a checkpoint, which does not keep them.
     void forces(std::int64_t gid, std::span<Vec3d> out) const;
 
+    /// An energy audit begins, in which positions are by `lag` behind the rates, s.
+    void begin_audit(double lag);
+    /// What contacts store, by how far bodies overlap, and what friction and dashpots have dissipated, J: now, and when an audit
+    /// began here. Collective.
+    double booked(double lag) const;
+    double booked_at_start() const;
+
 private:
+    /// Of this rank, where bodies will be in this time at the rates that they have shown, s; 0 before the first step.
+    std::vector<double> bookings(double after) const;
     OwnerDirectory directory() const;
     /// Of a slot: the element of a rod, or the part of a body.
     std::int64_t element(std::size_t slot) const;
@@ -52,8 +63,10 @@ private:
     std::vector<ContactMobility> mobility_; ///< by group
     double soft_until_ = 0;                 ///< s; the last of the laws
     OverlapWatch overlap_;
-    std::int64_t inactive_ = 0; ///< pairs of the last search that do not touch, whose first body is own
-    bool forces_lost_ = false;  ///< since a checkpoint was loaded
+    std::int64_t inactive_ = 0;          ///< pairs of the last search that do not touch, whose first body is own
+    bool forces_lost_ = false;           ///< since a checkpoint was loaded
+    std::optional<double> audit_begins_; ///< lag of an audit whose first step is not yet done, s
+    std::vector<double> start_bookings_; ///< of this rank; none where no audit began here
 };
 
 } // namespace skein

@@ -194,8 +194,14 @@ bool Simulation::is_told(std::uint64_t digest) const {
 void Simulation::begin_audit(std::optional<double> audited_from) {
     audited_from_ = audited_from;
     if (audited_from_) return;
+    if (ContactInteraction* contacts = contacts_of(interactions_)) contacts->begin_audit(clock_.lag());
     audited_from_ = observed_energy(observe(comm_, threads_, groups_, *rods_, clock_.time(), clock_.lag()));
     for (std::size_t i = 0; i < rods_->local().size(); ++i) rods_->set_budget(i, {}); // a damaged checkpoint may have left its own
+}
+
+std::optional<double> Simulation::audited_from() const {
+    const ContactInteraction* contacts = contacts_of(interactions_);
+    return audited_from_ && contacts ? *audited_from_ + contacts->booked_at_start() : audited_from_;
 }
 
 std::uint64_t Simulation::digest() const { return comm_.sum_wrapping(rods_->digest() + digest_of(interactions_)); }
@@ -460,8 +466,9 @@ std::vector<double> Simulation::observables() const {
     if (groups_.empty()) return values_of_figures(comm_, interactions_, clock_.lag());
     auto values = observe(comm_, threads_, groups_, *rods_, clock_.time(), clock_.lag(), sets_);
     if (plan_.audit) {
-        const EnergyAudit a = audit_scene(comm_, *rods_, observed_energy(values));
-        values.insert(values.end(), {a.loads, a.walls, a.dissipated, a.defect(*audited_from_)});
+        EnergyAudit a = audit_scene(comm_, *rods_, observed_energy(values));
+        if (const ContactInteraction* contacts = contacts_of(interactions_)) a.contacts = contacts->booked(clock_.lag());
+        values.insert(values.end(), {a.loads, a.walls, a.dissipated, a.defect(*audited_from())});
     }
     const Vec3d centre{values[observed_centre], values[observed_centre + 1], values[observed_centre + 2]};
     for (const double x : values_of_figures(comm_, interactions_, clock_.lag())) values.push_back(x);
@@ -551,7 +558,7 @@ void Simulation::keep_state() {
     checkpoints_.begin_saving();
     saving_ = true; // an error from here on is that of a checkpoint
     checkpoint_digest_ = digest();
-    CheckpointInfo info{clock_.done(), plan_.dt, checkpoint_digest_, physics_, {}, audited_from_};
+    CheckpointInfo info{clock_.done(), plan_.dt, checkpoint_digest_, physics_, {}, audited_from()};
     info.shift = clock_.shift(), info.settings = settings_, info.ancestry = ancestry_;
     info.beyond = comm_.sum_wrapping(digest_of(interactions_));
     info.kept = kept(interactions_);

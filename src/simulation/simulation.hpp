@@ -142,6 +142,8 @@ private:
     void keep_state(); ///< the part of checkpoint() that writes it
     /// Goes on with the audit of a checkpoint, or begins one here. Collective.
     void begin_audit(std::optional<double> audited_from);
+    /// The energy that the audit began with, J, with that of contacts. Collective.
+    std::optional<double> audited_from() const;
     void write_due();
     void checkpoint();
     /// So that others can read what the run has written so far.

@@ -38,7 +38,7 @@ std::string Simulation::difference_to(const std::string& checkpoint) {
     if (const std::string reason = failure(); !reason.empty()) return reason;
     StateCopy computed(groups_, *rods_, owners_), written(computed);
     computed.take(*rods_, interactions_, clock_.done());
-    const double audited_from = audited_from_.value_or(0);
+    const double audited_from = this->audited_from().value_or(0);
     const auto same_run = [&](const CheckpointInfo& info) {
         if (info.scene != physics_ || info.ancestry != ancestry_ || info.shift != clock_.shift())
             throw InputError(checkpoint + ": is not of the run that the checkpoint before it is of");
