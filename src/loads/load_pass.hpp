@@ -1,10 +1,12 @@
 // A load of the scene as a pass over the tiles of one group. What a load does not define, it does not pay for.
 #pragma once
 
+#include "rod/end_moments.hpp"
 #include "skein/loads/load.hpp"
 #include "skein/rod/mapping.hpp"
 
 #include <memory>
+#include <type_traits>
 #include <vector>
 
 namespace skein {
@@ -21,9 +23,33 @@ struct Nothing {};
 template <class L, int W, bool binds> struct KeptOfTile { using Type = Nothing; };
 template <class L, int W> struct KeptOfTile<L, W, true> { using Type = typename L::template TileData<W>; };
 
+/// Of a load that is no muscle.
+template <int W> struct NoEndMoments {};
+template <class L, int W>
+concept MakesMoments = requires(const L l, const RodTile<W>& t, const Step& s, EndMoments<W>& m) {
+    l.template add_end_moments<W>(t, s, m);
+}
+|| requires(const L l, const RodTile<W>& t, const typename L::template TileData<W>& data, const Step& s, EndMoments<W>& m) {
+    l.template add_end_moments<W>(t, data, s, m);
+};
+/// The base of a pass of L over rods that lie across, as joined ones do.
+template <class L, int W, class Map> using EndMomentsOf =
+    std::conditional_t<MakesMoments<L, W> && !Map::along, MakesEndMoments<W>, NoEndMoments<W>>;
+
+/// The same with its body, for a load that makes them.
+template <class Pass, class L, int W, class Base> class WithEndMoments : public Base {};
+template <class Pass, class L, int W> class WithEndMoments<Pass, L, W, MakesEndMoments<W>> : public MakesEndMoments<W> {
+public:
+    void add_end_moments(const RodTile<W>& rod, const Step& step, EndMoments<W>& moments) const override {
+        static_cast<const Pass*>(this)->of_ends(rod, step, moments);
+    }
+};
+
 } // namespace detail
 
-template <class L, int W, class Map = Across<W>> class LoadPass final : public TilePass<W> {
+template <class L, int W, class Map = Across<W>> class LoadPass final
+    : public TilePass<W>,
+      public detail::WithEndMoments<LoadPass<L, W, Map>, L, W, detail::EndMomentsOf<L, W, Map>> {
 public:
     LoadPass(L load, const RodGroup& group) : load_(std::move(load)) {
         static_assert(keeps_tables_of_group<L> || !detail::names_bind_group<L>, "bind_group(const RodGroup&)");
@@ -51,6 +77,12 @@ public:
         if constexpr (binds) add(tile_data_[rod.number]);
         else if constexpr (has_tile_data) add(typename L::template TileData<W>{});
         else add();
+    }
+
+    /// Of muscles alone.
+    void of_ends(const RodTile<W>& rod, const Step& step, EndMoments<W>& moments) const {
+        if constexpr (binds) load_.template add_end_moments<W>(rod, tile_data_[rod.number], step, moments);
+        else load_.template add_end_moments<W>(rod, step, moments);
     }
 
 private:

@@ -9,6 +9,7 @@
 #include "loads/formula_vector.hpp"
 #include "loads/load_frame.hpp"
 #include "loads/vertex_couples.hpp"
+#include "rod/end_moments.hpp"
 #include "skein/core/error.hpp"
 #include "skein/core/fields.hpp"
 #include "skein/loads/load.hpp"
@@ -132,6 +133,20 @@ struct MuscleFormula {
             before = c.after;
         });
         load[n - 1].couple += before + seam.before;
+    }
+
+    /// What it makes where an open rod ends, for joints that go on there.
+    template <int W>
+    void add_end_moments(const RodTile<W>& rod, const TileData<W>& data, const Step& step, EndMoments<W>& moments) const {
+        if (rod.group->closed()) return;
+        FormulaRun<W> run(moment_, data.places, step.slot);
+        const auto add = [&](int node, int element, EndMoment<Pack<W>>& at) {
+            run.at_nodes(rod, node, 1);
+            const Vec3<Pack<W>> value{run[0][0], run[1][0], run[2][0]};
+            if (!curvature.empty()) at.body += scale(broadcast<W>(rod.element[element].bending), value);
+            else (frame == LoadFrame::lab ? at.lab : at.body) += value;
+        };
+        add(0, 0, moments.start), add(rod.n, rod.n - 1, moments.end);
     }
 
     // What use() makes of them, and add() calls.

@@ -95,6 +95,8 @@ struct MuscleTorques {
         }
         if (group.spec().start == EndKind::clamped) wave.set_start(amplitude_at(1, static_cast<std::size_t>(n - 1)), phase_at(1));
         if (group.spec().end == EndKind::clamped) wave.set_end(amplitude_at(0, 0), phase_at(0));
+        if (!group.closed())
+            wave.set_ends(amplitude_at(1, static_cast<std::size_t>(n - 1)), phase_at(1), amplitude_at(0, 0), phase_at(0));
     }
     void prepare(std::span<const Step> steps) { wave.prepare(steps, period, ramp); }
     VertexWave wave;
@@ -105,6 +107,9 @@ struct MuscleTorques {
     template <int W, class Map = Across<W>>
     void add(const RodTile<W>& rod, const TileData<W>& data, SlotLoad<W>* load, const Step& step) const {
         wave.add<W, Map>(rod, data, load, step, direction);
+    }
+    template <int W> void add_end_moments(const RodTile<W>&, const Step& step, EndMoments<W>& moments) const {
+        wave.add_end_moments<W>(step, direction, moments);
     }
 };
 

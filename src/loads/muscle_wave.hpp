@@ -106,6 +106,8 @@ struct MuscleWave {
         }
         if (group.spec().start == EndKind::clamped) wave.set_start(amplitude * share(1, 0, length), phase_at(0));
         if (group.spec().end == EndKind::clamped) wave.set_end(amplitude * share(last, length, length), phase_at(length));
+        if (!group.closed() && last > 0)
+            wave.set_ends(amplitude * share(1, 0, length), phase_at(0), amplitude * share(last, length, length), phase_at(length));
     }
     void prepare(std::span<const Step> steps) { wave.prepare(steps, period, ramp); }
     VertexWave wave;
@@ -116,6 +118,9 @@ struct MuscleWave {
     template <int W, class Map = Across<W>>
     void add(const RodTile<W>& rod, const TileData<W>& data, SlotLoad<W>* load, const Step& step) const {
         wave.add<W, Map>(rod, data, load, step, direction);
+    }
+    template <int W> void add_end_moments(const RodTile<W>&, const Step& step, EndMoments<W>& moments) const {
+        wave.add_end_moments<W>(step, direction, moments);
     }
 };
 

@@ -2,13 +2,14 @@
 //   c_k += Q_k (m_k - m_{k+1}) d                  [N m] body, vertex j between elements j-1 and j; d a lab direction, or
 //   a moment m_j d about body axes, d in the material                                          loads/vertex_couples.hpp
 // Of an open rod the ends are vertices where they are clamped: the element has m_0 d, or -m_n d, and the clamp what is opposite. In
-// a ring vertex 0 joins the last element to the first.
+// a ring vertex 0 joins the last element to the first. Where a joint goes on it has the moments of the ends (rod/end_moments.hpp).
 //   m_j(t) = r(t) A_j sin(2 pi t/T - a_j) = A_j cos(a_j) r sin(wt) - A_j sin(a_j) r cos(wt): one sine and cosine a step in all
 // Cost: 33 flop per element; about body axes 102.
 #pragma once
 
 #include "loads/load_frame.hpp"
 #include "loads/vertex_couples.hpp"
+#include "rod/end_moments.hpp"
 #include "skein/loads/ramp.hpp"
 #include "skein/rod/mapping.hpp"
 
@@ -24,7 +25,7 @@ public:
     /// Silent at all vertices until they are set. `frame`: of the direction.
     void resize(int elements, LoadFrame frame) {
         parts_.assign(static_cast<std::size_t>(elements), {0, 0});
-        start_ = {0, 0};
+        start_ = at_start_ = at_end_ = {0, 0};
         frame_ = frame;
     }
     /// Amplitude A_j, N m, and phase a_j, rad, at vertex j between two elements, once for each; of rings alone j = 0.
@@ -48,6 +49,17 @@ public:
         const Parts<double> m = parts_of(amplitude, phase);
         if (frame_ == LoadFrame::body) parts_.back() = m;
         else add(parts_.size() - 1, m, -1);
+    }
+    /// Of the places where an open rod ends, for joints that go on there; silent until they are set.
+    void set_ends(double start_amplitude, double start_phase, double end_amplitude, double end_phase) {
+        at_start_ = parts_of(start_amplitude, start_phase), at_end_ = parts_of(end_amplitude, end_phase);
+    }
+    template <int W> void add_end_moments(const Step& step, const Vec3d& direction, EndMoments<W>& moments) const {
+        const auto add = [&](const Parts<double>& parts, EndMoment<Pack<W>>& at) {
+            const double m = parts.in_phase * sine_[step.slot] - parts.quadrature * cosine_[step.slot];
+            (frame_ == LoadFrame::body ? at.body : at.lab) += broadcast<W>(m * direction);
+        };
+        add(at_start_, moments.start), add(at_end_, moments.end);
     }
     void prepare(std::span<const Step> steps, double period, const Ramp& ramp) {
         for (const Step& step : steps) {
@@ -119,6 +131,7 @@ private:
     LoadFrame frame_ = LoadFrame::lab;
     std::vector<Parts<double>> parts_; ///< [elements]
     Parts<double> start_{0, 0};        ///< about body axes: of m_0
+    Parts<double> at_start_{0, 0}, at_end_{0, 0};
     double sine_[Clock::largest_batch], cosine_[Clock::largest_batch];
 };
 
