@@ -3,6 +3,7 @@
 // in the order of the joints either way, so the bits are the same.
 #pragma once
 
+#include "joints/cluster_junctions.hpp"
 #include "joints/joint_law.hpp"
 #include "joints/joint_list.hpp"
 #include "rod/clusters.hpp"
@@ -11,6 +12,7 @@
 #include <bit>
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <vector>
 
 namespace skein {
@@ -66,22 +68,33 @@ template <class F> auto with_joint(const JointSpec& spec, F&& f) {
 
 template <int W> class JointsOfCluster final : public ClusterJoints<W> {
 public:
+    /// `gains`: of the kicks, where there are junctions.
     JointsOfCluster(std::span<const JointSpec> tables, std::span<const Joint> joints, std::span<const RodGroup> groups,
-                    int assembly) {
+                    int assembly, const Junctions& junctions = {}, const KickGains& gains = {}) {
         for (const AssemblyGroups& one : assemblies_of(groups))
             if (one.assembly == assembly) lay_out(one, groups.size());
         for (std::size_t j = 0; j < joints.size(); ++j) {
+            if (!has_springs(tables[joints[j].table])) continue;
             if (runs_.empty() || joints[j].table != runs_.back().table) open(joints[j].table, tables[joints[j].table]);
             add(joints[j]);
         }
+        if (!junctions.empty())
+            junctions_.emplace(
+                junctions, [&](int group, std::int64_t rod, int slot) { return place(groups, group, rod, slot); }, gains);
     }
 
-    void run(const Slot<W>* slot, JoinedLoad<W>* load, bool across) const override {
+    bool shares_nodes() const override { return junctions_.has_value(); }
+    bool wants_moments() const override { return junctions_ && junctions_->turns(); }
+    void gather(Slot<W>* slot, bool across) const override { junctions_->gather(slot, across); }
+    void move_as_one(Slot<W>* slot, const Step& step, bool across) const override { junctions_->move_as_one(slot, step, across); }
+
+    void run(const Slot<W>* slot, const EndMoments<W>* moments, JoinedLoad<W>* load, bool across) const override {
         std::fill_n(load, across ? across_.slots : within_.slots, JoinedLoad<W>{});
         for (const Run& run : runs_) {
             if (across) (this->*run.across)(run, slot, load);
             else (this->*run.within)(run, slot, load);
         }
+        if (junctions_) junctions_->add_loads(slot, moments, load, across);
         if (!across) fill_spare_lanes(load);
     }
 
@@ -111,6 +124,8 @@ private:
     struct Layout {
         std::vector<std::size_t> first; ///< slot, by group
         std::size_t slots = 0;
+        std::vector<std::size_t> first_tile; ///< by group
+        std::size_t tiles = 0;
     };
     struct Spare {
         std::size_t first, slots; ///< of a tile
@@ -120,17 +135,30 @@ private:
     void lay_out(const AssemblyGroups& assembly, std::size_t groups) {
         slots_of_.assign(groups, 0), is_body_.assign(groups, false);
         across_.first.assign(groups, 0), within_.first.assign(groups, 0);
+        across_.first_tile.assign(groups, 0), within_.first_tile.assign(groups, 0);
         for (const RodGroup* group : assembly.groups) {
             const auto g = static_cast<std::size_t>(group->id());
             const auto slots = static_cast<std::size_t>(group->slots());
             const std::int64_t rods = group->rods_per_copy(), tiles = tiles_within(rods, W);
             slots_of_[g] = slots, is_body_[g] = !group->strained();
             across_.first[g] = across_.slots, within_.first[g] = within_.slots;
+            across_.first_tile[g] = across_.tiles, within_.first_tile[g] = within_.tiles;
+            across_.tiles += static_cast<std::size_t>(rods), within_.tiles += static_cast<std::size_t>(tiles);
             across_.slots += static_cast<std::size_t>(rods) * slots;
             within_.slots += static_cast<std::size_t>(tiles) * slots;
             if (const int lanes = static_cast<int>(rods - (tiles - 1) * W); lanes < W)
                 spare_.push_back({within_.slots - slots, slots, lanes});
         }
+    }
+
+    ClusterPlace place(std::span<const RodGroup> groups, int group, std::int64_t rod, int slot) const {
+        const auto g = static_cast<std::size_t>(group), s = static_cast<std::size_t>(slot);
+        const auto at = [&](const Layout& layout, std::size_t tile) { return layout.first[g] + tile * slots_of_[g] + s; };
+        const auto alone = static_cast<std::size_t>(rod), shared = static_cast<std::size_t>(rod / W);
+        const int l = static_cast<int>(rod % W);
+        const bool last = rod + 1 == groups[g].rods_per_copy(); // spare lanes repeat it
+        return {at(across_, alone), at(within_, shared),           l,
+                last ? W : l + 1,   across_.first_tile[g] + alone, within_.first_tile[g] + shared};
     }
 
     void open(std::size_t table, const JointSpec& spec) {
@@ -279,6 +307,7 @@ private:
     std::vector<Slots> slots_across_;
     std::vector<JointConstants<double>> constants_;
     AlignedVector<Gathered> gathered_;
+    std::optional<ClusterJunctions<W>> junctions_;
 };
 
 } // namespace skein

@@ -1,6 +1,7 @@
 #include "joints/joint_limits.hpp"
 
 #include "joints/cluster_joints.hpp"
+#include "rod/time_limits.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -21,6 +22,54 @@ Mobility mobility(const RodGroup& group, const JointEnd& end) {
     const double of_node = group.strained() ? 0.5 * group.spec().material.density * c.volume : group.node_mass.front();
     const double before = 1 - end.share;
     return {(before * before + end.share * end.share) / of_node + dot(end.arm, end.arm) * softest, softest};
+}
+
+/// What holds elements beside junctions. A spring K between two elements of inertia J and J' holds each with at most K (1/J +
+/// 1/J'); of a star that of the others is the least.
+void bound_stars(const Junctions& junctions, std::span<const RodGroup> groups, std::vector<JointBounds>& bounds) {
+    std::vector<std::map<std::pair<std::int64_t, int>, Vec3d>> held(groups.size());
+    for (const Star& star : junctions.stars) {
+        const auto inertia = [&](const Star::Member& m) -> const Vec3d& {
+            return groups[static_cast<std::size_t>(m.group)].element[static_cast<std::size_t>(m.element)].inertia;
+        };
+        const auto add = [&](const Star::Member& m, int element, double stiffness, double others) {
+            const Vec3d& j = inertia(m);
+            const auto [at, fresh] = held[static_cast<std::size_t>(m.group)].try_emplace({m.rod, element}, Vec3d{0, 0, 0});
+            const auto about = [&](double of_axis) { return stiffness * (1 / of_axis + others); };
+            at->second += Vec3d{about(j.x), about(j.y), about(j.z)};
+        };
+        const bool pair = star.members.size() == 2 && star.along_axes && !star.inner;
+        for (std::size_t i = 0; i < star.members.size(); ++i) {
+            const Star::Member& m = star.members[i];
+            if (pair && !star.rigid) { // axis by axis, as the cell between them
+                const Star::Member& other = star.members[1 - i];
+                const Vec3d &a = m.stiffness, &b = other.stiffness, &j = inertia(m), &l = inertia(other);
+                const bool crossed = std::abs(star.members[1].turn.d1.x) < 0.9; // d1 of one is not along that of the other
+                const double bx = crossed ? std::max(b.x, b.y) : b.x, by = crossed ? bx : b.y,
+                             ax = crossed ? std::max(a.x, a.y) : a.x, ay = crossed ? ax : a.y,
+                             lx = crossed ? std::min(l.x, l.y) : l.x, ly = crossed ? lx : l.y;
+                held[static_cast<std::size_t>(m.group)].try_emplace({m.rod, m.element}, Vec3d{0, 0, 0}).first->second +=
+                    Vec3d{ax * bx / (ax + bx) * (1 / j.x + 1 / lx), ay * by / (ay + by) * (1 / j.y + 1 / ly),
+                          a.z * b.z / (a.z + b.z) * (1 / j.z + 1 / l.z)};
+                continue;
+            }
+            double others = 0;
+            for (std::size_t k = 0; k < star.members.size(); ++k)
+                if (k != i) {
+                    const Vec3d& j = inertia(star.members[k]);
+                    others = std::max(others, 1 / std::min({j.x, j.y, j.z}));
+                }
+            add(m, m.element, star.largest, others);
+            if (i == 0 && star.inner) add(m, star.element_before, star.largest, others);
+        }
+    }
+    for (std::size_t g = 0; g < groups.size(); ++g)
+        for (const auto& [place, by] : held[g]) {
+            const double eigenvalue =
+                groups[g].strained() ? eigenvalue_of_element(groups[g], place.second, by) : std::max({by.x, by.y, by.z});
+            if (eigenvalue > bounds[g].eigenvalue)
+                bounds[g].eigenvalue = eigenvalue, bounds[g].element_of_eigenvalue = place.second;
+        }
 }
 
 } // namespace
@@ -49,12 +98,31 @@ std::vector<JointBounds> joint_bounds(std::span<const JointSpec> tables, std::sp
             }
         }
     std::vector<JointBounds> bounds(groups.size());
+    for (const std::vector<Joint>& assembly : joints) bound_stars(junctions_of(tables, assembly, groups), groups, bounds);
     for (std::size_t g = 0; g < groups.size(); ++g)
         for (const auto& [place, sums] : of_element[g]) {
             if (sums.stiffness > bounds[g].stiffness) bounds[g].stiffness = sums.stiffness, bounds[g].element = place.second;
             bounds[g].drag = std::max(bounds[g].drag, sums.drag);
         }
     return bounds;
+}
+
+double star_energy(const Star& star, const std::function<std::pair<Slot<1>, Slot<1>>(int, std::int64_t, int)>& element_of) {
+    using P = Pack<1>;
+    StarElements<P> now;
+    StarLoads<P> loads;
+    for (std::size_t i = 0; i < star.members.size(); ++i) {
+        const Star::Member& m = star.members[i];
+        const auto [slot, next] = element_of(m.group, m.rod, m.element);
+        now[i] = {slot.director, next.position - slot.position, {}};
+    }
+    if (star.inner) {
+        const Star::Member& m = star.members.front();
+        now[0].director = half_way(element_of(m.group, m.rod, star.element_before).first.director, now[0].director);
+    }
+    P energy(0.0);
+    with_energy_law(star.law, [&]<class L>(L) { star_loads<L, 1>(star, false, now, loads, &energy); });
+    return energy[0];
 }
 
 JointState joint_state(const JointSpec& table, const Joint& joint, const Slot<1>& a, const Slot<1>& a_next, const Slot<1>& b,

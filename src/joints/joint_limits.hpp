@@ -1,9 +1,11 @@
 // What joints do to the time step, and what they hold now.
 #pragma once
 
-#include "joints/joint_list.hpp"
+#include "joints/junction.hpp"
 
+#include <functional>
 #include <span>
+#include <utility>
 #include <vector>
 
 namespace skein {
@@ -13,6 +15,9 @@ struct JointBounds {
     double stiffness = 0; ///< 1/s^2
     double drag = 0;      ///< 1/s
     int element = 0;      ///< that has the largest stiffness
+    double eigenvalue =
+        0; ///< of an element that half cells hold beside a junction, with its own cells, 1/s^2; of a body theirs alone
+    int element_of_eigenvalue = 0; ///< that has it
 };
 /// By group. `joints`: of all assemblies of the scene.
 std::vector<JointBounds> joint_bounds(std::span<const JointSpec> tables, std::span<const std::vector<Joint>> joints,
@@ -23,6 +28,8 @@ std::vector<JointBounds> joint_bounds(std::span<const JointSpec> tables, std::sp
 struct JointState {
     double energy = 0, gap = 0;
 };
+/// Energy of a junction's half cells, J. element_of(group, rod, k): a slot and the next.
+double star_energy(const Star& star, const std::function<std::pair<Slot<1>, Slot<1>>(int, std::int64_t, int)>& element_of);
 JointState joint_state(const JointSpec& table, const Joint& joint, const Slot<1>& a, const Slot<1>& a_next, const Slot<1>& b,
                        const Slot<1>& b_next);
 

@@ -9,7 +9,11 @@ void JointSpec::fields(FieldVisitor& f) {
                       "neighbouring elements; tip_to_side: an end and the nearest side, as a hinge about the end's own axis",
               .required = true},
              kind, joint_names);
-    f.visit({.name = "between", .unit = "", .text = "two groups of one assembly, or twice the same", .required = true}, between);
+    f.visit({.name = "between",
+             .unit = "",
+             .text = "two groups outside assemblies, or of one assembly; or twice the same",
+             .required = true},
+            between);
     f.choice(
         {.name = "pairs",
          .unit = "",
@@ -31,12 +35,19 @@ void JointSpec::fields(FieldVisitor& f) {
          .text = "side_by_side: elements are joined whose surfaces are at most so far apart at the start; 0: 1 % of their radii",
          .at_least = 0},
         gap);
-    f.visit({.name = "stiffness", .unit = "N/m", .text = "k, of the spring between both points", .required = true, .above = 0},
+    f.visit({.name = "stiffness",
+             .unit = "N/m",
+             .text = "k, of the spring between both points; of all kinds but fixed by number. \"auto\", of fixed joints: the "
+                     "two places are one node, and the halves of elements beside it bend and twist as within a rod (docs/theory.md "
+                     "22)",
+             .above = 0},
             law.stiffness);
     f.visit({.name = "damping", .unit = "N s/m", .text = "of their relative velocity", .at_least = 0}, law.damping);
     f.visit({.name = "torsional_stiffness",
              .unit = "N m/rad",
-             .text = "hinge, fixed, tip_to_side: of the spring that turns back",
+             .text =
+                 "hinge, fixed, tip_to_side: of the spring that turns back; a fixed joint with stiffness = \"auto\" has it only "
+                 "where it is given, in the place of the half elements",
              .at_least = 0},
             law.torsional_stiffness);
     f.visit({.name = "torsional_damping",

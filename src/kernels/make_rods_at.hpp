@@ -10,7 +10,28 @@ namespace skein {
 template <int W, class Maker> TileProgram<W> make_program(const GroupProgram& of_plan, const Maker& maker) {
     TileProgram<W> program{.passes = {}, .names = of_plan.names(), .before = of_plan.before.size()};
     for (std::size_t i = 0; i < of_plan.size(); ++i) program.passes.push_back(std::visit(maker, of_plan[i]));
+    program.last = !of_plan.after.empty() && std::holds_alternative<pass::AuditBalance>(of_plan.after.back());
     return program;
+}
+
+/// Of the kicks of all groups; `kicks` is where they are kept.
+inline KickGains kick_gains(const Plan& plan, std::span<const RodGroup> groups, std::vector<KicksOfGroup>& kicks) {
+    const Scheme scheme = scheme_of(plan.integrator);
+    for (std::size_t g = 0; g < groups.size(); ++g) {
+        const GroupProgram& program = plan.groups[g].program;
+        KicksOfGroup of_group;
+        for (std::size_t i = 0; i < program.size() && of_group.empty(); ++i)
+            if (const auto* kick = std::get_if<pass::Kick>(&program[i]))
+                of_group = kicks_of(*kick, plan.groups[g], groups[g], scheme, plan.dt);
+        kicks.push_back(std::move(of_group));
+    }
+    const auto of = [&kicks](int group, std::size_t length) -> const KickConstants& {
+        return kicks[static_cast<std::size_t>(group)][length];
+    };
+    return {.node = [of](int group, int node,
+                         std::size_t length) { return of(group, length).node[static_cast<std::size_t>(node)].gain; },
+            .body = [of](int group, std::size_t length) { return of(group, length).element.front().gain; },
+            .lengths = scheme.kicks.size()};
 }
 
 template <int W> std::unique_ptr<Rods> make_rods_at(const Plan& plan, std::span<const RodGroup> groups, std::vector<LocalRod> owned,
@@ -35,10 +56,17 @@ template <int W> std::unique_ptr<Rods> make_rods_at(const Plan& plan, std::span<
             programs.push_back(make_program<W>(maker.plan().program, maker));
         }
     JointsOfAssemblies<W> joints;
+    std::vector<KicksOfGroup> kicks;
     for (std::size_t a = 0; a < plan.assemblies.size(); ++a) {
         const std::vector<Joint>& of_copy = plan.assemblies[a].joints;
-        joints.push_back(of_copy.empty() ? nullptr
-                                         : std::make_unique<JointsOfCluster<W>>(plan.joints, of_copy, groups, static_cast<int>(a)));
+        if (of_copy.empty()) {
+            joints.push_back(nullptr);
+            continue;
+        }
+        const Junctions junctions = junctions_of(plan.joints, of_copy, groups);
+        KickGains gains;
+        if (!junctions.empty()) kicks.clear(), gains = kick_gains(plan, groups, kicks);
+        joints.push_back(std::make_unique<JointsOfCluster<W>>(plan.joints, of_copy, groups, static_cast<int>(a), junctions, gains));
     }
     return std::make_unique<RodTiles<W>>(groups, std::move(owned), tiling, std::move(programs), threads, std::move(audits),
                                          step_watch(plan), std::move(joints));

@@ -2,6 +2,7 @@
 // so that a joint is between the same slots in all lanes; or one copy, whose rods of a group lie side by side. Bits are the same.
 #pragma once
 
+#include "rod/end_moments.hpp"
 #include "rod/rods.hpp"
 #include "skein/core/aligned.hpp"
 #include "skein/rod/tile.hpp"
@@ -58,8 +59,17 @@ template <int W> struct JoinedLoad {
 template <int W> class ClusterJoints {
 public:
     virtual ~ClusterJoints() = default;
-    /// Sets the loads of all slots. `across`: the cluster is a block of copies.
-    virtual void run(const Slot<W>* slot, JoinedLoad<W>* load, bool across) const = 0;
+    /// Sets the loads of all slots. `across`: the cluster is a block of copies. `moments`: by tile of the cluster, null where
+    /// wants_moments() is false.
+    virtual void run(const Slot<W>* slot, const EndMoments<W>* moments, JoinedLoad<W>* load, bool across) const = 0;
+    /// Whether moments of muscles go on through joints.
+    virtual bool wants_moments() const { return false; }
+    /// Whether nodes of several rods are one; the two that follow are then called, and else not.
+    virtual bool shares_nodes() const { return false; }
+    /// After a drift, before loads: takes such nodes to one place.
+    virtual void gather(Slot<W>*, bool) const {}
+    /// After a kick: gives them one velocity.
+    virtual void move_as_one(Slot<W>*, const Step&, bool) const {}
 };
 
 /// Before the kick: loads that joints have found.

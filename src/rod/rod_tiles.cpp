@@ -74,9 +74,21 @@ RodTiles<W>::RodTiles(std::span<const RodGroup> groups, std::vector<LocalRod> ro
     for (auto& scratch : scratch_) scratch.resize(static_cast<std::size_t>(most_slots));
 
     std::size_t most_joined = 0;
-    for (const Cluster& cluster : clusters_) most_joined = std::max(most_joined, cluster.slots);
-    joined_.resize(scratch_.size());
+    std::size_t most_tiles = 0; // of clusters with muscles
+    muscles_.resize(programs_.size());
+    for (std::size_t p = 0; p < programs_.size(); ++p)
+        for (const auto& pass : programs_[p].passes)
+            if (const auto* muscles = dynamic_cast<const MakesEndMoments<W>*>(pass.get())) muscles_[p].push_back(muscles);
+    for (Cluster& cluster : clusters_) {
+        most_joined = std::max(most_joined, cluster.slots);
+        cluster.muscles =
+            cluster.joints->wants_moments() && std::any_of(cluster.tiles.begin(), cluster.tiles.end(),
+                                                           [&](std::size_t t) { return !muscles_[tiles_[t].program].empty(); });
+        if (cluster.muscles) most_tiles = std::max(most_tiles, cluster.tiles.size());
+    }
+    joined_.resize(scratch_.size()), moments_.resize(scratch_.size());
     for (auto& joined : joined_) joined.resize(most_joined);
+    for (auto& moments : moments_) moments.resize(most_tiles);
 
     // Tiles outside, passes inside: a tile stays in cache for all passes of all steps of the visit.
     const auto advance_tile = [this](std::size_t t, int thread) {
@@ -118,19 +130,38 @@ template <int W> void RodTiles<W>::advance(const Cluster& cluster, const StepPar
                 run_passes(tile, load, first, behind, step);
             });
         if (part.which == Part::before) continue;
-        const JoinedLoad<W>* joined = couple(cluster, thread);
+        const JoinedLoad<W>* joined = couple(cluster, step, thread);
+        const bool shares_nodes = cluster.joints->shares_nodes();
         with_passes(Part::after, [&](RodTile<W> tile, std::size_t first, std::size_t behind) {
             tile.joined = joined;
             joined += tile.last + 1;
-            run_passes(tile, load, first, behind, step);
+            run_passes(tile, load, first, shares_nodes ? behind - programs_[tile.program].last : behind, step);
+        });
+        if (!shares_nodes) continue;
+        cluster.joints->move_as_one(tiles_[cluster.tiles.front()].slot, step, cluster.across);
+        with_passes(Part::after, [&](const RodTile<W>& tile, std::size_t, std::size_t behind) {
+            run_passes(tile, load, behind - programs_[tile.program].last, behind, step);
         });
     }
 }
 
-template <int W> JoinedLoad<W>* RodTiles<W>::couple(const Cluster& cluster, int thread) const {
+template <int W> JoinedLoad<W>* RodTiles<W>::couple(const Cluster& cluster, const Step& step, int thread) const {
     JoinedLoad<W>* joined = joined_[static_cast<std::size_t>(thread)].data();
-    cluster.joints->run(tiles_[cluster.tiles.front()].slot, joined, cluster.across);
+    Slot<W>* slot = tiles_[cluster.tiles.front()].slot;
+    if (cluster.joints->shares_nodes()) cluster.joints->gather(slot, cluster.across);
+    cluster.joints->run(slot, end_moments(cluster, step, thread), joined, cluster.across);
     return joined;
+}
+
+template <int W> const EndMoments<W>* RodTiles<W>::end_moments(const Cluster& cluster, const Step& step, int thread) const {
+    if (!cluster.muscles) return nullptr;
+    EndMoments<W>* moments = moments_[static_cast<std::size_t>(thread)].data();
+    for (std::size_t i = 0; i < cluster.tiles.size(); ++i) {
+        const RodTile<W>& tile = tiles_[cluster.tiles[i]];
+        moments[i] = {};
+        for (const MakesEndMoments<W>* muscles : muscles_[tile.program]) muscles->add_end_moments(tile, step, moments[i]);
+    }
+    return moments;
 }
 
 template <int W> std::vector<std::string_view> RodTiles<W>::passes(std::size_t group) const { return programs_[group].names; }
@@ -481,17 +512,17 @@ template <int W> std::vector<PassEffect> RodTiles<W>::dissect(std::size_t i, con
     const RodTile<W>& tile = tiles_[t];
     SlotLoad<W>* load = scratch_[0].data();
     std::vector<Slot<1>> state(static_cast<std::size_t>(group.slots()));
+    prepare({Part::whole, stages});
     RodTile<W> own = tile;
     if (cluster_of_[t] != SIZE_MAX) {
         const Cluster& cluster = clusters_[cluster_of_[t]];
-        own.joined = couple(cluster, 0) + (tile.slot - tiles_[cluster.tiles.front()].slot);
+        own.joined = couple(cluster, stages.front(), 0) + (tile.slot - tiles_[cluster.tiles.front()].slot);
     }
     std::vector<Vec3d> force(state.size()), couple(state.size());
     const TileProgram<W>& program = programs_[tile.program];
     std::vector<PassEffect> effects;
     for (const std::string_view name : program.names) effects.push_back({name});
     PassWatch watch(group);
-    prepare({Part::whole, stages});
     for (const Step& step : stages) {
         std::fill(load, load + tile.n + 1, SlotLoad<W>{});
         watch.begin();

@@ -25,6 +25,7 @@ template <int W> struct TileProgram {
     TilePasses<W> passes;
     std::vector<std::string_view> names; ///< of passes, as plans have them
     std::size_t before = 0;              ///< passes before rods feel each other
+    std::size_t last = 0;                ///< passes at the end that read the velocities of the step's end
 };
 
 /// By number of the assembly.
@@ -88,13 +89,16 @@ private:
         bool across;
         std::vector<std::size_t> tiles;
         std::size_t slots = 0;
+        bool muscles = false; ///< whose moments go on through joints
     };
     /// Tiles across of each group so far, in order, grouped by cluster.
     void find_clusters();
     /// A part of a step over a cluster.
     void advance(const Cluster& cluster, const StepPart& part, int thread);
     /// Loads of joints, by slot of the cluster.
-    JoinedLoad<W>* couple(const Cluster& cluster, int thread) const;
+    JoinedLoad<W>* couple(const Cluster& cluster, const Step& step, int thread) const;
+    /// What muscles make at the ends of its rods; null where none do, or no joint goes on.
+    const EndMoments<W>* end_moments(const Cluster& cluster, const Step& step, int thread) const;
     void run_passes(const RodTile<W>& tile, SlotLoad<W>* load, std::size_t first, std::size_t behind, const Step& step) const;
     void take_start_states(std::vector<Boarding> boardings);
     void take_start_states(const RodTile<W>& tile, std::size_t first_rod, std::vector<Slot<1>>& states) const;
@@ -144,17 +148,19 @@ private:
     std::vector<RodTile<W>> tiles_;
     JointsOfAssemblies<W> joints_;
     std::vector<Cluster> clusters_;
-    std::vector<std::size_t> alone_;                           ///< tiles of no cluster
-    std::vector<std::size_t> cluster_of_;                      ///< of each tile; none where it is alone
-    mutable std::vector<AlignedVector<JoinedLoad<W>>> joined_; ///< per thread
-    std::vector<std::optional<Strands<W>>> strands_;           ///< of tiles along, which come behind those across
-    std::vector<Place> place_;                                 ///< of local()[i]
-    std::vector<std::size_t> first_rod_;                       ///< of each tile across, in local()
-    std::vector<std::size_t> along_;                           ///< rods that lie along, in local()
-    mutable std::vector<Reading> reading_;                     ///< per thread
-    mutable std::vector<AlignedVector<SlotLoad<W>>> scratch_;  ///< per thread
-    std::array<StepPart, 2> visit_;                            ///< under way
-    bool check_ = false;                                       ///< of the visit under way
+    std::vector<std::size_t> alone_;                              ///< tiles of no cluster
+    std::vector<std::size_t> cluster_of_;                         ///< of each tile; none where it is alone
+    mutable std::vector<AlignedVector<JoinedLoad<W>>> joined_;    ///< per thread
+    mutable std::vector<AlignedVector<EndMoments<W>>> moments_;   ///< per thread, by tile of a cluster
+    std::vector<std::vector<const MakesEndMoments<W>*>> muscles_; ///< by program
+    std::vector<std::optional<Strands<W>>> strands_;              ///< of tiles along, which come behind those across
+    std::vector<Place> place_;                                    ///< of local()[i]
+    std::vector<std::size_t> first_rod_;                          ///< of each tile across, in local()
+    std::vector<std::size_t> along_;                              ///< rods that lie along, in local()
+    mutable std::vector<Reading> reading_;                        ///< per thread
+    mutable std::vector<AlignedVector<SlotLoad<W>>> scratch_;     ///< per thread
+    std::array<StepPart, 2> visit_;                               ///< under way
+    bool check_ = false;                                          ///< of the visit under way
     std::atomic<bool> valid_ = true, near_ = false;
     std::function<void(std::size_t, int)> advance_; ///< a cluster or, behind them all, a tile
 };

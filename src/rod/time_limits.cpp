@@ -57,11 +57,11 @@ double cell_term(const RodGroup& g, int k, double Vec3d::*axis) {
 double inverse_mass_of(const RodGroup& g, int k) { return 4 / (g.nodal_density * g.element[static_cast<std::size_t>(k)].volume); }
 
 /// Largest eigenvalue of the element's shear and rotation about `axis`, sheared along `along`.
-double shear_rotation(const RodGroup& g, int k, double Vec3d::*axis, double Vec3d::*along, double inverse_mass) {
+double shear_rotation(const RodGroup& g, int k, double Vec3d::*axis, double Vec3d::*along, double inverse_mass, double held = 0) {
     const ElementConstants& c = g.element[static_cast<std::size_t>(k)];
     const double s = c.stiffness.*along, j = c.inertia.*axis, e = c.rest_stretch;
     const double a = s * inverse_mass * c.inv_rest_length;
-    const double d = c.rest_length * s * e * e / j + cell_term(g, k, axis);
+    const double d = c.rest_length * s * e * e / j + (cell_term(g, k, axis) + held);
     const double b = s * e * std::sqrt(inverse_mass / j);
     return 0.5 * (a + d + std::sqrt((a - d) * (a - d) + 4 * b * b));
 }
@@ -116,6 +116,12 @@ std::vector<TimeLimit> time_limits(const RodGroup& g) {
     std::stable_sort(limits.begin(), limits.end(),
                      [](const TimeLimit& a, const TimeLimit& b) { return std::isnan(a.dt) ? !std::isnan(b.dt) : a.dt < b.dt; });
     return limits;
+}
+
+double eigenvalue_of_element(const RodGroup& g, int k, const Vec3d& held) {
+    const double inverse_mass = inverse_mass_of(g, k);
+    return std::max({shear_rotation(g, k, &Vec3d::x, &Vec3d::y, inverse_mass, held.x),
+                     shear_rotation(g, k, &Vec3d::y, &Vec3d::x, inverse_mass, held.y), cell_term(g, k, &Vec3d::z) + held.z});
 }
 
 LeastLimits least_limits_of_rods(const RodGroup& g) {

@@ -22,6 +22,10 @@ LeastLimits least_limits_of_rods(const RodGroup& group);
 /// One limit per mode, smallest first. Of rods with sizes of their own the smallest over them all, once they are read.
 std::vector<TimeLimit> time_limits(const RodGroup& group);
 
+/// Square of the fastest frequency of element k's modes of shear and turning, 1/s^2, where something besides its cells holds it
+/// with `held` [1/s^2] about d1, d2, d3: stiffness over inertia, as in (26).
+double eigenvalue_of_element(const RodGroup& group, int k, const Vec3d& held);
+
 /// Smallest j >= 1 for each element by which J1 and J2 lift its shear-rotation limit to `dt` (s). Throws InputError where none
 /// does.
 std::vector<double> rotary_inertia_for(const RodGroup& group, double dt);

@@ -1,6 +1,7 @@
 #include "scene/assembly_check.hpp"
 
 #include "core/nearest.hpp"
+#include "joints/junction.hpp"
 #include "scene/group_names.hpp"
 #include "scene/placement_check.hpp"
 #include "scene/scene_tables.hpp"
@@ -32,7 +33,9 @@ void member(const SceneSpec& scene, const RodSpec& rods, Objections& objections)
         objections.add("placement.kind", fmt::format("a placement of kind \"{}\" is not for rods of an assembly",
                                                      placement_names[static_cast<std::size_t>(kind)]));
     if (rods.ends_move() || rods.start != EndKind::free || rods.end != EndKind::free || rods.hold.any())
-        objections.add("", "the ends of rods in an [[assembly]] are free: what holds them would have to go along with the copy");
+        objections.add(
+            "", "the ends of rods in an [[assembly]] are free: what holds them would have to go along with the copy. Plain "
+                "groups with joints may be held: leave 'assembly' out of [[rods]], and without copies leave [[assembly]] out");
 }
 
 void joint(const SceneSpec& scene, const JointSpec& spec, Objections& objections) {
@@ -60,8 +63,20 @@ void joint(const SceneSpec& scene, const JointSpec& spec, Objections& objections
     if (kind != JointKind::hinge) objections.unused({"axis"}, where);
     else if (zero(spec.axis)) objections.add("axis", "a hinge needs 'axis', a direction");
     if (kind != JointKind::side_by_side && kind != JointKind::tip_to_side) objections.unused({"repulsion", "gap"}, where);
-    if ((kind == JointKind::fixed || kind == JointKind::hinge) && spec.law.torsional_stiffness == 0)
-        objections.add("", fmt::format("'torsional_stiffness' [N m/rad] is needed {}", where));
+    const bool common_node = shares_node(spec);
+    if (kind != JointKind::fixed && spec.law.stiffness == 0)
+        objections.add("", fmt::format("'stiffness' [N/m] is needed by number {}", where));
+    if (common_node) objections.unused({"damping"}, "of two places that are one node, with stiffness = \"auto\"");
+    if ((kind == JointKind::fixed || kind == JointKind::hinge) && spec.law.torsional_stiffness == 0 && !common_node)
+        objections.add("", fmt::format("'torsional_stiffness' [N m/rad] is needed {}{}", where,
+                                       kind == JointKind::fixed ? " whose 'stiffness' is a number; both may be left out" : ""));
+    if (common_node && scene.has_immersed() && scene.immersion.coupling == RodCoupling::two_way)
+        objections.add("stiffness", "rods that feel the fluid have no common nodes yet: give 'stiffness' [N/m] and "
+                                    "'torsional_stiffness' [N m/rad]");
+    if (common_node && scene.time.integrator != Integrator::verlet && (groups[0]->body || groups[1]->body))
+        objections.add("stiffness",
+                       "a rod and a body have a common node in steps of time.integrator = \"verlet\" alone: leave that "
+                       "out, or give 'stiffness' [N/m] and 'torsional_stiffness' [N m/rad]");
     const auto body = [&](std::size_t i) { return groups[i]->body.has_value(); };
     if (!points && (body(0) || body(1))) objections.add("between", fmt::format("bodies have no elements side by side {}", where));
 }

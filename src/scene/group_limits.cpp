@@ -53,6 +53,11 @@ void limit_by_joints(GroupPlan& p, const JointBounds& joints, const Scheme& sche
     const auto limit = [&](double dt) {
         if (dt < 0.99 * p.limits.front().dt) p.limits.insert(p.limits.begin(), {"joints", dt, joints.element});
     };
+    if (joints.eigenvalue > 0) { // beside a junction elements have one cell more than at an end
+        const double dt = 2 / std::sqrt(joints.eigenvalue / p.felt_inertia());
+        if (p.limits.empty() || dt < 0.99 * p.limits.front().dt)
+            p.limits.insert(p.limits.begin(), {"joints", dt, joints.element_of_eigenvalue});
+    }
     if (joints.stiffness > 0) {
         const double rate = p.limits.empty() ? 0 : 2 / p.limits.front().dt,
                      dt = 2 / std::sqrt(rate * rate + joints.stiffness / p.felt_inertia());

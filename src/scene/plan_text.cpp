@@ -2,6 +2,7 @@
 
 #include "core/level.hpp"
 #include "core/share_text.hpp"
+#include "joints/junction.hpp"
 #include "neighbourhood/exposure.hpp"
 #include "scene/fluid_plan_text.hpp"
 #include "scene/plan_words.hpp"
@@ -77,8 +78,10 @@ std::string wall_text(const Wall& wall, double overlap) {
 
 std::string joint_text(const JointSpec& joint, std::size_t count) {
     const JointLaw& law = joint.law;
-    std::string text = fmt::format("{} {}, '{}' to '{}', k {:.4g} N/m", count, joint_names[static_cast<std::size_t>(joint.kind)],
-                                   joint.between[0], joint.between[1], law.stiffness);
+    std::string text = fmt::format("{} {}, '{}' to '{}', ", count, joint_names[static_cast<std::size_t>(joint.kind)],
+                                   joint.between[0], joint.between[1]);
+    if (!shares_node(joint)) text += fmt::format("k {:.4g} N/m", law.stiffness);
+    else text += turns_by_half_cells(joint) ? "as within a rod" : "a common node";
     if (law.damping > 0) text += fmt::format(", dashpot {:.4g} N s/m", law.damping);
     if (law.torsional_stiffness > 0) text += fmt::format(", torsional {:.4g} N m/rad", law.torsional_stiffness);
     if (law.torsional_damping > 0) text += fmt::format(", {:.4g} N m s/rad", law.torsional_damping);

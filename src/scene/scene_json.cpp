@@ -1,3 +1,4 @@
+#include "joints/junction.hpp"
 #include "scene/scene_file.hpp"
 #include "scene/scene_tables.hpp"
 
@@ -70,6 +71,13 @@ template <class Spec> Json contact_echo(Spec& spec) {
     return table;
 }
 
+/// A joint, with the word where it has a common node in the place of a spring.
+Json joint_echo(JointSpec& spec) {
+    Json table = table_echo(spec);
+    if (shares_node(spec)) table["stiffness"] = "auto";
+    return table;
+}
+
 } // namespace
 
 std::string scene_json(const SceneSpec& scene, bool physics_only) {
@@ -88,6 +96,7 @@ std::string scene_json(const SceneSpec& scene, bool physics_only) {
     for_each_list(copy, [&](const char* name, auto& specs) {
         for (auto& spec : specs)
             if constexpr (requires { spec.law.stiffness_is_automatic(); }) json[name].push_back(contact_echo(spec));
+            else if constexpr (std::is_same_v<std::decay_t<decltype(spec)>, JointSpec>) json[name].push_back(joint_echo(spec));
             else json[name].push_back(table_echo(spec));
     });
     if (!scene.start.from.empty()) json["start"] = echo([&](FieldVisitor& f) { copy.start.fields(f); });

@@ -53,6 +53,7 @@ std::optional<double> what_auto_means(std::string_view table, std::string_view k
     if (table == "time" && key == "dt") return 0;
     const bool has_law = table == "contact" || table == "contact_pair" || table == "wall";
     if (has_law && key == "stiffness") return ContactLaw::automatic;
+    if (table == "joint" && key == "stiffness") return 0;
     return std::nullopt;
 }
 

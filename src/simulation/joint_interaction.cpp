@@ -39,6 +39,21 @@ JointsNow joints_now(const Plan& plan, std::span<const RodGroup> groups, const R
                 found.gap = std::max(found.gap, now.gap);
             }
         }
+    for (const AssemblyPlan& assembly : plan.assemblies) {
+        const Junctions junctions = junctions_of(plan.joints, assembly.joints, groups);
+        for (const Star& star : junctions.stars)
+            for (std::int64_t copy = 0; copy < assembly.copies; ++copy) {
+                const auto rod = [&](int group, std::int64_t number) {
+                    return place.find({group, copy * groups[static_cast<std::size_t>(group)].rods_per_copy() + number});
+                };
+                if (rod(star.members[0].group, star.members[0].rod) == place.end()) continue;
+                found.energies.push_back(star_energy(star, [&](int group, std::int64_t number, int k) {
+                    const auto& slots = state[rod(group, number)->second];
+                    const auto at = static_cast<std::size_t>(k);
+                    return std::pair(slots[at], slots[std::min(at + 1, slots.size() - 1)]);
+                }));
+            }
+    }
     return found;
 }
 

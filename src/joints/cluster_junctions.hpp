@@ -1,0 +1,238 @@
+// Junctions over a cluster of tiles (rod/clusters.hpp): half cells that meet, and nodes that move as one.         theory.md
+// (73a)-(73e)
+//   nodes       v = sum w_i v_i/sum w_i,  w_i = m_i/b_i of the kick: what all their loads together would have made of one node
+//   on a body   the impulses that give nodes the velocities V + w x r_i of its places, momentum and angular momentum kept;
+//               g_i = (h/2) w x (w x r_i) besides, so that a drift takes them to where the body's goes
+// In a block of copies a junction is between the same slots in all lanes; in a copy by itself it is worked out in one lane.
+#pragma once
+
+#include "joints/star_law.hpp"
+#include "rod/clusters.hpp"
+
+#include <functional>
+#include <vector>
+
+namespace skein {
+
+/// Where a slot of a group's rod is in a cluster.
+struct ClusterPlace {
+    std::size_t across;       ///< slot, in a block of copies
+    std::size_t within;       ///< slot, in a copy by itself
+    int lane = 0, behind = 1; ///< there; and behind the last of the lanes that repeat it
+    std::size_t tile_across = 0, tile_within = 0;
+};
+using PlaceInCluster = std::function<ClusterPlace(int group, std::int64_t rod, int slot)>;
+
+/// What a unit impulse of force or couple changes in a kick of the given length: (h/m) b of a node, (h/J) b of an element.
+struct KickGains {
+    std::function<double(int group, int node, std::size_t length)> node;
+    std::function<Vec3d(int group, std::size_t length)> body;
+    std::size_t lengths = 1;
+};
+
+/// A hub for one length of kicks.
+struct HubShares {
+    std::vector<double> share; ///< of a member's velocity less the first's; on a body w_i
+    double inv_weight = 0;     ///< of a body: 1/sum w
+    Vec3d moment{0, 0, 0};     ///< sum w_i a_i
+    Mat3d inv_inertia{};       ///< about the common centre, body axes
+};
+/// By length of kicks.
+std::vector<HubShares> hub_shares(const Hub& hub, const KickGains& gains);
+
+template <int W> class ClusterJunctions {
+public:
+    ClusterJunctions(const Junctions& all, const PlaceInCluster& place, const KickGains& gains) {
+        for (const Hub& hub : all.hubs) {
+            HubOfCluster& h = hubs_.emplace_back(HubOfCluster{hub.body, {}, {}, hub_shares(hub, gains)});
+            for (const Hub::Member& m : hub.members) {
+                h.places.push_back(place(m.group, m.rod, m.node));
+                h.arms.push_back(m.arm);
+            }
+        }
+        for (const Star& star : all.stars) {
+            StarOfCluster& s = stars_.emplace_back(StarOfCluster{star, {}, {}, {}});
+            for (std::size_t i = 0; i < star.members.size(); ++i) {
+                const Star::Member& m = star.members[i];
+                s.element.push_back(place(m.group, m.rod, m.element));
+                s.next.push_back(m.length > 0 ? place(m.group, m.rod, m.element + 1) : s.element.back());
+            }
+            if (star.inner) s.before = place(star.members[0].group, star.members[0].rod, star.element_before);
+        }
+    }
+    bool empty() const { return hubs_.empty(); }
+    bool turns() const { return !stars_.empty(); }
+
+    /// Adds loads of half cells; `moments`: by tile of the cluster, null where none are made.
+    void add_loads(const Slot<W>* slot, const EndMoments<W>* moments, JoinedLoad<W>* load, bool across) const {
+        for (const StarOfCluster& s : stars_)
+            with_star_law(s.star, [&]<class L>(L) {
+                if (across) add_star<L>(s, Across{slot, moments, load});
+                else add_star<L>(s, Within{slot, moments, load});
+            });
+    }
+    /// Takes nodes to their hubs' places, after a drift.
+    void gather(Slot<W>* slot, bool across) const {
+        for (const HubOfCluster& h : hubs_)
+            if (across) gather(h, [&](std::size_t i) { return WholeSlot{slot[h.places[i].across]}; });
+            else gather(h, [&](std::size_t i) { return LaneOfSlot{slot[h.places[i].within], h.places[i]}; });
+    }
+    /// Gives them their velocities, after a kick.
+    void move_as_one(Slot<W>* slot, const Step& step, bool across) const {
+        for (const HubOfCluster& h : hubs_)
+            if (across) move_as_one(h, step, [&](std::size_t i) { return WholeSlot{slot[h.places[i].across]}; });
+            else move_as_one(h, step, [&](std::size_t i) { return LaneOfSlot{slot[h.places[i].within], h.places[i]}; });
+    }
+
+private:
+    struct HubOfCluster {
+        bool body;
+        std::vector<ClusterPlace> places;
+        std::vector<Vec3d> arms;
+        std::vector<HubShares> shares;
+    };
+    struct StarOfCluster {
+        Star star;
+        std::vector<ClusterPlace> element, next;
+        ClusterPlace before{};
+    };
+    template <class F> static void with_star_law(const Star& star, F&& f) { with_energy_law(star.law, f); }
+
+    // A slot in all lanes, and in one.
+    struct WholeSlot {
+        static constexpr int width = W;
+        Slot<W>& slot;
+        Slot<W> read() const { return slot; }
+        void place(const Vec3<Pack<W>>& x) const { slot.position = x; }
+        void velocity(const Vec3<Pack<W>>& v) const { slot.velocity = v; }
+        void spin(const Vec3<Pack<W>>& w) const { slot.spin = w; }
+    };
+    struct LaneOfSlot {
+        static constexpr int width = 1;
+        Slot<W>& slot;
+        const ClusterPlace& at;
+        Slot<1> read() const { return lane(slot, at.lane); }
+        void place(const Vec3<Pack<1>>& x) const { set(slot.position, x); }
+        void velocity(const Vec3<Pack<1>>& v) const { set(slot.velocity, v); }
+        void spin(const Vec3<Pack<1>>& w) const { set(slot.spin, w); }
+        void set(Vec3<Pack<W>>& all, const Vec3<Pack<1>>& one) const {
+            for (int l = at.lane; l < at.behind; ++l) set_lane(all, l, lane(one, 0));
+        }
+    };
+
+    template <class At> static void gather(const HubOfCluster& h, At&& at) {
+        constexpr int V = decltype(at(0))::width;
+        using P = Pack<V>;
+        const Slot<V> first = at(0).read();
+        if (h.body) {
+            for (std::size_t i = 1; i < h.places.size(); ++i)
+                at(i).place(first.position + transpose_times(first.director, broadcast<V>(h.arms[i])));
+            return;
+        }
+        Vec3<P> x = first.position;
+        for (std::size_t i = 1; i < h.places.size(); ++i)
+            x = fma(P(h.shares[0].share[i]), at(i).read().position - first.position, x);
+        for (std::size_t i = 0; i < h.places.size(); ++i) at(i).place(x);
+    }
+
+    template <class At> static void move_as_one(const HubOfCluster& h, const Step& step, At&& at) {
+        constexpr int V = decltype(at(0))::width;
+        using P = Pack<V>;
+        const HubShares& shares = h.shares[static_cast<std::size_t>(step.kick_length)];
+        const Slot<V> first = at(0).read();
+        if (!h.body) {
+            Vec3<P> v = first.velocity;
+            for (std::size_t i = 1; i < h.places.size(); ++i)
+                v = fma(P(shares.share[i]), at(i).read().velocity - first.velocity, v);
+            for (std::size_t i = 0; i < h.places.size(); ++i) at(i).velocity(v);
+            return;
+        }
+        const Vec3<P>& w = first.spin;
+        const auto ahead = [&](const Vec3<P>& arm) { return P(0.5 * step.dt) * cross(w, cross(w, arm)); };
+        Vec3<P> impulse{P(0.0), P(0.0), P(0.0)}, angular = impulse; // body axes
+        for (std::size_t i = 1; i < h.places.size(); ++i) {
+            const Vec3<P> arm = broadcast<V>(h.arms[i]);
+            const Vec3<P> slip = first.director * (at(i).read().velocity - first.velocity) - (cross(w, arm) + ahead(arm));
+            const Vec3<P> of_node = P(shares.share[i]) * slip;
+            impulse += of_node;
+            angular += cross(arm, of_node);
+        }
+        const Vec3<P> moment = broadcast<V>(shares.moment);
+        const P inv_weight(shares.inv_weight);
+        const Vec3<P> turn = detail::times(shares.inv_inertia, angular - inv_weight * cross(moment, impulse)),
+                      shift = inv_weight * (impulse - cross(turn, moment));
+        const Vec3<P> velocity = first.velocity + transpose_times(first.director, shift), spin = w + turn;
+        for (std::size_t i = 1; i < h.places.size(); ++i) {
+            const Vec3<P> arm = broadcast<V>(h.arms[i]);
+            at(i).velocity(velocity + transpose_times(first.director, cross(spin, arm) + ahead(arm)));
+        }
+        at(0).velocity(velocity), at(0).spin(spin);
+    }
+
+    struct Across {
+        static constexpr int width = W;
+        const Slot<W>* slot;
+        const EndMoments<W>* moments;
+        JoinedLoad<W>* load;
+        Slot<W> read(const ClusterPlace& at) const { return slot[at.across]; }
+        EndMoment<Pack<W>> moment(const ClusterPlace& at, bool start) const {
+            const EndMoments<W>& m = moments[at.tile_across];
+            return start ? m.start : m.end;
+        }
+        void add_force(const ClusterPlace& at, const Vec3<Pack<W>>& f) const { load[at.across].force += f; }
+        void add_couple(const ClusterPlace& at, const Vec3<Pack<W>>& c) const { load[at.across].couple += c; }
+    };
+    struct Within {
+        static constexpr int width = 1;
+        const Slot<W>* slot;
+        const EndMoments<W>* moments;
+        JoinedLoad<W>* load;
+        Slot<1> read(const ClusterPlace& at) const { return lane(slot[at.within], at.lane); }
+        EndMoment<Pack<1>> moment(const ClusterPlace& at, bool start) const {
+            const EndMoment<Pack<W>>& m = start ? moments[at.tile_within].start : moments[at.tile_within].end;
+            return {broadcast<1>(lane(m.body, at.lane)), broadcast<1>(lane(m.lab, at.lane))};
+        }
+        static void add(Vec3<Pack<W>>& all, int l, const Vec3<Pack<1>>& one) { set_lane(all, l, lane(all, l) + lane(one, 0)); }
+        void add_force(const ClusterPlace& at, const Vec3<Pack<1>>& f) const { add(load[at.within].force, at.lane, f); }
+        void add_couple(const ClusterPlace& at, const Vec3<Pack<1>>& c) const { add(load[at.within].couple, at.lane, c); }
+    };
+
+    template <class L, class Layout> static void add_star(const StarOfCluster& s, const Layout& layout) {
+        constexpr int V = Layout::width;
+        using P = Pack<V>;
+        const std::size_t n = s.element.size();
+        StarElements<P> now;
+        StarLoads<P> out{};
+        Quaternion<P> first{}, before{};
+        for (std::size_t i = 0; i < n; ++i) {
+            const Star::Member& m = s.star.members[i];
+            const Slot<V> element = layout.read(s.element[i]);
+            now[i] = {element.director, layout.read(s.next[i]).position - element.position, {P(0.0), P(0.0), P(0.0)}};
+            if (layout.moments && m.length > 0) {
+                const EndMoment<P> moment = layout.moment(s.element[i], m.side > 0);
+                now[i].moment = P(m.side) * (moment.body + element.director * moment.lab);
+            }
+        }
+        if (s.star.inner) {
+            first = now[0].director, before = layout.read(s.before).director;
+            now[0].director = half_way(before, first);
+        }
+        star_loads<L, V>(s.star, layout.moments != nullptr, now, out);
+        for (std::size_t i = s.star.inner ? 1 : 0; i < n; ++i) {
+            layout.add_couple(s.element[i], out[i].couple);
+            if constexpr (L::bending_pulls)
+                if (s.star.members[i].length > 0) {
+                    layout.add_force(s.element[i], out[i].force);
+                    layout.add_force(s.next[i], -out[i].force);
+                }
+        }
+        if (!s.star.inner) return;
+        layout.add_couple(s.before, of_half_way(before, now[0].director, out[0].couple));
+        layout.add_couple(s.element[0], of_half_way(first, now[0].director, out[0].couple));
+    }
+
+    std::vector<HubOfCluster> hubs_;
+    std::vector<StarOfCluster> stars_;
+};
+
+} // namespace skein
