@@ -9,7 +9,7 @@ Reads observables.csv, physics.json and summary.json of a run, prints a table an
               back, to where it turns forth again
   psi         D/W_in = 1 - W_out/W_in: W_in what the lid does to the rods on its way forth, W_out what it gets back
   residual    loss of height over a cycle, between its ends, which have the same base stress
-  friction    what contacts and walls lose beyond their dashpots: from the loads where the run was audited (output.audit), else as they
+  friction    what contacts and walls lose beyond their dashpots: from the rods' energies where the run was audited (output.audit), else as they
               say (friction_work); drag: what the rods' own damping takes
   z           2 contacts/rods, contacts counted by pairs of elements; mean of 11 rows
 """
@@ -183,8 +183,9 @@ def budget(run, first, last=-1):
     b["audited"] = "dissipated[J]" in run.column
     if b["audited"]:
         b["rods_damping_J"] = change(["dissipated[J]"])
-        # What contacts and walls did to the rods, from the loads; what they took from lid and springs and did not pass on they lost.
-        passed_on = change(["work_loads[J]"]) - b["potential_loss_J"]
+        # What contacts and walls did to the rods, from what these have and have lost; what they took from lid and springs and did not pass
+        # on they lost.
+        passed_on = b["kinetic_J"] + b["elastic_J"] + b["rods_damping_J"] - b["potential_loss_J"]
         b["friction_by_loads_J"] = b["lid_work_J"] - b["contacts_and_walls_store_J"] - passed_on - b["viscous_work_J"]
     else:
         if any(d["kind"] != "uniform" for d in run.physics["damping"]):

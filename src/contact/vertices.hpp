@@ -1,4 +1,5 @@
-// Contacts near vertices, where neighbouring elements of a body share them.                                  theory.md (56c), (56d)
+// Contacts of elements with boxes near vertices, where neighbouring elements share them, and what else knows of vertices. Contacts
+// of elements with each other have energies at vertices instead (vertex_terms.hpp).                              theory.md (59e)
 //   An element reaches beyond its vertices by a share of its length, so that both neighbours see a contact at their vertex:
 //   w = u^2 (3 - 2 u),  u = (1 - x/D)/2 clamped to [0, 1],  D = that share of the shorter neighbour's length
 //   x: where the other element is nearest to the mean tangent of both neighbours, through the vertex; from there outwards
@@ -80,7 +81,7 @@ template <int W> SKEIN_INLINE VertexShare<Pack<W>> vertex_share(double reach, Pa
             sqrt(max(fnma(P(0.25), squared, one), zero)) * per_zone};
 }
 
-/// c of (56d): 1 where neighbours share contacts, 0 where each pushes by itself. `bend`: that of VertexShare times the sum of
+/// c of (59e): 1 where neighbours share contacts, 0 where each pushes by itself. `bend`: that of VertexShare times the sum of
 /// radii.
 template <int W> SKEIN_INLINE Pack<W> sharing(Pack<W> sine_squared, Pack<W> bend) {
     using P = Pack<W>;
