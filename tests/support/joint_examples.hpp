@@ -59,4 +59,35 @@ inline std::vector<JointExample> joint_examples(double stiffness = 1e4, double d
     return all;
 }
 
+/// Rods, an inner node and a body that fly and turn, with fixed joints by common nodes.
+inline std::vector<JointExample> common_node_examples() {
+    std::vector<JointExample> all;
+    const auto add = [&](const std::string& name, std::vector<RodSpec> rods, std::vector<JointSpec> joints) {
+        SceneSpec scene;
+        rods[0].shape.velocity = {0.3, -0.2, 0.5}, rods[0].shape.angular_velocity = {0.4, 2, -1};
+        for (JointSpec& joint : joints) joint.kind = JointKind::fixed;
+        scene.rods = std::move(rods), scene.joints = std::move(joints);
+        scene.time.duration = 1;
+        all.push_back({name, scene});
+    };
+    const RodSpec along = stick("along", {0, 0, 0}, {1, 0, 0}), on = stick("on", {0.8, 0, 0}, {0.6, 0.8, 0}),
+                  third = stick("third", {0.8, 0, 0}, {0, 0.6, 0.8}), straight = stick("straight", {0.8, 0, 0}, {1, 0, 0}),
+                  up = stick("up", {0.4, 0, 0}, {0, 0, 1});
+    RodSpec thin = straight, linear = on, neo = straight, rubber = along;
+    thin.section.radius = 0.012, linear.material.law = Law::linear;
+    neo.material.law = rubber.material.law = Law::neo_hookean;
+    add("in line", {along, straight}, {{.between = {"along", "straight"}}});
+    add("thick and thin", {along, thin}, {{.between = {"along", "straight"}}});
+    add("neo-Hookean", {rubber, neo}, {{.between = {"along", "straight"}}});
+    add("at an angle, of two laws", {along, linear}, {{.between = {"along", "on"}}});
+    add("three in a place", {along, on, third}, {{.between = {"along", "on"}}, {.between = {"third", "on"}, .at = {0, 0}}});
+    add("an inner node", {along, up}, {{.between = {"along", "up"}, .at = {0.5, 0}}});
+    RodSpec ball = rigid_body(0, 0.1);
+    ball.name = "ball", ball.placement.origin = {0.9, 0, 0};
+    add("a body", {along, ball}, {{.between = {"along", "ball"}}});
+    RodSpec leg = stick("leg", {0.9, 0.1, 0}, {0, 1, 0});
+    add("two rods on a body", {along, ball, leg}, {{.between = {"along", "ball"}}, {.between = {"leg", "ball"}, .at = {0, 0}}});
+    return all;
+}
+
 } // namespace skein::test

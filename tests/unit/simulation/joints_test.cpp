@@ -1,10 +1,12 @@
 // What must hold of every kind of joint: it carries no momentum, springs keep energy and dashpots take it, the automatic step bears
 // any stiffness, and bits do not depend on lanes, threads or the protocol.
+#include "loads/muscle_formula.hpp"
 #include "support/joint_examples.hpp"
 #include "support/meeting.hpp"
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 
@@ -50,6 +52,67 @@ TEST(Joints, KeepEnergyUnlessTheyAreDamped) {
             else EXPECT_LT(least, 0.999 * start) << e.name;
             EXPECT_LT(most, 1.03 * start) << e.name << ", damping " << damping;
         }
+}
+
+TEST(CommonNodes, KeepMomentumEnergyAndPlaces) {
+    for (const JointExample& e : test::common_node_examples()) {
+        Meeting stage(e.scene);
+        const test::Momenta before = stage.momenta();
+        stage.advance(8); // the first kick makes one velocity of those of the start
+        const double start = stage.energy() + joint_energy(stage);
+        double least = start, most = start;
+        for (int part = 0; part < 20; ++part) {
+            stage.advance(200);
+            const double now = stage.energy() + joint_energy(stage);
+            least = std::min(least, now), most = std::max(most, now);
+        }
+        const test::Momenta after = stage.momenta();
+        std::printf("%s: energy within %.1e, momentum %.1e, angular momentum %.1e, gap %.1e m\n", e.name.c_str(),
+                    (most - least) / start, norm(after.linear - before.linear) / norm(before.linear),
+                    norm(after.angular - before.angular) / (norm(before.angular) + norm(before.linear)),
+                    joints_now(stage.plan, stage.groups, *stage.rods, stage.clock.lag()).gap);
+        EXPECT_LT(most - least, 3e-2 * start) << e.name; // of the step, which is the longest
+        EXPECT_LT(norm(after.linear - before.linear), 1e-12 * norm(before.linear)) << e.name;
+        const bool body =
+            std::any_of(e.scene.rods.begin(), e.scene.rods.end(), [](const RodSpec& rod) { return rod.body.has_value(); });
+        EXPECT_LT(norm(after.angular - before.angular), (body ? 1e-5 : 1e-12) * (norm(before.angular) + norm(before.linear)))
+            << e.name;
+    }
+}
+
+TEST(CommonNodes, AreRefusedWithACureWhereThereAreNone) {
+    const auto refusal = [](const RodSpec& second, std::vector<double> at) -> std::string {
+        SceneSpec scene;
+        scene.rods = {stick("first", {0, 0, 0}, {1, 0, 0}), second};
+        scene.joints = {{.kind = JointKind::fixed, .between = {"first", second.name}, .at = std::move(at)}};
+        scene.time.duration = 1;
+        try {
+            make_plan(scene, make_groups(scene), {1, 1, 1, 1, {}, Mapping::automatic});
+        } catch (const InputError& error) {
+            return error.what();
+        }
+        return "";
+    };
+    const RodSpec on = stick("second", {0.8, 0, 0}, {0, 1, 0});
+    EXPECT_EQ(refusal(on, {1, 0}), "");
+    EXPECT_NE(refusal(stick("second", {0.24, 0, 0}, {0, 1, 0}), {0.3, 0}).find("'at' is at a node, here 0.25 or 0.375"),
+              std::string::npos);
+    EXPECT_EQ(refusal(stick("second", {0.2, 0, 0}, {0, 1, 0}), {0.25, 0}), ""); // which that cure says
+    EXPECT_NE(refusal(stick("second", {0.8, 0, 0.01}, {0, 1, 0}), {1, 0}).find("off the axis"), std::string::npos);
+    RodSpec clamped = on;
+    clamped.start = EndKind::clamped;
+    EXPECT_NE(refusal(clamped, {1, 0}).find("clamp the other rod too"), std::string::npos);
+}
+
+TEST(CommonNodes, AreDampedAsTheOthers) {
+    SceneSpec scene = test::common_node_examples().front().scene;
+    for (RodSpec& rod : scene.rods) rod.shape.velocity = {0, 0, 1}, rod.shape.angular_velocity = {0, 0, 0};
+    scene.damping = {{.damping = {.kind = DampingKind::uniform, .rate = 3}}};
+    Meeting stage(scene);
+    stage.advance(2000);
+    const double expected = std::exp(-3 * stage.clock.time());
+    for (std::size_t i = 0; i < 2; ++i)
+        for (const Slot<1>& s : stage.state(i)) EXPECT_NEAR(lane(s.velocity, 0).z / expected, 1, 1e-5);
 }
 
 TEST(Joints, OfAnyStiffnessBearTheAutomaticStep) {
@@ -102,6 +165,24 @@ TEST(Joints, HaveTheSameBitsInAnyLanesAndVisits) {
             for (const int threads : {1, 2})
                 EXPECT_EQ(digest_of(scene, lanes, threads, 64), expected) << copies << " copies, " << lanes << " lanes";
     }
+}
+
+TEST(CommonNodes, HaveTheSameBitsInAnyLanesAndVisits) {
+    for (const JointExample& e : test::common_node_examples())
+        for (const long copies : {1L, 3L, 11L}) {
+            SceneSpec scene = e.scene;
+            for (RodSpec& rod : scene.rods) rod.assembly = "copies";
+            AssemblySpec assembly{.name = "copies"};
+            assembly.placement = {.kind = PlacementKind::line, .normal = Vec3d{0, 1, 0}, .counts = {copies}, .spacing = {3}};
+            scene.assemblies = {assembly};
+            scene.loads = {{.load = MuscleFormula{.moment = {"0.1 * s * rod", "0.2", "0"}}, .rods = {scene.rods[0].name}}};
+            scene.time.duration = 0.05;
+            const std::uint64_t expected = digest_of(scene, 1, 1, 1);
+            for (const int lanes : {2, 4, 8})
+                for (const int threads : {1, 2})
+                    EXPECT_EQ(digest_of(scene, lanes, threads, 64), expected)
+                        << e.name << ", " << copies << " copies, " << lanes << " lanes";
+        }
 }
 
 TEST(Joints, MoveCopiesThatAreAlikeAlike) {
