@@ -10,6 +10,7 @@
 #include "simulation/rank_forecast.hpp"
 #include "simulation/self_check.hpp"
 #include "simulation/signals.hpp"
+#include "simulation/start_check.hpp"
 #include "simulation/summary.hpp"
 
 #include <algorithm>
@@ -141,6 +142,7 @@ Prepared prepare(const Communicator& comm, const SceneArguments& arguments) {
 /// Of rods of files, all of which this process holds.
 void refuse_faults(const SceneSpec& scene, const Plan& plan, std::span<const RodGroup> groups) {
     if (const std::string fault = fault_of_read_rods(scene, plan, groups); !fault.empty()) throw InputError(fault);
+    refuse_start(scene, plan, groups);
 }
 
 } // namespace

@@ -17,6 +17,12 @@ void ContactSpec::fields(FieldVisitor& f) {
              .above = 0,
              .at_most = 1},
             overlap);
+    f.visit({.name = "allow_overlap",
+             .unit = "",
+             .text =
+                 "rods and bodies may overlap at the start by more than `overlap`, and are pushed apart as the law says; elements "
+                 "that never touch, and those whose law has soft_until, may without it"},
+            allow_overlap);
 }
 
 void ContactPair::fields(FieldVisitor& f) {

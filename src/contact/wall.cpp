@@ -106,6 +106,12 @@ void Wall::fields(FieldVisitor& f) {
          .text = "what of the rods touches it: their surface, with round ends, or their axis, as if they were cut off flat and had "
                  "no width"},
         touches, wall_touch_names);
+    f.visit({.name = "allow_overlap",
+             .unit = "",
+             .text =
+                 "free nodes may be behind it at the start, or in it by more than 0.1 of the diameter; with soft_until they may "
+                 "without it"},
+            allow_overlap);
     f.visit({.name = "velocity", .unit = "m/s", .text = "at which it moves steadily; with a servo the direction of its way forth"},
             velocity);
     f.visit({.name = "from", .unit = "s", .text = "time from which it moves", .at_least = 0}, from);

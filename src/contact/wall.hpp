@@ -48,8 +48,9 @@ struct Wall {
     std::vector<std::string> open;        ///< sides that a box lacks
     std::vector<std::string> rods;        ///< groups it acts on; empty: all
     WallTouch touches = WallTouch::surface;
-    Vec3d velocity{0, 0, 0}; ///< m/s
-    double from = 0;         ///< s: when it begins to move
+    bool allow_overlap = false; ///< at the start, by more than 0.1 of the diameter
+    Vec3d velocity{0, 0, 0};    ///< m/s
+    double from = 0;            ///< s: when it begins to move
     ContactLaw law;
     ServoSpec servo;
     std::string source; ///< file:line of the table, for messages

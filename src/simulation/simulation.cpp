@@ -11,6 +11,7 @@
 #include "simulation/branch.hpp"
 #include "simulation/machine.hpp"
 #include "simulation/migration.hpp"
+#include "simulation/start_check.hpp"
 #include "simulation/state_copy.hpp"
 #include "simulation/summary.hpp"
 #include "skein/core/error.hpp"
@@ -18,7 +19,9 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <filesystem>
 #include <fmt/format.h>
+#include <system_error>
 
 namespace skein {
 
@@ -50,6 +53,16 @@ void require_memory(const Communicator& comm, const Plan& plan) {
     if (!message.empty()) throw InputError(message);
 }
 
+/// Whether there are checkpoints in the directory of results, which a run goes on from. Collective.
+bool goes_on(const Communicator& comm, const RunOptions& options) {
+    bool some = false;
+    std::error_code error; // what is wrong with the directory is told when it is opened
+    if (comm.root() && !options.out.empty() && !options.overwrite)
+        for (const auto& entry : std::filesystem::directory_iterator(options.out, error))
+            some = some || entry.path().filename().string().starts_with("checkpoint_");
+    return comm.max(static_cast<std::int64_t>(some)) != 0;
+}
+
 } // namespace
 
 Simulation::Simulation(const Communicator& comm, const Threads& threads, const SceneSpec& scene, std::vector<RodGroup> groups,
@@ -69,14 +82,16 @@ Simulation::Simulation(const Communicator& comm, const Threads& threads, const S
         if (const std::string fault = comm_.first_text(fault_of_read_rods(scene, plan_, groups_)); !fault.empty())
             throw InputError(fault);
     if (plan_.relax) settling_.emplace(plan_.relax_tolerance);
-    on_root(comm_, [&] {
-        if (writes) directory_ = std::make_unique<ResultsDirectory>(options_.out, options_.overwrite);
-    });
     std::vector<LocalRod> own = partition(comm_, groups_);
     keep_own_rods(comm_, groups_, own);
     const double began = wall_seconds();
-    make_bodies(own);
+    const std::shared_ptr<Exposure> exposure = make_bodies(own);
     balance_.expect(2 * (wall_seconds() - began)); // making them anew, and sending them
+    if (options_.from.empty() && scene.start.from.empty() && !goes_on(comm_, options_))
+        refuse_start(comm_, threads_, plan_, groups_, *rods_, exposure.get(), neighbourhood_.get());
+    on_root(comm_, [&] {
+        if (writes) directory_ = std::make_unique<ResultsDirectory>(options_.out, options_.overwrite);
+    });
 
     std::vector<std::string> kept = kept_names(interactions_);
     if (settling_) kept.emplace_back(Settling::kept_name);
@@ -132,12 +147,13 @@ Simulation::Simulation(const Communicator& comm, const Threads& threads, const S
 
 Simulation::~Simulation() = default;
 
-void Simulation::make_bodies(std::span<const LocalRod> owned) {
+std::shared_ptr<Exposure> Simulation::make_bodies(std::span<const LocalRod> owned) {
     interactions_.clear();
     neighbourhood_.reset();
     const Surroundings around = make_rods_of(owned);
     if (around.exposure) neighbourhood_ = std::make_unique<Neighbourhood>(comm_, threads_, around.exposure);
     interactions_ = make_interactions({comm_, threads_, plan_, groups_, *rods_, around});
+    return around.exposure;
 }
 
 Surroundings Simulation::make_rods_of(std::span<const LocalRod> owned) {

@@ -115,7 +115,8 @@ private:
     /// Why rods or interactions of this rank cannot go on; empty where they can.
     std::string reason_of_failure() const;
     /// Rods in their start state, and what they do to each other. Collective.
-    void make_bodies(std::span<const LocalRod> owned);
+    /// Returns what they show each other, nothing yet; null where they do not.
+    std::shared_ptr<Exposure> make_bodies(std::span<const LocalRod> owned);
     /// Rods in their start state and what surrounds them, in place of those that there are.
     Surroundings make_rods_of(std::span<const LocalRod> owned);
     /// Bodies go to the ranks that are to own them, within a step. Collective.

@@ -1,0 +1,237 @@
+#include "simulation/start_check.hpp"
+
+#include "contact/box_distance.hpp"
+#include "contact/contact_solver.hpp"
+#include "core/closest_points.hpp"
+#include "kernels/kernels.hpp"
+#include "rod/body_shape.hpp"
+#include "skein/core/error.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <tuple>
+
+namespace skein {
+
+namespace {
+
+std::vector<Slot<1>> start_of(const RodGroup& group, const LocalRod& body) {
+    std::vector<Slot<1>> state(static_cast<std::size_t>(group.slots()));
+    group.start_state(body.index, state);
+    return state;
+}
+
+void show_all(std::span<const RodGroup> groups, std::span<const LocalRod> bodies, Exposure& exposure) {
+    for (std::size_t i = 0; i < bodies.size(); ++i) {
+        const RodGroup& group = groups[static_cast<std::size_t>(bodies[i].group)];
+        exposure.show(i, start_of(group, bodies[i]), group.body());
+    }
+}
+
+/// The deepest pair of elements, by slots of the scene, over the smaller diameter.
+struct Deepest {
+    double overlap = 0;
+    std::int64_t first = std::numeric_limits<std::int64_t>::max(), second = first;
+    void take(double share, std::int64_t a, std::int64_t b) {
+        if (share > overlap || (share == overlap && std::tie(a, b) < std::tie(first, second)))
+            overlap = share, first = a, second = b;
+    }
+};
+
+class PairsAtStart {
+public:
+    PairsAtStart(const Plan& plan, std::span<const RodGroup> groups, const Exposure& near, const Exposure& own)
+        : plan_(plan), groups_(groups), near_(near), own_(own) {}
+
+    Deepest deepest(const Candidates& found) const {
+        Deepest deepest;
+        for (std::uint32_t a = 0; a + 1 < found.first.size(); ++a)
+            for (std::uint32_t i = found.first[a]; i < found.first[a + 1]; ++i) {
+                const std::uint32_t b = found.partner[i];
+                if (plan_.contact_laws->between(group(a), group(b)).soft_until > 0) continue;
+                const double diameter = 2 * std::min(radius(a), radius(b)),
+                             share = (radius(a) + radius(b) - distance(a, b)) / diameter;
+                if (share > plan_.contact->overlap) deepest.take(share, near_.in_scene(a), near_.in_scene(b));
+            }
+        return deepest;
+    }
+
+private:
+    std::size_t group(std::uint32_t slot) const { return static_cast<std::size_t>(near_.at(slot).group); }
+    const BodyShape::Part* box(std::uint32_t slot) const {
+        const BodyShape* body = groups_[group(slot)].body();
+        if (!body) return nullptr;
+        const BodyShape::Part& part = body->part[static_cast<std::size_t>(near_.element(slot)) / 2];
+        return part.box ? &part : nullptr;
+    }
+    double radius(std::uint32_t slot) const {
+        const BodyShape::Part* part = box(slot);
+        return part ? part->radius : near_.node[slot].radius;
+    }
+    double distance(std::uint32_t a, std::uint32_t b) const {
+        const auto at = [&](std::uint32_t slot) { return near_.node[slot].position; };
+        if (box(a) && box(b)) return HUGE_VAL; // refused by the plan
+        if (box(a) || box(b)) return distance_to_box(box(a) ? a : b, at(box(a) ? b : a), at((box(a) ? b : a) + 1));
+        const auto found = closest_points(broadcast<1>(at(a)), broadcast<1>(at(a + 1) - at(a)), broadcast<1>(at(b)),
+                                          broadcast<1>(at(b + 1) - at(b)));
+        return norm(lane(found.apart, 0));
+    }
+    /// Of a segment and the box of an own body, which shows its axes; boxes of others are looked at where they are.
+    double distance_to_box(std::uint32_t slot, const Vec3d& from, const Vec3d& to) const {
+        const auto own = near_.owns_slot(slot) ? own_.find(near_.in_scene(slot)) : std::optional<std::uint32_t>();
+        if (!own) return HUGE_VAL;
+        const ExposedMotion& shown = own_.motion[*own + 1];
+        const Mat3d axes{shown.velocity, shown.spin, cross(shown.velocity, shown.spin)};
+        const Vec3d centre = near_.node[slot].position, half = box(slot)->half;
+        const double s = nearest_to_box(axes * (from - centre), axes * (to - from), half).s;
+        return nearest_on_box(axes * (from + s * (to - from) - centre), half).distance;
+    }
+
+    const Plan& plan_;
+    std::span<const RodGroup> groups_;
+    const Exposure &near_, &own_;
+};
+
+/// "rod 3 of 'cilia' (element 4)" of a slot of the scene.
+std::string place_in_scene(const SceneSlots& scene, std::span<const RodGroup> groups, std::int64_t slot) {
+    const std::int64_t gid = scene.gid_at(slot), k = slot - scene.first_slot(gid);
+    const bool strained = groups[static_cast<std::size_t>(scene.group_of(gid))].strained();
+    return fmt::format("{} ({} {})", name_of_body(groups, gid), strained ? "element" : "part", strained ? k : k / 2);
+}
+
+/// Depth of a ball in a wall at t = 0, m.
+double depth_in(const Wall& wall, const Vec3d& place, double radius) {
+    const double width = wall.touches == WallTouch::axis ? 0 : radius;
+    const Vec3d from = place - wall.point;
+    if (wall.kind == WallKind::plane) return width - dot(wall.normal, from);
+    const double away = wall.kind == WallKind::tube ? norm(from - dot(from, wall.axis) * wall.axis) : norm(from);
+    return wall.side == WallSide::inside ? away + width - wall.radius : wall.radius + width - away;
+}
+
+bool in_obstacle(const Obstacle& obstacle, const Vec3d& place) {
+    const Vec3d from = place - obstacle.place_at(0);
+    if (obstacle.kind == ObstacleKind::sphere) return norm(from) < obstacle.radius;
+    const double second = obstacle.second_radius > 0 ? obstacle.second_radius : obstacle.radius, x = from.x / obstacle.radius,
+                 y = from.y / second;
+    return x * x + y * y < 1;
+}
+
+/// What is wrong with the place of one ball of a body: a free node, or a point of a body's surface.
+std::string fault_of_place(const Plan& plan, const RodGroup& group, const std::string& what, const Vec3d& place, double radius) {
+    constexpr double allowed = ContactSpec{}.overlap;
+    for (const Wall& wall : plan.walls) {
+        if (!wall.acts_on(group.name()) || wall.allow_overlap || wall.law.soft_until > 0) continue;
+        if (const double share = depth_in(wall, place, radius) / (2 * radius); share > allowed)
+            return fmt::format(
+                "{}: {} is {:.3g} of its diameter deep in the wall '{}' at the start, and {:g} is allowed: move it, or "
+                "let it start there with allow_overlap = true in that [[wall]]",
+                wall.source, what, share, wall.name, allowed);
+    }
+    if (!plan.fluid) return {};
+    for (const Obstacle& obstacle : plan.fluid->obstacles)
+        if (in_obstacle(obstacle, place))
+            return fmt::format("{}: {} is within the obstacle '{}' at the start: move one of them", obstacle.source, what,
+                               obstacle.name);
+    const FluidGrid& grid = plan.fluid->constants.grid;
+    const Vec3d nearest{std::clamp(place.x, grid.lower.x, grid.upper().x), std::clamp(place.y, grid.lower.y, grid.upper().y),
+                        std::clamp(place.z, grid.lower.z, grid.upper().z)};
+    for (int d = 0; d < 3; ++d)
+        if (const double beyond = std::abs(component_of(place - nearest, d)); !grid.periodic(d) && beyond > radius)
+            return fmt::format("{}: {} is {:.3g} m outside the box of the fluid along {} at the start: move it, or make the box "
+                               "larger, or that direction periodic",
+                               group.spec().source, what, beyond, "xyz"[d]);
+    return {};
+}
+
+/// The first body of this rank that stands where it cannot, by its number in the scene; empty: none.
+std::pair<std::int64_t, std::string> fault_of_places(const Plan& plan, std::span<const RodGroup> groups,
+                                                     std::span<const LocalRod> bodies) {
+    std::pair<std::int64_t, std::string> first{std::numeric_limits<std::int64_t>::max(), ""};
+    if (plan.walls.empty() && !plan.fluid) return first;
+    for (const LocalRod& body : bodies) {
+        if (body.gid >= first.first) continue;
+        const RodGroup& group = groups[static_cast<std::size_t>(body.group)];
+        std::string fault;
+        const auto look = [&](const char* part, std::size_t i, const Vec3d& place, double radius) {
+            if (!fault.empty()) return;
+            const std::string what = fmt::format("{} ({} {})", name_of_body(groups, body.gid), part, i);
+            fault = fault_of_place(plan, group, what, place, radius);
+        };
+        if (const BodyShape* shape = group.body()) {
+            const std::vector<Slot<1>> state = start_of(group, body);
+            for (std::size_t i = 0; i < shape->point.size(); ++i)
+                look("point", i,
+                     lane(state[0].position + transpose_times(state[0].director, broadcast<1>(shape->point[i].place)), 0),
+                     shape->point[i].radius);
+        } else {
+            with_rod(group, body.index, [&](const RodGroup& own) {
+                const std::vector<Slot<1>> state = start_of(own, body);
+                for (std::size_t i = 0; i < state.size(); ++i)
+                    if (!own.holds_node(static_cast<int>(i)) && !own.slides(static_cast<int>(i)))
+                        look("node", i, lane(state[i].position, 0), node_radius(own, static_cast<std::int64_t>(i)));
+            });
+        }
+        if (!fault.empty()) first = {body.gid, fault};
+    }
+    return first;
+}
+
+/// `comm`: null where this process is alone, which may be without MPI.
+void refuse(const Communicator* comm, const Threads& threads, const Plan& plan, std::span<const RodGroup> groups,
+            std::span<const LocalRod> bodies, Exposure* exposure, Neighbourhood* neighbourhood) {
+    const auto [gid, fault] = fault_of_places(plan, groups, bodies);
+    const auto least_of_all = [&](std::int64_t x) { return comm ? comm->min(x) : x; };
+    const std::string mine_first = gid == least_of_all(gid) ? fault : std::string();
+    if (const std::string text = comm ? comm->first_text(mine_first) : mine_first; !text.empty()) throw InputError(text);
+    if (!exposure || !plan.contact || plan.contact->allow_overlap) return;
+    show_all(groups, bodies, *exposure);
+    const auto solver =
+        kernels(plan.machine.lanes).make_contacts(contact_scene(groups, *plan.contact, *plan.contact_laws), threads);
+    const Exposure& near = neighbourhood ? neighbourhood->widen(solver->next_skin()) : *exposure;
+    std::vector<std::uint8_t> wanted(near.slots(), 0);
+    solver->search(near, wanted);
+    const Deepest mine = PairsAtStart(plan, groups, near, *exposure).deepest(solver->found());
+    if (neighbourhood) {
+        std::fill(wanted.begin(), wanted.end(), std::uint8_t{0});
+        neighbourhood->narrow(wanted);
+    }
+    Deepest deepest{comm ? comm->max(mine.overlap) : mine.overlap};
+    deepest.first = least_of_all(mine.overlap == deepest.overlap ? mine.first : deepest.first);
+    deepest.second = least_of_all(mine.overlap == deepest.overlap && mine.first == deepest.first ? mine.second : deepest.second);
+    if (deepest.overlap > 0)
+        throw InputError(fmt::format("{} and {} overlap at the start by {:.3g} of the diameter, and contact.overlap allows {:g}: "
+                                     "move them apart, or let them "
+                                     "start so with allow_overlap = true in [contact]",
+                                     place_in_scene(exposure->scene(), groups, deepest.first),
+                                     place_in_scene(exposure->scene(), groups, deepest.second), deepest.overlap,
+                                     plan.contact->overlap));
+}
+
+} // namespace
+
+std::string name_of_body(std::span<const RodGroup> groups, std::int64_t gid) {
+    for (const RodGroup& group : groups)
+        if (gid < group.first_gid() + group.count())
+            return fmt::format("{} {} of '{}'", group.strained() ? "rod" : "body", gid - group.first_gid(), group.name());
+    return {};
+}
+
+void refuse_start(const Communicator& comm, const Threads& threads, const Plan& plan, std::span<const RodGroup> groups,
+                  const Rods& rods, Exposure* exposure, Neighbourhood* neighbourhood) {
+    refuse(&comm, threads, plan, groups, rods.local(), exposure, neighbourhood);
+}
+
+void refuse_start(const SceneSpec& scene, const Plan& plan, std::span<const RodGroup> groups) {
+    if (!scene.start.from.empty()) return;
+    std::vector<LocalRod> bodies;
+    for (const RodGroup& group : groups)
+        for (std::int64_t i = 0; i < group.count(); ++i) bodies.push_back({group.first_gid() + i, group.id(), i});
+    std::unique_ptr<Exposure> exposure;
+    if (plan.contact) exposure = std::make_unique<Exposure>(groups, bodies);
+    refuse(nullptr, Threads(1), plan, groups, bodies, exposure.get(), nullptr);
+}
+
+} // namespace skein
