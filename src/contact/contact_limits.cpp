@@ -3,6 +3,8 @@
 #include "core/principal_axes.hpp"
 #include "rod/body_shape.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <numeric>
@@ -67,6 +69,30 @@ double tangent_stiffness(const ContactLaw& law, double overlap) {
 }
 double tangent_damping(const ContactLaw& law, double overlap) {
     return law.normal == ContactNormal::linear ? law.damping : law.damping * std::sqrt(overlap);
+}
+
+double energy_at(const ContactLaw& law, double overlap) {
+    const double linear = law.stiffness * overlap * overlap;
+    return law.normal == ContactNormal::linear ? 0.5 * linear : 0.4 * linear * std::sqrt(overlap);
+}
+double overlap_of_energy(const ContactLaw& law, double energy) {
+    return law.normal == ContactNormal::linear ? std::sqrt(2 * energy / law.stiffness)
+                                               : std::pow(2.5 * energy / law.stiffness, 0.4);
+}
+
+std::string stiffer_law(const ContactLaw& given, const ContactLaw& law, double effective_mass, double times) {
+    const auto rounded = [](double x, bool up) { // to two digits, on the side that is stiffer
+        const double unit = std::pow(10, std::floor(std::log10(x)) - 1);
+        return (up ? std::ceil(x / unit * (1 - 1e-12)) : std::floor(x / unit * (1 + 1e-12))) * unit;
+    };
+    if (given.restitution > 0 && given.resolved(effective_mass).stiffness == law.stiffness) {
+        const double power = given.normal == ContactNormal::linear ? 0.5 : 0.4;
+        return fmt::format("contact.collision_time = {:.2g} in place of {:.4g}",
+                           rounded(given.collision_time * std::pow(times, -power), false), given.collision_time);
+    }
+    if (given.restitution == 0 && given.stiffness == law.stiffness)
+        return fmt::format("contact.stiffness = {:.2g} in place of {:.4g}", rounded(times * law.stiffness, true), law.stiffness);
+    return fmt::format("{:.2g} times the stiffness of their [[contact_pair]]", rounded(times, true));
 }
 
 double contact_limit(const ContactMobility& of, const ContactLaw& law, double stiffness, double damping, int touching) {

@@ -463,7 +463,8 @@ Plan make_plan(const SceneSpec& as_given, std::span<const RodGroup> groups, cons
     plan.automatic_stiffness = as_given.contact && as_given.contact->law.stiffness_is_automatic();
     plan.walls = expanded(scene.walls);
     if (plan.contact || !plan.walls.empty())
-        plan.outlook = contact_outlook(scene, plan.contact_laws ? &*plan.contact_laws : nullptr, groups);
+        plan.outlook = contact_outlook(scene, plan.contact_laws ? &*plan.contact_laws : nullptr, groups),
+        plan.speeds = speed_outlook(scene, plan.contact_laws ? &*plan.contact_laws : nullptr, groups);
     if (plan.contact) refuse_boxes_that_meet(scene, groups);
     if (!scene.joints.empty()) plan.interactions.emplace_back(interact::Joints{});
     if (plan.contact) plan.interactions.emplace_back(interact::Contacts{});
@@ -508,6 +509,7 @@ Plan make_plan(const SceneSpec& as_given, std::span<const RodGroup> groups, cons
     const auto note = [&](std::vector<std::string> all) { std::move(all.begin(), all.end(), std::back_inserter(plan.notes)); };
     note(doubts(scene, groups, plan.dt));
     if (plan.fluid) note(fluid_doubts(*plan.fluid, groups));
+    if (!plan.relax) note(plan.speeds.doubts), note(plan.speeds.doubts_of_step(plan.dt));
     for (std::size_t i = 0; i < loads.size(); ++i)
         if (const auto* formula = loads[i].get_if<FormulaLoad>(); formula && formula->couple_answers())
             plan.notes.push_back(

@@ -15,6 +15,7 @@
 #include "scene/fluid_plan.hpp"
 #include "scene/program.hpp"
 #include "scene/scene_spec.hpp"
+#include "scene/speed_outlook.hpp"
 
 #include <cstdint>
 #include <memory>
@@ -111,6 +112,7 @@ struct Plan {
     std::optional<ContactLaws> contact_laws; ///< by pair of groups
     bool automatic_stiffness = false;        ///< of `contact`: found from what presses
     ContactOutlook outlook;                  ///< of contacts and walls, where there are any
+    SpeedOutlook speeds;                     ///< of what may meet, where there are any
     std::optional<FluidPlan> fluid;
     /// Steps between times at which all of a scene stands: those of the fluid where rods are in it.
     std::int64_t events_every() const { return fluid && fluid->every > 0 ? fluid->every : 1; }

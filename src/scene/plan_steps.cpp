@@ -131,6 +131,7 @@ void choose_step(Plan& plan, const SceneSpec& scene) {
             const double share = g.undamped ? std::min(undamped_share, t.safety * t.e_min) : t.safety * t.e_min;
             longest = std::min(longest, share * g.limits.front().dt * scheme_of(t.integrator).stability);
         }
+        longest = std::min(longest, plan.speeds.longest_step());
         if (plan.fluid) {
             divide_step_of_fluid(plan, scene, longest);
         } else {

@@ -185,6 +185,10 @@ std::string to_text(const Plan& p) {
         line("dt", fmt::format("{:.6g} s{}, {} of the limit {:.6g} s ({} of '{}')", p.dt, p.automatic_dt ? " (auto)" : "",
                                share_text(p.dt / p.limit), p.limit, p.groups[p.governing].limits.front().mode,
                                p.groups[p.governing].name));
+    if (p.automatic_dt && p.dt > 0.5 * p.speeds.longest_step() && !p.relax)
+        line("  speeds", fmt::format("{} may meet at {:.3g} m/s, {:.3g} of the diameter in a step; {:g} is allowed for",
+                                     p.speeds.fastest.who, p.speeds.fastest.speed,
+                                     p.speeds.fastest.speed * p.dt / p.speeds.fastest.diameter, p.speeds.fastest.allowed));
     line("steps", fmt::format("{}  ({:.4g} s, {:.3g} element-steps)", p.steps, static_cast<double>(p.steps) * p.dt,
                               static_cast<double>(p.steps) * static_cast<double>(p.elements)));
     line("trajectory", every(p.cadence.trajectory, p.dt) + (p.vtp ? ", as poly data (rods.pvd) too" : ""));
