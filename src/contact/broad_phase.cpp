@@ -24,13 +24,6 @@ double half_length(const Exposure& c, std::size_t slot) {
 Vec3d least_of(const Vec3d& a, const Vec3d& b) { return {std::min(a.x, b.x), std::min(a.y, b.y), std::min(a.z, b.z)}; }
 Vec3d most_of(const Vec3d& a, const Vec3d& b) { return {std::max(a.x, b.x), std::max(a.y, b.y), std::max(a.z, b.z)}; }
 
-/// Elements that may touch, by what they are and not where.
-bool may_touch(const Exposure& c, const SelfGaps& gaps, std::uint32_t a, std::uint32_t b) {
-    if (c.window_of[a] != c.window_of[b])
-        return c.kin_of(a) != c.kin_of(b); // of two bodies, or ghosts both: one body has one owner
-    return gaps[static_cast<std::size_t>(c.at(a).group)].may_touch(static_cast<std::int32_t>(a), static_cast<std::int32_t>(b));
-}
-
 } // namespace
 
 /// Of pairs (a[i], b[i]) those that may touch, whose capsules are less than `skin` apart, and one of which is own. a and b have

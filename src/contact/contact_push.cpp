@@ -69,6 +69,9 @@ template <bool prune> void Contacts::find_touching(const Work& work, WorkArea& a
             }
             const P within_reach = reach * reach;
             const unsigned touch = bits_of(squared < within_reach) & valid;
+            if (touch != 0)
+                for (unsigned deep = bits_of(squared < P(0.25) * within_reach) & touch; deep != 0; deep &= deep - 1)
+                    area.deep.push_back(candidate(k + static_cast<std::size_t>(std::countr_zero(deep))));
             for (unsigned ended = before & ~touch; ended != 0; ended &= ended - 1)
                 area.ended.push_back(candidate(k + static_cast<std::size_t>(std::countr_zero(ended))));
             if (touch == 0) return;
@@ -300,6 +303,7 @@ void Contacts::push(const Work& work, WorkArea& area) {
     push_touching(work, area, sums);
     sums.give(work.figures);
     if (!box_pairs_.empty()) push_boxes(work, area);
+    if (watches_ && !area.deep.empty()) note_side_changes(work.bodies, area.deep);
 }
 
 /// Each strip from its last block to its first.

@@ -1,5 +1,6 @@
 #include "contact/contact_solver.hpp"
 
+#include "contact/contact_limits.hpp"
 #include "contact/contact_spec.hpp"
 #include "rod/body_shape.hpp"
 
@@ -29,11 +30,16 @@ SelfGap self_gap(const RodGroup& group, const ContactSpec& spec) {
 
 ContactScene contact_scene(std::span<const RodGroup> groups, const ContactSpec& spec, ContactLaws laws) {
     ContactScene scene{std::move(laws), {}, 0, SceneSlots(groups).count(), {}};
+    scene.thinnest = HUGE_VAL;
     double sum = 0, elements = 0;
     for (const RodGroup& group : groups) {
         scene.gaps.push_back(self_gap(group, spec));
         const auto bodies = static_cast<double>(group.count());
-        const auto add = [&](double radius) { sum += bodies * 2 * radius, elements += bodies; };
+        const auto add = [&](double radius) {
+            sum += bodies * 2 * radius, elements += bodies;
+            scene.thinnest = std::min(scene.thinnest, radius);
+        };
+        scene.masses.push_back(body_mass(group));
         for (const ElementConstants& c : group.element)
             if (group.strained()) add(c.radius);
         if (!group.body()) continue;

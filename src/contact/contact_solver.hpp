@@ -48,6 +48,16 @@ struct Contact {
     Vec3d slip;          ///< velocity of the first there against the second, m/s
 };
 
+/// Two elements that have changed sides within a step, or are about to: their axes have crossed, or a ball's centre has come within
+/// half the sum of radii.                                                                                    theory.md (58c)
+struct SideChange {
+    Pair pair;      ///< the lower slot first
+    double nearest; ///< distance of their axes within the step, over the sum of radii; 0 where these crossed
+    double speed;   ///< of one against the other, m/s
+    double energy;  ///< of that motion and in the contact before the step, J
+    friend bool operator==(const SideChange&, const SideChange&) = default;
+};
+
 /// Memory of a contact from step to step, wherever it is kept.
 struct KeptContact {
     std::int64_t a, b;            ///< slots of the scene
@@ -62,6 +72,8 @@ struct ContactScene {
     double diameter;  ///< mean over elements, m
     std::int64_t slots;
     std::vector<std::vector<PartBox>> boxes; ///< by group and part; of groups without boxes none, without any no groups
+    double thinnest = 0;                     ///< radius of the thinnest element, m
+    std::vector<double> masses;              ///< of a body, by group, kg
 };
 ContactScene contact_scene(std::span<const RodGroup> groups, const ContactSpec& spec, ContactLaws laws);
 
@@ -110,6 +122,16 @@ public:
     virtual std::vector<double> normal_energies(const Exposure& bodies) const = 0;
     /// Contacts of the last evaluation, which was of these bodies, whose first body is own.
     virtual std::vector<Contact> active(const Exposure& bodies) const = 0;
+
+    /// Bodies have come to where they are at the rates that they show, for so long, s: said before holds(). 0: not known, and
+    /// nothing is looked for.
+    virtual void arrived_in(double drift) = 0;
+    /// The longest way of an own element in that time, m, and which of them have to be followed in the next search().
+    virtual double longest_way(const Exposure& bodies) = 0;
+    /// The longest way of any rank's: the next search() also finds what such elements may have passed.
+    virtual void look_back(double way) = 0;
+    /// Pairs of the last step that changed sides, in order.
+    virtual std::span<const SideChange> side_changes() const = 0;
 
     /// A step of bodies none of which is a ghost, with a rebuild where one is due.
     void evaluate(const Exposure& bodies, double time, double h, SlotLoads& loads);

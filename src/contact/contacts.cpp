@@ -79,6 +79,7 @@ Contacts::Holding Contacts::survey(const Exposure& bodies, std::span<const TileR
     using P = Pack<W>;
     const P from_list(farthest_squared(bodies, figures_.skin)), from_pruned(farthest_squared(bodies, margin_));
     std::atomic<bool> list = true, pruned = true;
+    std::atomic<double> moved = 0; // squared
     threads_.for_each(runs.size(), [&](std::size_t run, int) {
         const auto [begin, end, paired] = runs[run];
         if (!paired) {
@@ -97,8 +98,12 @@ Contacts::Holding Contacts::survey(const Exposure& bodies, std::span<const TileR
         }
         if (any(!(since_list < from_list))) list.store(false, std::memory_order_relaxed);
         if (any(!(since_pruned < from_pruned))) pruned.store(false, std::memory_order_relaxed);
+        double most = 0;
+        for (int l = 0; l < W; ++l) most = std::max(most, since_pruned[l]);
+        for (double before = moved.load(); most > before && !moved.compare_exchange_weak(before, most);) {
+        }
     });
-    return {list, pruned};
+    return {list, pruned, std::sqrt(moved)};
 }
 
 /// All candidates are looked at in the next step.
@@ -114,6 +119,8 @@ void Contacts::prune_anew(const Exposure& bodies) {
 bool Contacts::holds(const Exposure& bodies) {
     if (!lasts()) return false;
     const Holding holding = survey(bodies, all_tiles_);
+    way_ = moved_ + holding.moved;
+    moved_ = holding.pruned ? holding.moved : 0;
     if (holding.list && !holding.pruned) prune_anew(bodies);
     return holding.list;
 }
@@ -175,6 +182,7 @@ std::int64_t Contacts::search(const Exposure& near, std::span<std::uint8_t> want
             for (std::uint32_t i = found_.first[a]; i < found_.first[a + 1]; ++i)
                 for (const std::uint32_t slot : {static_cast<std::uint32_t>(a), found_.partner[i]})
                     if (!near.owns_slot(slot)) near.with_neighbours(slot, [&](std::uint32_t one) { wanted[one] = 1; });
+    if (way_of_all_ > 0) find_passed(near, wanted);
     return found_.inactive;
 }
 
@@ -234,6 +242,7 @@ void Contacts::settle(const Exposure& bodies, std::span<const std::uint32_t> slo
         for (std::size_t tile = begin; tile < end; ++tile) place_[tile] = places(bodies, tile * places_at_once);
     });
     prune_anew(bodies);
+    moved_ = 0, way_ = HUGE_VAL;
     pruned_.make_room(list_, deferred_.blocks().size());
     edge_.assign(place_.size() * places_at_once, 0);
     for (std::size_t w = 0; w < bodies.window.size(); ++w) edge_[bodies.window[w].first_slot] = edge_[bodies.end_of(w) - 1] = 1;
@@ -276,6 +285,9 @@ std::vector<double> Contacts::work(const Exposure& bodies) const {
 
 void Contacts::begin(const Exposure& bodies, double time, double h, std::span<ExertedLoad> loads, bool may_repeat) {
     numbers_ = laws_.numbers(time);
+    time_ = time;
+    side_changes_.clear();
+    look_for_far_ways(bodies);
     may_repeat_ = may_repeat;
     if (may_repeat_ && !now_.empty()) { // on the way, while all is in cache
         status_before_.resize(status_.size());
@@ -289,6 +301,10 @@ void Contacts::finish(const Exposure& bodies, double h, std::span<ExertedLoad> l
     if (!later_.empty() && !survey(bodies, ghosts_tiles_).pruned) prune_anew(bodies); // their owners vouch for the list
     work_through(bodies, h, later_, std::exchange(prunes_[1], false), loads);
     add_deferred(bodies, loads);
+    if (!far_.empty() || !passed_.empty()) note_far_ways(bodies);
+    if (side_changes_.size() > 1)
+        std::sort(side_changes_.begin(), side_changes_.end(),
+                  [](const SideChange& x, const SideChange& y) { return x.pair < y.pair; });
     ++age_;
     ContactFigures& f = figures_;
     f.active = 0;

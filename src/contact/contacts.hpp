@@ -22,6 +22,7 @@
 #include "contact/vertex_terms.hpp"
 #include "contact/vertices.hpp"
 
+#include <mutex>
 #include <optional>
 
 namespace skein {
@@ -47,6 +48,10 @@ public:
     std::vector<double> work(const Exposure& bodies) const override;
     std::vector<double> normal_energies(const Exposure& bodies) const override;
     std::vector<Contact> active(const Exposure& bodies) const override;
+    void arrived_in(double drift) override { drift_ = drift; }
+    double longest_way(const Exposure& bodies) override;
+    void look_back(double way) override { way_of_all_ = way; }
+    std::span<const SideChange> side_changes() const override { return side_changes_; }
 
 private:
     /// Figures of the contacts of a block.
@@ -75,6 +80,7 @@ private:
     /// Whether the lists have all pairs that may touch where elements are now.
     struct Holding {
         bool list, pruned;
+        double moved; ///< the longest way since pruning was last due, of elements in pairs, m
     };
     /// Consecutive tiles of places.
     struct TileRun {
@@ -145,6 +151,13 @@ private:
     template <int W> Ends<W> at_ends(const Exposure& bodies, double h, const Pair* pair, const std::uint8_t* vertices,
                                      Pack<W> sine_squared, Pack<W> weight, Pack<W> vertex_energy, Pack<W> distance) const;
     PairContact evaluate_pair(const Exposure& bodies, std::uint32_t pair) const;
+    // Elements that change sides: side_changes.cpp.
+    std::optional<SideChange> side_change(const Exposure& bodies, Pair pair) const;
+    void note_side_changes(const Exposure& bodies, std::span<const std::uint32_t> pairs);
+    bool goes_far(const Exposure& bodies, std::size_t slot) const;
+    void look_for_far_ways(const Exposure& bodies);
+    void find_passed(const Exposure& near, std::span<std::uint8_t> wanted);
+    void note_far_ways(const Exposure& bodies);
     const PartBox* box_at(const Exposure& bodies, std::uint32_t slot) const;
     void find_boxes(const Exposure& bodies);
     BoxContact evaluate_box(const Exposure& bodies, double h, std::uint32_t pair, const ContactMemory<double>* now = nullptr) const;
@@ -188,8 +201,18 @@ private:
     bool may_repeat_ = false;                            ///< the step that is under way, on this rank alone until ghosts arrive
     std::vector<std::uint8_t> status_before_;            ///< of pairs in now_, as that step found them
     AlignedVector<ContactMemory<double>> memory_before_; ///< likewise, of those that touched
-    std::int64_t age_ = 0;                               ///< steps since the list was made
-    std::int64_t inactive_ = 0;                          ///< pairs, of all ranks, that did not touch then
+    double drift_ = 0, time_ = 0;                        ///< s; of the step that is under way
+    bool watches_ = false;                               ///< for changes of sides, in that step
+    double moved_ = 0;                                   ///< Holding::moved of the step before, 0 where pruning was due in it
+    double way_ = HUGE_VAL;                              ///< within that step no element in pairs has moved farther, m
+    double way_of_all_ = 0;                              ///< of any rank's elements, where pairs are found anew
+    std::vector<std::uint8_t> far_;                      ///< by slot: own elements that have moved far in it; empty: none has
+    std::vector<std::int64_t> far_in_scene_;             ///< these as slots of the scene, for a search
+    std::vector<std::array<std::int64_t, 2>> passed_;    ///< pairs that may have changed sides unseen, as slots of the scene
+    std::mutex noting_;                                  ///< of what follows
+    std::vector<SideChange> side_changes_;
+    std::int64_t age_ = 0;      ///< steps since the list was made
+    std::int64_t inactive_ = 0; ///< pairs, of all ranks, that did not touch then
     ContactFigures figures_;
 };
 

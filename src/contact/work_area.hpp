@@ -58,6 +58,7 @@ struct Contacts::WorkArea {
     UnsetArray<std::uint32_t> side; ///< which of them are near-parallel
     std::uint32_t sides = 0;
     std::vector<std::uint32_t> ended;    ///< pairs that touch no more
+    std::vector<std::uint32_t> deep;     ///< pairs whose axes are nearer than half the sum of radii
     std::vector<BoxContact> box_contact; ///< of the block's pairs with a box
     /// Those near vertices: starts and ends of their elements, as bits of vertices_of_pair().
     struct NearColumns {
@@ -83,7 +84,7 @@ struct Contacts::WorkArea {
         pair.need(pairs + 2 * W);
         count = ones = twos = sides = 0;
         begins = false;
-        ended.clear();
+        ended.clear(), deep.clear();
     }
     double* operator[](Number n) { return number[n].data(); }
     const double* operator[](Number n) const { return number[n].data(); }

@@ -1,6 +1,7 @@
 #include "simulation/contact_interaction.hpp"
 
 #include "parallel/exact_sum.hpp"
+#include "simulation/start_check.hpp"
 
 #include <fmt/format.h>
 
@@ -11,6 +12,7 @@
 #include <functional>
 #include <limits>
 #include <tuple>
+#include <utility>
 
 namespace skein {
 
@@ -25,13 +27,6 @@ template <class Row> std::vector<Row> rows_of(std::span<const std::byte> bytes) 
     return rows;
 }
 
-std::string name_of(std::span<const RodGroup> groups, std::int64_t gid) {
-    for (const RodGroup& group : groups)
-        if (gid < group.first_gid() + group.count())
-            return fmt::format("{} {} of '{}'", group.strained() ? "rod" : "body", gid - group.first_gid(), group.name());
-    return {};
-}
-
 } // namespace
 
 ContactInteraction::ContactInteraction(const InteractionParts& parts)
@@ -44,6 +39,7 @@ ContactInteraction::ContactInteraction(const InteractionParts& parts)
     const std::size_t materials = laws.materials();
     for (std::size_t i = 0; i < materials * materials; ++i)
         soft_until_ = std::max(soft_until_, laws.between(i / materials, i % materials).soft_until);
+    contacts_->arrived_in(plan_.dt);
     overlap_ = {.of = "rods",
                 .allowed = plan_.contact->overlap,
                 .normal = laws.normal(),
@@ -52,7 +48,9 @@ ContactInteraction::ContactInteraction(const InteractionParts& parts)
 
 double ContactInteraction::begin_rebuild() {
     contacts_->let_go(*exposure_);
-    return contacts_->next_skin();
+    const double way = comm_.max(contacts_->longest_way(*exposure_));
+    contacts_->look_back(way);
+    return std::max(contacts_->next_skin(), 2 * way);
 }
 
 void ContactInteraction::find_partners(const Exposure& near, std::span<std::uint8_t> wanted) {
@@ -67,6 +65,7 @@ void ContactInteraction::settle(std::span<const std::uint32_t> slot) {
 void ContactInteraction::follow(const InteractionParts& parts) {
     exposure_ = parts.around.exposure;
     loads_ = parts.around.loads;
+    follows_ = true;
 }
 
 void ContactInteraction::add_work(std::span<const LocalRod> own, std::span<double> work) const {
@@ -87,6 +86,7 @@ std::int64_t ContactInteraction::element(std::size_t slot) const {
 }
 
 void ContactInteraction::add_own(const Step& step) {
+    contacts_->arrived_in(step.drift);
     contacts_->begin(*exposure_, step.time, step.kick, loads_->load, comm_.size() > 1);
 }
 
@@ -94,7 +94,9 @@ void ContactInteraction::add_shared(const Step& step) {
     contacts_->finish(*exposure_, step.kick, loads_->load);
     loads_->touched = contacts_->touched();
     forces_lost_ = false;
-    if (step.time >= soft_until_) overlap_.take(contacts_->figures().max_overlap, step.index);
+    const auto changes = contacts_->side_changes();
+    if (!changes.empty() && side_change_.empty()) take_side_change(changes.front(), step);
+    if (step.time >= soft_until_) watch_overlap(step);
     if (!audit_begins_) return;
     const std::vector<double> stored = bookings(*audit_begins_ - step.drift); // works are in start_bookings_ already
     start_bookings_.insert(start_bookings_.end(), stored.begin(), stored.end());
@@ -132,15 +134,69 @@ double ContactInteraction::booked_at_start() const {
     return exact_sums(comm_, std::vector<std::vector<double>>{start_bookings_}).front();
 }
 
+void ContactInteraction::watch_overlap(const Step& step) {
+    constexpr double noticeably = 1.01;
+    const double now = contacts_->figures().max_overlap;
+    if (now > overlap_.allowed && now > noticeably * overlap_.overlap) overlap_.times = std::max(overlap_.times, stiffening());
+    overlap_.take(now, step.index);
+}
+
+std::string ContactInteraction::place_of(std::size_t slot) const {
+    const Window& w = exposure_->at(slot);
+    const bool strained = groups_[static_cast<std::size_t>(w.group)].strained();
+    return fmt::format("{} ({} {})", name_of_body(groups_, w.gid), strained ? "element" : "part", element(slot));
+}
+
+void ContactInteraction::take_side_change(const SideChange& change, const Step& step) {
+    const auto [a, b] = change.pair;
+    const auto group_a = static_cast<std::size_t>(exposure_->at(a).group),
+               group_b = static_cast<std::size_t>(exposure_->at(b).group);
+    const ContactLaw& law = plan_.contact_laws->between(group_a, group_b);
+    const double diameter = 2 * std::min(exposure_->node[a].radius, exposure_->node[b].radius),
+                 allowed = plan_.contact->overlap * diameter, way = change.speed * step.drift,
+                 times = change.energy / energy_at(law, allowed);
+    side_change_ =
+        change.nearest == 0
+            ? fmt::format("{} and {} have passed through each other at {:.3g} m/s", place_of(a), place_of(b), change.speed)
+            : fmt::format("{} and {} pass through each other at {:.3g} m/s, their axes {:.2g} of the sum of their radii apart,",
+                          place_of(a), place_of(b), change.speed, change.nearest);
+    cause_ = fmt::format("they move {:.2g} of the diameter against each other in a step", way / diameter);
+    if (way > allowed) {
+        step_of_change_ = plan_.dt * allowed / way;
+        cause_ += fmt::format("; with time.dt = {:.2g} that is less than contact.overlap = {:g}", 0.9 * step_of_change_,
+                              plan_.contact->overlap);
+    }
+    if (times > 1)
+        cause_ += fmt::format("; {} would take up their energy within that overlap",
+                              stiffer_law(plan_.contact->law, law, reduced_mass(groups_[group_a], groups_[group_b]), times));
+}
+
+/// How many times as stiff contacts would have to be to take up the energy of those that are too deep now, of whole bodies that
+/// approach each other, at the overlap that is allowed.
+double ContactInteraction::stiffening() const {
+    double most = 1;
+    for (const Contact& contact : contacts_->active(*exposure_)) {
+        if (!(contact.overlap > overlap_.allowed * contact.diameter)) continue;
+        const auto a = static_cast<std::size_t>(exposure_->at(contact.pair.a).group),
+                   b = static_cast<std::size_t>(exposure_->at(contact.pair.b).group);
+        const ContactLaw& law = plan_.contact_laws->between(a, b);
+        const double approach = std::max(0.0, dot(contact.slip, contact.normal)), mass = reduced_mass(groups_[a], groups_[b]);
+        most = std::max(most, (energy_at(law, contact.overlap) + 0.5 * mass * approach * approach) /
+                                  energy_at(law, overlap_.allowed * contact.diameter));
+    }
+    return most;
+}
+
 double ContactInteraction::step_limit() const {
     double limit = HUGE_VAL;
     const ContactFigures f = contacts_->figures();
     for (std::size_t g = 0; g < groups_.size(); ++g)
         limit = std::min(limit, contact_limit(mobility_[g], plan_.contact_laws->between(g, g), f.max_stiffness, 0, 1));
-    return limit;
+    return std::min(limit, step_of_change_);
 }
 
 std::string ContactInteraction::invalid() const {
+    if (!side_change_.empty()) return side_change_;
     if (plan_.force_dt) return {};
     const ContactFigures f = contacts_->figures();
     const double limit = step_limit();
@@ -162,7 +218,7 @@ Touch ContactInteraction::strongest_touch(std::int64_t gid) const {
         const std::uint32_t own = first ? a : b, other = first ? b : a;
         most = {force,
                 fmt::format("its element {} and element {} of {} press each other with {:.3g} N, {:.3g} of the diameter deep",
-                            element(own), element(other), name_of(groups_, e.at(other).gid), force,
+                            element(own), element(other), name_of_body(groups_, e.at(other).gid), force,
                             contact.overlap / contact.diameter)};
     }
     return most;
@@ -242,6 +298,7 @@ KeptNumbers ContactInteraction::kept() const {
 
 void ContactInteraction::recall(const KeptNumbers& kept) {
     forces_lost_ = true;
+    if (!std::exchange(follows_, false)) side_change_.clear(), cause_.clear(), step_of_change_ = HUGE_VAL;
     std::vector<Row> mine;
     std::vector<std::int64_t> body;
     for (std::size_t i = 0; i + contact_size <= kept.rows.size(); i += contact_size) {

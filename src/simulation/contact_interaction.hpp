@@ -23,6 +23,7 @@ public:
     void add_own(const Step& step) override;
     void add_shared(const Step& step) override;
     std::string invalid() const override;
+    std::string cause() const override { return cause_; }
     double step_limit() const override;
     Touch strongest_touch(std::int64_t gid) const override;
     std::span<OverlapWatch> overlaps() override { return {&overlap_, 1}; }
@@ -52,6 +53,11 @@ private:
     OwnerDirectory directory() const;
     /// Of a slot: the element of a rod, or the part of a body.
     std::int64_t element(std::size_t slot) const;
+    /// Body and element of a slot, in words.
+    std::string place_of(std::size_t slot) const;
+    void take_side_change(const SideChange& change, const Step& step);
+    void watch_overlap(const Step& step);
+    double stiffening() const;
 
     const Communicator comm_;
     const Plan& plan_;
@@ -63,6 +69,9 @@ private:
     std::vector<ContactMobility> mobility_; ///< by group
     double soft_until_ = 0;                 ///< s; the last of the laws
     OverlapWatch overlap_;
+    std::string side_change_, cause_;  ///< the first of this rank, in words; empty: none
+    double step_of_change_ = HUGE_VAL; ///< s, in which that pair would move no farther than the overlap that is allowed
+    bool follows_ = false;             ///< bodies of a running step have come here
     std::int64_t inactive_ = 0;          ///< pairs of the last search that do not touch, whose first body is own
     bool forces_lost_ = false;           ///< since a checkpoint was loaded
     std::optional<double> audit_begins_; ///< lag of an audit whose first step is not yet done, s

@@ -292,6 +292,7 @@ void Simulation::throw_failure() {
         throw NumericalError(text);
     }
     const double dt = plan_.dt, ratio = dt / plan_.limit;
+    const std::string known = comm_.first_text(cause(interactions_));
     Failure found{.text = comm_.first_text(failure_)};
     if (copy_) {
         const auto timing = timers_.time(Phase::rods);
@@ -300,7 +301,11 @@ void Simulation::throw_failure() {
     std::string text = found.text;
     // A step so short that no run would end is no remedy.
     const bool no_step = found.remedy == Remedy::none || (found.remedy == Remedy::untried && found.dt < shortest_proposed * dt);
-    if (no_step && found.remedy == Remedy::untried)
+    if (!known.empty()) {
+        text += "\n  cause: " + known;
+        if (found.remedy == Remedy::none)
+            text += fmt::format("\n  a shorter step does not help: the same steps fail with time.dt = {:g} too", found.dt);
+    } else if (no_step && found.remedy == Remedy::untried)
         text += fmt::format(
             "\n  likely cause: what acts on the rods; it would take steps of {:g} s, where one now has {:g} s: weaken the "
             "load, or give the rods a larger radius or a larger youngs_modulus",

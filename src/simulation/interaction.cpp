@@ -106,6 +106,12 @@ std::string invalid(const Interactions& all) {
     return {};
 }
 
+std::string cause(const Interactions& all) {
+    for (const auto& one : all)
+        if (std::string text = one->cause(); !text.empty()) return text;
+    return {};
+}
+
 double step_limit(const Interactions& all) {
     double least = HUGE_VAL;
     for (const auto& one : all) least = std::min(least, one->step_limit());

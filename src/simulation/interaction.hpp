@@ -91,6 +91,8 @@ public:
     virtual Ending ending() const { return Ending::never; }
     /// Reason why this rank cannot go on; empty: there is none. Not collective.
     virtual std::string invalid() const { return {}; }
+    /// Where that is known: its cause, and numbers of the scene that would do. Not collective.
+    virtual std::string cause() const { return {}; }
     /// The longest step that it leaves this rank as bodies are now, s. Not collective.
     virtual double step_limit() const { return HUGE_VAL; }
     /// What presses a body of this rank most, by this interaction. Not collective.
@@ -131,6 +133,8 @@ ContactInteraction* contacts_of(const Interactions& all);
 bool finished(const Interactions& all);
 /// The reason of the first that cannot go on; empty: there is none.
 std::string invalid(const Interactions& all);
+/// Its cause, of the first that says one; empty: none does.
+std::string cause(const Interactions& all);
 double step_limit(const Interactions& all);
 /// Whether one of them is to.
 bool drive_every_step(const Interactions& all);

@@ -18,7 +18,8 @@ LargestOverlap OverlapWatch::largest(const Communicator& comm) const {
     const std::int64_t first = comm.min(passed < 0 ? never : passed);
     LargestOverlap one{of, comm.max(overlap), allowed, first == never ? -1 : first};
     const double ratio = one.overlap / one.allowed;
-    one.times = normal == ContactNormal::linear ? ratio : ratio * std::sqrt(ratio);
+    const double in_springs = normal == ContactNormal::linear ? ratio * ratio : ratio * ratio * std::sqrt(ratio);
+    one.times = std::max(in_springs, comm.max(times));
     one.stiffness = stiffness;
     return one;
 }

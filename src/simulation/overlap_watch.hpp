@@ -14,7 +14,7 @@ struct LargestOverlap {
     std::string of;                  ///< "rods" or a wall's name
     double overlap = 0, allowed = 0; ///< over the diameter
     std::int64_t passed = -1;        ///< step that was the first beyond what the time step allows for; -1: none
-    double times = 0;                ///< the stiffness, at which the same force would push no deeper than allowed
+    double times = 0;                ///< the stiffness, at which the allowed overlap would take up the same energy
     double stiffness = 0;            ///< of the law; 0: there are several, or it is said otherwise
 
     /// Text for the user where the allowed overlap has been passed; empty otherwise.
@@ -29,6 +29,7 @@ struct OverlapWatch {
     double stiffness = 0;
     double overlap = 0;
     std::int64_t passed = -1;
+    double times = 0;  ///< the stiffness that it would take by energies of motion too, where these are known
     bool told = false; ///< to the user, that the allowed overlap has been passed
 
     void take(double now, std::int64_t step);
