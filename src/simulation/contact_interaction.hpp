@@ -69,9 +69,9 @@ private:
     std::vector<ContactMobility> mobility_; ///< by group
     double soft_until_ = 0;                 ///< s; the last of the laws
     OverlapWatch overlap_;
-    std::string side_change_, cause_;  ///< the first of this rank, in words; empty: none
-    double step_of_change_ = HUGE_VAL; ///< s, in which that pair would move no farther than the overlap that is allowed
-    bool follows_ = false;             ///< bodies of a running step have come here
+    std::string side_change_, cause_;    ///< the first of this rank, in words; empty: none
+    double step_of_change_ = HUGE_VAL;   ///< s, in which that pair would move no farther than the overlap that is allowed
+    bool follows_ = false;               ///< bodies of a running step have come here
     std::int64_t inactive_ = 0;          ///< pairs of the last search that do not touch, whose first body is own
     bool forces_lost_ = false;           ///< since a checkpoint was loaded
     std::optional<double> audit_begins_; ///< lag of an audit whose first step is not yet done, s

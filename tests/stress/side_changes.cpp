@@ -2,8 +2,8 @@
 // nor lists: triple products of axes, and distances of balls. None may come to its end after bodies have changed sides; it is
 // refused or stopped instead, and what the message proposes holds. Without [contact] the detector sees most of these scenes cross.
 // Two scenes ended with 0 before steps knew of speeds. Balls of 1 mm at 5 m/s with collision_time = 0.01 s: the detector finds them
-// 0.3 of the sum of radii apart after 20 steps of 1 ms, and 0 on the way of the next one. Fibres of 10 um at 100 m/s in steps of 1 us:
-// axes cross in step 6, at a vertex of both.
+// 0.3 of the sum of radii apart after 20 steps of 1 ms, and 0 on the way of the next one. Fibres of 10 um at 100 m/s in steps of 1
+// us: axes cross in step 6, at a vertex of both.
 #include "skein/core/error.hpp"
 #include "skein/core/vec3.hpp"
 #include "skein/run.hpp"
