@@ -157,23 +157,24 @@ PackedRods pack(const Packing& p, double length, double radius, std::vector<Caps
                                      where, p.attempts, length));
     };
     while (centres.size() < count) {
-        const Vec3d direction = draw_direction_that_fits(), half = 0.5 * length * direction;
+        Vec3d direction = draw_direction_that_fits(), half = 0.5 * length * direction;
         std::optional<Capsule> place;
         for (long attempt = 0; !place; ++attempt) {
             stop_where_asked("rods were packed");
-            if (attempt >= patience) {
-                if (!region.grows())
-                    throw InputError(fmt::format(
-                        "{}: {} of {} rods could be packed, {:.1f} % of the region's volume; the next one found no place in {} "
-                        "attempts: enlarge the region, lower "
-                        "'count' or 'gap', narrow 'elevation', or raise 'attempts'",
-                        where, centres.size(), count,
-                        100 * static_cast<double>(centres.size()) * volume_of(length, radius) / region.volume(), p.attempts));
+            if (attempt >= patience && region.grows()) {
                 region.grow(reach);
                 grid.raise(region.upper().z);
                 attempt = -1;
                 continue;
             }
+            if (attempt - patience >= patience)
+                throw InputError(fmt::format(
+                    "{}: {} of {} rods could be packed, {:.1f} % of the region's volume; the next one found no place in {} "
+                    "attempts in one direction and in as many in others: enlarge the region, lower 'count' or 'gap', narrow "
+                    "'elevation', or raise 'attempts'",
+                    where, centres.size(), count,
+                    100 * static_cast<double>(centres.size()) * volume_of(length, radius) / region.volume(), p.attempts));
+            if (attempt >= patience) direction = draw_direction_that_fits(), half = 0.5 * length * direction;
             const auto centre = region.draw(half, random);
             if (!centre) {
                 if (region.grows()) attempt = patience; // too low for this one

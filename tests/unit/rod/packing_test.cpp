@@ -209,6 +209,21 @@ TEST(Packing, DrawsDirectionsUntilOneFits) {
     for (const Capsule& rod : rods) EXPECT_LT(std::abs(rod.end.y - rod.start.y), 0.5 * length);
 }
 
+/// A thick rod above a bed of thin ones: where it drew a direction in which it lies, no centre is clear. It stands then.
+TEST(Packing, DrawsAnotherDirectionWhereTheFirstHasNoPlace) {
+    int stood = 0;
+    for (long seed = 1; seed <= 65; ++seed) {
+        Packing bed{.count = 60, .seed = 4710 + seed, .lower = {0, 0, 0.02}, .upper = {0.2, 0.2, 0.35}}, thick = bed;
+        thick.count = 1, thick.seed += 1, thick.upper.z = 0.4, thick.attempts = 20000;
+        std::vector<Capsule> rods;
+        pack(bed, 0.12, 0.006, rods, "here");
+        ASSERT_NO_THROW(pack(thick, 0.16, 0.012, rods, "here")) << seed;
+        expect_apart(rods, 0.05 * 0.006);
+        stood += std::abs(rods.back().end.z - rods.back().start.z) > 0.08;
+    }
+    EXPECT_LT(stood, 65);
+}
+
 TEST(Packing, GroupsStartStraightInFramesOfTheirOwn) {
     RodSpec spec = test::simple_rod(12);
     spec.section = {.radius = 0.02, .taper = 0.5};
