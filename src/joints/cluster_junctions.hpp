@@ -51,13 +51,12 @@ public:
             }
         }
         for (const Star& star : all.stars) {
-            StarOfCluster& s = stars_.emplace_back(StarOfCluster{star, {}, {}, {}});
+            StarOfCluster& s = stars_.emplace_back(StarOfCluster{star, {}, {}});
             for (std::size_t i = 0; i < star.members.size(); ++i) {
                 const Star::Member& m = star.members[i];
                 s.element.push_back(place(m.group, m.rod, m.element));
                 s.next.push_back(m.length > 0 ? place(m.group, m.rod, m.element + 1) : s.element.back());
             }
-            if (star.inner) s.before = place(star.members[0].group, star.members[0].rod, star.element_before);
         }
     }
     bool empty() const { return hubs_.empty(); }
@@ -94,7 +93,6 @@ private:
     struct StarOfCluster {
         Star star;
         std::vector<ClusterPlace> element, next;
-        ClusterPlace before{};
     };
     template <class F> static void with_star_law(const Star& star, F&& f) { with_energy_law(star.law, f); }
 
@@ -203,7 +201,6 @@ private:
         const std::size_t n = s.element.size();
         StarElements<P> now;
         StarLoads<P> out{};
-        Quaternion<P> first{}, before{};
         for (std::size_t i = 0; i < n; ++i) {
             const Star::Member& m = s.star.members[i];
             const Slot<V> element = layout.read(s.element[i]);
@@ -213,12 +210,8 @@ private:
                 now[i].moment = P(m.side) * (moment.body + element.director * moment.lab);
             }
         }
-        if (s.star.inner) {
-            first = now[0].director, before = layout.read(s.before).director;
-            now[0].director = half_way(before, first);
-        }
         star_loads<L, V>(s.star, layout.moments != nullptr, now, out);
-        for (std::size_t i = s.star.inner ? 1 : 0; i < n; ++i) {
+        for (std::size_t i = 0; i < n; ++i) {
             layout.add_couple(s.element[i], out[i].couple);
             if constexpr (L::bending_pulls)
                 if (s.star.members[i].length > 0) {
@@ -226,9 +219,6 @@ private:
                     layout.add_force(s.next[i], -out[i].force);
                 }
         }
-        if (!s.star.inner) return;
-        layout.add_couple(s.before, of_half_way(before, now[0].director, out[0].couple));
-        layout.add_couple(s.element[0], of_half_way(first, now[0].director, out[0].couple));
     }
 
     std::vector<HubOfCluster> hubs_;

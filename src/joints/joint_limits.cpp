@@ -38,7 +38,7 @@ void bound_stars(const Junctions& junctions, std::span<const RodGroup> groups, s
             const auto about = [&](double of_axis) { return stiffness * (1 / of_axis + others); };
             at->second += Vec3d{about(j.x), about(j.y), about(j.z)};
         };
-        const bool pair = star.members.size() == 2 && star.along_axes && !star.inner;
+        const bool pair = star.members.size() == 2 && star.along_axes;
         for (std::size_t i = 0; i < star.members.size(); ++i) {
             const Star::Member& m = star.members[i];
             if (pair && !star.rigid) { // axis by axis, as the cell between them
@@ -60,7 +60,6 @@ void bound_stars(const Junctions& junctions, std::span<const RodGroup> groups, s
                     others = std::max(others, 1 / std::min({j.x, j.y, j.z}));
                 }
             add(m, m.element, star.largest, others);
-            if (i == 0 && star.inner) add(m, star.element_before, star.largest, others);
         }
     }
     for (std::size_t g = 0; g < groups.size(); ++g)
@@ -115,10 +114,6 @@ double star_energy(const Star& star, const std::function<std::pair<Slot<1>, Slot
         const Star::Member& m = star.members[i];
         const auto [slot, next] = element_of(m.group, m.rod, m.element);
         now[i] = {slot.director, next.position - slot.position, {}};
-    }
-    if (star.inner) {
-        const Star::Member& m = star.members.front();
-        now[0].director = half_way(element_of(m.group, m.rod, star.element_before).first.director, now[0].director);
     }
     P energy(0.0);
     with_energy_law(star.law, [&]<class L>(L) { star_loads<L, 1>(star, false, now, loads, &energy); });

@@ -31,27 +31,26 @@ struct Hub {
 };
 
 /// Half cells that meet in a place. Element i turns against the first by log(Q_i (C_i Q_0)^T); moments of the half cells add up to
-/// none in a frame between them that has no inertia, unless the first is rigid: then that is the frame.
+/// none in a frame between them that has no inertia, unless the first is rigid: then that is the frame. A cell that a rod has
+/// itself is taken off by a star of negative stiffnesses.
 struct Star {
     struct Member {
         int group;
         std::int64_t rod;
         int element;
-        double side;         ///< 1: the element is after the place, -1: before it
-        Quaterniond rest;    ///< C_i
-        Mat3d turn;          ///< C_i as a matrix
-        Vec3d stiffness;     ///< K_i = 2 B/l, N m/rad; 0 of a rigid first
-        Vec3d compliance;    ///< l/2B
-        Vec3d rest_turn;     ///< of the half cell against that of the start, outwards, rad
-        Mat3d to_frame;      ///< A_i: what it turns the frame by
-        double length;       ///< of the element, m; 0 of a rigid first
-        double share;        ///< in the dilatation of the joint
+        double side;      ///< 1: the element is after the place, -1: before it, 0: of an inner node, whose own cell has its muscles
+        Quaterniond rest; ///< C_i
+        Mat3d turn;       ///< C_i as a matrix
+        Vec3d stiffness;  ///< K_i = 2 B/l, N m/rad; 0 of a rigid first
+        Vec3d compliance; ///< l/2B
+        Vec3d rest_turn;  ///< of the half cell against that of the start, outwards, rad
+        Mat3d to_frame;   ///< A_i: what it turns the frame by
+        double length;    ///< of the element, m; 0 of a rigid first
+        double share;     ///< in the dilatation of the joint
         double rest_stretch; ///< e0
     };
     std::vector<Member> members;
     bool rigid = false;      ///< the first is a body, or held
-    bool inner = false;      ///< the first is an inner node: its frame is between its element and the one before
-    int element_before = 0;  ///< of an inner node
     bool along_axes = false; ///< C_i keep d3, so that bending and twist stay apart
     Law law = Law::linear;   ///< of all members; linear where they differ
     double inv_cell = 0;     ///< 2/sum of lengths, 1/m

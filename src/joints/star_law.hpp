@@ -38,22 +38,6 @@ template <class P> SKEIN_INLINE Vec3<P> transpose_times(const Mat3d& m, const Ve
 }
 } // namespace detail
 
-/// Halfway between two frames.
-template <class P> SKEIN_INLINE Quaternion<P> half_way(const Quaternion<P>& a, const Quaternion<P>& b) {
-    const P sign = select(dot(a, b) < P(0.0), P(-1.0), P(1.0));
-    const Quaternion<P> sum{a.w + sign * b.w, a.v + sign * b.v};
-    const P inverse = P(1.0) / sqrt(dot(sum, sum));
-    return {inverse * sum.w, inverse * sum.v};
-}
-
-/// What a couple on the frame halfway between two does to one of them, whose body axes the answer has: c/2 + c x t/2, t the tangent
-/// of half the turn from the middle along its axis. Both together are the gradient, and have the moment of c.
-template <class P> SKEIN_INLINE Vec3<P> of_half_way(const Quaternion<P>& one, const Quaternion<P>& middle, const Vec3<P>& couple) {
-    const Quaternion<P> turn = one * Quaternion<P>{middle.w, -middle.v};
-    const Vec3<P> tangent = (P(1.0) / turn.w) * turn.v;
-    return P(0.5) * (couple + cross(couple, tangent));
-}
-
 /// Loads of a star on its elements; adds to `energy` that of its half cells, J, where it is not null.
 template <class L, int W> void star_loads(const Star& star, bool muscles, const StarElements<Pack<W>>& now, StarLoads<Pack<W>>& out,
                                           Pack<W>* energy = nullptr) {
