@@ -1,0 +1,153 @@
+"""Scenes that came out wrong, silent or misleading once: each is right now, or refused or stopped with its cause, and the cure that is printed works.
+
+A row of FOUND says what is to come of a scene of tests/data/found: `right`, a measure of its results with the value that is known and how far it may be
+from it; `code` and `said`, the exit code and a pattern of the message; `cure`, what somebody who follows the message sets (where it is text, the pattern's
+groups go into it), with which the same scene has to hold: to its end, or beyond the time of the failure.
+"""
+
+import pathlib
+import re
+import subprocess
+import tomllib
+import unittest
+from dataclasses import dataclass, field
+
+import h5py
+import numpy
+
+from driver import SKEIN, DriverTest
+
+SCENES = pathlib.Path(__file__).resolve().parents[1] / "data/found"
+ELEMENTS = "twice the elements"  # in all rods
+HOLDS = r"the same steps hold with time\.dt = ([0-9.e+-]+): it was tried"
+OVERLAP = r"overlap at the start by [0-9.]+ of the diameter, and .*allow_overlap = true in \[contact\]"
+NO_STEP = r"likely cause: what acts on the rods, or too few elements; a shorter step does not help"
+
+
+@dataclass
+class Row:
+    code: int = 0
+    said: str = ""
+    cure: list = field(default_factory=list)
+    right: object = None          # of the test, as a function of it and of the folder of results
+    cured: object = None          # the same of the run with the cure
+    until: float = None           # of the run with the cure, s; 0: to its end
+    flags: tuple = ()
+    settings: list = field(default_factory=list)  # so that it takes little time
+
+
+def holds(settings=(), **more):
+    return Row(4, HOLDS, ["time.dt={1}"], settings=list(settings), **more)
+
+
+def random_scene(until=0.0):
+    """Whichever cause is told of a random scene, its cure is followed; `until`: of one that may begin with an overlap. A scene that runs has nothing to cure."""
+    return [holds(), too_strong(ELEMENTS), Row(2, OVERLAP, ["contact.allow_overlap=true"], until=until), Row(0)]
+
+
+def too_strong(*cure, **more):
+    return Row(4, NO_STEP, list(cure), **more)
+
+
+def column(path, name):
+    """Of observables.csv."""
+    table = numpy.genfromtxt(path / "observables.csv", delimiter=",", names=True, deletechars="")
+    return table[next(heading for heading in table.dtype.names if heading.split("[")[0] == name)]
+
+
+def positions(path, group):
+    """Of all frames [frames, rods, nodes, 3], those of the end too."""
+    parts = []
+    for segment in sorted(path.glob("trajectory_*.h5")) + sorted(path.glob("end_*trajectory*.h5")):
+        with h5py.File(segment) as file:
+            parts.append(file[f"groups/{group}/position"][:])
+    return numpy.concatenate(parts)
+
+
+def bounced(test, path):
+    left, right = (positions(path, name)[-1, 0, 0, 0] for name in ("left", "right"))
+    test.assertLess(left, right - 1.9e-3)
+
+
+def stayed_above(test, path):
+    """The striker of the target, both at their middles."""
+    target, striker = (positions(path, name)[:, 0, 5, 2] for name in ("target", "striker"))
+    test.assertGreater((striker - target).min(), 1e-5)
+    test.assertLess((striker - target).min(), 1e-4)
+
+
+def elastic_meeting(test, path):
+    """The energy of both rods and of their contact stays."""
+    energy = sum(column(path, name) for name in ("kinetic_translation", "kinetic_rotation", "elastic_stretch", "elastic_shear", "elastic_bend", "elastic_twist", "contact_energy"))
+    test.assertLess(abs(energy / energy[0] - 1).max(), 1e-3)
+
+
+FOUND = {
+    "bigforce": Row(4, r"likely cause: what acts on the rods; it would take steps of [0-9.e-]+ s.*weaken the load", ["constants.f.value=1e-33"]),
+    "balls_pass": Row(4, r"contact\.collision_time = ([0-9.e+-]+) in place of 0\.01", ["contact.collision_time={1}"], until=0, cured=bounced),
+    "rods_pass": Row(4, r"contact\.stiffness = ([0-9.e+-]+) in place of 0\.1", ["contact.stiffness={1}"], until=2e-5, settings=["output.trajectory=1e-6"], cured=stayed_above),
+    "energy_gain_33to1": Row(right=elastic_meeting),
+    "mixed_radii": Row(right=elastic_meeting),
+    "plate_one_cell_deep_bug": Row(flags=("--until", "0.05")),
+    "stress_rod many sweeps": Row(settings=["immersion.sweeps=20"], flags=("--until", "1.4")),
+    "stress_rod leaves": Row(4, r"has left the fluid through its upper face across x.*time\.duration = ([0-9.]+)", ["time.duration={1}"], until=0, settings=[
+        "fluid.cells=[24,24,24]", "fluid.spacing=0.083333333333333333", 'fluid.along_x="through"', 'fluid.along_y="free_slip"', 'fluid.along_z="free_slip"', "fluid.inflow=[1,0,0]", "time.duration=3"]),
+    "m12": Row(2, OVERLAP, ["contact.allow_overlap=true"], flags=("--until", "0.01")),
+    "packing_stops": Row(flags=("--until", "0.004")),
+    "fuzz_22": random_scene(),
+    "fuzz_48": random_scene(),
+    "fuzz_115": random_scene(),
+    "fuzz_120": random_scene(),
+    "fuzz_131": random_scene(1e-6),
+    "fuzz_146": random_scene(0.03),
+    "fuzz_160": random_scene(),
+    "fuzz_173": random_scene(),
+    "fuzz_178": random_scene(),
+    "fuzz_189": random_scene(),
+    "fuzz_192": random_scene(),
+}
+
+
+class Found(DriverTest):
+    def run_scene(self, name, out, settings, flags=()):
+        words = [word for setting in settings for word in ("--set", setting)]
+        return subprocess.run([SKEIN, "run", str(SCENES / f"{name.split()[0]}.toml"), "--out", str(self.directory / out.replace(" ", "_")), "--threads", "1", *flags, *words],
+                              capture_output=True, text=True, timeout=250)
+
+    def check(self, name):
+        rows = FOUND[name] if isinstance(FOUND[name], list) else [FOUND[name]]
+        done = self.run_scene(name, name, rows[0].settings, rows[0].flags)
+        told = " ".join(done.stderr.split())
+        row = next((row for row in rows if done.returncode == row.code and re.search(row.said, told)), None)
+        self.assertIsNotNone(row, f"exit code {done.returncode}: {done.stderr}")
+        if row.right:
+            row.right(self, self.directory / name.replace(" ", "_"))
+        if not row.cure:
+            self.assertEqual(row.code, 0, "a refusal without a cure")
+            return
+        groups = (None, *re.search(row.said, told).groups())
+        cure = [setting.format(*groups) for setting in row.cure if setting is not ELEMENTS]
+        if ELEMENTS in row.cure:
+            rods = tomllib.loads((SCENES / f"{name.split()[0]}.toml").read_text())["rods"]
+            cure += [f"rods.{group['name']}.shape.elements={2 * group['shape']['elements']}" for group in rods]
+        failed = re.search(r"\(t = ([0-9.e+-]+) s", done.stderr)
+        until = row.until if row.until is not None else 1.02 * float(failed[1]) if failed else 0
+        flags = ("--until", repr(until)) if until else row.flags
+        cured = self.run_scene(name, f"{name}_cured", [*row.settings, *cure], flags)
+        self.assertIn(cured.returncode, (0, 3), f"{cure}: {cured.stderr}")
+        if row.cured:
+            row.cured(self, self.directory / f"{name}_cured".replace(" ", "_"))
+            self.assertNotRegex(" ".join(cured.stderr.split()), row.said)
+
+    def test_every_scene_has_a_row(self):
+        self.assertEqual({name.split()[0] for name in FOUND}, {path.stem for path in SCENES.glob("*.toml")})
+
+
+def add_tests():
+    for name in FOUND:
+        setattr(Found, f"test_{name.replace(' ', '_')}", lambda self, name=name: self.check(name))
+
+
+add_tests()
+if __name__ == "__main__":
+    unittest.main()
