@@ -83,10 +83,20 @@ void FluidSpec::fields(FieldVisitor& f) {
             courant);
     f.visit({.name = "expected_speed",
              .unit = "m/s",
-             .text = "speed that plans predict the number of steps from, and with rods take the steps of the fluid from. 0: the "
-                     "largest of inflow, walls, an acceleration that swings, velocity at the start and obstacles",
+             .text =
+                 "speed that plans predict the number of steps from, and with rods take the longest step of the fluid from. 0: "
+                 "the largest of inflow, walls, an acceleration that swings, velocity at the start, obstacles and what rods are "
+                 "bound to do: by velocities at the start, moved ends, weight, muscles and rest curvature",
              .at_least = 0},
             expected_speed);
+    f.visit({.name = "largest_slip",
+             .unit = "-",
+             .text =
+                 "of rods that feel the fluid by direct forcing: where the difference of velocities at markers is above this share "
+                 "of the largest speed, steps of the fluid become shorter, down to 15 steps of rods (1 of one-stage schemes); 0: "
+                 "they do not",
+             .at_least = 0},
+            largest_slip);
     f.choice({.name = "pressure",
               .unit = "",
               .text = "direct: Poisson's equation by transforms; multigrid: by iterations, for any numbers of cells, at many times "

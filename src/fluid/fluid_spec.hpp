@@ -33,8 +33,9 @@ struct FluidSpec {
     double frequency = 0;                      ///< of walls and acceleration, Hz; 0: steady
     std::vector<std::string> velocity_formula; ///< at the start, m/s; none: at rest, or the inflow where something flows through
     FlowScheme scheme = FlowScheme::rk3;
-    double courant = 0.5;      ///< largest sum of Courant numbers of a step
-    double expected_speed = 0; ///< m/s, for plans and, with rods, for steps; 0: from what the scene says
+    double courant = 0.5;       ///< largest sum of Courant numbers of a step
+    double expected_speed = 0;  ///< m/s, for plans and, with rods, for steps; 0: from what the scene says
+    double largest_slip = 0.02; ///< over the largest speed, of rods that feel the fluid; 0: steps do not follow from it
     PressureMethod pressure = PressureMethod::direct;
     ColumnExchange pressure_exchange = ColumnExchange::transposes;
     double pressure_tolerance = 1e-10; ///< residual of multigrid over the right side

@@ -6,6 +6,7 @@
 #include "scene/fitted_fluid.hpp"
 #include "scene/fluid_pressure.hpp"
 #include "scene/scene_tables.hpp"
+#include "scene/stated_speeds.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -44,12 +45,16 @@ double speed_at_start(const FluidPlan& plan) {
     return speed;
 }
 
-FluidSpeed speed_of(const FluidPlan& plan, double expected) {
-    if (expected > 0) return {expected, "fluid.expected_speed"};
+/// An expected speed stands for all that is estimated, not for what the scene states of the start itself.
+FluidSpeed speed_of(const FluidPlan& plan, double expected, std::span<const StatedSpeed> of_rods) {
     FluidSpeed speed;
-    const auto take = [&](double value, std::string_view by) {
+    const auto take = [&](double value, const std::string& by) {
         if (value > speed.value) speed = {value, by};
     };
+    take(expected, "fluid.expected_speed");
+    for (const StatedSpeed& stated : of_rods)
+        if (stated.at_once || expected == 0) take(stated.value, stated.by);
+    if (expected > 0) return speed;
     take(largest_inflow_share(plan.constants) * sum_of(plan.constants.inflow), "the inflow");
     take(wall_speed(plan.constants), "a moving wall");
     if (plan.constants.frequency > 0)
@@ -203,7 +208,7 @@ RodsInFluid rods_in_fluid(const RodGroup& group, const FluidPlan& fluid) {
 
 } // namespace
 
-FluidPlan plan_fluid(const SceneSpec& scene, std::span<const RodGroup> groups) {
+FluidPlan plan_fluid(const SceneSpec& scene, std::span<const RodGroup> groups, std::span<const Load> loads) {
     FluidPlan plan{.constants = fitted_fluid(scene).constants(),
                    .courant = scene.fluid->courant,
                    .velocity_formula = scene.fluid->velocity_formula,
@@ -218,7 +223,11 @@ FluidPlan plan_fluid(const SceneSpec& scene, std::span<const RodGroup> groups) {
                    .follows_rods = scene.fluid->follows_rods,
                    .ranks_across_at = scene.fluid->ranks_across_at};
     plan.outputs = outputs_of(scene, plan.constants.grid);
-    plan.speed = speed_of(plan, scene.fluid->expected_speed);
+    const std::vector<StatedSpeed> stated = stated_speeds(scene, groups, loads);
+    for (const StatedSpeed& one : stated) plan.stated = std::max(plan.stated, one.value);
+    plan.speed = speed_of(plan, scene.fluid->expected_speed, stated);
+    if (!groups.empty() && plan.coupling == RodCoupling::two_way && scene.immersion.forcing == ForcingKind::direct)
+        plan.largest_slip = scene.fluid->largest_slip;
     for (const RodGroup& group : groups) plan.rods.push_back(rods_in_fluid(group, plan));
     plan.forcing.felt = plan.felt();
     return plan;

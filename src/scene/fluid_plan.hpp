@@ -43,7 +43,7 @@ CellBox cells_of(const FluidOutputSpec& spec, const FluidGrid& grid);
 /// What steps are predicted from.
 struct FluidSpeed {
     double value = 0; ///< largest sum over directions, m/s; 0: not known
-    std::string_view by;
+    std::string by;
 };
 
 /// Rods of a group as the fluid has them.
@@ -66,7 +66,9 @@ struct FluidPlan {
     FormulaScope names; ///< that it may hold
     std::vector<FluidOutput> outputs;
     FluidSpeed speed;
-    double retraction = 0; ///< of rods, over the spacing
+    double stated = 0;       ///< m/s, the largest speed of rods that the scene states; 0: none
+    double largest_slip = 0; ///< over the largest speed, above which steps are shortened; 0: it does not count
+    double retraction = 0;   ///< of rods, over the spacing
     RodCoupling coupling = RodCoupling::two_way;
     bool inner_inertia = true;        ///< see ImmersionSpec
     bool follows_rods = false;        ///< the box
@@ -105,7 +107,7 @@ struct FluidPlan {
     double ns_per_cell_step() const;
 };
 
-/// Of a scene that has a fluid, with the groups of its rods.
-FluidPlan plan_fluid(const SceneSpec& scene, std::span<const RodGroup> groups);
+/// Of a scene that has a fluid, with the groups of its rods and its loads, whose formulas are read.
+FluidPlan plan_fluid(const SceneSpec& scene, std::span<const RodGroup> groups, std::span<const Load> loads);
 
 } // namespace skein

@@ -30,6 +30,7 @@
 #include "scene/memory_check.hpp"
 #include "scene/plan_steps.hpp"
 #include "scene/scene_tables.hpp"
+#include "scene/stated_speeds.hpp"
 #include "skein/core/error.hpp"
 #include "skein/rod/tile.hpp"
 
@@ -449,7 +450,7 @@ Plan make_plan(const SceneSpec& as_given, std::span<const RodGroup> groups, cons
     std::vector<std::vector<Joint>> joints;
     for (const AssemblyPlan& assembly : plan.assemblies) joints.push_back(assembly.joints);
     const std::vector<JointBounds> bounds = joint_bounds(scene.joints, joints, groups);
-    if (scene.fluid) plan.fluid = plan_fluid(scene, groups);
+    if (scene.fluid) plan.fluid = plan_fluid(scene, groups, loads);
     for (std::size_t g = 0; g < groups.size(); ++g) {
         const RodGroup& group = groups[g];
         const int assembly = group.assembly() ? group.assembly()->number : -1;
@@ -510,6 +511,7 @@ Plan make_plan(const SceneSpec& as_given, std::span<const RodGroup> groups, cons
     note(doubts(scene, groups, plan.dt));
     if (plan.fluid) note(fluid_doubts(*plan.fluid, groups));
     if (!plan.relax) note(plan.speeds.doubts), note(plan.speeds.doubts_of_step(plan.dt));
+    if (scene.fluid) note(abrupt_starts(scene, groups, loads));
     for (std::size_t i = 0; i < loads.size(); ++i)
         if (const auto* formula = loads[i].get_if<FormulaLoad>(); formula && formula->couple_answers())
             plan.notes.push_back(

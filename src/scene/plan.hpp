@@ -96,6 +96,7 @@ struct Plan {
     std::int64_t rods = 0, elements = 0;
     double dt = 0, limit = 0;
     bool automatic_dt = false;
+    std::string divides;        ///< interval that an automatic step divides, and what it belongs to; empty: the step is given
     double rest_speed = 0;      ///< m/s, at which the run ends; 0: none
     bool relax = false;         ///< rest is wanted: the run ends when rods have settled
     double relax_tolerance = 0; ///< correction at which they have

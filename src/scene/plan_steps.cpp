@@ -6,7 +6,7 @@
 
 #include <algorithm>
 #include <cmath>
-#include <string_view>
+#include <string>
 #include <utility>
 #include <vector>
 
@@ -18,11 +18,14 @@ namespace {
 /// drives them (tests/stress/resonance.cpp); at 0.6 their energy settles.
 constexpr double undamped_share = 0.6;
 
-std::vector<std::pair<std::string_view, double>> output_intervals(const SceneSpec& scene) {
+/// Intervals of outputs that come at exact times: a checkpoint may come a step earlier or later.
+std::vector<std::pair<std::string, double>> output_intervals(const SceneSpec& scene) {
     const OutputSpec& out = scene.output;
-    std::vector<std::pair<std::string_view, double>> intervals = {{"trajectory", out.trajectory}, {"tips", out.tips},
-                                                                  {"series", out.series},         {"fields", out.fluid_fields},
-                                                                  {"contacts", out.contacts},     {"checkpoint", out.checkpoint}};
+    std::vector<std::pair<std::string, double>> intervals = {{"trajectory", out.trajectory},
+                                                             {"tips", out.tips},
+                                                             {"series", out.series},
+                                                             {"fields", out.fluid_fields},
+                                                             {"contacts", out.contacts}};
     for (const FluidOutputSpec& of_fluid : scene.fluid_outputs) intervals.emplace_back(of_fluid.name, of_fluid.every);
     std::erase_if(intervals, [](const auto& i) { return i.second == 0; });
     return intervals;
@@ -39,18 +42,29 @@ double common_divisor(double a, double b) {
     return a;
 }
 
+struct Interval {
+    double length = 0; ///< s
+    std::string of;    ///< what it belongs to, in words
+};
+
 /// An automatic step divides this, so that outputs fall on whole steps: what the scene names, or else what divides all intervals of
-/// outputs; where that is not much longer than the step may be, the shortest of them.
-double interval_to_divide(const SceneSpec& scene, double longest_step) {
+/// outputs; where that is not much longer than the step may be, the shortest of them. Outputs that are more frequent than `least`
+/// do not count.
+Interval interval_to_divide(const SceneSpec& scene, double longest_step, double least = 0) {
     constexpr double fewest_steps = 8; // a step is up to an eighth shorter for it
-    if (scene.time.divide > 0) return scene.time.divide;
-    double shortest = scene.time.duration, common = 0;
+    if (scene.time.divide > 0) return {scene.time.divide, "time.divide"};
+    Interval shortest{scene.time.duration, "the duration"};
+    double common = 0;
     for (const auto& [name, interval] : output_intervals(scene)) {
-        shortest = std::min(shortest, interval);
+        if (interval < least * (1 - 1e-9)) continue;
+        if (interval < shortest.length) shortest = {interval, name};
         common = common == 0 ? interval : common_divisor(std::max(common, interval), std::min(common, interval));
     }
-    return common > 0 && common < shortest && common >= fewest_steps * longest_step ? common : shortest;
+    const bool together = common > 0 && common < shortest.length && common >= fewest_steps * longest_step;
+    return together ? Interval{common, "what divides the intervals of all outputs"} : shortest;
 }
+
+void note_divided(Plan& plan, const Interval& interval) { plan.divides = fmt::format("{:g} s ({})", interval.length, interval.of); }
 
 /// Steps of 1 s, half of what M of theory.md (64) leaves: the limits of motion mean nothing.
 void choose_relaxation(Plan& plan, const SceneSpec& scene) {
@@ -66,18 +80,39 @@ void choose_step_of_fluid(Plan& plan, const SceneSpec& scene) {
     const TimeSpec& t = scene.time;
     plan.automatic_dt = t.dt == 0;
     plan.limit = HUGE_VAL;
-    plan.dt = plan.automatic_dt ? interval_to_divide(scene, 0) : t.dt;
+    const Interval interval = interval_to_divide(scene, 0);
+    if (plan.automatic_dt) note_divided(plan, interval);
+    plan.dt = plan.automatic_dt ? interval.length : t.dt;
     plan.steps = std::max<std::int64_t>(1, std::llround(t.duration / plan.dt));
+}
+
+/// A step of the fluid lasts at most so long, s, by the speeds that the scene states. Where it states none, steps of a run at rest
+/// would be as long as viscosity lets them: a share of the duration.
+double longest_step_of_fluid(const FluidPlan& fluid, const TimeSpec& time) {
+    constexpr double fewest = 64;
+    return fluid.speed.value > 0 ? fluid.step_limit() : std::min(fluid.step_limit(), time.duration / fewest);
+}
+
+/// The shortest step that slip may ask for, s: about where it comes to the share of the speed that is allowed. theory.md (95)
+double shortest_step_of_fluid(const FluidPlan& fluid, double step) {
+    constexpr double courant_per_slip = 0.6;
+    const double speed = fluid.stated > 0 ? fluid.stated : fluid.speed.value;
+    if (!(fluid.largest_slip > 0)) return step;
+    const double courant = courant_per_slip * fluid.largest_slip;
+    return speed > 0 ? courant * fluid.constants.grid.h / speed : step * courant / fluid.courant;
 }
 
 /// Steps of the fluid divide the interval, and steps of rods the stages of the fluid.
 void divide_step_of_fluid(Plan& plan, const SceneSpec& scene, double longest) {
     FluidPlan& fluid = *plan.fluid;
     const auto unit = static_cast<double>(stage_parts(fluid.constants.scheme).unit);
-    const double of_fluid = fluid.step_limit(), interval = interval_to_divide(scene, std::isfinite(of_fluid) ? of_fluid : longest);
-    const double step = interval / std::max(1.0, std::ceil(interval / of_fluid * (1 - 1e-12)));
+    const double of_fluid = longest_step_of_fluid(fluid, scene.time);
+    const Interval interval = interval_to_divide(scene, of_fluid, of_fluid);
+    note_divided(plan, interval);
+    const double step = interval.length / std::max(1.0, std::ceil(interval.length / of_fluid * (1 - 1e-12)));
     constexpr double fewest = 4; // and a smooth number: the fluid may divide them
-    const std::int64_t parts = next_smooth(std::llround(std::max(fewest, std::ceil(step / (unit * longest) * (1 - 1e-12)))));
+    const double of_rods = std::min(longest, shortest_step_of_fluid(fluid, step) / unit);
+    const std::int64_t parts = next_smooth(std::llround(std::max(fewest, std::ceil(step / (unit * of_rods) * (1 - 1e-12)))));
     plan.dt = step / (unit * static_cast<double>(parts));
     fluid.every = static_cast<std::int64_t>(unit) * parts;
 }
@@ -86,7 +121,8 @@ void divide_step_of_fluid(Plan& plan, const SceneSpec& scene, double longest) {
 void count_steps_in_fluid(Plan& plan, const SceneSpec& scene) {
     FluidPlan& fluid = *plan.fluid;
     const int unit = stage_parts(fluid.constants.scheme).unit;
-    const double limit = std::min(fluid.step_limit(), interval_to_divide(scene, 0)), parts = std::floor(limit / (unit * plan.dt));
+    const double named = scene.time.divide > 0 ? scene.time.divide : scene.time.duration,
+                 limit = std::min(longest_step_of_fluid(fluid, scene.time), named), parts = std::floor(limit / (unit * plan.dt));
     if (parts < 1)
         throw InputError(fmt::format("{}: time.dt = {:g} s: a step of the fluid, of {:.4g} s here, holds {} steps of rods with the "
                                      "scheme {}: at most {:.4g} s, or dt = \"auto\"",
@@ -135,8 +171,9 @@ void choose_step(Plan& plan, const SceneSpec& scene) {
         if (plan.fluid) {
             divide_step_of_fluid(plan, scene, longest);
         } else {
-            const double interval = interval_to_divide(scene, longest);
-            plan.dt = interval / std::ceil(interval / longest);
+            const Interval interval = interval_to_divide(scene, longest);
+            note_divided(plan, interval);
+            plan.dt = interval.length / std::ceil(interval.length / longest);
         }
     } else {
         plan.dt = t.dt;

@@ -122,8 +122,10 @@ std::string to_text(const Plan& p) {
         for (const RodsInFluid& rods : p.fluid->rods) line("  rods", rods_in_fluid_text(rods, *p.fluid));
     if (p.events_every() > 1)
         line("  meets rods",
-             fmt::format("every {} steps of rods, {:.4g} s: a step of the fluid, or up to {} where it has to be shorter",
-                         p.events_every(), static_cast<double>(p.events_every()) * p.dt, p.fluid->most_parts()));
+             fmt::format("every {} steps of rods, {:.4g} s: a step of the fluid, or up to {} where it has to be shorter{}",
+                         p.events_every(), static_cast<double>(p.events_every()) * p.dt, p.fluid->most_parts(),
+                         p.fluid->largest_slip > 0 ? fmt::format(", as for slips above {:g} of the speed", p.fluid->largest_slip)
+                                                   : ""));
     line("runs on",
          fmt::format("{} x {} ({} per rank{}), {} ({})", counted(p.machine.ranks, "rank"), counted(p.machine.threads, "thread"),
                      counted(p.machine.cores, "core"), p.machine.which_cores.empty() ? "" : ": " + p.machine.which_cores,
@@ -189,6 +191,7 @@ std::string to_text(const Plan& p) {
         line("  speeds", fmt::format("{} may meet at {:.3g} m/s, {:.3g} of the diameter in a step; {:g} is allowed for",
                                      p.speeds.fastest.who, p.speeds.fastest.speed,
                                      p.speeds.fastest.speed * p.dt / p.speeds.fastest.diameter, p.speeds.fastest.allowed));
+    if (!p.divides.empty()) line("  divides", p.divides);
     line("steps", fmt::format("{}  ({:.4g} s, {:.3g} element-steps)", p.steps, static_cast<double>(p.steps) * p.dt,
                               static_cast<double>(p.steps) * static_cast<double>(p.elements)));
     line("trajectory", every(p.cadence.trajectory, p.dt) + (p.vtp ? ", as poly data (rods.pvd) too" : ""));
@@ -285,6 +288,7 @@ std::string to_json(const Plan& p) {
         {"dt", p.dt},
         {"limit", p.limit},
         {"automatic_dt", p.automatic_dt},
+        {"divides", p.divides},
         {"relax", p.relax},
         {"integrator", integrator_names[static_cast<std::size_t>(p.integrator)]},
         {"governing_group", p.groups.empty() ? nlohmann::ordered_json() : nlohmann::ordered_json(p.groups[p.governing].name)},

@@ -89,8 +89,9 @@ std::string scene_json(const SceneSpec& scene, bool physics_only) {
     for (const FormulaConstant& c : copy.constants) json["constants"][c.name] = {{"value", c.value}, {"unit", c.unit}};
     if (copy.contact) json["contact"] = contact_echo(*copy.contact);
     if (copy.fluid) json["fluid"] = table_echo(*copy.fluid);
-    if (copy.fluid && copy.rods.empty() && physics_only) json["fluid"].erase("expected_speed"); // of plans alone
-    if (copy.fluid && physics_only) json["fluid"].erase("ranks_across");                        // any ranks have the same results
+    if (copy.fluid && copy.rods.empty() && physics_only) // of plans alone, and of rods
+        json["fluid"].erase("expected_speed"), json["fluid"].erase("largest_slip");
+    if (copy.fluid && physics_only) json["fluid"].erase("ranks_across"); // any ranks have the same results
     if (copy.has_immersed()) json["immersion"] = table_echo(copy.immersion);
     if (physics_only) copy.fluid_outputs.clear();
     for_each_list(copy, [&](const char* name, auto& specs) {

@@ -294,6 +294,8 @@ void Simulation::throw_failure() {
     const double dt = plan_.dt, ratio = dt / plan_.limit;
     const std::string known = comm_.first_text(cause(interactions_));
     Failure found{.text = comm_.first_text(failure_)};
+    const FluidInteraction* const fluid = fluid_of(interactions_);
+    const std::string of_fluid = fluid ? fluid->remedy() : std::string();
     if (copy_) {
         const auto timing = timers_.time(Phase::rods);
         found = find_failure();
@@ -316,6 +318,7 @@ void Simulation::throw_failure() {
             "fail with time.dt = {:g} too; weaken the load, or give the rods more elements, a larger radius or a "
             "larger youngs_modulus",
             found.dt);
+    else if (!of_fluid.empty()) text += "\n  likely cause: fluid and rods move faster than steps of the fluid were planned for";
     else
         text += fmt::format("\n  likely cause: dt is {} of the rest-state limit {:.4g} s{}", share_text(ratio), plan_.limit,
                             ratio > 0.95 ? ", too close to it; lower dt"
@@ -324,8 +327,9 @@ void Simulation::throw_failure() {
     if (found.remedy == Remedy::step) text += fmt::format("\n  the same steps hold with time.dt = {:g}: it was tried", found.dt);
     if (found.remedy == Remedy::untried && !no_step)
         text += fmt::format("\n  time.dt = {:g} may hold; to try it would take longer than {:g} s", found.dt, trial_seconds);
-    const std::string change =
-        no_step ? std::string("KEY=VALUE") : fmt::format("time.dt={:g}", found.dt > 0 ? found.dt : rounded_down(0.5 * dt));
+    const std::string change = !of_fluid.empty() ? of_fluid
+                               : no_step         ? std::string("KEY=VALUE")
+                                                 : fmt::format("time.dt={:g}", found.dt > 0 ? found.dt : rounded_down(0.5 * dt));
     if (last_checkpoint_ >= 0)
         text += fmt::format("\n  the last good checkpoint is of step {}; to go on from it:\n"
                             "    skein branch {}@{} {}_2 --set {}",

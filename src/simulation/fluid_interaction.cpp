@@ -22,6 +22,18 @@ namespace {
 constexpr double most_parts = 1e5; ///< of a step
 constexpr double no_time = -1;     ///< of a pressure that belongs to none
 
+/// Two digits: numbers to be typed in.
+double rounded(double x, double (*whole)(double)) {
+    const double unit = std::pow(10, std::floor(std::log10(x)) - 1);
+    return std::stod(fmt::format("{:.1e}", whole(x / unit) * unit));
+}
+double rounded_up(double x) {
+    return rounded(x, [](double digits) { return std::ceil(digits); });
+}
+double rounded_down(double x) {
+    return rounded(x, [](double digits) { return std::floor(digits); });
+}
+
 /// Acceleration of a group by gravity alone, m/s^2.
 ForceBalance::Weight weight_of(const Plan& plan) {
     return [&groups = plan.groups](std::size_t group, double time) {
@@ -65,7 +77,7 @@ std::unique_ptr<FlowSolver> make_flow(const InteractionParts& parts) {
 
 FluidInteraction::FluidInteraction(const InteractionParts& parts)
     : comm_(parts.comm), threads_(parts.threads), plan_(*parts.plan.fluid), flow_(make_flow(parts)), groups_(parts.groups),
-      lag_(scheme_of(parts.plan.integrator).lag * parts.plan.dt) {
+      automatic_dt_(parts.plan.automatic_dt), lag_(scheme_of(parts.plan.integrator).lag * parts.plan.dt) {
     const FluidGrid& grid = plan_.constants.grid;
     std::unique_ptr<ImmersedRods> rods;
     if (!groups_.empty()) rods = std::make_unique<ImmersedRods>(groups_, parts.rods, grid, plan_.retraction * grid.h);
@@ -92,10 +104,10 @@ void FluidInteraction::follow(const InteractionParts& parts) { bodies_->rods()->
 
 std::int64_t FluidInteraction::next_meeting(std::int64_t done) const {
     if (groups_.empty() || !failure_.empty()) return Interaction::next_meeting(done);
-    const std::int64_t within = done % plan_.every;
-    if (within == 0) return done + 1; // how long a step of the fluid may be is found behind it
+    const std::int64_t of_part = done % plan_.every - (done % plan_.every == 0 ? 0 : part_begin_);
+    if (of_part == 0 || of_part == part_) return done + 1; // how long a step of the fluid may be is found behind it
     const StageParts parts = stage_parts(plan_.constants.scheme);
-    const std::int64_t unit = part_ / parts.unit, of_part = within % part_;
+    const std::int64_t unit = part_ / parts.unit;
     int stages = 1;
     while (unit * parts.until(stages) <= of_part) ++stages;
     return done - of_part + unit * parts.until(stages);
@@ -114,8 +126,8 @@ void FluidInteraction::begin(const Step& first, Timers& timers) {
     timed(timers, [&] {
         const StageParts parts = stage_parts(plan_.constants.scheme);
         const std::int64_t within = (first.index - 1) % plan_.every;
-        if (within == 0 && !choose_part(first)) return;
-        const std::int64_t done = within % part_;
+        if ((within == 0 || within == part_begin_ + part_) && !choose_part(first)) return;
+        const std::int64_t done = within - part_begin_;
         for (int s = 0; s < parts.count; ++s)
             if (done == part_ / parts.unit * parts.until(s)) begin_stage(s, first);
     });
@@ -128,7 +140,7 @@ void FluidInteraction::drive(const Step& step, Timers& timers) {
             if (groups_.empty()) return step_alone(step);
             if (!step.completes) return;
             const StageParts parts = stage_parts(plan_.constants.scheme);
-            const std::int64_t done = (step.index - 1) % plan_.every % part_ + 1;
+            const std::int64_t done = (step.index - 1) % plan_.every - part_begin_ + 1;
             for (int s = 0; s < parts.count; ++s)
                 if (done == part_ / parts.unit * parts.until(s + 1)) end_stage(s, step);
         } catch (const NumericalError& error) { // on all ranks
@@ -138,12 +150,48 @@ void FluidInteraction::drive(const Step& step, Timers& timers) {
 }
 
 void FluidInteraction::fail_at(double limit, double dt) {
-    const double most = groups_.empty() ? most_parts : static_cast<double>(plan_.most_parts());
     failure_ =
         fmt::format("the velocity or the viscosity of the fluid leaves steps of {:.3g} s: {:.3g} of them for {:.3g} s of the "
-                    "run, more than {:g}{}",
-                    limit, dt / limit, dt, most,
-                    groups_.empty() ? "" : "; the fluid.expected_speed [m/s] of a plan makes them shorter from the start");
+                    "run, more than {:g}",
+                    limit, dt / limit, dt, most_parts);
+}
+
+void FluidInteraction::fail_with_rods(double limit, double dt) {
+    const int unit = stage_parts(plan_.constants.scheme).unit;
+    if (automatic_dt_)
+        needed_ = fmt::format("fluid.expected_speed={:g}", rounded_up(1.5 * plan_.courant * plan_.constants.grid.h / limit));
+    else needed_ = fmt::format("time.dt={:g}", rounded_down(limit / (1.5 * unit)));
+    failure_ =
+        fmt::format("the fluid or the rods in it move at {:.3g} m/s, which leaves steps of the fluid of {:.3g} s; with {} steps "
+                    "of rods in each, of {:.3g} s, {:.3g} s is the shortest",
+                    speed_, limit, unit, dt, unit * dt);
+}
+
+std::string FluidInteraction::remedy() const {
+    if (!needed_.empty() || groups_.empty() || !plan_.felt()) return needed_;
+    const double speed = std::max({plan_.speed.value, plan_.stated, speed_to_expect_, speed_});
+    if (!automatic_dt_ || !(speed > 0) || !std::isfinite(speed)) return {};
+    return fmt::format("fluid.expected_speed={:g}", rounded_up(2 * speed));
+}
+
+std::optional<FluidInteraction::SlipFigures> FluidInteraction::slips() const {
+    if (!(plan_.largest_slip > 0) || steps_ == steps_before_) return std::nullopt;
+    const double now = slip(), speed = std::max(speed_, std::numeric_limits<double>::min());
+    return SlipFigures{now, now / speed, largest_share_, plan_.largest_slip};
+}
+
+std::string FluidInteraction::warning() const {
+    constexpr double large = 2.5; // times what is allowed
+    const auto found = slips();
+    if (!found || found->share <= large * found->allowed) return {};
+    const double wanted = last_length_ * found->allowed / found->share; // s
+    const int unit = stage_parts(plan_.constants.scheme).unit;
+    return fmt::format(
+        "velocities of fluid and rods differ by {:.3g} m/s at the end, {:.2g} of the largest speed, although steps of the "
+        "fluid are as short as they can be: what rods do in it is wrong by about as much; {} makes them shorter",
+        found->slip, found->share,
+        automatic_dt_ ? fmt::format("fluid.expected_speed = {:g}", rounded_up(plan_.courant * plan_.constants.grid.h / wanted))
+                      : fmt::format("time.dt = {:g}", rounded_down(wanted / unit)));
 }
 
 void FluidInteraction::step_alone(const Step& step) {
@@ -216,16 +264,43 @@ std::string FluidInteraction::text_outside(std::size_t i, std::size_t node, cons
         could_follow ? ", fluid.follows_rods = true" : "", first.begin - static_cast<double>(plan_.every) * first.dt);
 }
 
+double FluidInteraction::speed_of_rods() const {
+    std::vector<double> most(bodies_->rods()->rods().local().size(), 0.0); // by rod: threads read rods side by side
+    bodies_->rods()->read(lag_, [&](int, std::size_t i, const RodCopy& rod) {
+        for (const Slot<1>& slot : rod.state) {
+            const Vec3d v = lane(slot.velocity, 0);
+            most[i] = std::max(most[i], std::abs(v.x) + std::abs(v.y) + std::abs(v.z));
+        }
+    });
+    return comm_.max(most.empty() ? 0.0 : *std::max_element(most.begin(), most.end()));
+}
+
+double FluidInteraction::step_by_slip(double speed, double whole, double shortest) const {
+    constexpr double growth = 1.25;  // of a step over the last one, or by one of the shortest
+    constexpr double nothing = 1e-4; // of a cell, in a step of the plan: no motion that counts
+    if (!(plan_.largest_slip > 0) || !(last_length_ > 0) || !(slip() * whole > nothing * plan_.constants.grid.h)) return HUGE_VAL;
+    return std::min(std::max(growth * last_length_, last_length_ + shortest), last_length_ * plan_.largest_slip * speed / slip());
+}
+
 bool FluidInteraction::choose_part(const Step& first) {
     if (plan_.follows_rods) follow_rods();
     if (plan_.felt()) stop_outside(first);
-    const double limit = flow_->step_limit(plan_.courant), whole = static_cast<double>(plan_.every) * first.dt;
-    std::int64_t steps = 1; // of the fluid, each of as many of the run
-    while (steps <= plan_.most_parts() && (plan_.most_parts() % steps != 0 || whole > static_cast<double>(steps) * limit)) ++steps;
-    if (steps > plan_.most_parts()) return fail_at(limit, whole), false;
-    if (steps > 1) speed_to_expect_ = std::max(speed_to_expect_, plan_.courant * plan_.constants.grid.h / limit);
-    part_ = plan_.every / steps;
-    bodies_->begin_interval(first.begin), to_ = first.begin + whole;
+    const int unit = stage_parts(plan_.constants.scheme).unit;
+    const std::int64_t within = (first.index - 1) % plan_.every, left = (plan_.every - within) / unit; // in the shortest steps
+    const double shortest = unit * first.dt, whole = static_cast<double>(plan_.every) * first.dt, of_rods = speed_of_rods();
+    const double by_rods = of_rods > 0 ? plan_.courant * plan_.constants.grid.h / of_rods : HUGE_VAL;
+    speed_ = std::max(comm_.max(flow_->largest_speed()), of_rods);
+    const double limit = std::min(flow_->step_limit(plan_.courant), by_rods);
+    const auto steps_of = [&](double length) {
+        return static_cast<std::int64_t>(std::min(1.0 * left, std::floor(length / shortest * (1 + 1e-12))));
+    };
+    if (!(limit >= shortest * (1 - 1e-12))) return fail_with_rods(limit, first.dt), false;
+    if (limit < whole * (1 - 1e-12)) speed_to_expect_ = std::max(speed_to_expect_, plan_.courant * plan_.constants.grid.h / limit);
+    if (plan_.largest_slip > 0 && last_length_ > 0 && speed_ > 0) largest_share_ = std::max(largest_share_, slip() / speed_);
+    const std::int64_t most = std::max<std::int64_t>(1, std::min(steps_of(limit), steps_of(step_by_slip(speed_, whole, shortest))));
+    const std::int64_t steps = (left + most - 1) / most; // of about the same length until the next meeting of the plan
+    part_begin_ = within, part_ = unit * ((left + steps - 1) / steps);
+    if (within == 0) bodies_->begin_interval(first.begin), to_ = first.begin + whole;
     return true;
 }
 
@@ -261,15 +336,15 @@ void FluidInteraction::end_stage(int s, const Step& step) {
     const bool last = s + 1 == stage_parts(plan_.constants.scheme).count;
     if (balance) bodies_->end_stage();
     if (balance && last) balance->end_step(lag_);
-    if (last) ++steps_;
+    if (last) ++steps_, last_length_ = stage.step;
 }
 
 std::string FluidInteraction::invalid() const {
     if (!failure_.empty()) return failure_;
     return std::isfinite(flow_->largest_speed())
                ? std::string()
-               : std::string("the velocity of the fluid is not finite: its step is too long for what drives it; a "
-                             "smaller fluid.courant or time.dt would do");
+               : std::string("the velocity of the fluid is not finite: its step is too long for what drives it") +
+                     (groups_.empty() ? "; a smaller fluid.courant would do" : "");
 }
 
 std::vector<Figure> FluidInteraction::figures(double) const {
@@ -314,13 +389,13 @@ std::vector<Figure> FluidInteraction::figures(double) const {
             all.push_back({fmt::format("coupled_momentum_{}[kg m/s]", "xyz"[c]), Of::sum, of_all});
         }
     }
-    all.push_back({"slip[m/s]", Of::same, {bodies_->forcing().slip()}});
+    all.push_back({"slip[m/s]", Of::same, {slip()}});
     return all;
 }
 
 KeptNumbers FluidInteraction::kept() const {
     WholeState state(comm_, *flow_);
-    std::vector<double> numbers{static_cast<double>(steps_), flow_->time()};
+    std::vector<double> numbers{static_cast<double>(steps_), flow_->time(), bodies_ ? slip() : 0, last_length_};
     if (plan_.follows_rods) {
         numbers.push_back(static_cast<double>(moved_));
         numbers.push_back(middle_at_start_.value_or(0));
@@ -371,9 +446,9 @@ void FluidInteraction::recall(const KeptNumbers& kept) {
         if (!gain.empty()) for_rows_of(exchange.layout(), std::span(gain), k, take);
     }
     state.put_back();
-    const std::size_t known = std::min<std::size_t>(2, kept.numbers.size()); // 1: of programs before walls could move
-    flow_->refresh(known > 1 ? kept.numbers[1] : 0);
-    auto more = std::span(kept.numbers).subspan(known);
+    flow_->refresh(kept.numbers.at(1));
+    slip_before_ = kept.numbers.at(2), last_length_ = kept.numbers.at(3);
+    auto more = std::span(kept.numbers).subspan(4);
     if (plan_.follows_rods) {
         move_box_to(static_cast<std::int64_t>(more[0]));
         middle_at_start_ = steps_ > 0 ? std::optional(more[1]) : std::nullopt;
@@ -397,7 +472,7 @@ void FluidInteraction::recall(const KeptNumbers& kept) {
         more = more.first(more.size() - 2);
     }
     if (bodies_) bodies_->forcing().recall_held(more);
-    failure_.clear();
+    failure_.clear(), needed_.clear();
 }
 
 std::uint64_t FluidInteraction::digest() const { // that of the rows of kept(), without a copy of them, and of forces by marker

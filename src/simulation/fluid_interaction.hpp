@@ -39,6 +39,15 @@ public:
     /// With rods: what fluid.expected_speed, m/s, would have spared this run all steps of the fluid that had to be shorter than
     /// planned; 0: none had to.
     double speed_to_expect() const { return speed_to_expect_; }
+    /// KEY=VALUE that lets a run go on where it has failed, or where rods that feel the fluid have; empty: none is known.
+    std::string remedy() const;
+    /// Of rods that feel the fluid: the slip at the end of the last step over the largest speed then, and the largest of this run.
+    struct SlipFigures {
+        double slip = 0, share = 0, largest_share = 0, allowed = 0; ///< m/s; the others of the speed
+    };
+    std::optional<SlipFigures> slips() const;
+    /// Where slips are far larger than is allowed although steps are as short as they can be; empty: they are not.
+    std::string warning() const;
     const FlowSolver& flow() const { return *flow_; }
     /// How far the box has moved with the rods, m.
     Vec3d box_shift() const { return {static_cast<double>(moved_) * plan_.constants.grid.h, 0, 0}; }
@@ -46,8 +55,14 @@ public:
 private:
     /// From an end of a step of the run to the next, in steps that are as long as the fluid allows.
     void step_alone(const Step& step);
-    /// With rods: how many steps of the fluid go until it meets them next; false where they were too many.
+    /// With rods: how long the next step of the fluid is; false where none is short enough.
     bool choose_part(const Step& first);
+    /// The largest sum of components of a node's velocity, m/s. Collective.
+    double speed_of_rods() const;
+    /// What slip leaves of the next step, s, where the largest speed is this. theory.md (95)
+    double step_by_slip(double speed, double whole, double shortest) const;
+    /// Largest difference of velocities at markers at the end of the last step, m/s.
+    double slip() const { return steps_ == steps_before_ ? slip_before_ : bodies_->forcing().slip(); }
     /// Stage s of a step of the fluid that begins at 0, in steps of rods of dt.
     ForceBalance::Stage stage_of(int s, double dt) const;
     /// Counts f as Phase::fluid, and what of that was spent at markers as Phase::markers.
@@ -56,6 +71,7 @@ private:
     void begin_stage(int s, const Step& first);
     void end_stage(int s, const Step& step);
     void fail_at(double limit, double dt);
+    void fail_with_rods(double limit, double dt);
     /// The box moves by whole cells to where the middle of all nodes is. Collective.
     void follow_rods();
     void move_box_to(std::int64_t cells);
@@ -70,11 +86,18 @@ private:
     std::unique_ptr<FlowSolver> flow_;
     std::span<const RodGroup> groups_;
     std::unique_ptr<Immersion> bodies_;         ///< null where there are none
+    bool automatic_dt_;                         ///< the step of rods
     double lag_;                                ///< of positions of rods, s
     double to_ = 0;                             ///< s, end of the interval that forces on them are means of
     std::string failure_;                       ///< why it cannot go on; empty: it can
     std::int64_t steps_ = 0, steps_before_ = 0; ///< of the fluid since the start; of them, those before this run
     std::int64_t part_ = 0;                     ///< with rods: steps of the run in the present step of the fluid
+    std::int64_t part_begin_ = 0;               ///< of them, those between the last meeting of the plan and its begin
+    double slip_before_ = 0;                    ///< m/s, at the end of the last step before this run
+    double last_length_ = 0;                    ///< s, of the last step; 0: there was none
+    double speed_ = 0;                          ///< m/s, the largest when the present step began
+    double largest_share_ = 0;                  ///< of slip over speed
+    std::string needed_;                        ///< KEY=VALUE that a failure of its own asks for
     double speed_to_expect_ = 0;                ///< m/s
     std::int64_t moved_ = 0;                    ///< cells that the box has moved along x
     std::optional<double> middle_at_start_;     ///< x of the middle of all nodes, m

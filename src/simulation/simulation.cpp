@@ -608,7 +608,8 @@ void Simulation::write_summary(const RunResult& result) {
     figures.resident_bytes = comm_.sum(resident_bytes());
     figures.overlaps = largest_overlaps(comm_, interactions_);
     if (const FluidInteraction* fluid = fluid_of(interactions_))
-        figures.cell_steps = fluid->cell_steps(), figures.speed_to_expect = fluid->speed_to_expect();
+        figures.cell_steps = fluid->cell_steps(), figures.speed_to_expect = fluid->speed_to_expect(),
+        figures.slips = fluid->slips(), figures.slip_warning = fluid->warning();
     if (neighbourhood_ && comm_.size() > 1) {
         figures.ghosts = neighbourhood_->figures_of_ranks();
         figures.balance = balance_.figures();
@@ -616,6 +617,7 @@ void Simulation::write_summary(const RunResult& result) {
     on_root(comm_, [&] {
         write_file(options_.out + "/summary.json", summary_json(figures));
         if (!options_.quiet) std::printf("%s", timing_table(figures).c_str());
+        if (!figures.slip_warning.empty()) tell_warning(figures.slip_warning);
     });
 }
 

@@ -90,6 +90,12 @@ std::string summary_json(const RunFigures& f) {
         {"output", nlohmann::ordered_json::parse(f.output)},
         {"series_format", series_format},
         {"observables", observables}};
+    if (f.slips)
+        json["slip"] = {{"slip", f.slips->slip},
+                        {"share", f.slips->share},
+                        {"largest_share", f.slips->largest_share},
+                        {"allowed", f.slips->allowed},
+                        {"warning", f.slip_warning}};
     if (!f.ghosts.empty()) {
         const auto of_ranks = [&](std::int64_t GhostFigures::*of) {
             std::vector<std::int64_t> values;
@@ -147,6 +153,9 @@ std::string timing_table(const RunFigures& f) {
     if (f.speed_to_expect > 0)
         fmt::format_to(out, "some steps of the fluid were cut in parts; with fluid.expected_speed = {:g} none would be\n",
                        0.1 * std::ceil(10 * f.speed_to_expect));
+    if (f.slips)
+        fmt::format_to(out, "slip at markers {:.2g} of the largest speed at the end, {:.2g} at most; {:g} is aimed at\n",
+                       f.slips->share, f.slips->largest_share, f.slips->allowed);
     if (f.plan.elements == 0) return text + fmt::format("{:.1f} MB resident\n", static_cast<double>(f.resident_bytes) * 1e-6);
     fmt::format_to(out, "{:.4g} element-steps, {:.1f} ns each and core; {:.0f} B per element for rods, {:.1f} MB resident\n",
                    element_steps(f), ns_per_element_step(f),

@@ -5,11 +5,12 @@ namespace skein {
 void TimeSpec::fields(FieldVisitor& f) {
     f.visit({.name = "duration", .unit = "s", .text = "time to simulate", .required = true, .above = 0}, duration);
     f.visit({.name = "dt", .unit = "s", .text = "time step; 0: automatic, `safety` times the limit", .at_least = 0}, dt);
-    f.visit({.name = "divide",
-             .unit = "s",
-             .text = "interval that an automatic step divides; 0: the most frequent output, or the duration",
-             .at_least = 0},
-            divide);
+    f.visit(
+        {.name = "divide",
+         .unit = "s",
+         .text = "interval that an automatic step divides; 0: that of the most frequent output but checkpoints, or the duration",
+         .at_least = 0},
+        divide);
     f.visit({.name = "safety",
              .unit = "-",
              .text = "automatic step over the limit; rods without damping get 0.6 at most",
