@@ -38,10 +38,15 @@ struct PlaneFriction {
     Vec3d normal{0, 0, 1};                                                  ///< towards the rods
     double stiffness = 0;                                                   ///< k, N/m
     double damping = 0;                                                     ///< c, N s/m
-    double tolerance = 1e-4;                                                ///< m
+    double tolerance = automatic;                                           ///< m
     double kinetic_forward = 0, kinetic_backward = 0, kinetic_sideways = 0; ///< mu_k
     double static_forward = 0, static_backward = 0, static_sideways = 0;    ///< mu_s
-    double slip_speed = 1e-8;                                               ///< v_s, m/s
+    double slip_speed = automatic;                                          ///< v_s, m/s
+
+    static constexpr double automatic = -1;        ///< chosen from rods and weight
+    static constexpr double touching_share = 0.01; ///< of the least radius, of such a tolerance
+    static constexpr double held_share = 0x1p-24;  ///< of the speed of the scene, of such a slip speed
+    static constexpr double most_tolerance = 0.05; ///< radii: beyond, rods hover, and the plan doubts it
 
     void fields(FieldVisitor& f) {
         f.visit({.name = "point", .unit = "m", .text = "on the plane"}, point);
@@ -52,7 +57,11 @@ struct PlaneFriction {
         f.visit({.name = "stiffness", .unit = "N/m", .text = "of the plane per element", .required = true, .at_least = 0},
                 stiffness);
         f.visit({.name = "damping", .unit = "N s/m", .text = "of the plane per element", .at_least = 0}, damping);
-        f.visit({.name = "tolerance", .unit = "m", .text = "gap up to which an element counts as touching", .at_least = 0},
+        f.visit({.name = "tolerance",
+                 .unit = "m",
+                 .text = "gap up to which an element counts as touching, and is held there; or \"auto\": a hundredth of the least "
+                         "radius",
+                 .at_least = 0},
                 tolerance);
         f.visit({.name = "kinetic_forward", .unit = "-", .text = "sliding friction of motion along the tangent", .at_least = 0},
                 kinetic_forward);
@@ -64,7 +73,11 @@ struct PlaneFriction {
         f.visit({.name = "static_backward", .unit = "-", .text = "holds against forces against the tangent", .at_least = 0},
                 static_backward);
         f.visit({.name = "static_sideways", .unit = "-", .text = "lets roll without slip", .at_least = 0}, static_sideways);
-        f.visit({.name = "slip_speed", .unit = "m/s", .text = "v_s: slower is held, above twice this slides", .above = 0},
+        f.visit({.name = "slip_speed",
+                 .unit = "m/s",
+                 .text = "v_s: slower is held, above twice this slides; or \"auto\": 2^-24 sqrt(g r) under the scene's gravity, "
+                         "2^-24 (r/L) sqrt(E/rho) without",
+                 .above = 0},
                 slip_speed);
     }
     void check(RodSpecs, Objections& objections) const {
@@ -75,6 +88,24 @@ struct PlaneFriction {
         const double share = static_cast<double>(was.elements) / static_cast<double>(now.elements);
         stiffness *= share, damping *= share;
         return "stiffness and damping per element are shared among more elements";
+    }
+
+    static double least_radius(const RodGroup& group) {
+        double least = HUGE_VAL;
+        for (const ElementConstants& e : group.element) least = std::min(least, e.radius);
+        return least;
+    }
+    /// A speed that rods have where they lie: that of a fall through a radius, m/s, or without gravity [m/s^2] that of bending.
+    static double speed_of(const RodGroup& group, double gravity) {
+        const double radius = least_radius(group);
+        if (gravity > 0) return std::sqrt(gravity * radius);
+        const RodSpec& spec = group.spec();
+        return radius / spec.shape.length * std::sqrt(spec.material.youngs_modulus / spec.material.density);
+    }
+    /// Numbers in place of what is automatic.
+    void choose(double radius, double speed) {
+        if (tolerance < 0) tolerance = touching_share * radius;
+        if (slip_speed < 0) slip_speed = held_share * speed;
     }
 
     /// Of the plane's damping and of its spring, where all elements touch.
@@ -93,6 +124,7 @@ struct PlaneFriction {
         const double size = norm(normal);
         if (!(size > 0)) throw InputError("load anisotropic_plane: the normal has no direction");
         normal = (1 / size) * normal;
+        choose(least_radius(group), speed_of(group, 0));
         const auto n = static_cast<std::size_t>(group.elements());
         for (std::size_t k = 0; k < n; ++k) {
             const double r = std::sqrt(group.element[k].volume / (std::numbers::pi * group.element[k].rest_length));
@@ -188,7 +220,7 @@ private:
         const Vec3<P>& end = rod.slot[k + 1].position;
         const Vec3<P> up = broadcast<W>(normal), edge = end - s.position, flat = edge - dot(edge, up) * up;
         // Of a length and of the square root of a dilatation, for one division.
-        const P size = max(norm(flat), P(1e-300)), root = sqrt(norm(edge) * P(Map::element(rod, k).inv_rest_length)),
+        const P size = max(norm(flat), P(1e-150)), root = sqrt(norm(edge) * P(Map::element(rod, k).inv_rest_length)),
                 inverse = one / (size * root);
         g.along = (root * inverse) * flat;
         g.across = cross(g.along, up);
@@ -205,7 +237,7 @@ private:
         const P slip_along = dot(v, g.along), slip_across = fnma(g.radius, dot(s.spin, g.axis), dot(v, g.across));
         g.rest_along = resting(slip_along);
         g.rest_across = resting(slip_across);
-        const P per_slip = g.push / max(sqrt(fma(slip_along, slip_along, slip_across * slip_across)), P(1e-300));
+        const P per_slip = g.push / max(sqrt(fma(slip_along, slip_along, slip_across * slip_across)), P(1e-150)); // of 1e-300 a large push would have no quotient
         const P coefficient = select(slip_along > zero, P(kinetic_forward), P(kinetic_backward));
         const P along = -((one - g.rest_along) * coefficient * per_slip * slip_along),
                 across = -((one - g.rest_across) * P(kinetic_sideways) * per_slip * slip_across);

@@ -29,6 +29,7 @@
 #include "scene/law_differences.hpp"
 #include "scene/memory_check.hpp"
 #include "scene/plan_steps.hpp"
+#include "scene/plane_numbers.hpp"
 #include "scene/scene_tables.hpp"
 #include "scene/stated_speeds.hpp"
 #include "skein/core/error.hpp"
@@ -441,7 +442,7 @@ std::string fault_of_read_rods(const SceneSpec& scene, const Plan& plan, std::sp
 }
 
 Plan make_plan(const SceneSpec& as_given, std::span<const RodGroup> groups, const Machine& machine) {
-    const SceneSpec scene = with_stiffnesses(as_given, groups);
+    const SceneSpec scene = with_plane_numbers(with_stiffnesses(as_given, groups), groups);
     Plan plan{.title = scene.title, .machine = machine};
     double frame_values = 0, tip_values = 0, nodes = 0, lines = 0; // the last two of poly data
     const std::vector<Load> loads = loads_with_formulas(scene);
@@ -523,6 +524,7 @@ Plan make_plan(const SceneSpec& as_given, std::span<const RodGroup> groups, cons
             fmt::format("time.force_dt lets a step pass that is {} of its limit: what sets the limit may gain energy without "
                         "end, and a run is stopped only where rods break or go through walls",
                         share_text(plan.dt / plan.limit)));
+    note(plane_doubts(scene, groups));
     note(slip_doubts(plan.outlook, plan.contact_laws ? &*plan.contact_laws : nullptr, plan.walls, groups, plan.dt));
     plan.audit = scene.output.audit;
     plan.observables = scene.output.observables;

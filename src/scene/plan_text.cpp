@@ -3,6 +3,7 @@
 #include "core/level.hpp"
 #include "core/share_text.hpp"
 #include "joints/junction.hpp"
+#include "loads/plane_friction.hpp"
 #include "neighbourhood/exposure.hpp"
 #include "scene/fluid_plan_text.hpp"
 #include "scene/plan_words.hpp"
@@ -153,6 +154,10 @@ std::string to_text(const Plan& p) {
                  fmt::format("inertia about d1 and d2 times {}{:.4g}, which shifts the lowest bending frequency by {:.2g} %", least,
                              g.largest_rotary_scale, 100 * g.bending_shift));
         }
+        for (const Load& load : g.loads)
+            if (const auto* plane = load.get_if<PlaneFriction>())
+                line("  plane", fmt::format("elements touch it up to a gap of {:.3g} m; what slips slower than {:.3g} m/s is held",
+                                            plane->tolerance, plane->slip_speed));
         for (const std::string& hint : g.hints) line("  hint", hint);
         if (std::isfinite(g.tension_limit))
             line("  tension", fmt::format("directors flip beyond dilatation e_c = {:.4g}", g.tension_limit));

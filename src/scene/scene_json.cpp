@@ -3,6 +3,7 @@
 #include "scene/scene_tables.hpp"
 
 #include <cmath>
+#include <type_traits>
 
 #include <nlohmann/json.hpp>
 
@@ -78,6 +79,15 @@ Json joint_echo(JointSpec& spec) {
     return table;
 }
 
+/// A load, with the word for what it chooses.
+Json load_echo(LoadSpec& spec) {
+    Json table = table_echo(spec);
+    for (auto& [key, value] : table.items())
+        if (const auto automatic = what_auto_means("load", key); automatic && value.is_number() && value == *automatic)
+            value = "auto";
+    return table;
+}
+
 } // namespace
 
 std::string scene_json(const SceneSpec& scene, bool physics_only) {
@@ -98,6 +108,7 @@ std::string scene_json(const SceneSpec& scene, bool physics_only) {
         for (auto& spec : specs)
             if constexpr (requires { spec.law.stiffness_is_automatic(); }) json[name].push_back(contact_echo(spec));
             else if constexpr (std::is_same_v<std::decay_t<decltype(spec)>, JointSpec>) json[name].push_back(joint_echo(spec));
+            else if constexpr (std::is_same_v<std::decay_t<decltype(spec)>, LoadSpec>) json[name].push_back(load_echo(spec));
             else json[name].push_back(table_echo(spec));
     });
     if (!scene.start.from.empty()) json["start"] = echo([&](FieldVisitor& f) { copy.start.fields(f); });

@@ -1,5 +1,9 @@
 #include "scene/scene_tables.hpp"
 
+#include "loads/plane_friction.hpp"
+
+#include <fmt/format.h>
+
 namespace skein {
 
 void load_fields(FieldVisitor& f, LoadSpec& spec) {
@@ -54,6 +58,8 @@ std::optional<double> what_auto_means(std::string_view table, std::string_view k
     const bool has_law = table == "contact" || table == "contact_pair" || table == "wall";
     if (has_law && key == "stiffness") return ContactLaw::automatic;
     if (table == "joint" && key == "stiffness") return 0;
+    const bool of_plane = key == "tolerance" || key == "slip_speed";
+    if (of_plane && (table == "load" || table == fmt::format("load.{}", PlaneFriction::kind))) return PlaneFriction::automatic;
     return std::nullopt;
 }
 

@@ -7,6 +7,7 @@
 #include "io/disk.hpp"
 #include "kernels/kernels.hpp"
 #include "partition/partition.hpp"
+#include "scene/plane_numbers.hpp"
 #include "scene/scene_rebuild.hpp"
 #include "simulation/branch.hpp"
 #include "simulation/machine.hpp"
@@ -70,8 +71,8 @@ Simulation::Simulation(const Communicator& comm, const Threads& threads, const S
     : comm_(comm), threads_(threads), groups_(std::move(groups)), plan_(std::move(plan)),
       options_(std::move(options)), sets_{scene.output.observes("angular_momentum"), scene.output.observes("curvature"),
                                           scene.output.observes("knots"), scene.output.observes("order")},
-      physics_(physics_json(with_stiffnesses(scene, groups_), groups_, plan_.dt)), settings_(settings_json(scene)),
-      output_(output_json(scene)), started_(options_.began > 0 ? options_.began : wall_seconds()),
+      physics_(physics_json(with_plane_numbers(with_stiffnesses(scene, groups_), groups_), groups_, plan_.dt)),
+      settings_(settings_json(scene)), output_(output_json(scene)), started_(options_.began > 0 ? options_.began : wall_seconds()),
       checkpoints_(plan_.cadence.checkpoint_wall, started_, plan_.state_bytes / plan_.machine.ranks),
       balance_(comm_, plan_, options_.balance), clock_(plan_.dt, 0, plan_.integrator) {
     timers_.add(Phase::setup, wall_seconds() - started_); // reading of the scene and of its rods

@@ -49,8 +49,13 @@ public:
                                     .wave_number = 2 * std::numbers::pi,
                                     .ramp = {period}};
         program_.push_back(std::make_unique<LoadPass<MuscleTorques, 1>>(muscles, group));
-        const PlaneFriction floor{
-            .stiffness = 1, .damping = 1e-6, .kinetic_forward = mu, .kinetic_backward = 1.5 * mu, .kinetic_sideways = 2 * mu};
+        const PlaneFriction floor{.stiffness = 1,
+                                  .damping = 1e-6,
+                                  .tolerance = 1e-4,
+                                  .kinetic_forward = mu,
+                                  .kinetic_backward = 1.5 * mu,
+                                  .kinetic_sideways = 2 * mu,
+                                  .slip_speed = 1e-8};
         program_.push_back(std::make_unique<LoadPass<PlaneFriction, 1>>(floor, group));
         KicksOfGroup kicks{
             KickConstants(group, damping_rates(group, damping), dt, published ? DampingScheme::after : DampingScheme::midpoint)};
