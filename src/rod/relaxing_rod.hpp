@@ -38,7 +38,7 @@ public:
                 row.free[0] = free.x, row.free[1] = free.y, row.free[2] = free.z;
             }
             if (k == n || group.holds_element(k)) row.free[3] = row.free[4] = row.free[5] = 0;
-            row.own_node = per_length * group.node_length[static_cast<std::size_t>(k)] / length_;
+            row.own_node = per_length * group.node_length[static_cast<std::size_t>(k)] / (length_ * length_);
             if (k < n) {
                 const ElementConstants& e = group.element[static_cast<std::size_t>(k)];
                 row.own_turn = per_length * e.rest_length;
