@@ -91,7 +91,7 @@ SKEIN_INLINE JointLoad<Pack<W>> joint_load(const JointLaw& law, const JoinedElem
         const P squared = dot(c, c);
         if (any(squared < rest_distance * rest_distance)) { // else not even a root
             const P distance = sqrt(squared), closer = max(rest_distance - distance, P(0.0)), root = sqrt(closer);
-            const Vec3<P> push = (P(law.repulsion) * (closer * root) / max(distance, P(1e-300))) * c;
+            const Vec3<P> push = (P(law.repulsion) * (closer * root) / max(distance, P(1e-150))) * c;
             load.push = -push, other.push = push;
             if (figures) energy += P(0.4 * law.repulsion) * (closer * closer * root);
         }
