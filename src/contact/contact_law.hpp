@@ -26,6 +26,10 @@ inline constexpr std::string_view contact_friction_names[] = {"none", "memory", 
 inline bool slips_always(ContactFriction friction) {
     return friction != ContactFriction::none && friction != ContactFriction::memory;
 }
+/// Whether its contacts keep a spring from step to step: of memory, or so that a function of slip is stable at any force.
+inline bool has_spring(ContactFriction friction) {
+    return friction != ContactFriction::none && friction != ContactFriction::published;
+}
 
 /// What the forces of a contact are made of. P: double, or a pack where it differs from pair to pair.
 template <class P> struct ContactNumbers {
@@ -36,10 +40,15 @@ template <class P> struct ContactNumbers {
     P tangential_stiffness; ///< kappa k
     P tangential_damping;   ///< c_t, N s/m
     P slip_speed;           ///< v_s, m/s
+    P compliance{};         ///< 1/k_h of the spring that regularised friction has for its step, m/N: set_spring
+    P twice_step{};         ///< 2 h, s: likewise
 
+    /// For a step h, s, of regularised friction on bodies of this mobility, 1/kg (contact_limits.hpp).
+    void set_spring(double step, double mobility) { compliance = step * step * mobility, twice_step = 2 * step; }
     /// The same in all lanes.
     template <class Q> ContactNumbers<Q> as() const {
-        return {stiffness, damping, static_friction, kinetic_friction, tangential_stiffness, tangential_damping, slip_speed};
+        return {stiffness,          damping,    static_friction, kinetic_friction, tangential_stiffness,
+                tangential_damping, slip_speed, compliance,      twice_step};
     }
 };
 
@@ -47,7 +56,7 @@ template <int W> SKEIN_INLINE void set_lane(ContactNumbers<Pack<W>>& all, int i,
     all.stiffness.set(i, one.stiffness), all.damping.set(i, one.damping);
     all.static_friction.set(i, one.static_friction), all.kinetic_friction.set(i, one.kinetic_friction);
     all.tangential_stiffness.set(i, one.tangential_stiffness), all.tangential_damping.set(i, one.tangential_damping);
-    all.slip_speed.set(i, one.slip_speed);
+    all.slip_speed.set(i, one.slip_speed), all.compliance.set(i, one.compliance), all.twice_step.set(i, one.twice_step);
 }
 
 struct ContactLaw {

@@ -38,23 +38,40 @@ ContactMobility mobility_of_surface(const BodyShape& body) {
     return most;
 }
 
+/// Of an element, kg. A ring's last node has no mass: it is its first.
+double lighter_node(const RodGroup& group, int k) {
+    const auto at = static_cast<std::size_t>(k);
+    return std::min(group.node_mass[at], group.node_mass[at + 1] > 0 ? group.node_mass[at + 1] : group.node_mass[0]);
+}
+
 } // namespace
 
 ContactMobility contact_mobility(const RodGroup& group) {
     if (!group.strained()) return mobility_of_surface(*group.body());
     ContactMobility most;
     for (int k = 0; k < group.elements(); ++k) {
-        const auto at = static_cast<std::size_t>(k);
-        const ElementConstants& c = group.element[at];
-        // A ring's last node has no mass: it is its first.
-        const double light =
-            std::min(group.node_mass[at], group.node_mass[at + 1] > 0 ? group.node_mass[at + 1] : group.node_mass[0]);
+        const ElementConstants& c = group.element[static_cast<std::size_t>(k)];
+        const double light = lighter_node(group, k);
         const double tangential = 1 / light + c.radius * c.radius * c.inv_inertia.z;
         if (tangential > most.tangential)
             most = {.normal = 1 / light, .tangential = tangential, .diameter = most.diameter, .element = k};
         most.diameter = std::max(most.diameter, 2 * c.radius);
     }
     return most;
+}
+
+double slip_mobility(const RodGroup& group) {
+    if (!group.strained()) {
+        const ContactMobility of = mobility_of_surface(*group.body());
+        return of.touching * of.tangential;
+    }
+    double most = 0;
+    for (int k = 0; k < group.elements(); ++k) {
+        const ElementConstants& c = group.element[static_cast<std::size_t>(k)];
+        const double turning = std::max({c.inv_inertia.x, c.inv_inertia.y, c.inv_inertia.z});
+        most = std::max(most, 1 / lighter_node(group, k) + c.radius * c.radius * turning);
+    }
+    return ContactMobility{}.touching * most;
 }
 
 double body_mass(const RodGroup& group) { return std::accumulate(group.node_mass.begin(), group.node_mass.end(), 0.0); }
@@ -111,9 +128,8 @@ double contact_limit(const ContactMobility& of, const ContactLaw& law, double st
 }
 
 double least_slip_speed(const ContactMobility& of, const ContactLaw& law, double force, int bodies, double dt) {
-    if (!slips_always(law.friction)) return 0;
-    const double steepness = law.friction == ContactFriction::published ? 2 : 1;
-    return 0.5 * dt * steepness * law.largest_kinetic() * force * bodies * of.tangential;
+    if (law.friction != ContactFriction::published) return 0;
+    return dt * law.largest_kinetic() * force * bodies * of.tangential;
 }
 
 TimeLimit contact_time_limit(const RodGroup& group, const ContactLaw& law, double share) {

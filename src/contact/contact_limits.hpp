@@ -2,7 +2,7 @@
 //   normal     the end node of a rod, squeezed between two others of its kind:  (sqrt(c^2 + 4 k m) - c)/k with 2 k, 2 c and the
 //              reduced mass
 //   friction   the same for the tangential spring, which turns the element about its axis as well: 1/m + r^2/J3
-//   slip       friction without memory is a dashpot of mu_k N/v_s, of twice that where it rises from v_s to 1.5 v_s
+//   slip       friction that is published is a dashpot of 2 mu_k N/v_s where it rises from v_s to 1.5 v_s
 //   body       at the point of its surface that yields most, on a ball of radius r at c:  normal 1/m + A, A the largest eigenvalue
 //   of
 //              [c]x^T J^-1 [c]x; friction at most 1/m + (sqrt(A) + r/sqrt(J_min))^2, which is exact of a ball about the centre.
@@ -27,6 +27,10 @@ struct ContactMobility {
 };
 ContactMobility contact_mobility(const RodGroup& group);
 
+/// Of the spring that regularised friction has, 1/kg: its compliance is h^2 times that of both groups, or of one at a wall. The
+/// largest tangential mobility that a slip sees, about any axis, times the number of contacts at once.
+double slip_mobility(const RodGroup& group);
+
 /// Masses that a restitution is meant for, kg: of a whole rod or body; of what meets a wall, which a rod does with an end, and a
 /// body with all of its points, or with four of them; and of two that collide with their middles or end by end.
 double body_mass(const RodGroup& group);
@@ -47,8 +51,8 @@ std::string stiffer_law(const ContactLaw& given, const ContactLaw& law, double e
 /// s; `touching`: how many at once, at one node.
 double contact_limit(const ContactMobility& of, const ContactLaw& law, double stiffness, double damping, int touching);
 
-/// The slip speed, m/s, from which on friction without memory slows slip under a normal force, N, and does not turn it round within
-/// a step of `dt`, s: below it slip trembles. `bodies`: 2, or 1 against a wall. 0 of other friction.
+/// The slip speed, m/s, from which on published friction slows slip under a normal force, N, and does not turn it round within a
+/// step of `dt`, s: below it slip trembles. `bodies`: 2, or 1 against a wall. 0 of other friction.
 double least_slip_speed(const ContactMobility& of, const ContactLaw& law, double force, int bodies, double dt);
 
 /// Of a group under a law at overlaps up to a share of the diameter, as an entry of its plan.

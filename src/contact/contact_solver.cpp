@@ -34,6 +34,7 @@ ContactScene contact_scene(std::span<const RodGroup> groups, const ContactSpec& 
     double sum = 0, elements = 0;
     for (const RodGroup& group : groups) {
         scene.gaps.push_back(self_gap(group, spec));
+        scene.slip_mobility.push_back(slip_mobility(group));
         const auto bodies = static_cast<double>(group.count());
         const auto add = [&](double radius) {
             sum += bodies * 2 * radius, elements += bodies;

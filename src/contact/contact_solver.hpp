@@ -74,6 +74,7 @@ struct ContactScene {
     std::vector<std::vector<PartBox>> boxes; ///< by group and part; of groups without boxes none, without any no groups
     double thinnest = 0;                     ///< radius of the thinnest element, m
     std::vector<double> masses;              ///< of a body, by group, kg
+    std::vector<double> slip_mobility;       ///< by group, 1/kg: contact_limits.hpp
 };
 ContactScene contact_scene(std::span<const RodGroup> groups, const ContactSpec& spec, ContactLaws laws);
 

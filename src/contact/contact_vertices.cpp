@@ -169,7 +169,7 @@ FrictionSpring<double> Contacts::followed_spring(const Exposure& bodies, std::ui
     const unsigned vertices = list_.vertices[pair];
     const double reach = bodies.scene().vertex_reach();
     const int da = vertex_side(s, vertices, reach), db = vertex_side(t, vertices >> 2, reach);
-    if ((da | db) == 0 || kinds_.friction != ContactFriction::memory) return none;
+    if ((da | db) == 0 || !has_spring(kinds_.friction)) return none;
     const auto nothing = static_cast<std::uint32_t>(list_.count());
     const Followed followed = spring_at_vertex(bodies, pair, da, db, nothing);
     if (followed.pair == nothing) return none;
@@ -180,7 +180,7 @@ FrictionSpring<double> Contacts::followed_spring(const Exposure& bodies, std::ui
 
 /// Before any memory or status of the block's pairs changes.
 void Contacts::follow_springs(const Work& work, const WorkArea& area) {
-    if (!area.begins || kinds_.friction != ContactFriction::memory) return;
+    if (!area.begins || !has_spring(kinds_.friction)) return;
     for (std::uint32_t n = 0; n < area.count; ++n)
         if (const std::uint32_t pair = area.index[n]; !(status_[pair] & touching))
             memory_[pair].spring = followed_spring(work.bodies, pair, area[WorkArea::s][n], area[WorkArea::t][n]);

@@ -227,7 +227,7 @@ void Contacts::settle(const Exposure& bodies, std::span<const std::uint32_t> slo
         for (const std::uint32_t b : found_.partner) left.partner.push_back(slot[b]);
         found_ = std::move(left);
     }
-    list_ = PairList(std::exchange(found_, {}), bodies, threads_, kinds_.friction == ContactFriction::memory);
+    list_ = PairList(std::exchange(found_, {}), bodies, threads_, has_spring(kinds_.friction));
     find_boxes(bodies);
     place_kept(bodies);
     deferred_.make_room(list_, bodies, threads_);
@@ -283,8 +283,19 @@ std::vector<double> Contacts::work(const Exposure& bodies) const {
     return work;
 }
 
+/// Of regularised friction, for a step.
+void Contacts::set_springs(double h) {
+    const std::vector<double>& mobility = scene_.slip_mobility;
+    if (mobility.empty() || laws_.materials() == 1)
+        return numbers_[0].set_spring(h, mobility.empty() ? 0 : 2 * *std::max_element(mobility.begin(), mobility.end()));
+    for (std::size_t i = 0; i < laws_.materials(); ++i)
+        for (std::size_t j = 0; j < laws_.materials(); ++j)
+            numbers_[i * laws_.materials() + j].set_spring(h, mobility[i] + mobility[j]);
+}
+
 void Contacts::begin(const Exposure& bodies, double time, double h, std::span<ExertedLoad> loads, bool may_repeat) {
     numbers_ = laws_.numbers(time);
+    if (slips_always(kinds_.friction)) set_springs(h);
     time_ = time;
     side_changes_.clear();
     look_for_far_ways(bodies);

@@ -94,6 +94,7 @@ private:
     bool rebuild_pays() const;
     std::vector<KeptContact> touching_pairs(const Exposure& bodies, bool of_own) const;
     void place_kept(const Exposure& bodies);
+    void set_springs(double h);
 
     void work_through(const Exposure& bodies, double h, std::span<const std::uint32_t> strips, bool prune,
                       std::span<ExertedLoad> loads);

@@ -6,10 +6,12 @@
 //   memory        k_t = kappa k (linear), kappa k sqrt(g) (Hertz);  x <- min(1, k_t before/k_t) x, in the tangent plane
 //                 x turned about n by h (w1 + w2).n/2, then x <- x + h u_t,  T* = -k_t x - c_t u_t
 //                 T = T* while |T*| <= mu_s N;  else T = mu_k N T*/|T*| and x = -T/k_t: a contact that slides has no dashpot
-//   regularised   T = -mu_k N u_t/max(|u_t|, v_s)
+//   regularised   T = -mu_k N u_t/max(|u_t|, v_s), through a spring 1/k_h = h^2 sum(1/m) with the dashpot h k_h, of which one step
+//                 is solved:  y = x + 2 h u_t,  T = -mu_k N y/max(|y|, 2 h v_s + mu_k N/k_h),  x <- (x - T/k_h)/2
 //   published     T = -(1 - f) mu_k N u_t/|u_t|,  f = 1 up to v_s, 0 from 1.5 v_s on, linear between
 //   anisotropic   T = -N (mu u_a a + mu_side u_b b)/max(|u_t|, v_s),  a: the rod's axis in the plane, b = n x a, u_a and u_b along
-//                 them, mu = mu_k where u_a > 0, else that backward
+//                 them, mu = mu_k where u_a > 0, else that backward; through the same spring, each part of y by itself:
+//                 z = y/(2 h max(|u_t|, v_s) + mu N/k_h),  T = -N mu z/max(|z|, 1)
 //   on 1: force -N n + T, couple a1 x T;  on 2: force N n - T, couple -a2 x T
 // A contact pushes, whatever its dashpot says. Where k_t rises with the overlap the pull of the spring stays and its length falls,
 // so that no energy comes from nowhere; where k_t falls the length stays. Energy: springs store k g^2/2 (Hertz 2 k g^2.5/5) and k_t
@@ -94,13 +96,17 @@ template <class P> SKEIN_INLINE P normal_energy(ContactNormal normal, P stiffnes
     return normal == ContactNormal::hertz ? P(0.4) * (sqrt(depth) * spring) : P(0.5) * spring;
 }
 
-/// What friction acts along, times a length: the slip itself, or with its parts forward, backward and sideways weighed.
-template <class P> SKEIN_INLINE Vec3<P> weighed_slip(const Vec3<P>& slip, const Vec3<P>& n, const Lie<P>* lie) {
-    if (!lie) return slip;
+/// Direction of regularised friction times a number up to 1, against y; along with what friction has of it where it is anisotropic.
+/// `length`: 2 h v_s of the law, m. `give`: mu_k N/k_h, m. A wall's contact, which alone is anisotropic, has all of its weight.
+template <class P>
+SKEIN_INLINE Vec3<P> against_slip(const Vec3<P>& y, P weight, P length, P give, const Vec3<P>& n, const Lie<P>* lie) {
+    const P one(1.0), tiny(1e-300);
+    if (!lie) return (weight / max(max(weight * norm(y), fma(weight, length, give)), tiny)) * y;
     const Vec3<P> flat = lie->axis - dot(lie->axis, n) * n;
-    const P squared = max(dot(flat, flat), P(1e-300)), along = dot(slip, flat) / squared;
-    const P weight = select(along > P(0.0), P(1.0), lie->backward);
-    return lie->sideways * slip + ((weight - lie->sideways) * along) * flat;
+    const P along = dot(y, flat) / max(dot(flat, flat), tiny), forward = select(along > P(0.0), one, lie->backward);
+    const P a = along / max(fma(give, forward, length), tiny), b = one / max(fma(give, lie->sideways, length), tiny);
+    const Vec3<P> beside = b * (y - along * flat), z = fma(a, flat, beside);
+    return (one / max(norm(z), one)) * fma(forward * a, flat, lie->sideways * beside);
 }
 
 /// `elsewhere`: normal force at the other points of this contact, which friction counts too. `memory`: as the contact left it, 0 of
@@ -161,13 +167,27 @@ template <int W> SKEIN_INLINE ContactForce<Pack<W>> contact_force(ContactKinds k
         out.friction_work = memory.energy() - energy - viscous_work - dot(before + friction, half_way);
         out.viscous_work += viscous_work;
         out.elastic_energy += energy;
-    } else if (kinds.friction != ContactFriction::none) {
-        const P speed = norm(tangential);
-        P share = law.kinetic_friction * pressed /
-                  max(speed, max(kinds.friction == ContactFriction::published ? zero : law.slip_speed, tiny));
-        if (kinds.friction == ContactFriction::published)
-            share *= min(max((speed - law.slip_speed) / max(half * law.slip_speed, tiny), zero), one);
-        friction = -(share * weighed_slip(tangential, n, lie));
+    } else if (has_spring(kinds.friction)) {
+        const Vec3<P>& kept = memory.spring.x;
+        const Vec3<P> x = turned(kept - dot(kept, n) * n, n, half * step * dot(in.spin_1 + in.spin_2, n)),
+                      y = fma(law.twice_step, tangential, x);
+        const P most = law.kinetic_friction * pressed, give = most * law.compliance,
+                speed = lie ? max(norm(tangential), law.slip_speed) : law.slip_speed;
+        const Vec3<P> against = against_slip(y, weight.all, law.twice_step * speed, give, n, lie);
+        const P stiffness = select(law.compliance > zero, one / max(law.compliance, tiny), zero);
+        const Vec3<P> after = half * fma(give / max(weight.all, tiny), against, x);
+        friction = select(touches, -(most * against), none);
+        now = {{select(touches, after, none), select(touches, stiffness, zero)},
+               select(touches, fma(weight.all * stiffness, after, friction), none),
+               select(touches, weight.all, zero)};
+        const P energy = now.energy();
+        const Vec3<P> before = memory.viscous_part - (memory.weight * memory.spring.stiffness) * memory.spring.x;
+        out.friction_work = memory.energy() - energy - dot(before + friction, half_way);
+        out.elastic_energy += energy;
+    } else if (kinds.friction == ContactFriction::published) {
+        const P speed = norm(tangential), rise = (speed - law.slip_speed) / max(half * law.slip_speed, tiny),
+                share = law.kinetic_friction * pressed / max(speed, tiny) * min(max(rise, zero), one);
+        friction = -(share * tangential);
         now.viscous_part = friction;
         out.friction_work = -dot(memory.viscous_part + friction, half_way);
     }

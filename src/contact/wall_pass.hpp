@@ -36,7 +36,7 @@ struct WallNow {
 template <int W, class Points = RodNodes<W>> class WallPass final : public TilePass<W> {
 public:
     WallPass(std::shared_ptr<const Walls> walls, const RodGroup& group, std::shared_ptr<WallContactTiles<W>> contacts)
-        : walls_(std::move(walls)), contacts_(std::move(contacts)), points_(group) {
+        : walls_(std::move(walls)), contacts_(std::move(contacts)), points_(group), slip_mobility_(slip_mobility(group)) {
         for (const int w : contacts_->acting()) {
             law_.push_back(walls_->wall[static_cast<std::size_t>(w)].law.resolved(mass_at_wall(group)));
         }
@@ -62,7 +62,7 @@ public:
                                                                             wall.touches == WallTouch::axis ? 0.0 : 1.0,
                                                                             state.velocity,
                                                                             {wall.law.normal, wall.law.friction},
-                                                                            law_[i].at(step.time).numbers(),
+                                                                            numbers_at(law_[i], step),
                                                                             wall.law.over_forward(wall.law.kinetic_backward),
                                                                             wall.law.over_forward(wall.law.kinetic_sideways)};
             }
@@ -118,6 +118,12 @@ private:
         P reach;
     };
     std::size_t acting() const { return contacts_->acting().size(); }
+
+    ContactNumbers<double> numbers_at(const ContactLaw& law, const Step& step) const {
+        ContactNumbers<double> numbers = law.at(step.time).numbers();
+        numbers.set_spring(step.kick, slip_mobility_);
+        return numbers;
+    }
 
     static bool alike(const WallNow& x, const WallNow& y) {
         return x.kinds.normal == y.kinds.normal && x.kinds.friction == y.kinds.friction;
@@ -189,7 +195,8 @@ private:
             put(law.stiffness, numbers.stiffness), put(law.damping, numbers.damping);
             put(law.static_friction, numbers.static_friction), put(law.kinetic_friction, numbers.kinetic_friction);
             put(law.tangential_stiffness, numbers.tangential_stiffness), put(law.tangential_damping, numbers.tangential_damping);
-            put(law.slip_speed, numbers.slip_speed);
+            put(law.slip_speed, numbers.slip_speed), put(law.compliance, numbers.compliance);
+            put(law.twice_step, numbers.twice_step);
             lanes |= some;
         }
     };
@@ -263,6 +270,7 @@ private:
     std::shared_ptr<const Walls> walls_;
     std::shared_ptr<WallContactTiles<W>> contacts_;
     Points points_;
+    double slip_mobility_;        ///< 1/kg
     std::vector<ContactLaw> law_; ///< by wall that acts
     std::vector<WallNow> now_;    ///< [slot of the step][wall]
 };

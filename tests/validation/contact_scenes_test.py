@@ -190,5 +190,50 @@ class Knot(SingleRuns):
         self.assertLess(abs(self.series("slips")["writhe"][-1]), 0.1)
 
 
+
+class Capstan(SingleRuns):
+    """A rod is pulled over half a turn of a cylinder. The balance of moments about its axis makes the exponent mu pi R/(R + r)."""
+
+    RADIUS, STRAIGHT, PULL = 0.2, 0.25, 0.01
+
+    def ratio(self, radius, elements, *settings, friction="regularised", slip_speed=1e-3):
+        """Tension at the end that is pulled over that at the end with the weight."""
+        arc = math.pi * (self.RADIUS + radius)
+        length = 2 * self.STRAIGHT + arc
+        bent = int(arc / (length / elements))
+        curvature = math.pi / bent / (length / elements)
+        first = (elements - 1 - bent) // 2
+        profile = [[curvature if first <= i < first + bent else 0.0, 0.0, 0.0] for i in range(elements - 1)]
+        law = f'friction = "{friction}", ' + (f"slip_speed = {slip_speed}" if friction == "regularised" else "static_friction = 0.4")
+        self.scene.write_text(f"""
+time = {{duration = 1.8}}
+load = [{{kind = "end_force", start = [0.0, 0.0, -1.0], ramp = 0.3}}]
+damping = [{{kind = "uniform", rate = 10.0}}]
+output = {{trajectory = 0.05, precision = "double"}}
+wall = [{{name = "cylinder", kind = "tube", axis = [0, 1, 0], radius = {self.RADIUS}, side = "outside", law = "linear", stiffness = {4000 * 60 / elements}, damping = 0.5, kinetic_friction = 0.4, {law}}}]
+[[rods]]
+name = "rope"
+end = "pinned"
+material = {{density = 1000.0, youngs_modulus = {1e7 * (0.003 / radius) ** 2}}}
+section.radius = {radius}
+shape = {{length = {length}, elements = {elements}, rest_curvature = [0.0, 0.0, 0.0], start_curvature_profile = {profile}}}
+placement = {{origin = [{-self.RADIUS - radius}, 0.0, {-self.STRAIGHT}], tangent = [0.0, 0.0, 1.0], normal = [0.0, 1.0, 0.0]}}
+end_motion.translation_formula = ["0", "0", "-{self.PULL}*max(t-0.6,0)"]
+""")
+        self.run_alone("rope", *settings)
+        frames = self.frames("rope", "trajectory")
+        x, late = frames["groups/rope/position"][:, 0], frames["time"] > 1.3
+        stretch = numpy.linalg.norm(numpy.diff(x, axis=1), axis=2) * elements / length
+        tension = (1 - 1 / stretch)[late].mean(axis=0)  # over EA
+        return tension[-1] / tension[0]
+
+    def test_of_regularised_friction_at_any_step_and_slip_speed(self):
+        for radius, elements, settings, slip_speed in ((0.003, 60, (), 1e-3), (0.003, 60, ("time.dt=2e-6",), 1e-3), (0.003, 60, (), 1e-7), (0.0015, 120, (), 1e-4),
+                                                       (0.0015, 120, (), 1e-3), (0.0015, 120, (), 4e-3)):
+            with self.subTest(radius=radius, settings=settings, slip_speed=slip_speed):
+                expected = math.exp(MU * math.pi * self.RADIUS / (self.RADIUS + radius))
+                self.assertAlmostEqual(self.ratio(radius, elements, *settings, slip_speed=slip_speed) / expected, 1, delta=0.02)
+
+
 if __name__ == "__main__":
     unittest.main()

@@ -250,37 +250,67 @@ TEST(ContactForce, AccountsForItsEnergy) {
     }
 }
 
-/// Slip of two spheres dies away where the slip speed is as high as their step asks for, and trembles where it is not.
-TEST(ContactForce, OfRegularisedFrictionIsSteadyFromTheLeastSlipSpeedOn) {
-    const double mass = 0.01, h = 1e-4, overlap = 0.01;
+/// Two spheres that rub against each other, `pulled` with a share of what friction can hold: the slip after so many steps.
+struct Rubbing {
+    double mass = 0.01, h = 1e-4, overlap = 0.01;
     ContactLaw law{.normal = ContactNormal::linear,
                    .stiffness = 1e3,
                    .friction = ContactFriction::regularised,
                    .static_friction = 0.5,
                    .kinetic_friction = 0.4};
-    const ContactMobility sphere{.normal = 1 / mass, .tangential = 1 / mass};
-    const double least = least_slip_speed(sphere, law, law.stiffness * overlap, 2, h);
-    const auto slip_after = [&](double slip_speed, int steps) {
-        law.slip_speed = slip_speed;
-        const auto numbers = law.numbers().as<Pack<1>>();
-        double slip = 1e-3 * slip_speed;
+    double most() const { return law.kinetic_friction * law.stiffness * overlap; } ///< N
+
+    double slip_after(double slip, double pulled, int steps, int contacts = 1) const {
+        auto of_law = law.numbers();
+        of_law.set_spring(h, 2 * 4 / mass);
+        const auto numbers = of_law.as<Pack<1>>();
         const Vec3d none{0, 0, 0};
+        ContactMemory<Pack<1>> memory{};
         for (int n = 0; n < steps; ++n) {
-            ContactMemory<Pack<1>> memory{};
             const ContactState<Pack<1>> state{
                 broadcast<1>(Vec3d{0, 0, 1}), 0.2 - overlap,     0.1, 0.1, broadcast<1>(Vec3d{slip, 0, 0}), broadcast<1>(none),
                 broadcast<1>(none),           broadcast<1>(none)};
-            slip += 2 * h / mass * contact_force<1>({law.normal, law.friction}, numbers, state, h, memory).on_1.x[0];
+            const double friction = contact_force<1>({law.normal, law.friction}, numbers, state, h, memory).on_1.x[0];
+            slip += 2 * h / mass * contacts * (friction + pulled * most());
         }
         return slip;
-    };
+    }
+};
+
+/// At any slip speed, with as many contacts at once as the spring of the step allows for: what is pulled by half of what friction
+/// holds creeps at half of the slip speed, what is let go comes to rest, and what is pulled by more slides against all of it.
+TEST(ContactForce, OfRegularisedFrictionIsSteadyAtAnySlipSpeed) {
+    for (const double slip_speed : {1e-12, 1e-9, 1e-6, 1e-3, 1.0})
+        for (const int contacts : {1, 2, 4}) {
+            Rubbing spheres;
+            spheres.law.slip_speed = slip_speed;
+            const int steps = slip_speed < 1 ? 3000 : 30000; // a dashpot that is soft for its step takes its time
+            EXPECT_NEAR(spheres.slip_after(0.01, 0.5, steps, contacts), 0.5 * slip_speed, 1e-9 * slip_speed + 1e-15)
+                << slip_speed << " " << contacts;
+            EXPECT_NEAR(spheres.slip_after(0.01, 0, steps, contacts), 0, 1e-9 * slip_speed + 1e-15) << slip_speed;
+            const double from = 10 * slip_speed + 0.1, gained = 2 * spheres.h / spheres.mass * contacts * spheres.most();
+            EXPECT_NEAR(spheres.slip_after(from, 2, 3000, contacts), from + 3000 * gained, 20 * gained) << slip_speed;
+        }
+}
+
+TEST(ContactForce, OfPublishedFrictionTurnsSlipRoundBelowTheLeastSlipSpeed) {
+    Rubbing spheres;
+    spheres.law.friction = ContactFriction::published;
+    const ContactMobility sphere{.normal = 1 / spheres.mass, .tangential = 1 / spheres.mass};
+    const double force = spheres.law.stiffness * spheres.overlap,
+                 least = least_slip_speed(sphere, spheres.law, force, 2, spheres.h);
     EXPECT_GT(least, 0);
-    EXPECT_LT(std::abs(slip_after(1.02 * least, 1000)), 1e-12 * least);
-    EXPECT_GT(std::abs(slip_after(0.98 * least, 1000)), 0.1 * least);
-    law.friction = ContactFriction::published;
-    EXPECT_EQ(least_slip_speed(sphere, law, law.stiffness * overlap, 2, h), 2 * least) << "twice as steep";
-    law.friction = ContactFriction::memory;
-    EXPECT_EQ(least_slip_speed(sphere, law, law.stiffness * overlap, 2, h), 0);
+    // Slip falls to where friction begins; a rise that is too steep turns what is left of it round, which ends below.
+    const auto end = [&](double slip_speed) {
+        spheres.law.slip_speed = slip_speed;
+        return spheres.slip_after(1.2 * slip_speed, 0, 1000) / slip_speed;
+    };
+    EXPECT_NEAR(end(2.1 * least), 1, 1e-6);
+    EXPECT_LT(end(0.9 * least), 0.8);
+    for (const ContactFriction friction : {ContactFriction::memory, ContactFriction::regularised}) {
+        spheres.law.friction = friction;
+        EXPECT_EQ(least_slip_speed(sphere, spheres.law, force, 2, spheres.h), 0);
+    }
 }
 
 /// Two spheres in contact that stick, with nothing but the spring of friction.
