@@ -170,6 +170,14 @@ template <int W> bool RodTiles<W>::healthy(const RodTile<W>& tile) {
     if (!valid(tile)) return false;
     if (watch_.dt == 0) return true;
     const Pack<W> share_squared = Pack<W>(watch_.share_squared()) * largest_eigenvalue(tile);
+    if (!any(share_squared > Pack<W>(StepWatch::feeds * StepWatch::feeds))) return true;
+    const auto group = static_cast<std::size_t>(tile.group_of(0).id());
+    if (group < watch_.undamped.size() && watch_.undamped[group]) {
+        double most = 0, before = undamped_share_.load(std::memory_order_relaxed);
+        for (int l = 0; l < W; ++l) most = std::max(most, std::sqrt(share_squared[l]));
+        while (most > before && !undamped_share_.compare_exchange_weak(before, most, std::memory_order_relaxed)) {
+        }
+    }
     if (!any(share_squared > Pack<W>(StepWatch::near * StepWatch::near))) return true;
     near_.store(true, std::memory_order_relaxed);
     return !(watch_.stops && any(share_squared > Pack<W>(1.0)));

@@ -45,6 +45,7 @@ public:
     void visit_after_and_before(const Step& step, const Step& next) override;
     void begin_within(const Step& step) override { prepare({Part::before, {&step, 1}}); }
     std::string near_limit() const override;
+    double undamped_share() const override { return undamped_share_.load(std::memory_order_relaxed); }
     std::vector<std::string_view> passes(std::size_t group) const override;
     std::span<const LocalRod> local() const override { return local_; }
     RodPlace place(std::size_t i) const override { return {tiles_[place_[i].tile].number, place_[i].lane}; }
@@ -144,6 +145,7 @@ private:
     std::vector<std::shared_ptr<EnergyBudget<W>>> audits_;
     const Threads& threads_;
     StepWatch watch_;
+    std::atomic<double> undamped_share_ = 0;
     UnsetArray<Slot<W>> slots_; ///< first written by the threads that visit them
     std::vector<RodTile<W>> tiles_;
     JointsOfAssemblies<W> joints_;

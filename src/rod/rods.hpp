@@ -153,6 +153,9 @@ public:
     }
     /// Bytes held for state, parameters and scratch.
     virtual std::size_t bytes() const = 0;
+    /// The largest share that the step had of what strains left of its limit, at any check and of any rod without damping, where it
+    /// was beyond StepWatch::feeds; else 0.
+    virtual double undamped_share() const { return 0; }
 };
 
 namespace detail {

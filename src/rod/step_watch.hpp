@@ -8,6 +8,7 @@
 #include <span>
 #include <string>
 #include <string_view>
+#include <vector>
 
 namespace skein {
 
@@ -17,6 +18,12 @@ struct StepWatch {
     double dt = 0;                       ///< s; 0: nobody watches
     double stability = 1;                ///< of the scheme, over Verlet's
     bool stops = true;                   ///< a rod is invalid where the step is beyond its limit
+
+    /// Share beyond which strain feeds rods without damping: their modes go round in four steps or fewer
+    /// (tests/stress/resonance.cpp).
+    static constexpr double feeds = 0.707;
+    static constexpr double keeps = 0.35; ///< share at which their energy keeps to a hundredth of the work of loads
+    std::vector<char> undamped;           ///< by group: nothing takes energy from its modes; empty: of none is that known
 
     /// (dt over the limit)^2 of a mode over its eigenvalue, s^2.
     double share_squared() const { return 0.25 * dt * dt / (stability * stability); }
@@ -34,6 +41,9 @@ struct Tightest {
     double dilatation = 1; ///< of the element
 };
 Tightest tightest(const RodGroup& group, std::span<Slot<1>> state);
+
+/// Two digits, rounded down: a step to be typed in.
+double rounded_down(double x);
 
 /// "element 3: dt = ... s is ... of the limit ... s that its present strains leave (...)".
 std::string text_of(const Tightest& at, const StepWatch& watch);

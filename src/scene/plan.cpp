@@ -419,8 +419,15 @@ bool is_coupled(const Plan& plan) {
 StepWatch step_watch(const Plan& plan) {
     if (plan.relax) return {}; // limits of motion do not hold
     double inertia = 1;
-    for (const GroupPlan& group : plan.groups) inertia = std::min(inertia, group.felt_inertia());
-    return {.dt = plan.dt, .stability = std::sqrt(inertia) * scheme_of(plan.integrator).stability, .stops = !plan.force_dt};
+    std::vector<char> undamped;
+    for (const GroupPlan& group : plan.groups) {
+        inertia = std::min(inertia, group.felt_inertia());
+        undamped.push_back(group.undamped && !group.inertia_in_fluid);
+    }
+    return {.dt = plan.dt,
+            .stability = std::sqrt(inertia) * scheme_of(plan.integrator).stability,
+            .stops = !plan.force_dt,
+            .undamped = std::move(undamped)};
 }
 
 Tiling tiling_of(const Plan& plan, std::span<const std::int64_t> counts, int lanes) {

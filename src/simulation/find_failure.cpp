@@ -32,12 +32,6 @@ constexpr double shortest_proposed = 1e-4;       ///< of the step of the run
 constexpr double telling_seconds = 0.5;          ///< of it, after which their pace is known
 constexpr std::int64_t nobody = std::numeric_limits<std::int64_t>::max();
 
-/// Two digits, rounded down: a number to be typed in.
-double rounded_down(double x) {
-    const double unit = std::pow(10, std::floor(std::log10(x)) - 1);
-    return std::stod(fmt::format("{:.1e}", std::floor(x / unit * (1 + 1e-12)) * unit));
-}
-
 /// The worst of the passes, and what it did.
 const PassEffect* worst_of(const std::vector<PassEffect>& effects) {
     const PassEffect* worst = nullptr;

@@ -239,6 +239,7 @@ void Simulation::advance(std::int64_t until) {
             near_limit_ = rods_->near_limit();
             if (!near_limit_.empty()) near_limit_ += fmt::format(" at step {}", clock_.done());
         }
+        if (check) undamped_share_ = std::max(undamped_share_, rods_->undamped_share());
         for (const auto& interaction : interactions_)
             if (check) interaction->look(steps.back());
         if (!valid) failure_ = reason_of_failure(); // the other ranks learn of it when they meet
@@ -332,6 +333,7 @@ RunResult Simulation::step_to_the_end() {
         show_progress(verdict != Verdict::go_on);
     }
     progress_->finish();
+    warn_of_gain();
     checkpoint();
     for (FrameWriter* frames : {trajectory_.get(), tips_.get()})
         if (frames) frames->finish();
@@ -372,6 +374,7 @@ Simulation::Verdict Simulation::agree() {
         warn_of_limit();
         warn_of_overlap();
     }
+    if (verdict == Verdict::fail) warn_of_gain();
     if (verdict == Verdict::fail) throw_failure();
     if (verdict == Verdict::warn) verdict = Verdict::go_on;
     if (clock_.done() >= next_tick_) {
@@ -530,6 +533,16 @@ void Simulation::warn(bool& told, bool bad, const std::string& text) {
 void Simulation::warn_of_limit() {
     const std::string text = comm_.first_text(near_limit_);
     warn(told_limit_, !text.empty(), text + (plan_.force_dt ? "" : "; beyond it the run is stopped: lower dt or time.e_min"));
+}
+
+void Simulation::warn_of_gain() {
+    const double share = comm_.max(undamped_share_);
+    bool told = false;
+    warn(told, share > 0,
+         fmt::format("rods without damping may have gained energy: the step was up to {:.2g} of the limit that their strains left, "
+                     "and beyond {:.2g} strain feeds them. time.dt = {:g} holds, {:g} of the least limit; or give them damping",
+                     share, StepWatch::feeds, rounded_down(StepWatch::keeps * plan_.dt / std::max(share, StepWatch::feeds)),
+                     StepWatch::keeps));
 }
 
 void Simulation::warn_of_overlap() {

@@ -158,6 +158,8 @@ private:
     void warn_of_strain();
     /// The same of a step near the limit that strains leave; collective.
     void warn_of_limit();
+    /// At the end, of rods without damping that strain fed; collective.
+    void warn_of_gain();
     void warn(bool& told, bool bad, const std::string& text);
     std::int64_t next_event() const;
     /// The same of overlaps beyond what the step allows for; collective.
@@ -243,6 +245,7 @@ private:
     std::unique_ptr<Progress> progress_;
     std::vector<std::size_t> progress_columns_; ///< of the series
     bool show_now_ = false;
+    double undamped_share_ = 0; ///< of this rank's rods without damping: how far the step was on the way to its limit
 };
 
 } // namespace skein
