@@ -6,7 +6,7 @@ namespace skein {
 
 void FluidSpec::fields(FieldVisitor& f) {
     f.visit({.name = "cells",
-             .unit = "",
+             .unit = "-",
              .text = "numbers of cells along x, y and z: products of 2, 3, 5 and 7 where the pressure is direct; needed but with "
                      "margins"},
             cells);
@@ -116,7 +116,7 @@ void FluidSpec::fields(FieldVisitor& f) {
              .at_most = 1e-2},
             pressure_tolerance);
     f.visit({.name = "ranks_across",
-             .unit = "",
+             .unit = "-",
              .text = "ranks that share the rows of a slab of planes along y: a divisor of the number of ranks, all of which then "
                      "make fewer slabs; a rank needs two rows, and two planes. 0: as few as the planes allow. With transposes "
                      "results do not depend on it, and it may change at a restart",

@@ -96,9 +96,9 @@ void Shape::fields(FieldVisitor& f) {
              .text = "kappa0 of every inner vertex (elements - 1; a ring: elements); replaces `rest_curvature`"},
             rest_curvature_profile);
     f.visit({.name = "rest_curvature_formula",
-             .unit = "",
-             .text = "three formulas of `s` [m], arc length at rest, and `L`: kappa0 about d1, d2, d3 [1/m] at every vertex; "
-                     "instead of the other two"},
+             .unit = "1/m",
+             .text = "three formulas of `s` [m], arc length at rest, and `L`: kappa0 about d1, d2, d3 at every vertex; instead of "
+                     "the other two"},
             rest_curvature_formula);
     f.visit({.name = "rest_strain", .unit = "-", .text = "sigma0: shear along d1, d2 and stretch along d3"}, rest_strain);
     f.visit(
@@ -202,7 +202,9 @@ void Packing::fields(FieldVisitor& f) {
             gap);
     f.visit({.name = "attempts",
              .unit = "-",
-             .text = "packing: places tried for a rod before the packing fails; a slab grows by a layer after a hundredth of them",
+             .text =
+                 "packing: places tried for a rod in one direction, and then as many in directions drawn anew, before the packing "
+                 "fails; a slab grows by a layer after a hundredth of them",
              .at_least = 1},
             attempts);
 }
