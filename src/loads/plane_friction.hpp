@@ -237,7 +237,8 @@ private:
         const P slip_along = dot(v, g.along), slip_across = fnma(g.radius, dot(s.spin, g.axis), dot(v, g.across));
         g.rest_along = resting(slip_along);
         g.rest_across = resting(slip_across);
-        const P per_slip = g.push / max(sqrt(fma(slip_along, slip_along, slip_across * slip_across)), P(1e-150)); // of 1e-300 a large push would have no quotient
+        const P per_slip = g.push / max(sqrt(fma(slip_along, slip_along, slip_across * slip_across)),
+                                        P(1e-150)); // of 1e-300 a large push would have no quotient
         const P coefficient = select(slip_along > zero, P(kinetic_forward), P(kinetic_backward));
         const P along = -((one - g.rest_along) * coefficient * per_slip * slip_along),
                 across = -((one - g.rest_across) * P(kinetic_sideways) * per_slip * slip_across);
