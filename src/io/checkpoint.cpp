@@ -14,6 +14,7 @@
 #include <future>
 #include <numeric>
 #include <optional>
+#include <sstream>
 #include <unistd.h>
 
 namespace skein {
@@ -290,6 +291,12 @@ std::uint64_t file_bytes(const Communicator& comm, std::span<const RodGroup> gro
     return bytes;
 }
 
+std::string frames_text(const std::map<std::string, std::int64_t>& last) {
+    std::string text;
+    for (const auto& [name, step] : last) text += fmt::format("{} {}\n", name, step);
+    return text;
+}
+
 void set_marks(H5File& file, const CheckpointInfo& info) {
     if (info.series) {
         file.set("/", "series_bytes", info.series->bytes);
@@ -298,6 +305,7 @@ void set_marks(H5File& file, const CheckpointInfo& info) {
     }
     if (info.last_trajectory) file.set("/", "last_trajectory", *info.last_trajectory);
     if (info.last_tips) file.set("/", "last_tips", *info.last_tips);
+    if (!info.last_frames.empty()) file.set("/", "last_frames", frames_text(info.last_frames));
 }
 
 void get_marks(const H5File& file, CheckpointInfo& info) {
@@ -309,6 +317,13 @@ void get_marks(const H5File& file, CheckpointInfo& info) {
     }
     if (file.has("/", "last_trajectory")) file.get("/", "last_trajectory", info.last_trajectory.emplace());
     if (file.has("/", "last_tips")) file.get("/", "last_tips", info.last_tips.emplace());
+    if (file.has("/", "last_frames")) {
+        std::string text;
+        file.get("/", "last_frames", text);
+        std::istringstream lines(text);
+        std::int64_t step = 0;
+        for (std::string name; lines >> name >> step;) info.last_frames[name] = step;
+    }
 }
 
 /// HDF5 has checksums on short attributes, and none on texts of more than 4 kB.
@@ -316,6 +331,7 @@ std::uint64_t texts_digest(const CheckpointInfo& info) {
     std::uint64_t digest = text_digest(info.scene);
     digest = text_digest(info.settings, digest);
     digest = text_digest(info.ancestry, digest);
+    digest = text_digest(frames_text(info.last_frames), digest);
     return info.series ? text_digest(info.series->row, digest) : digest;
 }
 

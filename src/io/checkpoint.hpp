@@ -10,6 +10,7 @@
 
 #include <cstdint>
 #include <functional>
+#include <map>
 #include <optional>
 #include <span>
 #include <string>
@@ -37,6 +38,7 @@ struct CheckpointInfo {
     std::vector<KeptNumbers> kept = {};
     std::optional<SeriesMark> series = {};                            ///< none: there was no series
     std::optional<std::int64_t> last_trajectory = {}, last_tips = {}; ///< steps of the last frames in files, -1 of none
+    std::map<std::string, std::int64_t> last_frames = {};             ///< the same of frames that are files of their own, by series
     double shift = 0;                                                 ///< time of step 0, s (time/clock.hpp)
     std::string settings = {}; ///< what else its scene said, JSON; empty in files of earlier programs
     std::string ancestry = {}; ///< of a branch: whose state it began with and what has changed since, JSON; else empty

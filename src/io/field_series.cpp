@@ -2,7 +2,9 @@
 
 #include "io/disk.hpp"
 #include "io/files.hpp"
+#include "io/frame_files.hpp"
 #include "io/own_files.hpp"
+#include "io/segments.hpp"
 #include "skein/core/error.hpp"
 
 #include <algorithm>
@@ -23,19 +25,69 @@ std::uint64_t product(const std::vector<std::uint64_t>& shape) {
     return numbers;
 }
 
-/// The lower corner of a frame of these contents; none of other files.
-std::optional<Vec3d> lower_of_frame(const std::string& path, const std::string& contents) {
-    try {
-        const H5File file(Communicator::alone(), path, H5File::Mode::read);
-        std::string text;
-        if (file.has("/", "contents")) file.get("/", "contents", text);
-        if (text != contents) return std::nullopt;
-        Vec3d lower{0, 0, 0};
-        file.get("/", "lower_x", lower.x), file.get("/", "lower_y", lower.y), file.get("/", "lower_z", lower.z);
-        return lower;
-    } catch (const IoError&) {
-        return std::nullopt;
+/// Of a box of a dataset: the sum of its words' digests, each by its place in the whole.
+std::uint64_t box_digest(const void* numbers, std::size_t word, const std::vector<std::uint64_t>& shape, const H5Box& box) {
+    std::size_t inner = shape.size(); // dimensions from here on are side by side
+    std::uint64_t run = 1, below = 1; // words, of the box and of the whole
+    while (inner > 0 && run == below) run *= box.count[--inner], below *= shape[inner];
+    const std::uint64_t runs = run > 0 ? product(box.count) / run : 0;
+    const auto* bytes = static_cast<const std::byte*>(numbers);
+    std::uint64_t sum = 0;
+    for (std::uint64_t r = 0; r < runs; ++r) {
+        std::uint64_t rest = r, stride = below, first = 0;
+        for (std::size_t d = shape.size(), within = 1; d-- > 0;) {
+            if (d < inner) {
+                first += (box.start[d] + rest % box.count[d]) * stride;
+                rest /= box.count[d], stride *= shape[d];
+            } else {
+                first += box.start[d] * within;
+                within *= shape[d];
+            }
+        }
+        sum += word_digest({bytes + r * run * word, run * word}, word, first);
     }
+    return sum;
+}
+
+/// Whether a dataset is what was written; of files of earlier programs nobody knows.
+bool is_sound(const H5File& file, const std::string& path) {
+    if (!file.has(path, "digest")) return true;
+    constexpr std::uint64_t most_bytes = 16 << 20; // at a time
+    std::uint64_t written = 0, found = 0;
+    file.get(path, "digest", written);
+    const auto shape = file.shape(path);
+    const H5Type type = file.type(path);
+    const std::size_t word = type == H5Type::float32 ? 4 : 8;
+    const std::uint64_t row = shape[0] > 0 ? product(shape) / shape[0] : 0,
+                        rows = std::max<std::uint64_t>(1, most_bytes / std::max<std::uint64_t>(1, row * word));
+    std::vector<std::byte> bytes;
+    for (std::uint64_t begin = 0; begin < shape[0]; begin += rows) {
+        H5Box box{std::vector<std::uint64_t>(shape.size(), 0), shape};
+        box.start[0] = begin, box.count[0] = std::min(rows, shape[0] - begin);
+        bytes.resize(box.count[0] * row * word);
+        file.read(path, type, box, bytes.data());
+        found += word_digest(bytes, word, begin * row);
+    }
+    return found == written;
+}
+
+bool is_sound_frame(const std::string& path, std::int64_t step) {
+    const H5File file(Communicator::alone(), path, H5File::Mode::read);
+    std::string format;
+    std::int64_t of = -1;
+    file.get("/", "format", format);
+    file.get("/", "step", of);
+    if (format != format_name || of != step) return false;
+    for (const char* name : {"/lower", "/velocity", "/vorticity", "/q", "/pressure"})
+        if (file.has(name) && !is_sound(file, name)) return false;
+    return true;
+}
+
+std::optional<std::int64_t> frame_before(const std::string& path) {
+    std::optional<std::int64_t> after;
+    const H5File file(Communicator::alone(), path, H5File::Mode::read);
+    if (file.has("/", "after")) file.get("/", "after", after.emplace());
+    return after;
 }
 
 /// Of names of what shows a block.
@@ -53,17 +105,80 @@ std::string collection(const char* type, const std::string& grids) {
 
 } // namespace
 
-FieldSeries::FieldSeries(const Communicator& comm, Names names, FieldGrid grid, Precision precision, double dt, double shift)
+FieldSeries::FieldSeries(const Communicator& comm, Names names, FieldGrid grid, Precision precision, double dt, double shift,
+                         const Earlier& earlier)
     : comm_(comm), names_(std::move(names)), grid_(grid), precision_(precision), dt_(dt), shift_(shift) {
+    find_earlier(earlier);
+}
+
+void FieldSeries::find_earlier(const Earlier& earlier) {
+    std::vector<std::int64_t> there;
+    std::vector<std::string> paths;
     on_root(comm_, [&] {
         for (const std::int64_t step : steps(frames))
-            if (const auto lower = lower_of_frame(names_.directory + "/" + file_of(step, frames), contents()))
-                listed_[step] = *lower;
+            if (step <= earlier.resume_step) there.push_back(step), paths.push_back(names_.directory + "/" + file_of(step, frames));
     });
+    const auto step_of = [](const std::string& path) { return std::stoll(path.substr(path.rfind('_') + 1)); };
+    const std::vector<std::int64_t> damaged =
+        find_damaged(comm_, paths, [&](const std::string& path) { return is_sound_frame(path, step_of(path)); });
+    on_root(comm_, [&] {
+        const auto tell = [&](const std::string& text) {
+            if (earlier.warn) earlier.warn(text);
+        };
+        std::vector<FramePlace> places;
+        for (std::size_t i = 0; i < there.size(); ++i) {
+            FramePlace& place = places.emplace_back(FramePlace{there[i], {}});
+            try {
+                if (damaged[i] != 0) throw IoError(paths[i] + ": is not the frame that was written");
+                place.after = frame_before(paths[i]);
+                if (shows_same(paths[i])) list(there[i], paths[i]);
+            } catch (const IoError& error) {
+                const std::string now = set_aside(paths[i], paths[i] + ".damaged");
+                tell(fmt::format("{}\n  it is put aside as {}; the run goes on without it", error.what(), now));
+            }
+        }
+        for (const std::string& gap : missing_frames(name_of(names_.name), names_.directory, places, earlier.expected)) tell(gap);
+        last_step_ = there.empty() ? -1 : there.back();
+        if (!listed_.empty()) write_documents();
+    });
+    last_step_ = comm_.broadcast(last_step_);
+}
+
+bool FieldSeries::shows_same(const std::string& path) const {
+    const H5File file(Communicator::alone(), path, H5File::Mode::read);
+    std::string text;
+    if (file.has("/", "contents")) file.get("/", "contents", text);
+    return text == contents();
+}
+
+/// Blocks have a document for each frame, which says no more than the frame itself.
+void FieldSeries::list(std::int64_t step, const std::string& path) {
+    const H5File file(Communicator::alone(), path, H5File::Mode::read);
+    Vec3d lower{0, 0, 0};
+    file.get("/", "lower_x", lower.x), file.get("/", "lower_y", lower.y), file.get("/", "lower_z", lower.z);
+    if (file.has("/lower")) {
+        blocks_ = true;
+        Blocks blocks;
+        const std::uint64_t rows = file.shape("/lower").at(0);
+        blocks.lower.resize(3 * rows);
+        if (rows > 0) file.read("/lower", H5Type::float64, {{0, 0}, {rows, 3}}, blocks.lower.data());
+        for (std::uint64_t b = 0; b < rows; ++b) {
+            const auto shown = file.shape("/blocks/" + names_.fields.front().name + suffix_of(b));
+            blocks.cells.push_back({static_cast<int>(shown.at(2)), static_cast<int>(shown.at(1)), static_cast<int>(shown.at(0))});
+        }
+        write_block_document(step, blocks);
+    }
+    listed_[step] = lower;
 }
 
 std::string FieldSeries::file_of(std::int64_t step, const char* ending) const {
     return fmt::format("{}{:012d}{}", names_.name.empty() ? "fields_" : "fluid_" + names_.name + "_", step, ending);
+}
+
+std::vector<std::string> FieldSeries::files_of(std::int64_t step, bool blocks) const {
+    std::vector<std::string> names{file_of(step, frames)};
+    if (blocks) names.push_back(file_of(step, documents));
+    return names;
 }
 
 std::vector<std::int64_t> FieldSeries::steps(const char* ending) const {
@@ -108,12 +223,14 @@ void FieldSeries::write(std::int64_t step, const Vec3d& lower, FieldFrame& frame
         file.set("/", "spacing", grid_.spacing);
         file.set("/", "lower_x", lower.x), file.set("/", "lower_y", lower.y), file.set("/", "lower_z", lower.z);
         file.set("/", "contents", contents());
+        file.set("/", "after", last_step_);
         for (const auto& [name, text] : names_.labels) file.set("/", name, text);
         if (blocks) {
             const std::uint64_t rows = blocks->cells.size();
             file.make_dataset("/lower", H5Type::float64, {rows, 3});
             file.set("/lower", "unit", std::string("m"));
             if (rows > 0) file.write("/lower", H5Type::float64, {{0, 0}, {comm_.root() ? rows : 0, 3}}, blocks->lower.data());
+            file.set("/lower", "digest", word_digest(std::as_bytes(std::span(blocks->lower)), sizeof(double), 0));
         }
         for (std::size_t f = 0; f < names_.fields.size(); ++f) {
             const FieldName& field = names_.fields[f];
@@ -125,6 +242,7 @@ void FieldSeries::write(std::int64_t step, const Vec3d& lower, FieldFrame& frame
             frame.begin(f);
             // Every rank takes part in every transfer, those that are done with nothing.
             const auto mine = static_cast<std::int64_t>(frame.pieces().size());
+            std::uint64_t digest = 0;
             for (std::int64_t piece = 0, rounds = comm_.max(mine); piece < rounds; ++piece) {
                 H5Box box{std::vector<std::uint64_t>(whole.size(), 0), std::vector<std::uint64_t>(whole.size(), 0)};
                 std::vector<double> numbers;
@@ -134,10 +252,14 @@ void FieldSeries::write(std::int64_t step, const Vec3d& lower, FieldFrame& frame
                     numbers.resize(product(box.count));
                     frame.fill(static_cast<std::size_t>(piece), numbers);
                 }
-                if (precision_ == Precision::single)
-                    file.write("/" + field.name, type, box, std::vector<float>(numbers.begin(), numbers.end()).data());
-                else file.write("/" + field.name, type, box, numbers.data());
+                std::vector<float> singles;
+                if (precision_ == Precision::single) singles.assign(numbers.begin(), numbers.end());
+                const void* const data =
+                    precision_ == Precision::single ? static_cast<const void*>(singles.data()) : numbers.data();
+                file.write("/" + field.name, type, box, data);
+                digest += box_digest(data, static_cast<std::size_t>(number_bytes()), whole, box);
             }
+            file.set("/" + field.name, "digest", comm_.sum_wrapping(digest));
         }
         file.close();
     }
@@ -146,20 +268,37 @@ void FieldSeries::write(std::int64_t step, const Vec3d& lower, FieldFrame& frame
         make_way(path, format);
         publish(temporary, path);
         listed_[step] = lower;
+        blocks_ = blocks != nullptr;
     });
+    last_step_ = step;
+}
+
+/// The document of all frames; those of blocks are lists of documents.
+void FieldSeries::write_documents() const {
+    std::string grids;
+    for (const auto& [at, lower] : listed_)
+        grids += blocks_
+                     ? fmt::format("<xi:include href=\"{}\" xpointer=\"xpointer(/Xdmf/Domain/Grid)\"/>\n", file_of(at, documents))
+                     : fmt::format("<Grid Name=\"fluid\" GridType=\"Uniform\">\n{}{}</Grid>\n", time_text(at),
+                                   grid_text(file_of(at, frames), grid_.cells, lower));
+    write_file(names_.directory + "/" + name_of(names_.name) + documents, document(collection("Temporal", grids)));
+}
+
+void FieldSeries::write_block_document(std::int64_t step, const Blocks& blocks) const {
+    std::string grids = time_text(step);
+    for (std::size_t b = 0; b < blocks.cells.size(); ++b) {
+        const double* const lower = blocks.lower.data() + 3 * b;
+        grids += fmt::format(
+            "<Grid Name=\"{}\" GridType=\"Uniform\">\n{}</Grid>\n", b,
+            grid_text(file_of(step, frames), blocks.cells[b], {lower[0], lower[1], lower[2]}, "/blocks/", suffix_of(b)));
+    }
+    write_file(names_.directory + "/" + file_of(step, documents), document(collection("Spatial", grids)));
 }
 
 void FieldSeries::write(std::int64_t step, const Vec3d& moved, FieldFrame& frame) {
     const auto size = [&](std::size_t d) { return static_cast<std::uint64_t>(grid_.cells[d]); };
     write(step, grid_.lower + moved, frame, {size(2), size(1), size(0)}, nullptr);
-    on_root(comm_, [&] {
-        std::string grids;
-        for (const auto& [at, lower] : listed_)
-            grids += fmt::format("<Grid Name=\"fluid\" GridType=\"Uniform\">\n{}{}</Grid>\n", time_text(at),
-                                 grid_text(file_of(at, frames), grid_.cells, lower));
-        const std::string name = names_.name.empty() ? "fields" : "fluid_" + names_.name;
-        write_file(names_.directory + "/" + name + documents, document(collection("Temporal", grids)));
-    });
+    on_root(comm_, [&] { write_documents(); });
 }
 
 FieldSeries::Blocks FieldSeries::blocks_of(const Vec3d& lower, std::span<const std::array<int, 3>> first_cells,
@@ -197,18 +336,8 @@ void FieldSeries::write_blocks(std::int64_t step, const Vec3d& moved, FieldFrame
     const auto size = [&](std::size_t d) { return static_cast<std::uint64_t>(grid_.cells[d]); };
     write(step, lower_of_box, frame, {first_cells.size(), size(2), size(1), size(0)}, &blocks);
     on_root(comm_, [&] {
-        std::string grids = time_text(step);
-        for (std::size_t b = 0; b < first_cells.size(); ++b) {
-            const double* const lower = blocks.lower.data() + 3 * b;
-            grids += fmt::format(
-                "<Grid Name=\"{}\" GridType=\"Uniform\">\n{}</Grid>\n", b,
-                grid_text(file_of(step, frames), blocks.cells[b], {lower[0], lower[1], lower[2]}, "/blocks/", suffix_of(b)));
-        }
-        write_file(names_.directory + "/" + file_of(step, documents), document(collection("Spatial", grids)));
-        grids.clear();
-        for (const std::int64_t at : steps(documents))
-            grids += fmt::format("<xi:include href=\"{}\" xpointer=\"xpointer(/Xdmf/Domain/Grid)\"/>\n", file_of(at, documents));
-        write_file(names_.directory + "/fluid_" + names_.name + documents, document(collection("Temporal", grids)));
+        write_block_document(step, blocks);
+        write_documents();
     });
 }
 

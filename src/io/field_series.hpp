@@ -12,6 +12,7 @@
 #include <cstdint>
 #include <functional>
 #include <map>
+#include <optional>
 #include <span>
 #include <string>
 #include <utility>
@@ -52,14 +53,30 @@ public:
         std::vector<FieldName> fields;
         std::vector<std::pair<std::string, std::string>> labels;
     };
-    /// The time of step s is shift + s dt. Collective.
-    FieldSeries(const Communicator& comm, Names names, FieldGrid grid, Precision precision, double dt, double shift);
+    /// What a run that goes on knows of earlier frames.
+    struct Earlier {
+        std::int64_t resume_step = -1;                     ///< those up to here are kept; -1: none
+        std::optional<std::int64_t> expected = {};         ///< the last that there should be; absent: not known
+        std::function<void(const std::string&)> warn = {}; ///< called on root
+    };
+    /// The time of step s is shift + s dt. Earlier frames that are not what was written are put aside as *.damaged, and documents
+    /// are made anew; `earlier.warn` gets that and gaps. Collective.
+    FieldSeries(const Communicator& comm, Names names, FieldGrid grid, Precision precision, double dt, double shift,
+                const Earlier& earlier);
+
+    /// Name of the document that lists all frames of a series, without its ending.
+    static std::string name_of(const std::string& name) { return name.empty() ? "fields" : "fluid_" + name; }
+    /// Step of the last frame; -1: none.
+    std::int64_t last_step() const { return last_step_; }
 
     /// Cells of a grid that has moved by `moved`, m. Collective, as all that writes; throws IoError on all ranks alike.
     void write(std::int64_t step, const Vec3d& moved, FieldFrame& frame);
     /// Blocks of `grid.cells` cells each from these cells of the fluid on, of which those beyond `fluid_cells` are none.
     void write_blocks(std::int64_t step, const Vec3d& moved, FieldFrame& frame, std::span<const std::array<int, 3>> first_cells,
                       const std::array<int, 3>& fluid_cells);
+
+    /// Names in the directory of what is written of a step; blocks have a document for each.
+    std::vector<std::string> files_of(std::int64_t step, bool blocks) const;
 
     /// Of a frame that is asked for in pieces: numbers in each, but for rows that are longer.
     static constexpr std::size_t most_numbers = 4 << 20;
@@ -74,6 +91,12 @@ private:
                      const std::array<int, 3>& fluid_cells) const;
     void write(std::int64_t step, const Vec3d& lower, FieldFrame& frame, std::vector<std::uint64_t> shape, const Blocks* blocks);
     void show_blocks(const std::string& path, const Blocks& blocks) const;
+    /// Takes stock of the directory. Collective.
+    void find_earlier(const Earlier& earlier);
+    bool shows_same(const std::string& path) const; ///< a frame of these contents
+    void list(std::int64_t step, const std::string& path);
+    void write_documents() const;
+    void write_block_document(std::int64_t step, const Blocks& blocks) const;
     std::string file_of(std::int64_t step, const char* ending) const;
     std::vector<std::int64_t> steps(const char* ending) const; ///< of files in the directory, rising
     std::string contents() const;                              ///< what frames that belong together have in common
@@ -88,8 +111,10 @@ private:
     FieldGrid grid_;
     Precision precision_;
     double dt_, shift_;
-    /// Frames in the directory that show what this series does: their lower corners.
+    /// Frames that show what this series does: their lower corners. Root only.
     std::map<std::int64_t, Vec3d> listed_;
+    bool blocks_ = false; ///< frames have documents of their own; root only
+    std::int64_t last_step_ = -1;
 };
 
 } // namespace skein

@@ -35,20 +35,21 @@ PvdFile::PvdFile(std::string path, const std::vector<Entry>& entries) : path_(st
     for (const Entry& entry : entries) text_ += line(entry);
 }
 
+void PvdFile::write() {
+    if (std::filesystem::exists(path_) && !is_pvd_document(read_file(path_))) set_aside(path_, path_ + ".foreign");
+    write_file(path_, text_ + closing);
+    begun_ = true;
+}
+
 void PvdFile::append(const Entry& entry) {
+    if (!begun_) write();
     const std::string added = line(entry);
-    if (!begun_) {
-        if (std::filesystem::exists(path_) && !is_pvd_document(read_file(path_))) set_aside(path_, path_ + ".foreign");
-        write_file(path_, text_ + added + closing);
-        begun_ = true;
-    } else {
-        try {
-            write_over(path_, text_.size(), added + closing);
-        } catch (const IoError&) { // on a full disk there is room for what was there before
-            write_over(path_, text_.size(), closing);
-            std::filesystem::resize_file(path_, text_.size() + closing.size());
-            throw;
-        }
+    try {
+        write_over(path_, text_.size(), added + closing);
+    } catch (const IoError&) { // on a full disk there is room for what was there before
+        write_over(path_, text_.size(), closing);
+        std::filesystem::resize_file(path_, text_.size() + closing.size());
+        throw;
     }
     text_ += added;
 }

@@ -15,8 +15,10 @@ public:
         std::string file; ///< relative to the list
     };
 
-    /// Goes on after `entries`. Nothing is written before the first append(), which writes the list anew.
+    /// Goes on after `entries`. Nothing is written before write() or the first append().
     PvdFile(std::string path, const std::vector<Entry>& entries);
+    /// Writes the whole list.
+    void write();
     /// Throws IoError, with the list as it was.
     void append(const Entry& entry);
 

@@ -2,6 +2,7 @@
 
 #include "io/disk.hpp"
 #include "io/files.hpp"
+#include "io/frame_files.hpp"
 #include "io/group_frames.hpp"
 #include "io/h5_file.hpp"
 #include "io/own_files.hpp"
@@ -98,16 +99,9 @@ struct FrameWriter::Impl {
 
     /// Tells of segments that should have been before others, or at the end. Root only.
     void look_for_gaps(std::optional<std::int64_t> expected) const {
-        std::int64_t before = -1;
-        const auto gap = [&](std::int64_t from, std::int64_t to) {
-            tell(fmt::format("{}: the frames after step {} and up to step {} are missing from {}", kind_name(), from, to,
-                             directory));
-        };
-        for (const Segment& segment : segments) {
-            if (segment.after && *segment.after > before) gap(before, *segment.after);
-            before = segment.steps.back();
-        }
-        if (expected && *expected > before) gap(before, *expected);
+        std::vector<FramePlace> frames;
+        for (const Segment& segment : segments) frames.push_back({segment.steps.back(), segment.after});
+        for (const std::string& gap : missing_frames(kind_name(), directory, frames, expected)) tell(gap);
     }
 
     /// Shortens a segment to its first frames, by way of a copy; the whole of it is put aside.

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <array>
 #include <bit>
 #include <charconv>
@@ -53,7 +54,7 @@ VtkPolyData::VtkPolyData(std::uint64_t points, std::uint64_t lines, std::uint64_
     for (const VtkArray& array : arrays_) at_.push_back(at_.back() + sizeof(std::uint64_t) + array.bytes());
 }
 
-std::string vtk_document(const PolygonMesh& mesh, const std::string& name, double time) {
+std::pair<VtkPolyData, std::string> vtk_document(const PolygonMesh& mesh, const std::string& name, double time) {
     std::vector<std::int32_t> corners, ends;
     for (const auto& polygon : mesh.polygon) {
         corners.insert(corners.end(), polygon.begin(), polygon.end());
@@ -67,7 +68,7 @@ std::string vtk_document(const PolygonMesh& mesh, const std::string& name, doubl
                            time);
     std::vector<double> points;
     for (const Vec3d& p : mesh.points) points.insert(points.end(), {p.x, p.y, p.z});
-    std::string text(file.file_bytes(), ' ');
+    std::string text(file.tail_at(), ' ');
     std::memcpy(text.data(), file.head().data(), file.head().size());
     const void* numbers[] = {points.data(), corners.data(), ends.data(), mesh.number.data()};
     for (std::size_t i = 0; i < file.arrays().size(); ++i) {
@@ -75,27 +76,64 @@ std::string vtk_document(const PolygonMesh& mesh, const std::string& name, doubl
         std::memcpy(&text[file.count_at(i)], &bytes, sizeof bytes);
         if (bytes > 0) std::memcpy(&text[file.numbers_at(i)], numbers[i], bytes);
     }
-    std::memcpy(&text[file.tail_at()], VtkPolyData::tail.data(), VtkPolyData::tail.size());
-    return text;
+    return {file, text};
 }
 
 bool begins_vtk_polydata(std::string_view text) { return text.starts_with(opening.substr(0, text.size())); }
 
-std::optional<double> time_of_vtk_polydata(const std::string& path) {
+std::string VtkStamp::text() const {
+    return fmt::format("<!-- step {:020d} after {:020d} digest {:016x} -->\n", step, after, digest);
+}
+
+std::optional<VtkStamp> VtkStamp::from(std::string_view text) {
+    VtkStamp stamp{};
+    const auto number = [text](std::string_view name, auto& value, int base) {
+        const std::size_t at = text.find(name);
+        if (at == text.npos) return false;
+        std::string_view digits = text.substr(at + name.size());
+        return std::from_chars(digits.data(), digits.data() + digits.size(), value, base).ec == std::errc();
+    };
+    if (!number("step ", stamp.step, 10) || !number("after ", stamp.after, 10) || !number("digest ", stamp.digest, 16)) return {};
+    return stamp.text() == text ? std::optional(stamp) : std::nullopt;
+}
+
+std::uint64_t VtkPolyData::file_bytes() const { return tail_at() + tail.size() + VtkStamp::bytes; }
+
+std::optional<VtkFound> find_vtk_polydata(const std::string& path) {
     std::array<char, 1024> begin{};
     std::ifstream file(path, std::ios::binary);
     file.read(begin.data(), begin.size());
     const std::string_view text(begin.data(), static_cast<std::size_t>(file.gcount()));
     const std::size_t at = text.find(before_time);
     if (!text.starts_with(opening) || at == std::string_view::npos) return {};
-    double time = 0;
+    VtkFound found{};
     const char* number = text.data() + at + before_time.size();
-    if (std::from_chars(number, text.data() + text.size(), time).ec != std::errc()) return {};
-    std::string end(VtkPolyData::tail.size(), ' ');
+    if (std::from_chars(number, text.data() + text.size(), found.time).ec != std::errc()) return {};
+    std::string end(VtkPolyData::tail.size() + VtkStamp::bytes, ' ');
     file.clear();
     file.seekg(-static_cast<std::streamoff>(end.size()), std::ios::end);
-    if (!file.read(end.data(), static_cast<std::streamsize>(end.size())) || end != VtkPolyData::tail) return {};
-    return time;
+    if (!file.read(end.data(), static_cast<std::streamsize>(end.size()))) return {};
+    if (end.ends_with(VtkPolyData::tail)) return found;
+    if (end.starts_with(VtkPolyData::tail)) found.stamp = VtkStamp::from(std::string_view(end).substr(VtkPolyData::tail.size()));
+    return found.stamp ? std::optional(found) : std::nullopt;
+}
+
+bool is_sound_vtk_polydata(const std::string& path, std::int64_t step) {
+    const auto found = find_vtk_polydata(path);
+    if (!found) return false;
+    if (!found->stamp) return true;
+    std::ifstream file(path, std::ios::binary | std::ios::ate);
+    auto left = static_cast<std::uint64_t>(file.tellg()) - VtkPolyData::tail.size() - VtkStamp::bytes;
+    file.seekg(0);
+    std::vector<char> part(std::min<std::uint64_t>(left, 1 << 20));
+    std::uint64_t digest = place_digest(found->stamp->step, found->stamp->after);
+    for (std::uint64_t at = 0; left > 0;) {
+        const std::uint64_t bytes = std::min<std::uint64_t>(left, part.size());
+        if (!file.read(part.data(), static_cast<std::streamsize>(bytes))) return false;
+        digest += byte_digest(std::as_bytes(std::span(part)).first(bytes), at);
+        at += bytes, left -= bytes;
+    }
+    return found->stamp->step == step && found->stamp->digest == digest;
 }
 
 } // namespace skein

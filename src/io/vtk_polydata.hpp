@@ -3,13 +3,17 @@
 // side.
 #pragma once
 
+#include "io/descriptor.hpp"
+#include "io/frame_files.hpp"
 #include "skein/core/vec3.hpp"
 
 #include <cstddef>
 #include <cstdint>
 #include <optional>
+#include <span>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 namespace skein {
@@ -29,6 +33,16 @@ struct VtkArray {
     std::uint64_t bytes() const { return tuples * static_cast<std::uint64_t>(components) * bytes_of(type); }
 };
 
+/// Which frame of a series a file is. It stands behind the last tag, as a comment of XML.
+struct VtkStamp {
+    std::int64_t step, after; ///< `after`: step of the frame before, -1 of none
+    std::uint64_t digest;     ///< byte_digest of all that is before the tail, and place_digest
+
+    static constexpr std::size_t bytes = 86;
+    std::string text() const;
+    static std::optional<VtkStamp> from(std::string_view text);
+};
+
 /// Layout of one file: head, and where its arrays are.
 class VtkPolyData {
 public:
@@ -41,7 +55,7 @@ public:
     std::uint64_t count_at(std::size_t array) const { return at_[array]; }
     std::uint64_t numbers_at(std::size_t array) const { return at_[array] + sizeof(std::uint64_t); }
     std::uint64_t tail_at() const { return at_.back(); }
-    std::uint64_t file_bytes() const { return tail_at() + tail.size(); }
+    std::uint64_t file_bytes() const;
 
 private:
     std::vector<VtkArray> arrays_;
@@ -51,8 +65,32 @@ private:
 
 /// Whether a text, or what there is of it, begins as these files do.
 bool begins_vtk_polydata(std::string_view text);
-/// Time of a file that is whole from head to tail, s; none of any other.
-std::optional<double> time_of_vtk_polydata(const std::string& path);
+/// Of a file that is whole from head to tail; none of any other.
+struct VtkFound {
+    double time;                   ///< s
+    std::optional<VtkStamp> stamp; ///< absent in files of earlier programs
+};
+std::optional<VtkFound> find_vtk_polydata(const std::string& path);
+/// Whether a file is what was written as the frame of a step, as far as it has a stamp.
+bool is_sound_vtk_polydata(const std::string& path, std::int64_t step);
+
+/// Writes parts of a file, and adds up their digests.
+class VtkParts {
+public:
+    VtkParts(const std::string& path, int flags) : file_(path, flags) {}
+    void write_at(std::uint64_t at, std::string_view part) {
+        digest_ += byte_digest(std::as_bytes(std::span(part)), at);
+        file_.write_at(at, part);
+    }
+    std::uint64_t close() {
+        file_.close();
+        return digest_;
+    }
+
+private:
+    Descriptor file_;
+    std::uint64_t digest_ = 0;
+};
 
 /// Polygons in space, each with the number of what it belongs to.
 struct PolygonMesh {
@@ -62,6 +100,6 @@ struct PolygonMesh {
 };
 
 /// A whole file; the number of polygons is the cell array `name`.
-std::string vtk_document(const PolygonMesh& mesh, const std::string& name, double time);
+std::pair<VtkPolyData, std::string> vtk_document(const PolygonMesh& mesh, const std::string& name, double time);
 
 } // namespace skein

@@ -32,7 +32,7 @@ void convert(std::span<const double> numbers, VtkType real, std::byte* out) {
 }
 
 /// value(0), value(1), ... as integers of an array, from its number `first` on.
-template <class Value> void write_integers(Descriptor& file, const VtkPolyData& layout, std::size_t array, std::uint64_t first,
+template <class Value> void write_integers(VtkParts& file, const VtkPolyData& layout, std::size_t array, std::uint64_t first,
                                            std::uint64_t count, Value value) {
     const std::size_t size = bytes_of(layout.arrays()[array].type);
     std::vector<std::byte> numbers(count * size);
@@ -158,8 +158,7 @@ std::span<const std::byte> VtkRods::take(const VtkContent& content, double time,
     return buffers.exchange();
 }
 
-void VtkRods::write(Descriptor& file, const VtkPolyData& layout, const VtkContent& content,
-                    std::span<const std::byte> block) const {
+void VtkRods::write(VtkParts& file, const VtkPolyData& layout, const VtkContent& content, std::span<const std::byte> block) const {
     const std::size_t record = record_bytes(content), nodes = static_cast<std::size_t>(this->nodes()),
                       rods_here = static_cast<std::size_t>(blocks_.size());
     std::size_t within = 0; // a record
@@ -177,7 +176,7 @@ void VtkRods::write(Descriptor& file, const VtkPolyData& layout, const VtkConten
     write_constants(file, layout, content);
 }
 
-void VtkRods::write_constants(Descriptor& file, const VtkPolyData& layout, const VtkContent& content) const {
+void VtkRods::write_constants(VtkParts& file, const VtkPolyData& layout, const VtkContent& content) const {
     const auto nodes = static_cast<std::uint64_t>(this->nodes()), of_rod = static_cast<std::uint64_t>(lines()),
                begin = static_cast<std::uint64_t>(blocks_.begin()), rods_here = static_cast<std::uint64_t>(blocks_.size());
     const std::uint64_t first_node = first_node_ + begin * nodes, first_line = first_line_ + begin * of_rod,

@@ -3,7 +3,6 @@
 // is a line; a body some, of two nodes each: its spheres and capsules, and the edges of its boxes.
 #pragma once
 
-#include "io/descriptor.hpp"
 #include "io/output_spec.hpp"
 #include "io/vtk_polydata.hpp"
 #include "partition/partition.hpp"
@@ -45,7 +44,7 @@ public:
     std::span<const std::byte> take(const VtkContent& content, double time, double lag, const NodeForces& forces,
                                     RecordBuffers& buffers);
     /// Puts a block where it belongs.
-    void write(Descriptor& file, const VtkPolyData& layout, const VtkContent& content, std::span<const std::byte> block) const;
+    void write(VtkParts& file, const VtkPolyData& layout, const VtkContent& content, std::span<const std::byte> block) const;
 
 private:
     /// Memory of a thread for one rod.
@@ -63,7 +62,7 @@ private:
     void find_radii();
     void describe(std::size_t place, const RodCopy& rod, const VtkContent& content, Scratch& scratch) const;
     /// Arrays that are alike in all frames.
-    void write_constants(Descriptor& file, const VtkPolyData& layout, const VtkContent& content) const;
+    void write_constants(VtkParts& file, const VtkPolyData& layout, const VtkContent& content) const;
 
     const RodGroup& group_;
     const Rods* rods_;

@@ -1,6 +1,7 @@
 #include "io/vtk_series.hpp"
 
 #include "io/disk.hpp"
+#include "io/files.hpp"
 #include "io/own_files.hpp"
 #include "skein/core/error.hpp"
 
@@ -22,10 +23,6 @@ namespace skein {
 
 namespace {
 
-std::string frame_name(const std::string& kind, std::int64_t step) {
-    return fmt::format("{}{}_{:012d}.vtp", frames_folder, kind, step);
-}
-
 /// Whether a file may be a frame that a killed run left half written: before its head is on the disk there are zeros.
 bool is_unfinished_frame(const std::string& path) {
     if (!fs::is_regular_file(path)) return false;
@@ -38,37 +35,62 @@ bool is_unfinished_frame(const std::string& path) {
 
 } // namespace
 
+std::string VtkSeries::frame_name(const std::string& kind, std::int64_t step) {
+    return fmt::format("{}{}_{:012d}.vtp", frames_folder, kind, step);
+}
+
 VtkSeries::VtkSeries(const Communicator& comm, std::string directory, const OutputSpec& spec, std::span<const RodGroup> groups,
-                     const Rods& rods, std::int64_t resume_step, NodeForces forces, const Warn& warn)
+                     const Rods& rods, std::int64_t resume_step, NodeForces forces, const Expected& expected, const Warn& warn)
     : comm_(comm), directory_(std::move(directory)),
       forces_(std::move(forces)), content_{.real = spec.precision == Precision::single ? VtkType::float32 : VtkType::float64,
                                            .normals = spec.directors,
                                            .forces = static_cast<bool>(forces_)},
-      rods_(list_of("rods", resume_step, warn)), walls_(list_of("walls", resume_step, warn)) {
+      rods_(list_of("rods", resume_step, expected.rods, warn)), walls_(list_of("walls", resume_step, expected.walls, warn)) {
     for (const RodGroup& group : groups) groups_.emplace_back(comm_, group, rods, content_);
 }
 
-VtkSeries::List VtkSeries::list_of(const std::string& kind, std::int64_t resume_step, const Warn& warn) const {
+VtkSeries::List VtkSeries::list_of(const std::string& kind, std::int64_t resume_step, std::optional<std::int64_t> expected,
+                                   const Warn& warn) const {
+    const std::string frames = path_of(frames_folder);
+    std::vector<NumberedFile> there;
+    std::vector<std::string> paths;
+    on_root(comm_, [&] {
+        for (const auto& found : numbered_files(frames, kind + "_", ".vtp.tmp"))
+            if (const std::string path = frames + found.name; is_unfinished_frame(path)) remove_file(path);
+        for (const auto& found : numbered_files(frames, kind + "_", ".vtp"))
+            if (found.number <= resume_step) there.push_back(found), paths.push_back(frames + found.name);
+    });
+    const auto step_of = [&](const std::string& path) { return std::stoll(path.substr(path.rfind('_') + 1)); };
+    const std::vector<std::int64_t> damaged =
+        find_damaged(comm_, paths, [&](const std::string& path) { return is_sound_vtk_polydata(path, step_of(path)); });
     std::vector<PvdFile::Entry> entries;
     std::int64_t last = -1;
     on_root(comm_, [&] {
-        const std::string frames = path_of(frames_folder);
-        for (const auto& found : numbered_files(frames, kind + "_", ".vtp.tmp"))
-            if (const std::string path = frames + found.name; is_unfinished_frame(path)) remove_file(path);
-        for (const auto& found : numbered_files(frames, kind + "_", ".vtp")) {
-            if (found.number > resume_step) break;
-            const std::string path = frames + found.name;
-            if (const auto time = time_of_vtk_polydata(path)) {
-                entries.push_back({*time, frames_folder + found.name});
-                last = found.number;
-            } else {
-                const std::string now = set_aside(path, path + ".damaged");
-                if (warn)
-                    warn(fmt::format("{}: is no whole frame\n  it is put aside as {}; the run goes on without it", path, now));
+        std::vector<FramePlace> places;
+        for (std::size_t i = 0; i < there.size(); ++i) {
+            FramePlace& place = places.emplace_back(FramePlace{there[i].number, {}});
+            const auto found = find_vtk_polydata(paths[i]);
+            if (found && damaged[i] == 0) {
+                if (found->stamp) place.after = found->stamp->after;
+                entries.push_back({found->time, frames_folder + there[i].name});
+                last = there[i].number;
+                continue;
             }
+            const std::string now = set_aside(paths[i], paths[i] + ".damaged");
+            if (warn)
+                warn(fmt::format("{}: is no whole frame, or not the one that was written\n  it is put aside as {}; the run goes on "
+                                 "without it",
+                                 paths[i], now));
         }
+        for (const std::string& gap : missing_frames(kind, frames, places, expected))
+            if (warn) warn(gap);
     });
-    return {kind, PvdFile(path_of(kind + ".pvd"), entries), comm_.broadcast(last)};
+    List list{kind, PvdFile(path_of(kind + ".pvd"), entries), comm_.broadcast(last)};
+    on_root(comm_, [&] {
+        const std::string path = path_of(kind + ".pvd");
+        if (!entries.empty() || (fs::exists(path) && is_pvd_document(read_file(path)))) list.file.write();
+    });
+    return list;
 }
 
 std::string VtkSeries::begin_file(const std::string& name, std::uint64_t bytes) const {
@@ -81,9 +103,13 @@ std::string VtkSeries::begin_file(const std::string& name, std::uint64_t bytes) 
     return temporary;
 }
 
-void VtkSeries::end_file(List& list, const std::string& name, double time) {
+void VtkSeries::end_file(List& list, const std::string& name, const VtkPolyData& layout, VtkStamp stamp, double time) {
     const std::string path = path_of(name), temporary = path + ".tmp";
-    if (fs::exists(path) && !time_of_vtk_polydata(path)) set_aside(path, path + ".foreign");
+    stamp.digest += place_digest(stamp.step, stamp.after);
+    Descriptor file(temporary, O_WRONLY);
+    file.write_at(layout.tail_at(), VtkPolyData::tail + stamp.text());
+    file.close();
+    if (fs::exists(path) && !find_vtk_polydata(path)) set_aside(path, path + ".foreign");
     if (std::rename(temporary.c_str(), path.c_str()) != 0) throw_system_error(temporary, "cannot be renamed", errno);
     list.file.append({time, name});
 }
@@ -104,25 +130,26 @@ void VtkSeries::write(std::int64_t step, double time, double lag) {
     whole_or_not(rods_, step, [&](const std::string& name) {
         const VtkPolyData layout(content_.nodes, content_.lines, 0, content_.arrays(), time);
         const std::string temporary = path_of(name) + ".tmp";
+        std::uint64_t digest = 0;
         on_root(comm_, [&] {
-            Descriptor file(begin_file(name, layout.file_bytes()), O_WRONLY);
-            file.write(layout.head());
+            VtkParts file(begin_file(name, layout.file_bytes()), O_WRONLY);
+            file.write_at(0, layout.head());
             for (std::size_t i = 0; i < layout.arrays().size(); ++i) {
                 const std::uint64_t bytes = layout.arrays()[i].bytes();
                 file.write_at(layout.count_at(i), {reinterpret_cast<const char*>(&bytes), sizeof bytes});
             }
-            file.write_at(layout.tail_at(), VtkPolyData::tail);
-            file.close();
+            digest += file.close();
         });
         for (VtkRods& group : groups_) {
             const auto block = group.take(content_, time, lag, forces_, buffers_);
             on_all(comm_, [&] {
-                Descriptor file(temporary, O_WRONLY);
+                VtkParts file(temporary, O_WRONLY);
                 group.write(file, layout, content_, block);
-                file.close();
+                digest += file.close();
             });
         }
-        on_root(comm_, [&] { end_file(rods_, name, time); });
+        digest = comm_.sum_wrapping(digest);
+        on_root(comm_, [&] { end_file(rods_, name, layout, {step, rods_.last, digest}, time); });
         unflushed_.push_back(path_of(name)); // of all ranks: each has written to it on its own machine
     });
 }
@@ -134,11 +161,10 @@ void VtkSeries::follow(const Rods& rods) {
 void VtkSeries::write_walls(std::int64_t step, double time, const PolygonMesh& walls) {
     whole_or_not(walls_, step, [&](const std::string& name) {
         on_root(comm_, [&] {
-            const std::string text = vtk_document(walls, "wall", time);
-            Descriptor file(begin_file(name, text.size()), O_WRONLY);
-            file.write(text);
-            file.close();
-            end_file(walls_, name, time);
+            const auto [layout, text] = vtk_document(walls, "wall", time);
+            VtkParts file(begin_file(name, layout.file_bytes()), O_WRONLY);
+            file.write_at(0, text);
+            end_file(walls_, name, layout, {step, walls_.last, file.close()}, time);
             unflushed_.push_back(path_of(name));
         });
     });

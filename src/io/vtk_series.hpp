@@ -1,7 +1,7 @@
 // Frames as poly data for ParaView, whose Tube filter takes them as they are: rods.pvd lists vtp/rods_<step>.vtp, walls.pvd lists
 // vtp/walls_<step>.vtp. A frame is written under a temporary name by all ranks, each its share of the rods in file order, so its
-// bytes do not depend on their number. Its bytes depend on its step alone (but for contact forces where a run resumes), so a run
-// that resumes lists those up to its step and writes later ones over what it finds.
+// bytes do not depend on their number. They depend on its step and the one before alone (but for contact forces where a run
+// resumes), so a run that resumes lists those up to its step and writes later ones over what it finds.
 #pragma once
 
 #include "io/output_spec.hpp"
@@ -21,10 +21,15 @@ class VtkSeries {
 public:
     using Warn = std::function<void(const std::string&)>;
 
-    /// Goes on after `resume_step` (-1: none). Frames before that are not whole are put aside as *.damaged, and `warn` (called on
-    /// root) is told. `forces`: null where rods do not touch. `groups` and `rods` must outlive it. Collective.
+    /// Steps of the last frames of rods and of walls that there should be; absent where that is not known.
+    struct Expected {
+        std::optional<std::int64_t> rods = {}, walls = {};
+    };
+    /// Goes on after `resume_step` (-1: none), and makes the lists anew. Frames before that are not whole, or not what was written,
+    /// are put aside as *.damaged; `warn` (called on root) gets these and gaps. `forces`: null where rods do not touch. `groups`
+    /// and `rods` must outlive it. Collective.
     VtkSeries(const Communicator& comm, std::string directory, const OutputSpec& spec, std::span<const RodGroup> groups,
-              const Rods& rods, std::int64_t resume_step, NodeForces forces, const Warn& warn = {});
+              const Rods& rods, std::int64_t resume_step, NodeForces forces, const Expected& expected, const Warn& warn);
 
     /// Appends the state at time t (synchronised copies: positions drifted on by `lag`). A step that is already there is left
     /// alone. Collective.
@@ -34,10 +39,15 @@ public:
     /// Walls of a scene: one frame in all where none moves. Collective.
     void write_walls(std::int64_t step, double time, const PolygonMesh& walls);
     bool has_walls() const { return walls_.last >= 0; }
+    /// Steps of the last frames; -1: none.
+    std::int64_t last_rods() const { return rods_.last; }
+    std::int64_t last_walls() const { return walls_.last; }
 
     /// Waits until all frames are on the disk. Called before each checkpoint. Collective.
     void flush();
 
+    /// Name of a frame's file in the directory; kinds are rods and walls.
+    static std::string frame_name(const std::string& kind, std::int64_t step);
     /// Size of one frame, about.
     static double frame_bytes(const OutputSpec& spec, double lines, double nodes, bool forces);
 
@@ -47,12 +57,12 @@ private:
         PvdFile file;           ///< root's
         std::int64_t last = -1; ///< step of the last frame in it
     };
-    List list_of(const std::string& kind, std::int64_t resume_step, const Warn& warn) const;
+    List list_of(const std::string& kind, std::int64_t resume_step, std::optional<std::int64_t> expected, const Warn& warn) const;
     std::string path_of(const std::string& name) const { return directory_ + "/" + name; }
     /// An empty file of this name's temporary one; returns its path. Root only.
     std::string begin_file(const std::string& name, std::uint64_t bytes) const;
-    /// Gives a file its own name and lists it. Root only.
-    void end_file(List& list, const std::string& name, double time);
+    /// Ends a frame, gives its file the name that it is to have and lists it. `digest`: of its parts. Root only.
+    void end_file(List& list, const std::string& name, const VtkPolyData& layout, VtkStamp stamp, double time);
     /// Runs what writes a frame; where that fails what there is of it is removed.
     template <class Deed> void whole_or_not(List& list, std::int64_t step, Deed deed);
 

@@ -111,10 +111,16 @@ TYPES = {"Int32": "<i4", "Int64": "<i8", "Float32": "<f4", "Float64": "<f8"}
 def read_vtp(path):
     """Arrays by part and name, by what the format says: a head of XML, then numbers, each array behind the count of its bytes."""
     content = path.read_bytes()
+    content, stamp = content[:-86], content[-86:]
+    assert re.fullmatch(rb"<!-- step \d{20} after [-\d]{20} digest [0-9a-f]{16} -->\n", stamp)
+    assert content.endswith(b"\n</AppendedData>\n</VTKFile>\n")
+    summed = numpy.frombuffer(content[: -len(b"\n</AppendedData>\n</VTKFile>\n")], numpy.uint8)
+    digest = int(summed.astype(numpy.uint64) @ (2 * numpy.arange(len(summed), dtype=numpy.uint64) + numpy.uint64(1)))
+    step, after = int(stamp[10:30]), int(stamp[37:57])
+    assert int(stamp[65:81], 16) == (digest + 1 + 3 * step + 5 * after) % 2**64
     head, marker = content.split(b'<AppendedData encoding="raw">\n_', 1)
     tree = ElementTree.fromstring(head + b"</VTKFile>")
     assert tree.get("type") == "PolyData" and tree.get("header_type") == "UInt64" and tree.get("byte_order") == "LittleEndian"
-    assert content.endswith(b"\n</AppendedData>\n</VTKFile>\n")
     found = {"time": float(tree.find("PolyData/FieldData/DataArray").text), "piece": tree.find("PolyData/Piece").attrib}
     end = 0
     for part in tree.find("PolyData/Piece"):
