@@ -293,7 +293,7 @@ class Series(dict):
             raise Damaged(f"{self.directory / 'observables.csv'}: its first line names no step and time[s]; it is damaged, or not a file of Skein")
         if not len(table["step"]):
             raise NotResults(f"{directory}: observables.csv has no rows yet")
-        # A run that something in the scene ends does so between two rows: its last state is in the summary alone.
+        # Earlier programs ended a run between two rows: its last state is in the summary alone.
         last = dict(summary.get("observables", {}), **{"step": summary.get("steps", -1), "time[s]": summary.get("time_s", -1)})
         if last["time[s]"] > table["time[s]"][-1] and all(heading in last for heading in table):
             table = {heading: np.append(values, last[heading]) for heading, values in table.items()}

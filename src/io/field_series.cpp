@@ -10,6 +10,7 @@
 #include <algorithm>
 #include <filesystem>
 #include <fmt/format.h>
+#include <iterator>
 #include <optional>
 
 namespace skein {
@@ -204,6 +205,16 @@ std::string FieldSeries::contents() const {
 
 void FieldSeries::write(std::int64_t step, const Vec3d& lower, FieldFrame& frame, std::vector<std::uint64_t> shape,
                         const Blocks* blocks) {
+    std::int64_t after = last_step_;
+    if (step <= last_step_) { // that a run goes on from
+        if (comm_.root()) {
+            const auto there = steps(frames);
+            const auto here = std::lower_bound(there.begin(), there.end(), step);
+            after = listed_.contains(step) ? step : here == there.begin() ? -1 : *std::prev(here);
+        }
+        after = comm_.broadcast(after);
+        if (after == step) return;
+    }
     const std::string path = names_.directory + "/" + file_of(step, frames), temporary = path + ".tmp", format(format_name);
     const H5Type type = precision_ == Precision::single ? H5Type::float32 : H5Type::float64;
     std::uint64_t bytes = 0;
@@ -223,7 +234,7 @@ void FieldSeries::write(std::int64_t step, const Vec3d& lower, FieldFrame& frame
         file.set("/", "spacing", grid_.spacing);
         file.set("/", "lower_x", lower.x), file.set("/", "lower_y", lower.y), file.set("/", "lower_z", lower.z);
         file.set("/", "contents", contents());
-        file.set("/", "after", last_step_);
+        file.set("/", "after", after);
         for (const auto& [name, text] : names_.labels) file.set("/", name, text);
         if (blocks) {
             const std::uint64_t rows = blocks->cells.size();

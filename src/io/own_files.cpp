@@ -19,7 +19,7 @@ namespace {
 
 constexpr std::array whole_names = {"summary.json",    "physics.json", "observables.csv", "observables.lost.csv",
                                     "trajectory.xdmf", "failure.h5",   "failure.xdmf",    "rods.pvd",
-                                    "walls.pvd",       "fields.xdmf"};
+                                    "walls.pvd",       "fields.xdmf",  "end.json"};
 
 struct Numbered {
     std::string_view prefix, suffix;

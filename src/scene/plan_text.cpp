@@ -199,9 +199,10 @@ std::string to_text(const Plan& p) {
     if (!p.divides.empty()) line("  divides", p.divides);
     line("steps", fmt::format("{}  ({:.4g} s, {:.3g} element-steps)", p.steps, static_cast<double>(p.steps) * p.dt,
                               static_cast<double>(p.steps) * static_cast<double>(p.elements)));
-    line("trajectory", every(p.cadence.trajectory, p.dt) + (p.vtp ? ", as poly data (rods.pvd) too" : ""));
+    const auto interval = [&p](std::int64_t steps) { return steps == 0 && p.relax ? "at the end" : every(steps, p.dt); };
+    line("trajectory", interval(p.cadence.trajectory) + (p.vtp ? ", as poly data (rods.pvd) too" : ""));
     line("tips", every(p.cadence.tips, p.dt));
-    line("series", every(p.cadence.series, p.dt) + (p.observables.empty() ? "" : ", with " + joined(p.observables, ", ")));
+    line("series", interval(p.cadence.series) + (p.observables.empty() ? "" : ", with " + joined(p.observables, ", ")));
     if (p.fluid)
         for (const FluidOutput& o : p.fluid->outputs) line("fluid output", output_text(o, p.fluid->constants.grid, p.steps, p.dt));
     if (p.cadence.contacts > 0) line("contacts", every(p.cadence.contacts, p.dt));

@@ -188,8 +188,10 @@ Simulation::Failure Simulation::find_failure() {
     try {
         write_single_frame(comm_, options_.out, "failure", groups_, *rods_, plan_.title, found.step, clock_.time(), clock_.lag());
         found.frame = fmt::format("all rods at step {}: {}/failure.h5, for ParaView failure.xdmf", found.step, options_.out);
+        for (const auto& output : outputs_) output->follow(*rods_);
+        write_end(true);
     } catch (const IoError& error) { // the failure is what the run ends with
-        found.frame = fmt::format("failure.h5 was not written: {}", error.what());
+        if (found.frame.empty()) found.frame = fmt::format("failure.h5 was not written: {}", error.what());
     }
 
     double limit = HUGE_VAL;
@@ -277,6 +279,11 @@ void Simulation::try_shorter_steps(Failure& failure, const StateCopy& start, dou
 
 void Simulation::throw_failure() {
     progress_->finish();
+    try { // frames and rows before the failure are good
+        close_files();
+        finish_files();
+    } catch (const IoError&) { // the failure is what the run ends with
+    }
     if (plan_.relax)
         throw NumericalError(comm_.first_text(failure_) + "\n  the relaxation has left the way to rest: give a start nearer to it, "
                                                           "weaker loads or more elements");

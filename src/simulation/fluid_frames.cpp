@@ -1,6 +1,7 @@
 #include "simulation/fluid_frames.hpp"
 
 #include <algorithm>
+#include <limits>
 #include <optional>
 #include <utility>
 
@@ -83,16 +84,20 @@ struct FluidFrames::Output {
     std::optional<BoxSampler> box;
     std::optional<BlockSampler> blocks;
     std::array<int, 3> cells; ///< of the fluid
+
+    bool is_due(std::int64_t step) const { return step % what.every == 0; }
 };
 
 FluidFrames::FluidFrames(const Communicator& comm, const Threads& threads, const FlowSolver& flow, const FluidPlan& plan,
-                         const std::string& directory, double dt, double shift)
+                         const std::string& directory, double dt, double shift, const Earlier& earlier)
     : flow_(comm, flow) {
     const FluidGrid& grid = plan.constants.grid;
     for (const FluidOutput& output : plan.outputs) {
-        Output& made = outputs_.emplace_back(
-            Output{output, FieldSeries(comm, names_of(output, directory), grid_of(output, grid), output.precision, dt, shift),
-                   std::nullopt, std::nullopt, grid.cells});
+        Output& made =
+            outputs_.emplace_back(Output{output,
+                                         FieldSeries(comm, names_of(output, directory), grid_of(output, grid), output.precision, dt,
+                                                     shift, earlier(FieldSeries::name_of(output.name))),
+                                         std::nullopt, std::nullopt, grid.cells});
         if (output.kind == FluidOutputKind::blocks) made.blocks.emplace(comm, threads, flow_, output.edge);
         else made.box.emplace(comm, threads, flow_, output.box);
     }
@@ -100,12 +105,30 @@ FluidFrames::FluidFrames(const Communicator& comm, const Threads& threads, const
 
 FluidFrames::~FluidFrames() = default;
 
-void FluidFrames::write_due(std::int64_t step, const Vec3d& moved) {
-    const auto due = [&](const Output& output) { return step % output.what.every == 0; };
-    if (std::none_of(outputs_.begin(), outputs_.end(), due)) return;
+std::int64_t FluidFrames::next(std::int64_t done) const {
+    std::int64_t next = std::numeric_limits<std::int64_t>::max();
+    for (const Output& output : outputs_) next = std::min(next, (done / output.what.every + 1) * output.what.every);
+    return next;
+}
+
+std::vector<std::string> FluidFrames::files_of_end(std::int64_t step) const {
+    std::vector<std::string> names;
+    for (const Output& output : outputs_)
+        if (!output.is_due(step))
+            for (std::string& name : output.series.files_of(step, output.blocks.has_value())) names.push_back(std::move(name));
+    return names;
+}
+
+void FluidFrames::mark(std::map<std::string, std::int64_t>& last) const {
+    for (const Output& output : outputs_) last[FieldSeries::name_of(output.what.name)] = output.series.last_step();
+}
+
+void FluidFrames::write(std::int64_t step, const Vec3d& moved, bool due) {
+    const auto wanted = [&](const Output& output) { return output.is_due(step) == due; };
+    if (std::none_of(outputs_.begin(), outputs_.end(), wanted)) return;
     flow_.take();
     for (Output& output : outputs_)
-        if (due(output)) write(step, moved, output);
+        if (wanted(output)) write(step, moved, output);
     flow_.release();
 }
 

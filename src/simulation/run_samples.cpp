@@ -73,7 +73,10 @@ RunSamples read_samples(const std::string& directory, std::span<const RodGroup> 
     const std::string path = directory + "/observables.csv";
     const CsvTable table = read_csv(path);
     if (table.names.size() < 2 || table.columns[0].empty()) throw IoError(path + ": has no rows");
-    const std::size_t count = table.columns[0].size();
+    std::size_t count = table.columns[0].size();
+    const std::vector<double>& step = table.columns[0];
+    // A row of the last step that is off the interval has its like in no other run.
+    if (!at_end && count > 2 && step[count - 1] - step[count - 2] != step[1] - step[0]) --count;
     std::vector<std::size_t> rows;
     for (std::size_t i = 0; i < count; ++i)
         if (!at_end || i == 0 || i + 1 == count) rows.push_back(i);

@@ -5,6 +5,7 @@
 #include "diagnostics/energy_audit.hpp"
 #include "diagnostics/observables.hpp"
 #include "io/disk.hpp"
+#include "io/end_record.hpp"
 #include "kernels/kernels.hpp"
 #include "partition/partition.hpp"
 #include "scene/plane_numbers.hpp"
@@ -38,6 +39,12 @@ std::int64_t multiple_after(std::int64_t step, std::int64_t every) { return (ste
 std::int64_t whole_event(std::int64_t step, std::int64_t every) { return (step + every - 1) / every * every; }
 
 void tell_warning(const std::string& text) { std::fprintf(stderr, "warning: %s\n", text.c_str()); }
+
+/// Step of the last frame of a series that a checkpoint knows of.
+std::optional<std::int64_t> last_frame(const CheckpointInfo* resumed, const std::string& series) {
+    if (!resumed || !resumed->last_frames.contains(series)) return {};
+    return resumed->last_frames.at(series);
+}
 
 /// Refuses rods that do not fit, before any is made: the system may end a process that takes too much without a word. Of all ranks
 /// alike; those of one machine take from the same memory.
@@ -191,9 +198,7 @@ void Simulation::move_bodies(const Step& step) {
 void Simulation::follow_owners() {
     if (outputs_owners_ == owners_) return;
     const auto timing = timers_.time(Phase::output);
-    for (FrameWriter* frames : {trajectory_.get(), tips_.get()})
-        if (frames) frames->follow(*rods_);
-    if (polydata_) polydata_->follow(*rods_);
+    for (const auto& output : outputs_) output->follow(*rods_);
     outputs_owners_ = owners_;
 }
 
@@ -320,7 +325,7 @@ RunResult Simulation::run() {
 RunResult Simulation::step_to_the_end() {
     if (begins_branch_) checkpoint(); // from here on the parent is not needed
     if (first_step_ == 0) write_due();
-    else write_frames(); // of this step: a branch begins with them, and an error may have kept them from being written
+    else write_due_of_state(); // a branch begins with it, and an error may have kept it from being written
     Verdict verdict = Verdict::go_on;
     next_tick_ = clock_.done() + tick_multiple;
     setup_s_ = wall_seconds() - started_;
@@ -335,8 +340,7 @@ RunResult Simulation::step_to_the_end() {
     progress_->finish();
     warn_of_gain();
     checkpoint();
-    for (FrameWriter* frames : {trajectory_.get(), tips_.get()})
-        if (frames) frames->finish();
+    write_end(false);
 
     const RunResult result{exit_code(), clock_.done(), look_at_end()};
     write_summary(result);
@@ -346,11 +350,8 @@ RunResult Simulation::step_to_the_end() {
 
 std::int64_t Simulation::next_event() const {
     std::int64_t next = std::min(last_step_, next_tick_);
-    for (const std::int64_t every :
-         {plan_.cadence.trajectory, plan_.cadence.tips, plan_.cadence.series, plan_.cadence.contacts, plan_.cadence.checkpoint})
-        if (every > 0) next = std::min(next, multiple_after(clock_.done(), every));
-    if (plan_.fluid)
-        for (const FluidOutput& output : plan_.fluid->outputs) next = std::min(next, multiple_after(clock_.done(), output.every));
+    for (const auto& output : outputs_) next = std::min(next, output->next(clock_.done()));
+    if (plan_.cadence.checkpoint > 0) next = std::min(next, multiple_after(clock_.done(), plan_.cadence.checkpoint));
     return whole_event(next, plan_.events_every());
 }
 
@@ -394,33 +395,49 @@ Simulation::Verdict Simulation::agree() {
 }
 
 void Simulation::open_outputs(const SceneSpec& scene, const CheckpointInfo* resumed) {
+    on_root(comm_, [&] { take_back_end(options_.out); });
     const std::int64_t step = resumed ? clock_.done() : -1;
-    const auto frames = [&](FrameKind kind, std::optional<std::int64_t> expected) {
-        return std::make_unique<FrameWriter>(comm_, options_.out, kind, scene.output, groups_, *rods_, step, plan_.title,
-                                             FrameWriter::default_buffer_bytes, tell_warning, expected);
+    const Cadence& every = plan_.cadence;
+    const auto add_frames = [&](FrameKind kind, std::int64_t interval, std::optional<std::int64_t> CheckpointInfo::*last) {
+        outputs_.push_back(
+            std::make_unique<FrameOutput>(interval, kind,
+                                          std::make_unique<FrameWriter>(comm_, options_.out, kind, scene.output, groups_, *rods_,
+                                                                        step, plan_.title, FrameWriter::default_buffer_bytes,
+                                                                        tell_warning, resumed ? resumed->*last : std::nullopt)));
     };
-    const std::optional<std::int64_t> none;
-    if (plan_.cadence.trajectory > 0) trajectory_ = frames(FrameKind::trajectory, resumed ? resumed->last_trajectory : none);
-    if (plan_.cadence.tips > 0) tips_ = frames(FrameKind::tips, resumed ? resumed->last_tips : none);
-    open_polydata(scene, step);
-    if (plan_.fluid && !plan_.fluid->outputs.empty())
-        fluid_frames_ = std::make_unique<FluidFrames>(comm_, threads_, fluid_of(interactions_)->flow(), *plan_.fluid, options_.out,
-                                                      plan_.dt, clock_.shift());
-    if (plan_.cadence.series > 0)
+    if (every.series > 0 || plan_.relax) {
+        std::unique_ptr<SeriesFile> file;
         on_root(comm_, [&] {
-            series_ = std::make_unique<SeriesFile>(options_.out + "/observables.csv", names(), step,
-                                                   resumed && resumed->series ? &*resumed->series : nullptr, tell_warning);
+            file = std::make_unique<SeriesFile>(options_.out + "/observables.csv", names(), step,
+                                                resumed && resumed->series ? &*resumed->series : nullptr, tell_warning);
         });
+        outputs_.push_back(std::make_unique<SeriesOutput>(every.series, comm_, std::move(file), [this] { return row(); }));
+    }
+    if (every.trajectory > 0 || plan_.relax) add_frames(FrameKind::trajectory, every.trajectory, &CheckpointInfo::last_trajectory);
+    if (plan_.vtp) outputs_.push_back(polydata(scene, resumed));
+    if (every.tips > 0) add_frames(FrameKind::tips, every.tips, &CheckpointInfo::last_tips);
+    if (plan_.fluid && !plan_.fluid->outputs.empty()) {
+        const FluidInteraction& fluid = *fluid_of(interactions_);
+        outputs_.push_back(std::make_unique<FluidOutputs>(
+            std::make_unique<FluidFrames>(comm_, threads_, fluid.flow(), *plan_.fluid, options_.out, plan_.dt, clock_.shift(),
+                                          [&](const std::string& name) {
+                                              return FieldSeries::Earlier{step, last_frame(resumed, name), tell_warning};
+                                          }),
+            fluid));
+    }
+    if (every.contacts > 0) outputs_.push_back(std::make_unique<ContactTables>(every.contacts, comm_, options_.out, interactions_));
 }
 
-void Simulation::open_polydata(const SceneSpec& scene, std::int64_t resume_step) {
-    if (!plan_.vtp) return;
+std::unique_ptr<Output> Simulation::polydata(const SceneSpec& scene, const CheckpointInfo* resumed) {
     NodeForces forces;
     if (contacts_of(interactions_))
         forces = [this](std::int64_t gid, std::span<Vec3d> out) { contacts_of(interactions_)->forces(gid, out); };
-    polydata_ = std::make_unique<VtkSeries>(comm_, options_.out, scene.output, groups_, *rods_, resume_step, std::move(forces),
-                                            tell_warning);
-    if (walls_) wall_meshes_ = std::make_unique<WallMeshes>(comm_, *walls_, groups_, rods_->local());
+    auto frames = std::make_unique<VtkSeries>(
+        comm_, options_.out, scene.output, groups_, *rods_, resumed ? clock_.done() : -1, std::move(forces),
+        VtkSeries::Expected{last_frame(resumed, "rods"), last_frame(resumed, "walls")}, tell_warning);
+    std::unique_ptr<WallMeshes> walls;
+    if (walls_) walls = std::make_unique<WallMeshes>(comm_, *walls_, groups_, rods_->local());
+    return std::make_unique<PolyDataOutput>(plan_.cadence.trajectory, std::move(frames), std::move(walls));
 }
 
 std::string Simulation::contacts() const {
@@ -431,35 +448,47 @@ std::string Simulation::contacts() const {
     return text;
 }
 
-void Simulation::write_polydata() {
-    polydata_->write(clock_.done(), clock_.time(), clock_.lag());
-    if (wall_meshes_ && (wall_meshes_->move() || !polydata_->has_walls()))
-        polydata_->write_walls(clock_.done(), clock_.time(), wall_meshes_->at(clock_.time()));
-}
-
 void Simulation::write_due() {
     if (due(plan_.cadence.series)) sample();
-    write_frames();
-    {
-        const auto timing = timers_.time(Phase::output);
-        if (clock_.done() > 0 && due(plan_.cadence.contacts))
-            write_file(comm_, fmt::format("{}/contacts_{:012d}.csv", options_.out, clock_.done()),
-                       contacts_of(interactions_)->table());
+    for (const auto& output : outputs_) {
+        const auto timing = timers_.time(output->phase());
+        output->write_due(now());
     }
     if (clock_.done() > 0 && (due(plan_.cadence.checkpoint) || save_now_)) checkpoint();
     else if (close_now_) close_files();
     save_now_ = close_now_ = false;
 }
 
-bool Simulation::due(std::int64_t every) const { return every > 0 && clock_.done() % every == 0; }
-
-void Simulation::write_frames() {
+void Simulation::write_due_of_state() {
     const auto timing = timers_.time(Phase::output);
-    if (due(plan_.cadence.trajectory)) trajectory_->write(clock_.done(), clock_.time(), clock_.lag());
-    if (polydata_ && due(plan_.cadence.trajectory)) write_polydata();
-    if (due(plan_.cadence.tips)) tips_->write(clock_.done(), clock_.time(), clock_.lag());
-    if (fluid_frames_) fluid_frames_->write_due(clock_.done(), fluid_of(interactions_)->box_shift());
+    for (const auto& output : outputs_)
+        if (output->needs_state_alone()) output->write_due(now());
 }
+
+void Simulation::write_end(bool failed) {
+    const auto timing = timers_.time(Phase::output);
+    const auto shows = [failed](const Output& output) { return !failed || output.shows_failure(); };
+    EndRecord record{clock_.done(), {}};
+    for (const auto& output : outputs_)
+        if (shows(*output))
+            for (std::string& name : output->files_of_end(clock_.done())) record.files.push_back(std::move(name));
+    if (!record.files.empty()) {
+        close_files(); // what is taken back later is in files of its own
+        on_root(comm_, [&] { write_end_record(options_.out, record); });
+        for (const auto& output : outputs_)
+            if (shows(*output)) output->write_end(now());
+        close_files();
+    }
+    finish_files();
+}
+
+void Simulation::finish_files() {
+    for (const auto& output : outputs_) output->finish();
+}
+
+Moment Simulation::now() const { return {clock_.done(), clock_.time(), clock_.lag()}; }
+
+bool Simulation::due(std::int64_t every) const { return every > 0 && clock_.done() % every == 0; }
 
 void Simulation::show_progress(bool last) {
     std::vector<double> values;
@@ -514,12 +543,14 @@ void Simulation::sample() {
     look();
     warn_of_strain();
     look_for_rest();
+}
+
+std::optional<std::span<const double>> Simulation::row() {
+    look();
     const bool numbers = std::isfinite(
         groups_.empty() ? last_sample_.front() : observed_energy(last_sample_)); // of a copy half a step on, which may fail first
     warn(told_row_, !numbers, "an energy is not a number: the time series has no row of this step");
-    on_root(comm_, [&] {
-        if (numbers) series_->append(clock_.done(), clock_.time(), last_sample_);
-    });
+    return numbers ? std::optional<std::span<const double>>(last_sample_) : std::nullopt;
 }
 
 void Simulation::warn(bool& told, bool bad, const std::string& text) {
@@ -575,10 +606,7 @@ void Simulation::checkpoint() {
 
 void Simulation::close_files() {
     const auto timing = timers_.time(Phase::output);
-    for (FrameWriter* frames : {trajectory_.get(), tips_.get()})
-        if (frames) frames->close_segment();
-    if (polydata_) polydata_->flush();
-    if (plan_.cadence.series > 0) on_root(comm_, [&] { series_->flush(); });
+    for (const auto& output : outputs_) output->flush();
     frames_closed_ = wall_seconds();
 }
 
@@ -593,7 +621,7 @@ void Simulation::keep_state() {
     info.beyond = comm_.sum_wrapping(digest_of(interactions_));
     info.kept = kept(interactions_);
     if (settling_) info.kept.push_back(settling_->kept());
-    mark_outputs(info);
+    for (const auto& output : outputs_) output->mark(info);
     write_checkpoint(comm_, options_.out, groups_, *rods_, info, plan_.keeping);
     last_checkpoint_ = clock_.done();
     saving_ = false;

@@ -4,22 +4,18 @@
 #include "core/timer.hpp"
 #include "diagnostics/extra_observables.hpp"
 #include "io/checkpoint.hpp"
-#include "io/files.hpp"
-#include "io/trajectory.hpp"
-#include "io/vtk_series.hpp"
 #include "parallel/communicator.hpp"
 #include "parallel/threads.hpp"
 #include "rod/rods.hpp"
 #include "scene/plan.hpp"
 #include "simulation/checkpoint_clock.hpp"
 #include "simulation/contact_interaction.hpp"
-#include "simulation/fluid_frames.hpp"
 #include "simulation/fluid_interaction.hpp"
 #include "simulation/load_balance.hpp"
+#include "simulation/outputs.hpp"
 #include "simulation/progress.hpp"
 #include "simulation/results_directory.hpp"
 #include "simulation/settling.hpp"
-#include "simulation/wall_meshes.hpp"
 #include "skein/core/error.hpp"
 #include "skein/time/clock.hpp"
 
@@ -128,18 +124,19 @@ private:
     /// `resumed`: the checkpoint of this directory that the run goes on from; null: none, and of a branch that begins.
     void open_outputs(const SceneSpec& scene, const CheckpointInfo* resumed);
     RunResult step_to_the_end();
+    std::unique_ptr<Output> polydata(const SceneSpec& scene, const CheckpointInfo* resumed);
     bool due(std::int64_t every) const;
-    void write_frames();
-    /// The same frames for ParaView, with walls where they move or have not been written.
-    void open_polydata(const SceneSpec& scene, std::int64_t resume_step);
-    void write_polydata();
+    Moment now() const;
+    void write_due_of_state();
+    /// Writes of the last step, or of that at which a failure began, what no interval has asked for, and closes all files.
+    void write_end(bool failed);
+    void finish_files();
     /// `last`: no other will follow.
     void show_progress(bool last);
     /// Whether summary.json tells of the end of this very state; then also tells what has changed in [output] since. Collective.
     bool is_told(std::uint64_t digest) const;
     /// After an I/O error: frames that are whole and the state. Returns what to tell of it. Collective.
     std::string save_what_can_be_saved();
-    void mark_outputs(CheckpointInfo& info) const;
     void keep_state(); ///< the part of checkpoint() that writes it
     /// Goes on with the audit of a checkpoint, or begins one here. Collective.
     void begin_audit(std::optional<double> audited_from);
@@ -150,6 +147,8 @@ private:
     /// So that others can read what the run has written so far.
     void close_files();
     void sample();
+    /// The row of this step; none where an energy is not a number. Collective.
+    std::optional<std::span<const double>> row();
     /// Observables of this step, once. Collective.
     void look();
     /// The last sample, and the digest of the whole scene. Collective.
@@ -231,11 +230,7 @@ private:
     std::int64_t last_checkpoint_ = -1;
     std::unique_ptr<StateCopy> copy_;
     std::string failure_, near_limit_; ///< of this rank's rods; agreed on at the next event
-    std::unique_ptr<FrameWriter> trajectory_, tips_;
-    std::unique_ptr<VtkSeries> polydata_;
-    std::unique_ptr<FluidFrames> fluid_frames_; ///< null where none are written
-    std::unique_ptr<WallMeshes> wall_meshes_;   ///< null where there are no walls to show
-    std::unique_ptr<SeriesFile> series_;        ///< root only
+    Outputs outputs_;                  ///< in the order in which they are written
     std::vector<double> last_sample_;
     std::int64_t sampled_ = -1;           ///< step of it
     std::uint64_t checkpoint_digest_ = 0; ///< at last_checkpoint_

@@ -63,7 +63,7 @@ class Damage(DriverTest):
                     with self.subTest(file=victim.name, damage=damage, trial=trial, text=done.stderr):
                         self.assertEqual(self.digest("out"), self.digest("whole"))
                         told += self.check(out, whole, victim, damage, done.stderr)
-        self.assertGreater(told, 3 * len(patterns))
+        self.assertGreater(told, 3 * sum(pattern.endswith((".h5", ".vtp")) for pattern in patterns))
 
     def check(self, out, whole, victim, damage, text):
         """Returns whether a frame has been lost, which then was told."""
@@ -79,6 +79,8 @@ class Damage(DriverTest):
             self.assertTrue(same_numbers(victim, whole / victim.name), "in silence")
         expected = {str(path.relative_to(whole)): path.read_bytes() for path in whole.rglob("*") if path.is_file()}
         for name, content in expected.items():
+            if name == "trajectory.xdmf":
+                continue  # of other segments
             if name.endswith((".pvd", ".xdmf")) and gone:
                 listed = set(re.findall(r"[\w/]+_\d{12}\.\w+", content.decode()))
                 lost = {frame_name for frame_name in listed if victim.stem in frame_name}
