@@ -46,7 +46,13 @@ int verify_command(const VerifyArguments& arguments, int& argc, char**& argv) {
         read_rods(comm, groups);
         const Machine machine = machine_of(comm, arguments.layout.threads, arguments.layout.lanes, arguments.layout.mapping);
         const Threads threads(machine.threads, arguments.layout.shuffle);
+        const double dt = scene.time.dt;
+        if (has_automatic_step(from.settings)) scene.time.dt = 0;
         Plan plan = make_plan(scene, groups, machine);
+        if (plan.dt != dt) { // of another program
+            scene.time.dt = dt;
+            plan = make_plan(scene, groups, machine);
+        }
         if (physics_json(scene, groups, plan.dt) != from.scene)
             throw InputError(from.file + ": the scene that it keeps is not quite one of this program's:" +
                              text_of(key_changes(from.scene, physics_json(scene, groups, plan.dt))));

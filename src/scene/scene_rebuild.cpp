@@ -254,6 +254,11 @@ SceneSpec rebuilt_scene(const std::string& physics, const std::string& settings,
     return scene_of(whole(physics, settings, name), name, {});
 }
 
+bool has_automatic_step(const std::string& settings) {
+    const Json json = Json::parse(settings, nullptr, false);
+    return json.is_object() && json.contains("time") && json["time"].value("dt", Json()) == Json(0.0);
+}
+
 SceneSpec branched_scene(const std::string& physics, const std::string& settings, const std::string& name, const std::string& from,
                          const std::vector<std::string>& overrides) {
     Json scene = whole(physics, settings, name);
