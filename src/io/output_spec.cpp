@@ -5,7 +5,11 @@
 namespace skein {
 
 void OutputSpec::fields(FieldVisitor& f) {
-    f.visit({.name = "trajectory", .unit = "s", .text = "interval of whole-rod frames (HDF5), beside one at the end; 0: none, but for the end of a relaxation", .at_least = 0}, trajectory);
+    f.visit({.name = "trajectory",
+             .unit = "s",
+             .text = "interval of whole-rod frames (HDF5), beside one at the end; 0: none, but for the end of a relaxation",
+             .at_least = 0},
+            trajectory);
     f.visit({.name = "directors", .unit = "", .text = "trajectory frames hold directors"}, directors);
     f.choice({.name = "precision", .unit = "", .text = "of trajectory and tip frames"}, precision, precision_names);
     f.choice(
@@ -14,23 +18,30 @@ void OutputSpec::fields(FieldVisitor& f) {
          .text = "frames of the trajectory for ParaView; vtp: as poly data (rods.pvd, walls.pvd) and XDMF; xdmf: a side-car of the "
                  "HDF5 files alone; none: neither; auto: vtp up to 100000 nodes, xdmf beyond"},
         paraview, paraview_names);
-    f.visit({.name = "tips", .unit = "s", .text = "interval of frames of every rod's last node, beside one at the end; 0: none", .at_least = 0}, tips);
+    f.visit({.name = "tips",
+             .unit = "s",
+             .text = "interval of frames of every rod's last node, beside one at the end; 0: none",
+             .at_least = 0},
+            tips);
     f.visit({.name = "both_ends", .unit = "", .text = "frames of tips hold every rod's first node too"}, both_ends);
-    f.visit({.name = "series", .unit = "s", .text = "interval of the time series of observables, beside a row at the end; 0: none, but for the end of a relaxation", .at_least = 0}, series);
     f.visit(
-        {.name = "fields",
+        {.name = "series",
          .unit = "s",
-         .text =
-             "interval of files of the fluid (HDF5, XDMF): velocity, vorticity, Q and pressure at the middles of cells, beside one at the end; 0: none",
+         .text = "interval of the time series of observables, beside a row at the end; 0: none, but for the end of a relaxation",
          .at_least = 0},
-        fluid_fields);
-    f.visit(
-        {.name = "contacts",
-         .unit = "s",
-         .text =
-             "interval of tables of all contacts between rods (CSV): who, where, force, overlap, friction spring, slip; beside one at the end; 0: none",
-         .at_least = 0},
-        contacts);
+        series);
+    f.visit({.name = "fields",
+             .unit = "s",
+             .text = "interval of files of the fluid (HDF5, XDMF): velocity, vorticity, Q and pressure at the middles of cells, "
+                     "beside one at the end; 0: none",
+             .at_least = 0},
+            fluid_fields);
+    f.visit({.name = "contacts",
+             .unit = "s",
+             .text = "interval of tables of all contacts between rods (CSV): who, where, force, overlap, friction spring, slip; "
+                     "beside one at the end; 0: none",
+             .at_least = 0},
+            contacts);
     f.visit({.name = "observables",
              .unit = "",
              .text = "added to the series: any of \"angular_momentum\", \"curvature\", \"knots\", \"order\""},

@@ -51,7 +51,7 @@ def coarser(text, plan, keys):
 
 def tables(plan, text, dt, steps, others):
     """Five [output] tables for a run of so many steps of dt; the first has outputs at its ends alone. `others`: names of [[fluid_output]]."""
-    whole = plan["steps"] * plan["dt"] / dt * (1 - 1e-9)
+    whole = plan["steps"] * plan["dt"] / dt * (1 - 1e-6)
     part = lambda of_500: max(1, round(of_500 * steps / 500))
     made = [{}, {"series": part(7)}, {"tips": part(11), "series": part(90), "trajectory": part(250)}, {"checkpoint": part(60), "series": part(60)},
             {"series": part(50)}]
