@@ -5,6 +5,7 @@
 #include "fluid/whole_planes.hpp"
 #include "loads/gravity.hpp"
 #include "parallel/exact_sum.hpp"
+#include "rod/step_watch.hpp"
 #include "scene/fluid_pressure.hpp"
 #include "skein/core/error.hpp"
 
@@ -22,16 +23,10 @@ namespace {
 constexpr double most_parts = 1e5; ///< of a step
 constexpr double no_time = -1;     ///< of a pressure that belongs to none
 
-/// Two digits: numbers to be typed in.
-double rounded(double x, double (*whole)(double)) {
-    const double unit = std::pow(10, std::floor(std::log10(x)) - 1);
-    return std::stod(fmt::format("{:.1e}", whole(x / unit) * unit));
-}
+/// Two digits: a number to be typed in.
 double rounded_up(double x) {
-    return rounded(x, [](double digits) { return std::ceil(digits); });
-}
-double rounded_down(double x) {
-    return rounded(x, [](double digits) { return std::floor(digits); });
+    const double unit = std::pow(10, std::floor(std::log10(x)) - 1);
+    return std::stod(fmt::format("{:.1e}", std::ceil(x / unit) * unit));
 }
 
 /// Acceleration of a group by gravity alone, m/s^2.
