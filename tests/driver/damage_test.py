@@ -79,8 +79,8 @@ class Damage(DriverTest):
             self.assertTrue(same_numbers(victim, whole / victim.name), "in silence")
         expected = {str(path.relative_to(whole)): path.read_bytes() for path in whole.rglob("*") if path.is_file()}
         for name, content in expected.items():
-            if name == "trajectory.xdmf":
-                continue  # of other segments
+            if name == "trajectory.xdmf" or (gone and name == victim.stem + ".xdmf"):
+                continue  # of other segments; of the lost frame itself, which the list of all does not name
             if name.endswith((".pvd", ".xdmf")) and gone:
                 listed = set(re.findall(r"[\w/]+_\d{12}\.\w+", content.decode()))
                 lost = {frame_name for frame_name in listed if victim.stem in frame_name}

@@ -313,7 +313,7 @@ trajectory = 0.01
             for frame in (self.directory / "whole/vtp").glob("rods_*.vtp"):
                 if int(frame.stem.split("_")[1]) > resumed:
                     content = bytearray(frame.read_bytes())
-                    content[-100:-50] = bytes(50)
+                    content[-200:-150] = bytes(50)  # numbers, which stand before the tail
                     frame.write_bytes(content)
                     damaged += 1
             self.assertGreater(damaged, 0)
