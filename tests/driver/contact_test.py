@@ -50,6 +50,7 @@ kind = "gravity"
 kind = "uniform"
 rate = 2.0
 [contact]
+allow_overlap = true
 {LAW}self = true
 [[wall]]
 name = "side"
