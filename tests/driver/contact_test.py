@@ -56,6 +56,7 @@ allow_overlap = true
 name = "side"
 kind = "tube"
 radius = 0.08
+allow_overlap = true
 {LAW}
 [[wall]]
 name = "floor"

@@ -28,6 +28,7 @@ spacing = [7.75]
 law = "linear"
 stiffness = 1e4
 damping = 100.0
+allow_overlap = true
 [output]
 series = 0.1
 trajectory = 0.2
@@ -65,7 +66,7 @@ class Joints(DriverTest):
 
     def test_robots_by_themselves(self):
         """Without contact they take many steps in a visit, or one."""
-        self.scene.write_text(SWARM.replace("[contact]\nlaw = \"linear\"\nstiffness = 1e4\ndamping = 100.0\n", ""))
+        self.scene.write_text(SWARM.replace("[contact]\nlaw = \"linear\"\nstiffness = 1e4\ndamping = 100.0\nallow_overlap = true\n", ""))
         self.run_skein("one", "--steps", "300")
         for name, more in (("synchronous", ["--protocol", "synchronous"]), ("ranks", [])):
             self.run_skein(name, "--steps", "300", *more, ranks=3)
