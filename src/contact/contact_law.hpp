@@ -26,7 +26,7 @@ inline constexpr std::string_view contact_friction_names[] = {"none", "memory", 
 inline bool slips_always(ContactFriction friction) {
     return friction != ContactFriction::none && friction != ContactFriction::memory;
 }
-/// Whether its contacts keep a spring from step to step: of memory, or so that a function of slip is stable at any force.
+/// True of friction whose contacts keep a spring from step to step: for memory, or to be stable at any force.
 inline bool has_spring(ContactFriction friction) {
     return friction != ContactFriction::none && friction != ContactFriction::published;
 }

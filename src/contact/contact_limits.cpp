@@ -38,7 +38,7 @@ ContactMobility mobility_of_surface(const BodyShape& body) {
     return most;
 }
 
-/// Of an element, kg. A ring's last node has no mass: it is its first.
+/// Mass of the lighter node of an element, kg. A ring's last node has none: it is its first.
 double lighter_node(const RodGroup& group, int k) {
     const auto at = static_cast<std::size_t>(k);
     return std::min(group.node_mass[at], group.node_mass[at + 1] > 0 ? group.node_mass[at + 1] : group.node_mass[0]);

@@ -27,7 +27,7 @@ struct ContactMobility {
 };
 ContactMobility contact_mobility(const RodGroup& group);
 
-/// Of the spring that regularised friction has, 1/kg: its compliance is h^2 times that of both groups, or of one at a wall. The
+/// Mobility for the spring of regularised friction, 1/kg: its compliance is h^2 times that of both groups, or of one at a wall. The
 /// largest tangential mobility that a slip sees, about any axis, times the number of contacts at once.
 double slip_mobility(const RodGroup& group);
 

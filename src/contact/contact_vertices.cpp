@@ -13,7 +13,7 @@ template <int W> SKEIN_INLINE void Contacts::NearVertex<W>::put(int l, Pair pair
     at_start[second] |= (vertices >> 2 & 1) << l, at_end[second] |= (vertices >> 3 & 1) << l;
 }
 
-/// What vertices take from pairs that touch. The first of each is near a vertex, the second may be only `both` are.
+/// Energies and forces of vertices that pairs in touch share. The first element of each is near a vertex, the second where `both`.
 template <int N, bool both> VertexTerms<Pack<N>> Contacts::at_vertices(const Exposure& bodies, const NearVertex<N>& pairs) const {
     using Q = Pack<N>;
     const ExposedNode* const node = bodies.node.data();
@@ -100,7 +100,7 @@ template <bool both> void Contacts::push_those(const Work& work, WorkArea& area,
     }
 }
 
-/// What vertices take; pairs that are near none have all of their contact.
+/// Forces of shared vertices; a pair that is near none has all of its contact.
 void Contacts::push_vertices(const Work& work, WorkArea& area, Sums& sums) {
     using A = WorkArea;
     for (const A::Number whole : {A::weight, A::weight_of_all}) std::fill_n(area[whole], area.count, 1.0);
@@ -109,7 +109,7 @@ void Contacts::push_vertices(const Work& work, WorkArea& area, Sums& sums) {
     push_those<true>(work, area, sums);
 }
 
-/// The same of a pair by itself.
+/// Energies and forces of shared vertices, of one pair.
 VertexTerms<Pack<1>> Contacts::at_vertices(const Exposure& bodies, std::uint32_t pair, const ClosestPoints<Pack<1>>& at) const {
     NearVertex<1> one;
     const unsigned vertices = list_.vertices[pair];

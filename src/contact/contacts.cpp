@@ -73,7 +73,7 @@ void Contacts::cut_tiles(const Exposure& bodies) {
     }
 }
 
-/// Which lists hold.
+/// Finds which lists still hold all pairs that may touch.
 Contacts::Holding Contacts::survey(const Exposure& bodies, std::span<const TileRun> runs) {
     constexpr int W = places_at_once;
     using P = Pack<W>;
@@ -283,7 +283,7 @@ std::vector<double> Contacts::work(const Exposure& bodies) const {
     return work;
 }
 
-/// Of regularised friction, for a step.
+/// Springs of regularised friction, for a step of h.
 void Contacts::set_springs(double h) {
     const std::vector<double>& mobility = scene_.slip_mobility;
     if (mobility.empty() || laws_.materials() == 1)

@@ -55,7 +55,7 @@ struct Passing {
 };
 
 constexpr double half = 0.5, eighth = 0.125; ///< of the sum of radii
-/// Of the sum of radii: where neither of two moves so far, what passes within 0.45 of it ends nearer than half of it.
+/// Share of the sum of radii: where neither of two moves so far, what passes within 0.45 of it ends nearer than half of it.
 constexpr double far = 0.2;
 
 } // namespace
@@ -99,7 +99,7 @@ void Contacts::note_side_changes(const Exposure& bodies, std::span<const std::ui
         }
 }
 
-/// Whether an own element has moved so far in this step that it may have passed another unseen.
+/// True where an own element has moved so far in this step that it may have passed another unseen.
 bool Contacts::goes_far(const Exposure& bodies, std::size_t slot) const {
     if (!bodies.has_element(slot)) return false;
     const Vec3d &one = bodies.motion[slot].velocity, &other = bodies.motion[slot + 1].velocity;

@@ -1,4 +1,4 @@
-// What vertices take from the contacts of the elements that meet there.                                    theory.md (56c), (56d)
+// Energies of vertices, less of contacts of the elements that share them.                                    theory.md (56c), (56d)
 //   Of each pair, with the energy phi of its normal spring at the nearest points of two elements:
 //   E = phi(e, f) - sum_v c_v phi(v, f)/2 - sum_w c_w phi(e, w)/2 + sum_vw c_v c_w phi(v, w)/4
 //   v, w: vertices of e and f, as balls of their radii; each belongs to two elements, which take half of it each

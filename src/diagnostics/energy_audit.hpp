@@ -17,7 +17,7 @@ struct EnergyAudit {
     double defect(double start_energy) const { return energy + contacts - loads - walls + dissipated - start_energy; }
 };
 
-/// Of rods.local()[i]; without the energy of its contacts. `lag` moves a copy on to `time`.
+/// Budget of rods.local()[i], without the energy of its contacts. `lag` moves a copy on to `time`.
 EnergyAudit audit_rod(std::span<const RodGroup> groups, const Rods& rods, std::size_t i, double time, double lag);
 
 /// Of the whole scene, whose energy has been observed. Collective; the same bits for any distribution of rods.

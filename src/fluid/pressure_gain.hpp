@@ -8,12 +8,12 @@
 
 namespace skein {
 
-/// What a flow solver knows of the times of its pressures.
+/// Times of a flow solver's pressures.
 class PressureInTime {
 public:
     virtual ~PressureInTime() = default;
 
-    /// What the last step has added to FlowSolver::pressure(), and how many times this makes it the pressure of FlowSolver::time().
+    /// Gain of FlowSolver::pressure() in the last step, and how many times this makes it the pressure of FlowSolver::time().
     /// Only between steps; ghosts have no meaning.
     struct Gain {
         std::span<const double> field;

@@ -5,7 +5,7 @@
 
 namespace skein {
 
-/// Of a slip whose share l one sweep takes away, n sweeps with these shares a_j leave the Bernstein polynomial of max(0, 1 - 3 l):
+/// Shares a_j of n sweeps, which leave of a slip whose share l one sweep takes away the Bernstein polynomial of max(0, 1 - 3 l):
 ///     1 - l sum_j a_j (1 - l)^j = sum_k max(0, 1 - 3 k/n) C(n, k) l^k (1 - l)^(n - k).
 std::vector<double> sweep_shares(int sweeps) {
     const int n = sweeps, bound = most_plain_sweeps;

@@ -20,7 +20,7 @@ constexpr std::string_view format = "skein-end", series_name = "observables.csv"
 
 std::string path_of(const std::string& directory) { return directory + "/end.json"; }
 
-/// Whether a name is one that a run gives to records of this step alone: an edited list removes nothing else.
+/// True of names that a run gives to records of this step alone: an edited list removes nothing else.
 bool is_record_of(const std::string& name, std::int64_t step) {
     const std::string digits = fmt::format("_{:012d}.", step);
     return is_result_name(name) && !name.starts_with("checkpoint_") && name.find("..") == name.npos &&

@@ -26,7 +26,7 @@ std::uint64_t product(const std::vector<std::uint64_t>& shape) {
     return numbers;
 }
 
-/// Of a box of a dataset: the sum of its words' digests, each by its place in the whole.
+/// Checksum of a box of a dataset: the sum of its words' digests, each by its place in the whole.
 std::uint64_t box_digest(const void* numbers, std::size_t word, const std::vector<std::uint64_t>& shape, const H5Box& box) {
     std::size_t inner = shape.size(); // dimensions from here on are side by side
     std::uint64_t run = 1, below = 1; // words, of the box and of the whole
@@ -50,7 +50,7 @@ std::uint64_t box_digest(const void* numbers, std::size_t word, const std::vecto
     return sum;
 }
 
-/// Whether a dataset is what was written; of files of earlier programs nobody knows.
+/// True where a dataset is as written; files of earlier programs have no checksum.
 bool is_sound(const H5File& file, const std::string& path) {
     if (!file.has(path, "digest")) return true;
     constexpr std::uint64_t most_bytes = 16 << 20; // at a time

@@ -53,7 +53,7 @@ public:
         std::vector<FieldName> fields;
         std::vector<std::pair<std::string, std::string>> labels;
     };
-    /// What a run that goes on knows of earlier frames.
+    /// Earlier frames that a resumed run goes on from.
     struct Earlier {
         std::int64_t resume_step = -1;                     ///< those up to here are kept; -1: none
         std::optional<std::int64_t> expected = {};         ///< the last that there should be; absent: not known

@@ -36,7 +36,7 @@ public:
     /// `group` and `rods` must outlive it. Collective.
     GroupFrames(const Communicator& comm, const RodGroup& group, const Rods& rods, FrameKind kind, const OutputSpec& spec);
 
-    /// The same rods, of which ranks own others from now on. Frames that are pending must be written before others are taken.
+    /// Rods have new owners from now on. Frames that are pending must be written before others are taken.
     /// Collective.
     void follow(const Communicator& comm, const Rods& rods);
 

@@ -18,7 +18,7 @@ std::string quantity_names() {
     return fmt::format("{}", fmt::join(names, ", "));
 }
 
-/// Of numbers whose layout is another, a damaged one above all, HDF5 may convert for ever.
+/// True of numbers of a common layout: HDF5 may convert others, of a damaged type above all, for ever.
 bool is_common(hid_t type) {
     const hid_t known[] = {H5T_IEEE_F32LE, H5T_IEEE_F32BE, H5T_IEEE_F64LE, H5T_IEEE_F64BE, H5T_STD_I8LE,
                            H5T_STD_I8BE,   H5T_STD_I16LE,  H5T_STD_I16BE,  H5T_STD_I32LE,  H5T_STD_I32BE,
@@ -65,7 +65,7 @@ private:
         check_quantities();
     }
 
-    /// What follows a path out of the file is refused.
+    /// Links out of the file are refused.
     H5Handle dataset(std::size_t q) const {
         std::string outside;
         const std::string name(quantities[q].name);

@@ -45,7 +45,7 @@ public:
     /// Appends the state at time t (synchronised copies: positions drifted on by `lag`). A step that is already there is left
     /// alone. An error may be that of an earlier frame. Collective.
     void write(std::int64_t step, double time, double lag);
-    /// The same rods, of which ranks own others from now on. `rods` must outlive it. Collective.
+    /// Rods have new owners from now on. `rods` must outlive it. Collective.
     void follow(const Rods& rods);
     /// Closes and renames the open segment. Called before each checkpoint and at the end: what is still open when the object
     /// ends is lost. The XDMF side-car is rewritten when it lags by a sixteenth of the segments, so that all its versions together

@@ -33,7 +33,7 @@ struct VtkArray {
     std::uint64_t bytes() const { return tuples * static_cast<std::uint64_t>(components) * bytes_of(type); }
 };
 
-/// Which frame of a series a file is. It stands behind the last tag, as a comment of XML.
+/// Number of a file's frame in its series. It stands behind the last tag, as a comment of XML.
 struct VtkStamp {
     std::int64_t step, after; ///< `after`: step of the frame before, -1 of none
     std::uint64_t digest;     ///< byte_digest of all that is before the tail, and place_digest
@@ -65,13 +65,13 @@ private:
 
 /// Whether a text, or what there is of it, begins as these files do.
 bool begins_vtk_polydata(std::string_view text);
-/// Of a file that is whole from head to tail; none of any other.
+/// Stamp of a file that is whole from head to tail; none of any other.
 struct VtkFound {
     double time;                   ///< s
     std::optional<VtkStamp> stamp; ///< absent in files of earlier programs
 };
 std::optional<VtkFound> find_vtk_polydata(const std::string& path);
-/// Whether a file is what was written as the frame of a step, as far as it has a stamp.
+/// True where a file is the frame that was written at a step, as far as it has a stamp.
 bool is_sound_vtk_polydata(const std::string& path, std::int64_t step);
 
 /// Writes parts of a file, and adds up their digests.

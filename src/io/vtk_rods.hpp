@@ -36,7 +36,7 @@ public:
     /// Its rods stand behind those of `before`, to which they are added. `group` and `rods` must outlive it. Collective.
     VtkRods(const Communicator& comm, const RodGroup& group, const Rods& rods, VtkContent& before);
 
-    /// The same rods, of which ranks own others from now on. Collective.
+    /// Rods have new owners from now on. Collective.
     void follow(const Communicator& comm, const Rods& rods);
 
     /// This rank's block of the group's rods as they are, all numbers of a rod side by side, in `buffers`. `forces` is asked where

@@ -34,7 +34,7 @@ public:
     /// Appends the state at time t (synchronised copies: positions drifted on by `lag`). A step that is already there is left
     /// alone. Collective.
     void write(std::int64_t step, double time, double lag);
-    /// The same rods, of which ranks own others from now on. `rods` must outlive it. Collective.
+    /// Rods have new owners from now on. `rods` must outlive it. Collective.
     void follow(const Rods& rods);
     /// Walls of a scene: one frame in all where none moves. Collective.
     void write_walls(std::int64_t step, double time, const PolygonMesh& walls);

@@ -24,7 +24,7 @@ Mobility mobility(const RodGroup& group, const JointEnd& end) {
     return {(before * before + end.share * end.share) / of_node + dot(end.arm, end.arm) * softest, softest};
 }
 
-/// What holds elements beside junctions. A spring K between two elements of inertia J and J' holds each with at most K (1/J +
+/// Bound of the stiffness beside junctions. A spring K between two elements of inertia J and J' holds each with at most K (1/J +
 /// 1/J'); of a star that of the others is the least.
 void bound_stars(const Junctions& junctions, std::span<const RodGroup> groups, std::vector<JointBounds>& bounds) {
     std::vector<std::map<std::pair<std::int64_t, int>, Vec3d>> held(groups.size());

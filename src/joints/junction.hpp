@@ -12,7 +12,7 @@ namespace skein {
 /// Such a joint has one common node. It turns by half cells too, unless the scene gives it a torsional spring.
 inline bool shares_node(const JointSpec& spec) { return spec.kind == JointKind::fixed && spec.law.stiffness == 0; }
 inline bool turns_by_half_cells(const JointSpec& spec) { return shares_node(spec) && spec.law.torsional_stiffness == 0; }
-/// Whether a table has springs or dashpots besides.
+/// True where a table has springs or dashpots besides.
 inline bool has_springs(const JointSpec& spec) {
     return !shares_node(spec) || spec.law.damped() || spec.law.torsional_stiffness > 0;
 }
@@ -65,8 +65,8 @@ struct Junctions {
 
 inline constexpr std::size_t most_members = 16;
 
-/// Of a copy of an assembly, whose joints these are. Throws InputError, with the line of the table and a cure, where a place is
-/// between nodes or off a rod's axis, or where two things hold it.
+/// Junctions of a copy of an assembly, whose joints these are. Throws InputError, with the line of the table and a cure, where a
+/// place is between nodes or off a rod's axis, or where two things hold it.
 Junctions junctions_of(std::span<const JointSpec> tables, std::span<const Joint> joints, std::span<const RodGroup> groups);
 
 } // namespace skein

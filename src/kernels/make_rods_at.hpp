@@ -14,7 +14,7 @@ template <int W, class Maker> TileProgram<W> make_program(const GroupProgram& of
     return program;
 }
 
-/// Of the kicks of all groups; `kicks` is where they are kept.
+/// Mobilities in the kicks of all groups; `kicks` is where they are kept.
 inline KickGains kick_gains(const Plan& plan, std::span<const RodGroup> groups, std::vector<KicksOfGroup>& kicks) {
     const Scheme scheme = scheme_of(plan.integrator);
     for (std::size_t g = 0; g < groups.size(); ++g) {

@@ -23,7 +23,7 @@ struct Nothing {};
 template <class L, int W, bool binds> struct KeptOfTile { using Type = Nothing; };
 template <class L, int W> struct KeptOfTile<L, W, true> { using Type = typename L::template TileData<W>; };
 
-/// Of a load that is no muscle.
+/// Base of a load that makes no moments at ends of rods.
 template <int W> struct NoEndMoments {};
 template <class L, int W>
 concept MakesMoments = requires(const L l, const RodTile<W>& t, const Step& s, EndMoments<W>& m) {
@@ -36,7 +36,7 @@ concept MakesMoments = requires(const L l, const RodTile<W>& t, const Step& s, E
 template <class L, int W, class Map> using EndMomentsOf =
     std::conditional_t<MakesMoments<L, W> && !Map::along, MakesEndMoments<W>, NoEndMoments<W>>;
 
-/// The same with its body, for a load that makes them.
+/// Base of a load that makes moments at ends of rods.
 template <class Pass, class L, int W, class Base> class WithEndMoments : public Base {};
 template <class Pass, class L, int W> class WithEndMoments<Pass, L, W, MakesEndMoments<W>> : public MakesEndMoments<W> {
 public:
@@ -79,7 +79,7 @@ public:
         else add();
     }
 
-    /// Of muscles alone.
+    /// End moments of muscles.
     void of_ends(const RodTile<W>& rod, const Step& step, EndMoments<W>& moments) const {
         if constexpr (binds) load_.template add_end_moments<W>(rod, tile_data_[rod.number], step, moments);
         else load_.template add_end_moments<W>(rod, step, moments);

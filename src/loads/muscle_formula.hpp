@@ -135,7 +135,7 @@ struct MuscleFormula {
         load[n - 1].couple += before + seam.before;
     }
 
-    /// What it makes where an open rod ends, for joints that go on there.
+    /// Moments where an open rod ends, for joints that go on there.
     template <int W>
     void add_end_moments(const RodTile<W>& rod, const TileData<W>& data, const Step& step, EndMoments<W>& moments) const {
         if (rod.group->closed()) return;

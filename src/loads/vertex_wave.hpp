@@ -50,7 +50,7 @@ public:
         if (frame_ == LoadFrame::body) parts_.back() = m;
         else add(parts_.size() - 1, m, -1);
     }
-    /// Of the places where an open rod ends, for joints that go on there; silent until they are set.
+    /// Moments where an open rod ends, for joints that go on there; none until they are set.
     void set_ends(double start_amplitude, double start_phase, double end_amplitude, double end_phase) {
         at_start_ = parts_of(start_amplitude, start_phase), at_end_ = parts_of(end_amplitude, end_phase);
     }

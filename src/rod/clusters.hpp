@@ -62,9 +62,9 @@ public:
     /// Sets the loads of all slots. `across`: the cluster is a block of copies. `moments`: by tile of the cluster, null where
     /// wants_moments() is false.
     virtual void run(const Slot<W>* slot, const EndMoments<W>* moments, JoinedLoad<W>* load, bool across) const = 0;
-    /// Whether moments of muscles go on through joints.
+    /// True where moments of muscles go on through joints.
     virtual bool wants_moments() const { return false; }
-    /// Whether nodes of several rods are one; the two that follow are then called, and else not.
+    /// True where nodes of several rods are one; only then are the next two called.
     virtual bool shares_nodes() const { return false; }
     /// After a drift, before loads: takes such nodes to one place.
     virtual void gather(Slot<W>*, bool) const {}

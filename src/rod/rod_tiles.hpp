@@ -98,7 +98,7 @@ private:
     void advance(const Cluster& cluster, const StepPart& part, int thread);
     /// Loads of joints, by slot of the cluster.
     JoinedLoad<W>* couple(const Cluster& cluster, const Step& step, int thread) const;
-    /// What muscles make at the ends of its rods; null where none do, or no joint goes on.
+    /// Moments of muscles at the ends of its rods; null where none act, or no joint goes on.
     const EndMoments<W>* end_moments(const Cluster& cluster, const Step& step, int thread) const;
     void run_passes(const RodTile<W>& tile, SlotLoad<W>* load, std::size_t first, std::size_t behind, const Step& step) const;
     void take_start_states(std::vector<Boarding> boardings);

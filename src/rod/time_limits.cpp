@@ -96,7 +96,7 @@ std::vector<TimeLimit> limits_by_mode(const RodGroup& g) {
     return limits;
 }
 
-/// Of a rod whose numbers are so small or so large that no step is left.
+/// Refuses a rod whose numbers are so small or so large that no step is left.
 [[noreturn]] void refuse_size(const RodGroup& g, std::int64_t i, const TimeLimit& limit) {
     const RodSpec& spec = g.spec();
     const Places& places = g.places();

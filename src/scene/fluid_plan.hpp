@@ -107,7 +107,7 @@ struct FluidPlan {
     double ns_per_cell_step() const;
 };
 
-/// Of a scene that has a fluid, with the groups of its rods and its loads, whose formulas are read.
+/// Speeds of a scene that has a fluid, with its groups of rods and its loads, whose formulas are read.
 FluidPlan plan_fluid(const SceneSpec& scene, std::span<const RodGroup> groups, std::span<const Load> loads);
 
 } // namespace skein

@@ -1,4 +1,4 @@
-// Whether a run writes the pressure of its fluid.
+// Test for whether a run writes the pressure of its fluid.
 #pragma once
 
 #include "scene/fluid_plan.hpp"

@@ -1,4 +1,4 @@
-// What scenes may say, for programs: every table and key with its unit, type, bounds and default.
+// Tables and keys of scenes for programs, each with unit, type, bounds and default.
 #pragma once
 
 #include <string>

@@ -20,7 +20,7 @@ std::string settings_json(const SceneSpec& scene);
 /// The scene of both, with its step as a number. `name`: of the file that they are from, for messages. Throws InputError where they
 /// make no scene of this program's.
 SceneSpec rebuilt_scene(const std::string& physics, const std::string& settings, const std::string& name);
-/// Whether its step was found and not given: then it follows from outputs too, as does how often rods and fluid meet.
+/// True where a step is automatic: then outputs enter it, and how often rods and fluid exchange momentum.
 bool has_automatic_step(const std::string& settings);
 /// The same with `overrides`, as for read_scene, and to begin with the state `from` and not with what it began with itself.
 SceneSpec branched_scene(const std::string& physics, const std::string& settings, const std::string& name, const std::string& from,

@@ -64,7 +64,7 @@ std::vector<Vertex> vertices_of(const RodGroup& group) {
     return all;
 }
 
-/// What muscles add to the rest curvature of a rod, about body axes.
+/// Curvature that muscles add to a rod's at rest, about body axes.
 struct Bending {
     Vec3d curvature{0, 0, 0}, rate{0, 0, 0}; ///< 1/m, 1/(m s)
 };
@@ -216,7 +216,7 @@ double speed_of_bending(const RodGroup& group, std::span<const Vertex> vertices,
     return most;
 }
 
-/// Of a rod that falls or rises: as far as the duration, inertial or viscous drag on a cylinder let it.
+/// Speed of a rod that falls or rises: as far as the duration, inertial or viscous drag on a cylinder let it.
 double speed_of_weight(const RodGroup& group, const Vec3d& gravity, const FluidSpec& fluid, double duration) {
     const double density = group.spec().material.density, excess = std::abs(density - fluid.density), g = sum_of(gravity);
     double radius = 0;
@@ -226,7 +226,7 @@ double speed_of_weight(const RodGroup& group, const Vec3d& gravity, const FluidS
     return std::min({excess / density * g * duration, std::sqrt(std::numbers::pi * radius * g * excess / fluid.density), viscous});
 }
 
-/// Of both ends of a group's rods that move as prescribed.
+/// Speeds of both ends of a group's rods that move as prescribed.
 double speed_of_motions(const RodGroup& group, double duration) {
     const RodSpec& spec = group.spec();
     const double length = length_of(group);
@@ -277,7 +277,7 @@ Release release_of(const SceneSpec& scene, const RodGroup& group, std::span<cons
     return most;
 }
 
-/// Of muscles whose curvature changes in time: what the rates make of the shape, or at most what its energy has room for.
+/// Speed by muscles whose curvature changes in time: that of the rates, at most that of their energy.
 double speed_of_muscles(const SceneSpec& scene, const RodGroup& group, std::span<const Load> loads) {
     double most = 0;
     for_bent_rods(scene, group, loads, [&](const std::vector<Vertex>& vertices, const std::vector<Muscle>& muscles) {

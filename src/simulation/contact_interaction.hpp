@@ -42,13 +42,13 @@ public:
 
     /// An energy audit begins, in which positions are by `lag` behind the rates, s.
     void begin_audit(double lag);
-    /// What contacts store, by how far bodies overlap, and what friction and dashpots have dissipated, J: now, and when an audit
-    /// began here. Collective.
+    /// Energy that contacts store, by how far bodies overlap, and what friction and dashpots have dissipated, J: now, and when an
+    /// audit began here. Collective.
     double booked(double lag) const;
     double booked_at_start() const;
 
 private:
-    /// Of this rank, where bodies will be in this time at the rates that they have shown, s; 0 before the first step.
+    /// Energies of this rank with bodies where they will be in this time at their last rates, s; 0 before the first step.
     std::vector<double> bookings(double after) const;
     OwnerDirectory directory() const;
     /// Of a slot: the element of a rod, or the part of a body.

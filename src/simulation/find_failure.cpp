@@ -268,7 +268,7 @@ void Simulation::try_shorter_steps(Failure& failure, const StateCopy& start, dou
     for (int attempt = 0; attempt < most_attempts; ++attempt, dt = rounded_down(dt / 4)) {
         failure.dt = dt;
         Trial trial = tried(dt);
-        // What holds by chance, as rods that fold may, fails with half the step.
+        // A step that holds by chance, as for rods that fold, fails with half of it.
         if (trial == Trial::held && tried(rounded_down(dt / 2)) == Trial::failed) trial = Trial::failed;
         if (trial == Trial::failed) continue;
         failure.remedy = trial == Trial::held ? Remedy::step : Remedy::untried;

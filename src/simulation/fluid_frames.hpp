@@ -17,7 +17,7 @@ namespace skein {
 
 class FluidFrames {
 public:
-    /// What a run that goes on knows of the earlier frames of a series, by its name.
+    /// Earlier frames of a series, by its name, that a resumed run goes on from.
     using Earlier = std::function<FieldSeries::Earlier(const std::string&)>;
     /// The time of step s is shift + s dt. Collective, as all that writes.
     FluidFrames(const Communicator& comm, const Threads& threads, const FlowSolver& flow, const FluidPlan& plan,

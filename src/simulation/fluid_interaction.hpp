@@ -41,7 +41,7 @@ public:
     double speed_to_expect() const { return speed_to_expect_; }
     /// KEY=VALUE that lets a run go on where it has failed, or where rods that feel the fluid have; empty: none is known.
     std::string remedy() const;
-    /// Of rods that feel the fluid: the slip at the end of the last step over the largest speed then, and the largest of this run.
+    /// Slip of two-way rods at the end of the last step over the largest speed then, and the largest of this run.
     struct SlipFigures {
         double slip = 0, share = 0, largest_share = 0, allowed = 0; ///< m/s; the others of the speed
     };
@@ -59,7 +59,7 @@ private:
     bool choose_part(const Step& first);
     /// The largest sum of components of a node's velocity, m/s. Collective.
     double speed_of_rods() const;
-    /// What slip leaves of the next step, s, where the largest speed is this. theory.md (95)
+    /// Bound of the next step by slip, s, where the largest speed is this. theory.md (95)
     double step_by_slip(double speed, double whole, double shortest) const;
     /// Largest difference of velocities at markers at the end of the last step, m/s.
     double slip() const { return steps_ == steps_before_ ? slip_before_ : bodies_->forcing().slip(); }
@@ -77,7 +77,7 @@ private:
     void move_box_to(std::int64_t cells);
     /// Throws NumericalError on all ranks where the axis of a rod that feels the fluid has left its box. Collective.
     void stop_outside(const Step& first) const;
-    /// What a node of own rod i has done, beyond a face, in the words of a message.
+    /// Message for a node of own rod i that is beyond a face.
     std::string text_outside(std::size_t i, std::size_t node, const FluidFace& face, const Step& first) const;
 
     const Communicator& comm_;

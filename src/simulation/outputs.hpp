@@ -1,4 +1,4 @@
-// What a run writes at steps of its own, and at its last one: a list, of which the run knows no kinds.
+// Outputs of a run, each at steps of its own and at the last: a list, of which the run knows no kinds.
 #pragma once
 
 #include "core/timer.hpp"
@@ -37,13 +37,13 @@ public:
     /// The first step after `done` at which it is due.
     virtual std::int64_t next(std::int64_t done) const = 0;
     virtual void write_due(const Moment& now) = 0;
-    /// Whether a state that has just been read is enough for it: others need the step that led there.
+    /// True where a state that has just been read is enough: others need the step that led there.
     virtual bool needs_state_alone() const { return true; }
     /// Names in the directory of what write_end() is to write, as EndRecord has them.
     virtual std::vector<std::string> files_of_end(std::int64_t step) const = 0;
     /// Writes what is not due at the run's last step.
     virtual void write_end(const Moment& now) = 0;
-    /// The same rods, of which ranks own others from now on.
+    /// Rods have new owners from now on.
     virtual void follow(const Rods& rods) { static_cast<void>(rods); }
     /// Puts what has been written on the disk, under final names.
     virtual void flush() {}
@@ -52,7 +52,7 @@ public:
     virtual void finish() {}
     /// Says which of the records before a step an error has cost; empty: none.
     virtual std::string lost_before(std::int64_t step) const { return static_cast<void>(step), std::string(); }
-    /// Whether it can show the step at which a failure began, as far as rods are made again.
+    /// True where it can show the step at which a failure began, as far as rods are made again.
     virtual bool shows_failure() const { return true; }
     virtual Phase phase() const { return Phase::output; }
 };
@@ -101,7 +101,7 @@ private:
     std::unique_ptr<FrameWriter> frames_;
 };
 
-/// The same frames for ParaView, with walls where they move or have not been written.
+/// Frames for ParaView, with walls where they move or have not been written.
 class PolyDataOutput final : public PeriodicOutput {
 public:
     /// `walls`: null where there are none to show.

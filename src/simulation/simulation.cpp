@@ -61,7 +61,7 @@ void require_memory(const Communicator& comm, const Plan& plan) {
     if (!message.empty()) throw InputError(message);
 }
 
-/// Whether there are checkpoints in the directory of results, which a run goes on from. Collective.
+/// True where the directory of results has checkpoints, which a run goes on from. Collective.
 bool goes_on(const Communicator& comm, const RunOptions& options) {
     bool some = false;
     std::error_code error; // what is wrong with the directory is told when it is opened

@@ -79,7 +79,7 @@ private:
                                           broadcast<1>(at(b + 1) - at(b)));
         return norm(lane(found.apart, 0));
     }
-    /// Of a segment and the box of an own body, which shows its axes; boxes of others are looked at where they are.
+    /// Overlap of a segment and the box of an own body, which has its axes here; other ranks test their own boxes.
     double distance_to_box(std::uint32_t slot, const Vec3d& from, const Vec3d& to) const {
         const auto own = near_.owns_slot(slot) ? own_.find(near_.in_scene(slot)) : std::optional<std::uint32_t>();
         if (!own) return HUGE_VAL;
@@ -119,7 +119,7 @@ bool in_obstacle(const Obstacle& obstacle, const Vec3d& place) {
     return x * x + y * y < 1;
 }
 
-/// What is wrong with the place of one ball of a body: a free node, or a point of a body's surface.
+/// Fault of the place of a ball: a free node, or a point of a body's surface; empty: none.
 std::string fault_of_place(const Plan& plan, const RodGroup& group, const std::string& what, const Vec3d& place, double radius) {
     constexpr double allowed = ContactSpec{}.overlap;
     for (const Wall& wall : plan.walls) {

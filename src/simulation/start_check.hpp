@@ -20,7 +20,7 @@ std::string name_of_body(std::span<const RodGroup> groups, std::int64_t gid);
 void refuse_start(const Communicator& comm, const Threads& threads, const Plan& plan, std::span<const RodGroup> groups,
                   const Rods& rods, Exposure* exposure, Neighbourhood* neighbourhood);
 
-/// The same of all bodies of a scene in this process, before anything is made. Nothing where the scene begins from a checkpoint.
+/// Refuses overlaps of all bodies of a scene in this process, before anything is made, but for starts from checkpoints.
 void refuse_start(const SceneSpec& scene, const Plan& plan, std::span<const RodGroup> groups);
 
 } // namespace skein
