@@ -203,8 +203,8 @@ void Packing::fields(FieldVisitor& f) {
     f.visit({.name = "attempts",
              .unit = "-",
              .text =
-                 "packing: places tried for a rod in one direction, and then as many in directions drawn anew, before the packing "
-                 "fails; a slab grows by a layer after a hundredth of them",
+                 "packing: attempts to place a rod in one direction, then as many in new directions, before the packing fails; a "
+                 "slab grows by a layer after a hundredth of them",
              .at_least = 1},
             attempts);
 }
