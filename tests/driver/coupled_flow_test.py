@@ -10,7 +10,7 @@ import unittest
 import h5py
 import numpy
 
-from driver import SKEIN, DriverTest, rods_in_a_fluid
+from driver import FLUID_OF_RODS, SKEIN, DriverTest, rods_in_a_fluid
 
 APPS = pathlib.Path(__file__).resolve().parents[2] / "apps"
 
@@ -18,14 +18,7 @@ SCENE = """
 title = "rods and a fluid"
 [time]
 duration = 0.4
-[fluid]
-cells = [32, 24, 20]
-spacing = 0.1
-density = 2.0
-viscosity = 0.02
-courant = 0.4
-expected_speed = 2.0
-largest_slip = 0 # few steps: exchange_test.py lets slips shorten them
+""" + FLUID_OF_RODS + """largest_slip = 0 # few steps: exchange_test.py lets slips shorten them
 """ + rods_in_a_fluid((2.0, 2e3), (20.0, 1e4), [0.0, 1.0, 1.0]) + """
 [output]
 series = 0.02

@@ -94,6 +94,52 @@ length = 0.1
 elements = 6
 """  # to be packed
 
+LAW = 'law = "hertz"\nstiffness = 1e5\ndamping = 10.0\n'
+
+
+def bed_under_a_lid(count, height, servo=""):
+    """Sticks that are packed in a box of 0.15 m x 0.15 m up to a height and fall; a lid that begins 0.01 m above it presses them. `servo`: more of its keys."""
+    return f"""
+[time]
+duration = 0.2
+{STICKS}
+[rods.placement]
+kind = "packing"
+count = {count}
+seed = 3
+region = "box"
+lower = [0.0, 0.0, 0.0]
+upper = [0.15, 0.15, {height}]
+[[load]]
+kind = "gravity"
+[[damping]]
+kind = "uniform"
+rate = 2.0
+[contact]
+{LAW}
+[[wall]]
+name = "box"
+kind = "box"
+lower = [0.0, 0.0, 0.0]
+upper = [0.15, 0.15, 0.5]
+open = ["z+"]
+{LAW}
+[[wall]]
+name = "lid"
+kind = "plane"
+point = [0.0, 0.0, {height + 0.01:g}]
+normal = [0.0, 0.0, -1.0]
+{LAW}
+[wall.servo]
+speed = 0.4
+watch = "box z-"
+area = 0.0225
+turn_back_above = 200.0
+turn_forth_below = 20.0
+average = 1e-3
+{servo}"""
+
+
 # A box between walls and a ball that swings in it; a scene of both says what the velocity is at the start, and how long it goes on.
 FLUID_IN_A_BOX = """
 [constants]
@@ -108,6 +154,18 @@ viscosity = 0.01
 along_y = "no_slip"
 along_z = "free_slip"
 """
+# A periodic box of 3.2 m x 2.4 m x 2 m: that of rods_in_a_fluid().
+FLUID_OF_RODS = """
+[fluid]
+cells = [32, 24, 20]
+spacing = 0.1
+density = 2.0
+viscosity = 0.02
+courant = 0.4
+expected_speed = 2.0
+"""
+
+
 def rods_in_a_fluid(thick, threads, spin):
     """A thick rod that crosses the faces of a box of 3.2 m x 2.4 m x 2 m on its way, and two thin ones; densities and Young's moduli."""
     return f"""

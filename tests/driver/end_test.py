@@ -11,54 +11,14 @@ import unittest
 import h5py
 import numpy
 
-from driver import BALL_IN_IT, FLUID_IN_A_BOX, SCENE, SEARCH, STICKS, DriverTest, group, rods_in_a_fluid, table
+from driver import BALL_IN_IT, FLUID_IN_A_BOX, FLUID_OF_RODS, SCENE, SEARCH, DriverTest, bed_under_a_lid, group, rods_in_a_fluid, table
 
 from failure_test import TORN
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2] / "python"))
 import skein  # noqa: E402
 
-LAW = 'law = "hertz"\nstiffness = 1e5\ndamping = 10.0\n'
-BED = f"""
-[time]
-duration = 0.2
-{STICKS}
-[rods.placement]
-kind = "packing"
-count = 12
-seed = 3
-region = "box"
-lower = [0.0, 0.0, 0.0]
-upper = [0.15, 0.15, 0.1]
-[[load]]
-kind = "gravity"
-[[damping]]
-kind = "uniform"
-rate = 2.0
-[contact]
-{LAW}
-[[wall]]
-name = "box"
-kind = "box"
-lower = [0.0, 0.0, 0.0]
-upper = [0.15, 0.15, 0.5]
-open = ["z+"]
-{LAW}
-[[wall]]
-name = "lid"
-kind = "plane"
-point = [0.0, 0.0, 0.11]
-normal = [0.0, 0.0, -1.0]
-{LAW}
-[wall.servo]
-speed = 0.4
-watch = "box z-"
-area = 0.0225
-turn_back_above = 200.0
-turn_forth_below = 20.0
-average = 1e-3
-cycles = 1
-ends_run = true
+BED = bed_under_a_lid(12, 0.1, "cycles = 1\nends_run = true\n") + """
 [output]
 trajectory = 0.02
 tips = 0.01
@@ -77,14 +37,7 @@ series = 0.06
 BOTH = """
 [time]
 duration = 0.4
-[fluid]
-cells = [32, 24, 20]
-spacing = 0.1
-density = 2.0
-viscosity = 0.02
-courant = 0.4
-expected_speed = 2.0
-""" + rods_in_a_fluid((2.0, 2e3), (20.0, 1e4), [0.0, 1.0, 1.0]) + """
+""" + FLUID_OF_RODS + rods_in_a_fluid((2.0, 2e3), (20.0, 1e4), [0.0, 1.0, 1.0]) + """
 [output]
 fields = 0.2
 trajectory = 0.1

@@ -5,7 +5,7 @@ import json
 import subprocess
 import unittest
 
-from driver import SKEIN, DriverTest, rods_in_a_fluid
+from driver import FLUID_OF_RODS, SKEIN, DriverTest, rods_in_a_fluid
 
 WORM = """
 title = "worm in a box"
@@ -40,14 +40,7 @@ THROWN = """
 title = "rods and a fluid"
 [time]
 duration = 0.06
-[fluid]
-cells = [32, 24, 20]
-spacing = 0.1
-density = 2.0
-viscosity = 0.02
-courant = 0.4
-expected_speed = 2.0
-""" + rods_in_a_fluid((2.0, 2e3), (20.0, 1e4), [0.0, 1.0, 1.0]) + """
+""" + FLUID_OF_RODS + rods_in_a_fluid((2.0, 2e3), (20.0, 1e4), [0.0, 1.0, 1.0]) + """
 [output]
 series = 0.02
 checkpoint = 0.02

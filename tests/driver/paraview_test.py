@@ -13,7 +13,7 @@ from xml.etree import ElementTree
 import h5py
 import numpy
 
-from driver import SCENE, SKEIN, STICKS, DriverTest
+from driver import LAW, SCENE, SKEIN, STICKS, DriverTest, bed_under_a_lid
 
 try:  # Debian: python3-vtk9 or python3-paraview
     from vtkmodules.util.numpy_support import vtk_to_numpy
@@ -23,49 +23,7 @@ try:  # Debian: python3-vtk9 or python3-paraview
 except ImportError:
     vtkXMLPolyDataReader = None
 
-LAW = """law = "hertz"
-stiffness = 1e5
-damping = 10.0
-"""
-
-BED = f"""
-[time]
-duration = 0.2
-{STICKS}
-[rods.placement]
-kind = "packing"
-count = 30
-seed = 3
-region = "box"
-lower = [0.0, 0.0, 0.0]
-upper = [0.15, 0.15, 0.16]
-[[load]]
-kind = "gravity"
-[[damping]]
-kind = "uniform"
-rate = 2.0
-[contact]
-{LAW}
-[[wall]]
-name = "box"
-kind = "box"
-lower = [0.0, 0.0, 0.0]
-upper = [0.15, 0.15, 0.5]
-open = ["z+"]
-{LAW}
-[[wall]]
-name = "lid"
-kind = "plane"
-point = [0.0, 0.0, 0.17]
-normal = [0.0, 0.0, -1.0]
-{LAW}
-[wall.servo]
-speed = 0.4
-watch = "box z-"
-area = 0.0225
-turn_back_above = 200.0
-turn_forth_below = 20.0
-average = 1e-3
+BED = bed_under_a_lid(30, 0.16) + """
 [output]
 trajectory = 0.02
 series = 0.02
