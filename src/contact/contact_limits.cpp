@@ -1,6 +1,7 @@
 #include "contact/contact_limits.hpp"
 
 #include "core/principal_axes.hpp"
+#include "core/two_digits.hpp"
 #include "rod/body_shape.hpp"
 
 #include <fmt/format.h>
@@ -98,18 +99,14 @@ double overlap_of_energy(const ContactLaw& law, double energy) {
 }
 
 std::string stiffer_law(const ContactLaw& given, const ContactLaw& law, double effective_mass, double times) {
-    const auto rounded = [](double x, bool up) { // to two digits, on the side that is stiffer
-        const double unit = std::pow(10, std::floor(std::log10(x)) - 1);
-        return (up ? std::ceil(x / unit * (1 - 1e-12)) : std::floor(x / unit * (1 + 1e-12))) * unit;
-    };
     if (given.restitution > 0 && given.resolved(effective_mass).stiffness == law.stiffness) {
         const double power = given.normal == ContactNormal::linear ? 0.5 : 0.4;
         return fmt::format("contact.collision_time = {:.2g} in place of {:.4g}",
-                           rounded(given.collision_time * std::pow(times, -power), false), given.collision_time);
+                           rounded_down(given.collision_time * std::pow(times, -power)), given.collision_time);
     }
     if (given.restitution == 0 && given.stiffness == law.stiffness)
-        return fmt::format("contact.stiffness = {:.2g} in place of {:.4g}", rounded(times * law.stiffness, true), law.stiffness);
-    return fmt::format("{:.2g} times the stiffness of their [[contact_pair]]", rounded(times, true));
+        return fmt::format("contact.stiffness = {:.2g} in place of {:.4g}", rounded_up(times * law.stiffness), law.stiffness);
+    return fmt::format("{:.2g} times the stiffness of their [[contact_pair]]", rounded_up(times));
 }
 
 double contact_limit(const ContactMobility& of, const ContactLaw& law, double stiffness, double damping, int touching) {

@@ -20,11 +20,6 @@ Tightest tightest(const RodGroup& group, std::span<Slot<1>> state) {
     return found;
 }
 
-double rounded_down(double x) {
-    const double unit = std::pow(10, std::floor(std::log10(x)) - 1);
-    return std::stod(fmt::format("{:.1e}", std::floor(x / unit * (1 + 1e-12)) * unit));
-}
-
 std::string text_of(const Tightest& at, const StepWatch& watch) {
     return fmt::format(
         "element {}: dt = {:.4g} s is {} of the limit {:.4g} s that its present strains leave ({} mode, dilatation e = {:.4g})",

@@ -42,9 +42,6 @@ struct Tightest {
 };
 Tightest tightest(const RodGroup& group, std::span<Slot<1>> state);
 
-/// Two digits, rounded down: a step to be typed in.
-double rounded_down(double x);
-
 /// "element 3: dt = ... s is ... of the limit ... s that its present strains leave (...)".
 std::string text_of(const Tightest& at, const StepWatch& watch);
 

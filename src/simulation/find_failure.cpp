@@ -2,6 +2,7 @@
 // where it began.
 #include "core/share_text.hpp"
 #include "core/timer.hpp"
+#include "core/two_digits.hpp"
 #include "io/disk.hpp"
 #include "kernels/kernels.hpp"
 #include "rod/invalid_state.hpp"

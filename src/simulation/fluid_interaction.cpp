@@ -1,11 +1,11 @@
 #include "simulation/fluid_interaction.hpp"
 
+#include "core/two_digits.hpp"
 #include "fluid/pressure_gain.hpp"
 #include "fluid/start_velocity.hpp"
 #include "fluid/whole_planes.hpp"
 #include "loads/gravity.hpp"
 #include "parallel/exact_sum.hpp"
-#include "rod/step_watch.hpp"
 #include "scene/fluid_pressure.hpp"
 #include "skein/core/error.hpp"
 
@@ -22,12 +22,6 @@ namespace {
 
 constexpr double most_parts = 1e5; ///< of a step
 constexpr double no_time = -1;     ///< of a pressure that belongs to none
-
-/// Two digits: a number to be typed in.
-double rounded_up(double x) {
-    const double unit = std::pow(10, std::floor(std::log10(x)) - 1);
-    return std::stod(fmt::format("{:.1e}", std::ceil(x / unit) * unit));
-}
 
 /// Acceleration of a group by gravity alone, m/s^2.
 ForceBalance::Weight weight_of(const Plan& plan) {
@@ -217,29 +211,38 @@ void FluidInteraction::move_box_to(std::int64_t cells) {
     bodies_->set_box_shift(box_shift());
 }
 
-void FluidInteraction::stop_outside(const Step& first) const {
-    constexpr std::int64_t none = std::numeric_limits<std::int64_t>::max();
+FluidInteraction::RodsInBox FluidInteraction::rods_in_box() const {
     FluidGrid box = plan_.constants.grid;
     box.lower += box_shift();
     const double rounding = 1e-9 * box.h; // of ends that are held at a face
-    const auto beyond = [&](const Vec3d& place) { return face_beyond(box, place, rounding); };
     const ImmersedRods& rods = *bodies_->rods();
-    struct Outside {
-        std::int64_t gid = none;
-        std::size_t rod = 0, node = 0;
-        FluidFace face;
-    };
-    std::vector<Outside> found(rods.rods().local().size()); // by rod: threads read rods side by side
+    const std::span<const LocalRod> local = rods.rods().local();
+    std::vector<RodsInBox> found(local.size()); // by rod: threads read rods side by side
     rods.read(lag_, [&](int, std::size_t i, const RodCopy& rod) {
-        for (std::size_t k = 0; k < rod.state.size() && found[i].gid == none; ++k)
-            if (const auto face = beyond(lane(rod.state[k].position, 0))) found[i] = {rods.rods().local()[i].gid, i, k, *face};
+        RodsInBox& mine = found[i];
+        for (std::size_t k = 0; k < rod.state.size(); ++k) {
+            const Vec3d v = lane(rod.state[k].velocity, 0);
+            mine.speed = std::max(mine.speed, std::abs(v.x) + std::abs(v.y) + std::abs(v.z));
+            if (!plan_.felt() || mine.outside != nobody) continue;
+            if (const auto face = face_beyond(box, lane(rod.state[k].position, 0), rounding))
+                mine.outside = local[i].gid, mine.rod = i, mine.node = k, mine.face = *face;
+        }
     });
-    Outside mine;
-    for (const Outside& one : found)
-        if (one.gid < mine.gid) mine = one;
-    const std::int64_t gid = comm_.min(mine.gid);
-    if (gid == none) return;
-    throw NumericalError(comm_.first_text(mine.gid == gid ? text_outside(mine.rod, mine.node, mine.face, first) : std::string()));
+    RodsInBox all;
+    double speed = 0;
+    for (const RodsInBox& one : found) {
+        speed = std::max(speed, one.speed);
+        if (one.outside < all.outside) all = one;
+    }
+    all.speed = speed;
+    return all;
+}
+
+void FluidInteraction::stop_outside(const RodsInBox& mine, const Step& first) const {
+    const std::int64_t gid = comm_.min(mine.outside);
+    if (gid == nobody) return;
+    throw NumericalError(
+        comm_.first_text(mine.outside == gid ? text_outside(mine.rod, mine.node, mine.face, first) : std::string()));
 }
 
 std::string FluidInteraction::text_outside(std::size_t i, std::size_t node, const FluidFace& face, const Step& first) const {
@@ -259,17 +262,6 @@ std::string FluidInteraction::text_outside(std::size_t i, std::size_t node, cons
         could_follow ? ", fluid.follows_rods = true" : "", first.begin - static_cast<double>(plan_.every) * first.dt);
 }
 
-double FluidInteraction::speed_of_rods() const {
-    std::vector<double> most(bodies_->rods()->rods().local().size(), 0.0); // by rod: threads read rods side by side
-    bodies_->rods()->read(lag_, [&](int, std::size_t i, const RodCopy& rod) {
-        for (const Slot<1>& slot : rod.state) {
-            const Vec3d v = lane(slot.velocity, 0);
-            most[i] = std::max(most[i], std::abs(v.x) + std::abs(v.y) + std::abs(v.z));
-        }
-    });
-    return comm_.max(most.empty() ? 0.0 : *std::max_element(most.begin(), most.end()));
-}
-
 double FluidInteraction::step_by_slip(double speed, double whole, double shortest) const {
     constexpr double growth = 1.25;  // of a step over the last one, or by one of the shortest
     constexpr double nothing = 1e-4; // of a cell, in a step of the plan: no motion that counts
@@ -279,10 +271,11 @@ double FluidInteraction::step_by_slip(double speed, double whole, double shortes
 
 bool FluidInteraction::choose_part(const Step& first) {
     if (plan_.follows_rods) follow_rods();
-    if (plan_.felt()) stop_outside(first);
+    const RodsInBox rods = rods_in_box();
+    if (plan_.felt()) stop_outside(rods, first);
     const int unit = stage_parts(plan_.constants.scheme).unit;
     const std::int64_t within = (first.index - 1) % plan_.every, left = (plan_.every - within) / unit; // in the shortest steps
-    const double shortest = unit * first.dt, whole = static_cast<double>(plan_.every) * first.dt, of_rods = speed_of_rods();
+    const double shortest = unit * first.dt, whole = static_cast<double>(plan_.every) * first.dt, of_rods = comm_.max(rods.speed);
     const double by_rods = of_rods > 0 ? plan_.courant * plan_.constants.grid.h / of_rods : HUGE_VAL;
     speed_ = std::max(comm_.max(flow_->largest_speed()), of_rods);
     const double limit = std::min(flow_->step_limit(plan_.courant), by_rods);

@@ -5,6 +5,7 @@
 #include "immersion/immersion.hpp"
 #include "simulation/interaction.hpp"
 
+#include <limits>
 #include <optional>
 
 namespace skein {
@@ -57,8 +58,6 @@ private:
     void step_alone(const Step& step);
     /// With rods: how long the next step of the fluid is; false where none is short enough.
     bool choose_part(const Step& first);
-    /// The largest sum of components of a node's velocity, m/s. Collective.
-    double speed_of_rods() const;
     /// Bound of the next step by slip, s, where the largest speed is this. theory.md (95)
     double step_by_slip(double speed, double whole, double shortest) const;
     /// Largest difference of velocities at markers at the end of the last step, m/s.
@@ -75,8 +74,17 @@ private:
     /// The box moves by whole cells to where the middle of all nodes is. Collective.
     void follow_rods();
     void move_box_to(std::int64_t cells);
+    static constexpr std::int64_t nobody = std::numeric_limits<std::int64_t>::max();
+    /// Own rods as a step of the fluid begins.
+    struct RodsInBox {
+        double speed = 0;              ///< largest sum of components of a node's velocity, m/s
+        std::int64_t outside = nobody; ///< the first in the scene of which a node is beyond a face, if they feel the fluid
+        std::size_t rod = 0, node = 0; ///< that one
+        FluidFace face;
+    };
+    RodsInBox rods_in_box() const;
     /// Throws NumericalError on all ranks where the axis of a rod that feels the fluid has left its box. Collective.
-    void stop_outside(const Step& first) const;
+    void stop_outside(const RodsInBox& mine, const Step& first) const;
     /// Message for a node of own rod i that is beyond a face.
     std::string text_outside(std::size_t i, std::size_t node, const FluidFace& face, const Step& first) const;
 
