@@ -75,10 +75,9 @@ Contacts::BoxContact Contacts::evaluate_box(const Exposure& bodies, double h, st
         const double s = near.s;
         const BoxPoint point = nearest_on_box(axes * (p + s * d - centre), box.half);
         const Vec3d &vertex = node[side > 0].position, on_box = centre + transpose_times(axes, point.on_box);
-        const auto share =
-            vertex_share<1>(reach, side > 0 ? 1 - s : s, broadcast<1>(vertex), broadcast<1>(node[side <= 0].position - vertex),
-                            broadcast<1>(bodies.node[neighbour(bodies, element, side > 0) + (side > 0)].position - vertex),
-                            broadcast<1>(on_box), {}, {});
+        const auto share = vertex_share<1>(
+            reach, side > 0 ? 1 - s : s, broadcast<1>(vertex), broadcast<1>(node[side <= 0].position - vertex),
+            broadcast<1>(bodies.node[neighbour(bodies, element, side > 0) + (side > 0)].position - vertex), broadcast<1>(on_box));
         const double apart = sharing<1>(near.sine_squared, share.bend[0] * (node->radius + box.radius))[0];
         weight = 1 + apart * (share.weight[0] - 1);
         const double beyond = apart * share.beyond[0];

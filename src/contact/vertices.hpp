@@ -58,23 +58,19 @@ template <class P> struct VertexShare {
 };
 
 /// `to_vertex`: way from the contact to the vertex, over the element's length, below 0 beyond; `edge`, `beyond`: of the
-/// element and of its neighbour there, both leading away from the vertex; the other element: from `start` along `other` within
-/// `range`. Cost: 90 flop, of which seven
-/// divisions and roots.
+/// element and of its neighbour there, both leading away from the vertex; `on_box`: the nearest point of the box. Cost: 60 flop, of
+/// which six divisions and roots.
 template <int W> SKEIN_INLINE VertexShare<Pack<W>> vertex_share(double reach, Pack<W> to_vertex, const Vec3<Pack<W>>& vertex,
                                                                 const Vec3<Pack<W>>& edge, const Vec3<Pack<W>>& beyond,
-                                                                const Vec3<Pack<W>>& start, const Vec3<Pack<W>>& other,
-                                                                const ShareRange<Pack<W>>& range) {
+                                                                const Vec3<Pack<W>>& on_box) {
     using P = Pack<W>;
     const P zero(0.0), half(0.5), one(1.0), tiny(1e-60);
     const P length = max(norm(edge), tiny), next = max(norm(beyond), tiny), inverse = one / (length * next),
             per_length = next * inverse, per_next = length * inverse, per_zone = P(1 / reach) * max(per_length, per_next);
-    const Vec3<P> outwards = per_next * beyond - per_length * edge, apart = vertex - start;
-    // The least of |vertex + y outwards - (start + t other)|^2; where both are parallel, which a trifle decides, y is nearest to 0.
-    const P squared = dot(outwards, outwards), a = P(1 + 2.5e-5) * squared, b = dot(outwards, other), c = dot(outwards, apart),
-            f = dot(other, apart);
-    const P t = range.clamp(fma(a, f, -(b * c)) / max(fma(a, dot(other, other), -(b * b)), tiny));
-    const P y = fma(b, t, -c) / max(a, tiny), within = -to_vertex * (length * per_zone),
+    const Vec3<P> outwards = per_next * beyond - per_length * edge;
+    // The least of |vertex + y outwards - on_box|^2; where neighbours are folded together, which a trifle decides, y is near 0.
+    const P squared = dot(outwards, outwards), y = -dot(outwards, vertex - on_box) / max(P(1 + 2.5e-5) * squared, tiny),
+            within = -to_vertex * (length * per_zone),
             x = within + max(min(fma(y, sqrt(squared) * per_zone, -within), P(held)), P(-held));
     const P u = min(max(half - half * x, zero), one);
     return {u * u * (P(3.0) - (u + u)), min(max(x, zero), one) * (P(reach) * min(one, next * per_length)),
