@@ -209,14 +209,19 @@ private:
         unite(stars_, place_of_star_, of_a, of_b);
     }
 
-    Hub finished_hub(Set set) {
+    /// The sides of a set, first the one that is a body or held, which the others follow; two such are refused.
+    std::vector<Side> led_by(const Set& set, bool Side::*held, const char* fault) {
         table_ = set.table;
-        std::vector<Side>& sides = set.sides;
-        const auto fixed = [](const Side& s) { return s.body || s.node_held; };
-        if (std::count_if(sides.begin(), sides.end(), fixed) > 1)
-            refuse("makes one node of places that two bodies or two holds have: give 'stiffness' [N/m] and 'torsional_stiffness' "
-                   "[N m/rad] to one of the joints");
-        std::stable_sort(sides.begin(), sides.end(), [&](const Side& a, const Side& b) { return fixed(a) > fixed(b); });
+        std::vector<Side> sides = set.sides;
+        const auto leads = [held](const Side& s) { return s.body || s.*held; };
+        if (std::count_if(sides.begin(), sides.end(), leads) > 1)
+            refuse(std::string(fault) + ": give 'stiffness' [N/m] and 'torsional_stiffness' [N m/rad] to one of the joints");
+        std::stable_sort(sides.begin(), sides.end(), [&](const Side& a, const Side& b) { return leads(a) > leads(b); });
+        return sides;
+    }
+
+    Hub finished_hub(const Set& set) {
+        const std::vector<Side> sides = led_by(set, &Side::node_held, "makes one node of places that two bodies or two holds have");
         Hub hub{.members = {}, .body = sides.front().body, .held = sides.front().node_held};
         // Nodes that reach a body through other nodes stand where those do.
         Vec3d arm{0, 0, 0};
@@ -229,15 +234,9 @@ private:
         return hub;
     }
 
-    Star finished_star(Set set) {
-        table_ = set.table;
-        std::vector<Side>& sides = set.sides;
-        const auto rigid = [](const Side& s) { return s.body || s.element_held; };
-        if (std::count_if(sides.begin(), sides.end(), rigid) > 1)
-            refuse("makes half cells meet where two bodies or holds are: give 'stiffness' [N/m] and "
-                   "'torsional_stiffness' [N m/rad] to one of the joints");
-        std::stable_sort(sides.begin(), sides.end(), [&](const Side& a, const Side& b) { return rigid(a) > rigid(b); });
-        Star star{.members = {}, .rigid = rigid(sides.front())};
+    Star finished_star(const Set& set) {
+        const std::vector<Side> sides = led_by(set, &Side::element_held, "makes half cells meet where two bodies or holds are");
+        Star star{.members = {}, .rigid = sides.front().body || sides.front().element_held};
         const Quaterniond first = start_frame(sides.front());
         Mat3d sum{{0, 0, 0}, {0, 0, 0}, {0, 0, 0}};
         double lengths = 0;
