@@ -10,7 +10,7 @@
 namespace skein {
 
 std::int64_t PeriodicOutput::next(std::int64_t done) const {
-    return every_ > 0 ? (done / every_ + 1) * every_ : std::numeric_limits<std::int64_t>::max();
+    return every_ > 0 ? multiple_after(done, every_) : std::numeric_limits<std::int64_t>::max();
 }
 
 void PeriodicOutput::write_due(const Moment& now) {
@@ -30,7 +30,7 @@ void FrameOutput::mark(CheckpointInfo& info) const {
 }
 
 std::string FrameOutput::lost_before(std::int64_t step) const {
-    const std::int64_t last = frames_->last_step(), first = last < 0 || every() == 0 ? 0 : (last / every() + 1) * every();
+    const std::int64_t last = frames_->last_step(), first = last < 0 || every() == 0 ? 0 : multiple_after(last, every());
     if (every() == 0 || first >= step) return {};
     return fmt::format("\n  {} frames of steps {} to {} are lost; to have them computed again, move this checkpoint away",
                        kind_name(), first, (step - 1) / every() * every());

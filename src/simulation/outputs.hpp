@@ -23,6 +23,9 @@ namespace skein {
 
 class FluidInteraction;
 
+/// The first multiple of `every` after `step`.
+inline std::int64_t multiple_after(std::int64_t step, std::int64_t every) { return (step / every + 1) * every; }
+
 /// The state that is written, which is that of synchronised copies.
 struct Moment {
     std::int64_t step;

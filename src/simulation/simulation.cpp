@@ -5,7 +5,6 @@
 #include "diagnostics/energy_audit.hpp"
 #include "diagnostics/observables.hpp"
 #include "io/disk.hpp"
-#include "io/end_record.hpp"
 #include "kernels/kernels.hpp"
 #include "partition/partition.hpp"
 #include "scene/plane_numbers.hpp"
@@ -33,18 +32,8 @@ constexpr double tick_seconds = 1;         ///< wall time between two agreements
 constexpr std::int64_t check_every = 64;   ///< steps between two looks for rods whose state is invalid
 constexpr std::int64_t tick_multiple = 64; ///< steps between ticks: fewer would cut visits short and look at rods more often
 
-std::int64_t multiple_after(std::int64_t step, std::int64_t every) { return (step / every + 1) * every; }
-
 /// The first step from `step` on at which all of the scene stands at one time.
 std::int64_t whole_event(std::int64_t step, std::int64_t every) { return (step + every - 1) / every * every; }
-
-void tell_warning(const std::string& text) { std::fprintf(stderr, "warning: %s\n", text.c_str()); }
-
-/// Step of the last frame of a series that a checkpoint knows of.
-std::optional<std::int64_t> last_frame(const CheckpointInfo* resumed, const std::string& series) {
-    if (!resumed || !resumed->last_frames.contains(series)) return {};
-    return resumed->last_frames.at(series);
-}
 
 /// Refuses rods that do not fit, before any is made: the system may end a process that takes too much without a word. Of all ranks
 /// alike; those of one machine take from the same memory.
@@ -64,10 +53,11 @@ void require_memory(const Communicator& comm, const Plan& plan) {
 /// True where the directory of results has checkpoints, which a run goes on from. Collective.
 bool goes_on(const Communicator& comm, const RunOptions& options) {
     bool some = false;
-    std::error_code error; // what is wrong with the directory is told when it is opened
-    if (comm.root() && !options.out.empty() && !options.overwrite)
-        for (const auto& entry : std::filesystem::directory_iterator(options.out, error))
-            some = some || entry.path().filename().string().starts_with("checkpoint_");
+    on_root(comm, [&] {
+        std::error_code error; // what is wrong with the directory is told when it is opened
+        some = !options.overwrite && std::filesystem::is_directory(options.out, error) &&
+               !numbered_files(options.out, "checkpoint_", ".h5").empty();
+    });
     return comm.max(static_cast<std::int64_t>(some)) != 0;
 }
 
@@ -394,52 +384,6 @@ Simulation::Verdict Simulation::agree() {
     return verdict;
 }
 
-void Simulation::open_outputs(const SceneSpec& scene, const CheckpointInfo* resumed) {
-    on_root(comm_, [&] { take_back_end(options_.out); });
-    const std::int64_t step = resumed ? clock_.done() : -1;
-    const Cadence& every = plan_.cadence;
-    const auto add_frames = [&](FrameKind kind, std::int64_t interval, std::optional<std::int64_t> CheckpointInfo::*last) {
-        outputs_.push_back(
-            std::make_unique<FrameOutput>(interval, kind,
-                                          std::make_unique<FrameWriter>(comm_, options_.out, kind, scene.output, groups_, *rods_,
-                                                                        step, plan_.title, FrameWriter::default_buffer_bytes,
-                                                                        tell_warning, resumed ? resumed->*last : std::nullopt)));
-    };
-    if (every.series > 0 || plan_.relax) {
-        std::unique_ptr<SeriesFile> file;
-        on_root(comm_, [&] {
-            file = std::make_unique<SeriesFile>(options_.out + "/observables.csv", names(), step,
-                                                resumed && resumed->series ? &*resumed->series : nullptr, tell_warning);
-        });
-        outputs_.push_back(std::make_unique<SeriesOutput>(every.series, comm_, std::move(file), [this] { return row(); }));
-    }
-    if (every.trajectory > 0 || plan_.relax) add_frames(FrameKind::trajectory, every.trajectory, &CheckpointInfo::last_trajectory);
-    if (plan_.vtp) outputs_.push_back(polydata(scene, resumed));
-    if (every.tips > 0) add_frames(FrameKind::tips, every.tips, &CheckpointInfo::last_tips);
-    if (plan_.fluid && !plan_.fluid->outputs.empty()) {
-        const FluidInteraction& fluid = *fluid_of(interactions_);
-        outputs_.push_back(std::make_unique<FluidOutputs>(
-            std::make_unique<FluidFrames>(comm_, threads_, fluid.flow(), *plan_.fluid, options_.out, plan_.dt, clock_.shift(),
-                                          [&](const std::string& name) {
-                                              return FieldSeries::Earlier{step, last_frame(resumed, name), tell_warning};
-                                          }),
-            fluid));
-    }
-    if (every.contacts > 0) outputs_.push_back(std::make_unique<ContactTables>(every.contacts, comm_, options_.out, interactions_));
-}
-
-std::unique_ptr<Output> Simulation::polydata(const SceneSpec& scene, const CheckpointInfo* resumed) {
-    NodeForces forces;
-    if (contacts_of(interactions_))
-        forces = [this](std::int64_t gid, std::span<Vec3d> out) { contacts_of(interactions_)->forces(gid, out); };
-    auto frames = std::make_unique<VtkSeries>(
-        comm_, options_.out, scene.output, groups_, *rods_, resumed ? clock_.done() : -1, std::move(forces),
-        VtkSeries::Expected{last_frame(resumed, "rods"), last_frame(resumed, "walls")}, tell_warning);
-    std::unique_ptr<WallMeshes> walls;
-    if (walls_) walls = std::make_unique<WallMeshes>(comm_, *walls_, groups_, rods_->local());
-    return std::make_unique<PolyDataOutput>(plan_.cadence.trajectory, std::move(frames), std::move(walls));
-}
-
 std::string Simulation::contacts() const {
     const ContactInteraction* contacts = contacts_of(interactions_);
     std::string text;
@@ -447,46 +391,6 @@ std::string Simulation::contacts() const {
         for (const std::string& part : comm_.all_gather(contacts->table())) text += part;
     return text;
 }
-
-void Simulation::write_due() {
-    if (due(plan_.cadence.series)) sample();
-    for (const auto& output : outputs_) {
-        const auto timing = timers_.time(output->phase());
-        output->write_due(now());
-    }
-    if (clock_.done() > 0 && (due(plan_.cadence.checkpoint) || save_now_)) checkpoint();
-    else if (close_now_) close_files();
-    save_now_ = close_now_ = false;
-}
-
-void Simulation::write_due_of_state() {
-    const auto timing = timers_.time(Phase::output);
-    for (const auto& output : outputs_)
-        if (output->needs_state_alone()) output->write_due(now());
-}
-
-void Simulation::write_end(bool failed) {
-    const auto timing = timers_.time(Phase::output);
-    const auto shows = [failed](const Output& output) { return !failed || output.shows_failure(); };
-    EndRecord record{clock_.done(), {}};
-    for (const auto& output : outputs_)
-        if (shows(*output))
-            for (std::string& name : output->files_of_end(clock_.done())) record.files.push_back(std::move(name));
-    if (!record.files.empty()) {
-        close_files(); // what is taken back later is in files of its own
-        on_root(comm_, [&] { write_end_record(options_.out, record); });
-        for (const auto& output : outputs_)
-            if (shows(*output)) output->write_end(now());
-        close_files();
-    }
-    finish_files();
-}
-
-void Simulation::finish_files() {
-    for (const auto& output : outputs_) output->finish();
-}
-
-Moment Simulation::now() const { return {clock_.done(), clock_.time(), clock_.lag()}; }
 
 bool Simulation::due(std::int64_t every) const { return every > 0 && clock_.done() % every == 0; }
 
@@ -545,69 +449,10 @@ void Simulation::sample() {
     look_for_rest();
 }
 
-std::optional<std::span<const double>> Simulation::row() {
-    look();
-    const bool numbers = std::isfinite(
-        groups_.empty() ? last_sample_.front() : observed_energy(last_sample_)); // of a copy half a step on, which may fail first
-    warn(told_row_, !numbers, "an energy is not a number: the time series has no row of this step");
-    return numbers ? std::optional<std::span<const double>>(last_sample_) : std::nullopt;
-}
-
-void Simulation::warn(bool& told, bool bad, const std::string& text) {
-    if (told || !bad) return;
-    told = true;
-    if (!comm_.root() || options_.quiet) return;
-    progress_->finish();
-    std::fprintf(stderr, "warning: step %lld: %s\n", static_cast<long long>(clock_.done()), text.c_str());
-}
-
-void Simulation::warn_of_limit() {
-    const std::string text = comm_.first_text(near_limit_);
-    warn(told_limit_, !text.empty(), text + (plan_.force_dt ? "" : "; beyond it the run is stopped: lower dt or time.e_min"));
-}
-
-void Simulation::warn_of_gain() {
-    const double share = comm_.max(undamped_share_);
-    bool told = false;
-    warn(told, share > 0,
-         fmt::format("rods without damping may have gained energy: the step was up to {:.2g} of the limit that their strains left, "
-                     "and beyond {:.2g} strain feeds them. time.dt = {:g} holds, {:g} of the least limit; or give them damping",
-                     share, StepWatch::feeds, rounded_down(StepWatch::keeps * plan_.dt / std::max(share, StepWatch::feeds)),
-                     StepWatch::keeps));
-}
-
-void Simulation::warn_of_overlap() {
-    bool told = false;
-    const std::string text = tell_of_overlaps(comm_, interactions_);
-    warn(told, !text.empty(), text);
-}
-
-void Simulation::warn_of_strain() {
-    if (groups_.empty()) return;
-    const double turn = last_sample_[observed_turn_per_cell], strain = last_sample_[observed_axial_strain];
-    double room = HUGE_VAL; // to the lowest tension limit
-    for (std::size_t g = 0; g < groups_.size(); ++g)
-        room = std::min(room, plan_.groups[g].tension_limit - groups_[g].element[0].rest_stretch);
-    warn(told_turn_, turn > 2,
-         fmt::format("neighbouring elements turn by {:.3g} rad against each other, and 3 rad stops the run: use more elements",
-                     turn));
-    warn(
-        told_strain_, strain > 0.7,
-        fmt::format("an axial strain of {:.3g}: elements are shorter than 0.3 or well on the way to 3 times their length", strain));
-    warn(told_tension_, strain > room,
-         fmt::format("an axial strain of {:.3g} may be beyond the tension limit (plan): directors flip there", strain));
-}
-
 void Simulation::checkpoint() {
     if (last_checkpoint_ == clock_.done()) return;
     close_files();
     keep_state();
-}
-
-void Simulation::close_files() {
-    const auto timing = timers_.time(Phase::output);
-    for (const auto& output : outputs_) output->flush();
-    frames_closed_ = wall_seconds();
 }
 
 void Simulation::keep_state() {

@@ -29,6 +29,9 @@ namespace skein {
 
 class StateCopy;
 
+/// "warning: ...", on the stderr of this process.
+void tell_warning(const std::string& text);
+
 /// How steps, threads and ranks meet; the bits are the same.
 enum class Protocol {
     asynchronous, ///< a tile takes many steps per visit, ranks meet at events: where no rod feels another
@@ -185,6 +188,7 @@ private:
     enum class Remedy { unknown, step, untried, none };
     struct Failure {
         std::string text;
+        std::string cause = {}; ///< as far as interactions know it; empty: they do not
         std::string frame = {}; ///< where all rods at that step are to be seen
         std::int64_t step = -1; ///< -1: not found
         double dt = 0;          ///< s, the last that was tried; 0: none was
