@@ -21,7 +21,8 @@ void ContactSpec::fields(FieldVisitor& f) {
              .unit = "",
              .text =
                  "rods and bodies may overlap at the start by more than `overlap`, and are pushed apart as the law says; elements "
-                 "that never touch, and those whose law has soft_until, may without it"},
+                 "that never touch, and those whose law has soft_until, may without it; bodies whose axes begin nearer than half "
+                 "the sum of radii may pass each other until they have come apart that far"},
             allow_overlap);
 }
 

@@ -191,6 +191,7 @@ void Contacts::place_kept(const Exposure& bodies) {
     memory_.assign(list_.count(), ContactMemory<double>{});
     status_.assign(list_.count() + PairList::padding, 0);
     std::vector<double> lost(blocks_of(kept_.size()), 0.0);
+    recall_overlapping(bodies);
     for_blocks(threads_, kept_.size(), [&](std::size_t begin, std::size_t end, std::size_t block) {
         for (std::size_t i = begin; i < end; ++i) {
             const KeptContact& kept = kept_[i];
@@ -201,7 +202,7 @@ void Contacts::place_kept(const Exposure& bodies) {
                 const auto at = std::lower_bound(first, last, Pair{*a, *b});
                 if (at != last && *at == Pair{*a, *b}) {
                     const auto pair = static_cast<std::size_t>(at - list_.pair.begin());
-                    status_[pair] = static_cast<std::uint8_t>(kept.status);
+                    status_[pair] = static_cast<std::uint8_t>(kept.status & touching);
                     memory_[pair] = kept.memory;
                     continue;
                 }
@@ -262,13 +263,18 @@ void Contacts::restore(std::span<const KeptContact> kept, double friction_work, 
     memory_.clear();
     may_repeat_ = false;
     search_.forget_sizes();
+    begins_ = kept_.empty(); // bodies in each other touch from their first step on
+    overlapping_.clear();
 }
 
 std::vector<KeptContact> Contacts::kept(const Exposure& bodies) const {
-    if (!list_.first.empty()) return touching_pairs(bodies, true);
-    std::vector<KeptContact> mine; // not yet gone on from
-    for (const KeptContact& kept : kept_)
-        if (const auto a = bodies.find(kept.a); a && bodies.owns_slot(*a)) mine.push_back(kept);
+    std::vector<KeptContact> mine;
+    if (!list_.first.empty()) mine = touching_pairs(bodies, true);
+    else // not yet gone on from
+        for (const KeptContact& kept : kept_)
+            if (const auto a = bodies.find(kept.a); a && bodies.owns_slot(*a)) mine.push_back(kept);
+    for (KeptContact& contact : mine)
+        if (is_overlapping(bodies_of(bodies.scene(), contact.a, contact.b))) contact.status |= began_deep;
     return mine;
 }
 
@@ -297,7 +303,7 @@ void Contacts::begin(const Exposure& bodies, double time, double h, std::span<Ex
     numbers_ = laws_.numbers(time);
     if (slips_always(kinds_.friction)) set_springs(h);
     time_ = time;
-    side_changes_.clear();
+    side_changes_.clear(), overlap_now_.clear();
     look_for_far_ways(bodies);
     may_repeat_ = may_repeat;
     if (may_repeat_ && !now_.empty()) { // on the way, while all is in cache
@@ -313,6 +319,7 @@ void Contacts::finish(const Exposure& bodies, double h, std::span<ExertedLoad> l
     work_through(bodies, h, later_, std::exchange(prunes_[1], false), loads);
     add_deferred(bodies, loads);
     if (!far_.empty() || !passed_.empty()) note_far_ways(bodies);
+    follow_overlapping();
     if (side_changes_.size() > 1)
         std::sort(side_changes_.begin(), side_changes_.end(),
                   [](const SideChange& x, const SideChange& y) { return x.pair < y.pair; });

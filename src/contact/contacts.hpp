@@ -153,7 +153,12 @@ private:
                                      Pack<W> sine_squared, Pack<W> weight, Pack<W> vertex_energy, Pack<W> distance) const;
     PairContact evaluate_pair(const Exposure& bodies, std::uint32_t pair) const;
     // Elements that change sides: side_changes.cpp.
-    std::optional<SideChange> side_change(const Exposure& bodies, Pair pair) const;
+    using BodyPair = std::array<std::int64_t, 2>; ///< gids, the lower one first
+    static BodyPair bodies_of(const SceneSlots& scene, std::int64_t a, std::int64_t b);
+    bool is_overlapping(const BodyPair& bodies) const;
+    void follow_overlapping();
+    void recall_overlapping(const Exposure& bodies);
+    std::optional<SideChange> side_change(const Exposure& bodies, Pair pair);
     void note_side_changes(const Exposure& bodies, std::span<const std::uint32_t> pairs);
     bool goes_far(const Exposure& bodies, std::size_t slot) const;
     void look_for_far_ways(const Exposure& bodies);
@@ -187,33 +192,36 @@ private:
     AlignedVector<Places> pruned_at_; ///< of nodes when pruning was last due
     bool prunes_[2] = {true, true};   ///< in the next step: strips in now_, in later_
     /// Status of a pair, as bits.
-    enum : std::uint8_t { touching = 1 };
-    std::vector<std::uint8_t> status_;                   ///< by pair; padded
-    AlignedVector<ContactMemory<double>> memory_;        ///< by pair, a cache line each; zeros where it does not touch
-    std::vector<std::uint32_t> box_pairs_;               ///< pairs with a box, rising
-    std::vector<std::uint8_t> has_box_;                  ///< by pair, padded; empty where no pair has one
-    std::vector<KeptContact> kept_;                      ///< until they have their places in a list; rising
-    std::vector<BlockFigures> block_figures_;            ///< by block
-    std::vector<std::uint32_t> now_, later_;             ///< strips that need no ghosts, and those that do
-    std::vector<std::vector<std::size_t>> next_;         ///< by thread, of DeferredLoads::Deferring
-    std::vector<std::unique_ptr<WorkArea>> area_;        ///< by thread
-    std::vector<std::uint8_t> touched_;                  ///< by window
-    std::vector<std::uint8_t> edge_;                     ///< by slot: an end of a window; padded
-    bool may_repeat_ = false;                            ///< the step that is under way, on this rank alone until ghosts arrive
-    std::vector<std::uint8_t> status_before_;            ///< of pairs in now_, as that step found them
-    AlignedVector<ContactMemory<double>> memory_before_; ///< likewise, of those that touched
-    double drift_ = 0, time_ = 0;                        ///< s; of the step that is under way
-    bool watches_ = false;                               ///< for changes of sides, in that step
-    double moved_ = 0;                                   ///< Holding::moved of the step before, 0 where pruning was due in it
-    double way_ = HUGE_VAL;                              ///< within that step no element in pairs has moved farther, m
-    double way_of_all_ = 0;                              ///< of any rank's elements, where pairs are found anew
-    std::vector<std::uint8_t> far_;                      ///< by slot: own elements that have moved far in it; empty: none has
-    std::vector<std::int64_t> far_in_scene_;             ///< these as slots of the scene, for a search
-    std::vector<std::array<std::int64_t, 2>> passed_;    ///< pairs that may have changed sides unseen, as slots of the scene
-    std::mutex noting_;                                  ///< of what follows
+    enum : std::uint8_t { touching = 1, began_deep = 2 }; // the latter only where contacts are kept
+    std::vector<std::uint8_t> status_;                    ///< by pair; padded
+    AlignedVector<ContactMemory<double>> memory_;         ///< by pair, a cache line each; zeros where it does not touch
+    std::vector<std::uint32_t> box_pairs_;                ///< pairs with a box, rising
+    std::vector<std::uint8_t> has_box_;                   ///< by pair, padded; empty where no pair has one
+    std::vector<KeptContact> kept_;                       ///< until they have their places in a list; rising
+    std::vector<BlockFigures> block_figures_;             ///< by block
+    std::vector<std::uint32_t> now_, later_;              ///< strips that need no ghosts, and those that do
+    std::vector<std::vector<std::size_t>> next_;          ///< by thread, of DeferredLoads::Deferring
+    std::vector<std::unique_ptr<WorkArea>> area_;         ///< by thread
+    std::vector<std::uint8_t> touched_;                   ///< by window
+    std::vector<std::uint8_t> edge_;                      ///< by slot: an end of a window; padded
+    bool may_repeat_ = false;                             ///< the step that is under way, on this rank alone until ghosts arrive
+    std::vector<std::uint8_t> status_before_;             ///< of pairs in now_, as that step found them
+    AlignedVector<ContactMemory<double>> memory_before_;  ///< likewise, of those that touched
+    double drift_ = 0, time_ = 0;                         ///< s; of the step that is under way
+    bool watches_ = false;                                ///< for changes of sides, in that step
+    double moved_ = 0;                                    ///< Holding::moved of the step before, 0 where pruning was due in it
+    double way_ = HUGE_VAL;                               ///< within that step no element in pairs has moved farther, m
+    double way_of_all_ = 0;                               ///< of any rank's elements, where pairs are found anew
+    std::vector<std::uint8_t> far_;                       ///< by slot: own elements that have moved far in it; empty: none has
+    std::vector<std::int64_t> far_in_scene_;              ///< these as slots of the scene, for a search
+    std::vector<std::array<std::int64_t, 2>> passed_;     ///< pairs that may have changed sides unseen, as slots of the scene
+    std::mutex noting_;                                   ///< of what follows
     std::vector<SideChange> side_changes_;
-    std::int64_t age_ = 0;      ///< steps since the list was made
-    std::int64_t inactive_ = 0; ///< pairs, of all ranks, that did not touch then
+    bool begins_ = true;                ///< no step has been looked at: bodies that are in each other may be
+    std::vector<BodyPair> overlapping_; ///< bodies deep in each other since they began so; rising
+    std::vector<BodyPair> overlap_now_; ///< those that still are, in the step that is under way
+    std::int64_t age_ = 0;              ///< steps since the list was made
+    std::int64_t inactive_ = 0;         ///< pairs, of all ranks, that did not touch then
     ContactFigures figures_;
 };
 

@@ -6,6 +6,7 @@
 // A pair whose relative way is shorter than 0.4 of the sum of its radii ends such a step nearer than half: find_touching() lists
 // it at no cost. Elements that move farther are looked for only where they may be: the list of candidates has all that they touch
 // on the way as long as it holds, and a search finds the rest.
+// Bodies that begin so deep in each other, or whose law is still soft, have no sides: they are watched once they have come apart.
 #include "contact/contact_limits.hpp"
 #include "contact/work_area.hpp"
 #include "core/closest_points.hpp"
@@ -60,12 +61,35 @@ constexpr double far = 0.2;
 
 } // namespace
 
-std::optional<SideChange> Contacts::side_change(const Exposure& bodies, Pair pair) const {
+Contacts::BodyPair Contacts::bodies_of(const SceneSlots& scene, std::int64_t a, std::int64_t b) {
+    const std::int64_t first = scene.gid_at(a), second = scene.gid_at(b);
+    return {std::min(first, second), std::max(first, second)};
+}
+
+bool Contacts::is_overlapping(const BodyPair& bodies) const {
+    return !overlapping_.empty() && std::binary_search(overlapping_.begin(), overlapping_.end(), bodies);
+}
+
+void Contacts::follow_overlapping() {
+    if (!watches_) return;
+    begins_ = false;
+    std::sort(overlap_now_.begin(), overlap_now_.end());
+    overlap_now_.erase(std::unique(overlap_now_.begin(), overlap_now_.end()), overlap_now_.end());
+    std::swap(overlapping_, overlap_now_);
+}
+
+/// Bodies whose contacts were kept as of those that began so.
+void Contacts::recall_overlapping(const Exposure& bodies) {
+    for (const KeptContact& kept : kept_)
+        if (kept.status & began_deep) overlapping_.push_back(bodies_of(bodies.scene(), kept.a, kept.b));
+    std::sort(overlapping_.begin(), overlapping_.end());
+}
+
+std::optional<SideChange> Contacts::side_change(const Exposure& bodies, Pair pair) {
     const auto [a, b] = pair;
     if (box_at(bodies, a) || box_at(bodies, b)) return {};
     const auto group_a = static_cast<std::size_t>(bodies.at(a).group), group_b = static_cast<std::size_t>(bodies.at(b).group);
     const ContactLaw& law = laws_.between(group_a, group_b);
-    if (time_ < law.soft_until) return {};
     Passing passing;
     const std::uint32_t slots[] = {a, a + 1, b, b + 1};
     for (int i = 0; i < 4; ++i) {
@@ -74,7 +98,15 @@ std::optional<SideChange> Contacts::side_change(const Exposure& bodies, Pair pai
     }
     const double reach = bodies.node[a].radius + bodies.node[b].radius, way = passing.relative();
     const Passing::Near before = passing.near(0), after = passing.near(1);
-    if (!(before.distance + after.distance <= reach + way) && !(after.distance < half * reach)) return {};
+    const bool deep = after.distance < half * reach;
+    if (!(before.distance + after.distance <= reach + way) && !deep) return {};
+    const BodyPair gids = bodies_of(bodies.scene(), bodies.in_scene(a), bodies.in_scene(b));
+    if (time_ < law.soft_until || (begins_ && before.distance < half * reach) || is_overlapping(gids)) {
+        if (!deep) return {};
+        const std::lock_guard lock(noting_);
+        overlap_now_.push_back(gids);
+        return {};
+    }
     const bool balls = passing.is_point(0, 1e-9 * reach) || passing.is_point(2, 1e-9 * reach),
                parallel = before.sine_squared < blend * blend && after.sine_squared < blend * blend;
     const double limit = (balls || !parallel ? half : eighth) * reach;

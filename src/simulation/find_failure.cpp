@@ -181,6 +181,7 @@ Simulation::Failure Simulation::find_failure() {
     const bool here = gid != nobody && mine.gid == gid;
     if (gid == nobody) { // contacts alone
         found.text = comm_.first_text(reason_of_failure());
+        found.cause = comm_.first_text(cause(interactions_));
     } else {
         found.text = comm_.first_text(here ? fmt::format("{} at step {} (t = {:.6g} s, dt = {:.6g} s){}", mine.text, found.step,
                                                          clock_.time(), plan_.dt, mine.hint)
@@ -294,8 +295,7 @@ void Simulation::throw_failure() {
         throw NumericalError(text);
     }
     const double dt = plan_.dt, ratio = dt / plan_.limit;
-    const std::string known = comm_.first_text(cause(interactions_));
-    Failure found{.text = comm_.first_text(failure_)};
+    Failure found{.text = comm_.first_text(failure_), .cause = comm_.first_text(cause(interactions_))};
     const FluidInteraction* const fluid = fluid_of(interactions_);
     const std::string of_fluid = fluid ? fluid->remedy() : std::string();
     if (copy_) {
@@ -305,8 +305,8 @@ void Simulation::throw_failure() {
     std::string text = found.text;
     // A step so short that no run would end is no remedy.
     const bool no_step = found.remedy == Remedy::none || (found.remedy == Remedy::untried && found.dt < shortest_proposed * dt);
-    if (!known.empty()) {
-        text += "\n  cause: " + known;
+    if (!found.cause.empty()) {
+        text += "\n  cause: " + found.cause;
         if (found.remedy == Remedy::none)
             text += fmt::format("\n  a shorter step does not help: the same steps fail with time.dt = {:g} too", found.dt);
     } else if (no_step && found.remedy == Remedy::untried)
