@@ -143,4 +143,15 @@ std::vector<double> exact_sums(const Communicator& comm, const Threads& threads,
     });
 }
 
+std::vector<BinnedTotal> totals(const Communicator& comm, std::span<const BinnedTotal> mine) {
+    std::vector<std::vector<double>> columns; // whole multiples of units: their sums are exact
+    for (const BinnedTotal& total : mine)
+        for (const double part : total.numbers()) columns.push_back({part});
+    const std::vector<double> sums = exact_sums(comm, columns);
+    std::vector<BinnedTotal> all;
+    for (std::size_t i = 0; i < mine.size(); ++i)
+        all.push_back(mine[i].of(std::span<const double, BinnedTotal::parts>(&sums[i * BinnedTotal::parts], BinnedTotal::parts)));
+    return all;
+}
+
 } // namespace skein

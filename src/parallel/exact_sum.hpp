@@ -3,6 +3,7 @@
 // Error: at most half a quantum, 2^-86 of the largest term, per term. Cost: two collectives for all columns together.
 #pragma once
 
+#include "core/binned_sum.hpp"
 #include "parallel/communicator.hpp"
 #include "parallel/threads.hpp"
 
@@ -15,6 +16,9 @@ namespace skein {
 /// Sum of every column over the terms of all ranks; all ranks pass the same number of columns, each with any number of terms (in
 /// all fewer than 2^40). A sum with NaN, or with infinities of both signs, is NaN; one with infinities of one sign is that.
 std::vector<double> exact_sums(const Communicator& comm, std::span<const std::vector<double>> columns);
+
+/// Totals of all ranks, the same on each for any distribution of the terms.
+std::vector<BinnedTotal> totals(const Communicator& comm, std::span<const BinnedTotal> mine);
 
 /// Numbers row by row; each row is of a group.
 struct Table {
