@@ -171,9 +171,9 @@ void Contacts::push_boxes(const Work& work, WorkArea& area) {
         figures.weight += in_steps<1>(c->weight)[0];
         figures.max_overlap = std::max(figures.max_overlap, c->overlap / c->diameter);
         figures.max_stiffness = std::max(figures.max_stiffness, c->force.stiffness[0]);
-        figures.elastic_energy += c->force.elastic_energy[0];
-        figures.friction_work += c->force.friction_work[0];
-        figures.viscous_work += c->force.viscous_work[0];
+        figures.elastic_energy.add(c->force.elastic_energy[0], bins_);
+        figures.friction_work.add(c->force.friction_work[0], bins_);
+        figures.viscous_work.add(c->force.viscous_work[0], bins_);
     }
 }
 

@@ -126,7 +126,7 @@ template <bool prune> void Contacts::find_touching(const Work& work, WorkArea& a
 
 /// A contact that touched in the step before does so no longer: the energy of its spring is lost.
 void Contacts::end_contact(const Work& work, std::uint32_t pair) {
-    if (work.bodies.owns_slot(list_.pair[pair].a)) work.figures.friction_work += memory_[pair].energy();
+    if (work.bodies.owns_slot(list_.pair[pair].a)) work.figures.friction_work.add(memory_[pair].energy(), bins_);
     memory_[pair] = {};
     status_[pair] = 0;
 }
@@ -296,7 +296,7 @@ void Contacts::push(const Work& work, WorkArea& area) {
     work.prune ? find_touching<true>(work, area) : find_touching<false>(work, area);
     follow_springs(work, area);
     for (const std::uint32_t pair : area.ended) end_contact(work, pair);
-    Sums sums;
+    Sums sums{bins_};
     push_vertices(work, area, sums);
     if (area.sides > 0) push_sides(work, area, sums);
     area.fill_up();

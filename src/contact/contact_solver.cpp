@@ -31,14 +31,14 @@ SelfGap self_gap(const RodGroup& group, const ContactSpec& spec) {
 ContactScene contact_scene(std::span<const RodGroup> groups, const ContactSpec& spec, ContactLaws laws) {
     ContactScene scene{std::move(laws), {}, 0, SceneSlots(groups).count(), {}};
     scene.thinnest = HUGE_VAL;
-    double sum = 0, elements = 0;
+    double sum = 0, elements = 0, widest = 0;
     for (const RodGroup& group : groups) {
         scene.gaps.push_back(self_gap(group, spec));
         scene.slip_mobility.push_back(slip_mobility(group));
         const auto bodies = static_cast<double>(group.count());
         const auto add = [&](double radius) {
             sum += bodies * 2 * radius, elements += bodies;
-            scene.thinnest = std::min(scene.thinnest, radius);
+            scene.thinnest = std::min(scene.thinnest, radius), widest = std::max(widest, radius);
         };
         scene.masses.push_back(body_mass(group));
         for (const ElementConstants& c : group.element)
@@ -51,6 +51,9 @@ ContactScene contact_scene(std::span<const RodGroup> groups, const ContactSpec& 
             scene.boxes[static_cast<std::size_t>(group.id())].push_back(part.box ? PartBox{part.half, part.radius} : PartBox{});
     }
     scene.diameter = elements > 0 ? sum / elements : 0;
+    for (std::size_t i = 0; i < scene.laws.materials(); ++i)
+        for (std::size_t j = 0; j < scene.laws.materials(); ++j)
+            scene.largest_energy = std::max(scene.largest_energy, energy_at(scene.laws.between(i, j), 2 * widest));
     return scene;
 }
 

@@ -4,6 +4,7 @@
 #include "contact/broad_phase.hpp"
 #include "contact/contact_law.hpp"
 #include "contact/response.hpp"
+#include "core/binned_sum.hpp"
 #include "parallel/threads.hpp"
 
 #include <cstdint>
@@ -31,9 +32,11 @@ struct ContactFigures {
     double skin = 0;                         ///< m
     double search_s = 0;                     ///< wall time of rebuilds since the beginning
     double max_stiffness = 0;                ///< largest slope of the normal force over the overlap, N/m
-    double elastic_energy = 0;               ///< energy of normal and tangential springs, J
-    double friction_work = 0; ///< dissipated by friction since the beginning, J, less what springs gain when they are handed over
-    double viscous_work = 0;  ///< dissipated by viscous damping since the beginning, J
+    BinnedTotal elastic_energy;              ///< energy of normal and tangential springs, J
+    BinnedTotal friction_work; ///< dissipated by friction since the beginning, J, less what springs gain when they are handed over
+    BinnedTotal viscous_work;  ///< dissipated by viscous damping since the beginning, J
+
+    explicit ContactFigures(const SumBins& energies) : elastic_energy(energies), friction_work(energies), viscous_work(energies) {}
 };
 
 /// A pair in contact at the last evaluation, for tables and messages.
@@ -75,6 +78,7 @@ struct ContactScene {
     double thinnest = 0;                     ///< radius of the thinnest element, m
     std::vector<double> masses;              ///< of a body, by group, kg
     std::vector<double> slip_mobility;       ///< by group, 1/kg: contact_limits.hpp
+    double largest_energy = 0;               ///< of the stiffest normal spring, of the widest elements one in another, J
 };
 ContactScene contact_scene(std::span<const RodGroup> groups, const ContactSpec& spec, ContactLaws laws);
 
@@ -103,7 +107,9 @@ public:
     virtual void settle(const Exposure& bodies, std::span<const std::uint32_t> slot, std::int64_t inactive) = 0;
 
     /// Memory and work that an earlier run left, before the first search. May hold pairs that are not of this rank.
-    virtual void restore(std::span<const KeptContact> kept, double friction_work = 0, double viscous_work = 0) = 0;
+    virtual void restore(std::span<const KeptContact> kept, const BinnedTotal& friction_work, const BinnedTotal& viscous_work) = 0;
+    /// Units of the sums of energies and works, the same on all ranks.
+    virtual const SumBins& energy_bins() const = 0;
     /// Memory of contacts whose first body is own, in order of pairs.
     virtual std::vector<KeptContact> kept(const Exposure& bodies) const = 0;
 

@@ -190,7 +190,7 @@ std::int64_t Contacts::search(const Exposure& near, std::span<std::uint8_t> want
 void Contacts::place_kept(const Exposure& bodies) {
     memory_.assign(list_.count(), ContactMemory<double>{});
     status_.assign(list_.count() + PairList::padding, 0);
-    std::vector<double> lost(blocks_of(kept_.size()), 0.0);
+    std::vector<BinnedSum<double>> lost(blocks_of(kept_.size()));
     recall_overlapping(bodies);
     for_blocks(threads_, kept_.size(), [&](std::size_t begin, std::size_t end, std::size_t block) {
         for (std::size_t i = begin; i < end; ++i) {
@@ -207,10 +207,10 @@ void Contacts::place_kept(const Exposure& bodies) {
                     continue;
                 }
             }
-            if (a && bodies.owns_slot(*a)) lost[block] += kept.memory.energy();
+            if (a && bodies.owns_slot(*a)) lost[block].add(kept.memory.energy(), bins_);
         }
     });
-    for (const double energy : lost) figures_.friction_work += energy;
+    for (const BinnedSum<double>& energy : lost) figures_.friction_work.add(energy);
     kept_.clear();
 }
 
@@ -252,7 +252,7 @@ void Contacts::settle(const Exposure& bodies, std::span<const std::uint32_t> slo
         if (bodies.owns(w)) figures_.candidates += list_.first[bodies.end_of(w)] - list_.first[bodies.window[w].first_slot];
 }
 
-void Contacts::restore(std::span<const KeptContact> kept, double friction_work, double viscous_work) {
+void Contacts::restore(std::span<const KeptContact> kept, const BinnedTotal& friction_work, const BinnedTotal& viscous_work) {
     figures_.friction_work = friction_work;
     figures_.viscous_work = viscous_work;
     kept_.assign(kept.begin(), kept.end());
@@ -327,13 +327,15 @@ void Contacts::finish(const Exposure& bodies, double h, std::span<ExertedLoad> l
     ContactFigures& f = figures_;
     f.active = 0;
     f.weight = 0;
-    f.max_overlap = f.max_stiffness = f.elastic_energy = 0;
+    f.max_overlap = f.max_stiffness = 0;
+    f.elastic_energy = BinnedTotal(bins_);
     for (const BlockFigures& found : block_figures_) {
         f.active += found.active;
         f.weight += found.weight;
         f.max_overlap = std::max(f.max_overlap, found.max_overlap),
         f.max_stiffness = std::max(f.max_stiffness, found.max_stiffness);
-        f.elastic_energy += found.elastic_energy, f.friction_work += found.friction_work, f.viscous_work += found.viscous_work;
+        f.elastic_energy.add(found.elastic_energy), f.friction_work.add(found.friction_work),
+            f.viscous_work.add(found.viscous_work);
     }
 }
 

@@ -39,7 +39,8 @@ public:
     std::int64_t search(const Exposure& near, std::span<std::uint8_t> wanted) override;
     const Candidates& found() const override { return found_; }
     void settle(const Exposure& bodies, std::span<const std::uint32_t> slot, std::int64_t inactive) override;
-    void restore(std::span<const KeptContact> kept, double friction_work = 0, double viscous_work = 0) override;
+    void restore(std::span<const KeptContact> kept, const BinnedTotal& friction_work, const BinnedTotal& viscous_work) override;
+    const SumBins& energy_bins() const override { return bins_; }
     std::vector<KeptContact> kept(const Exposure& bodies) const override;
     void begin(const Exposure& bodies, double time, double h, std::span<ExertedLoad> loads, bool may_repeat) override;
     void finish(const Exposure& bodies, double h, std::span<ExertedLoad> loads) override;
@@ -57,7 +58,8 @@ private:
     /// Figures of the contacts of a block.
     struct alignas(64) BlockFigures {
         std::int64_t active = 0;
-        double weight = 0, max_overlap = 0, max_stiffness = 0, elastic_energy = 0, friction_work = 0, viscous_work = 0;
+        double weight = 0, max_overlap = 0, max_stiffness = 0;
+        BinnedSum<double> elastic_energy, friction_work, viscous_work;
     };
     static constexpr int places_at_once = 8;
     using Places = Vec3<Pack<places_at_once>>;
@@ -176,6 +178,7 @@ private:
 
     const ContactScene scene_;
     const ContactLaws& laws_ = scene_.laws;
+    const SumBins bins_{scene_.largest_energy}; ///< of energies and works
     ContactKinds kinds_;
     bool remembers_;                              ///< contacts have memory to keep
     bool has_rings_;                              ///< among the groups
@@ -222,7 +225,7 @@ private:
     std::vector<BodyPair> overlap_now_; ///< those that still are, in the step that is under way
     std::int64_t age_ = 0;              ///< steps since the list was made
     std::int64_t inactive_ = 0;         ///< pairs, of all ranks, that did not touch then
-    ContactFigures figures_;
+    ContactFigures figures_{bins_};
 };
 
 } // namespace skein

@@ -122,7 +122,9 @@ template <int N> struct Contacts::Ends {
 struct Contacts::Sums {
     static constexpr int W = WorkArea::W;
     using P = Pack<W>;
-    P max_overlap{0.0}, max_stiffness{0.0}, weight{0.0}, elastic_energy{0.0}, friction_work{0.0}, viscous_work{0.0};
+    const SumBins& bins; ///< of energies
+    P max_overlap{0.0}, max_stiffness{0.0}, weight{0.0};
+    BinnedSum<P> elastic_energy, friction_work, viscous_work;
 
     /// Adds the lanes whose bits are set.
     SKEIN_INLINE void add(const ContactForce<P>& f, P depth, P share, unsigned bits) {
@@ -138,7 +140,7 @@ struct Contacts::Sums {
         const auto counted = counts > P(0.0);
         const auto of = [&](P value) { return bits == 0xff ? value : select(counted, value, P(0.0)); };
         max_stiffness = max(max_stiffness, of(stiffness));
-        elastic_energy += of(energy), friction_work += of(friction), viscous_work += of(viscous);
+        elastic_energy.add(of(energy), bins), friction_work.add(of(friction), bins), viscous_work.add(of(viscous), bins);
     }
     void give(BlockFigures& figures) const {
         const auto sum = [](P p) {
@@ -154,9 +156,11 @@ struct Contacts::Sums {
         figures.max_overlap = largest(max_overlap);
         figures.max_stiffness = largest(max_stiffness);
         figures.weight = sum(weight);
-        figures.elastic_energy = sum(elastic_energy);
-        figures.friction_work += sum(friction_work);
-        figures.viscous_work = sum(viscous_work);
+        for (int i = 0; i < SumBins::count; ++i) {
+            figures.elastic_energy.part[i] += sum(elastic_energy.part[i]);
+            figures.friction_work.part[i] += sum(friction_work.part[i]);
+            figures.viscous_work.part[i] += sum(viscous_work.part[i]);
+        }
     }
 };
 

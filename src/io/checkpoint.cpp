@@ -23,7 +23,8 @@ namespace {
 
 const std::string format_name = "skein-checkpoint";
 /// 2: directors are quaternions; with an audit, its sums.
-constexpr std::int64_t format_version = 7, // before 7 fluids were kept without slips, before 6 with velocities that rods gained
+constexpr std::int64_t format_version = 8, // before 8 works of contacts were kept as one number each, before 7 fluids were kept
+                                           // without slips, before 6 with velocities that rods gained
     version_of_springs = 5,                // before 5 springs at walls were kept with works of their own, before 4 without a weight
     oldest_version = 2;
 

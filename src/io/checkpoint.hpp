@@ -22,7 +22,6 @@ namespace skein {
 struct KeptNumbers {
     std::string name;
     std::vector<double> numbers; ///< of the scene as a whole, the same on all ranks
-    std::size_t sums = 0;        ///< of those in front: sums over ranks, whose last bits depend on how many there are
     std::size_t columns = 0;     ///< of rows; 0: there are none
     std::vector<double> rows;    ///< this rank's part; that of the next rank follows it. A reader gets any part
 };

@@ -22,7 +22,7 @@ public:
     std::vector<Figure> figures(double lag) const override;
     std::string kept_name() const override { return "joints"; }
     /// Joints remember nothing.
-    KeptNumbers kept() const override { return {.name = kept_name(), .numbers = {}, .sums = 0, .columns = 0, .rows = {}}; }
+    KeptNumbers kept() const override { return {.name = kept_name(), .numbers = {}, .columns = 0, .rows = {}}; }
     void recall(const KeptNumbers&) override {}
 
 private:

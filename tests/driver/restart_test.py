@@ -121,7 +121,7 @@ class Restart(DriverTest):
         self.run_skein("out", *bare, "--until", "3.6")
         newest = self.checkpoints("out")[-1]
         with h5py.File(newest) as file:
-            self.assertEqual((file.attrs["version"], file.attrs["audited"]), (7, 0))
+            self.assertEqual((file.attrs["version"], file.attrs["audited"]), (8, 0))
         resumed = self.run_skein("out", *bare, *self.AUDIT, "--until", "7.2", ranks=2)
         self.assertIn("audit, which begins here", resumed.stdout)
         first = self.summary("out")["observables"]["work_loads[J]"]
@@ -133,7 +133,7 @@ class Restart(DriverTest):
         self.assertEqual(self.digest("out"), self.digest("whole"))
         with h5py.File(self.checkpoints("out")[-1], "r+") as file:
             file.attrs["version"] = numpy.int64(8)
-        self.assertIn("reads versions 2 to 7", self.run_skein("out", *bare, expect=2).stderr)
+        self.assertIn("reads versions 2 to 8", self.run_skein("out", *bare, expect=2).stderr)
 
     def test_walltime(self):
         self.run_skein("short", "--set", "time.duration=7200", "--walltime", "3", expect=3)

@@ -185,8 +185,8 @@ TEST_P(Neighbourhoods, GiveTheLoadsOfOneRank) {
         EXPECT_EQ(comm.sum(share.contacts.figures().*of), of_whole.figures().*of);
     for (const auto of : {&ContactFigures::friction_work, &ContactFigures::viscous_work,
                           &ContactFigures::elastic_energy}) { // none twice, none lost
-        const double mine = share.contacts.figures().*of, all = of_whole.figures().*of;
-        EXPECT_NEAR(exact_sums(comm, std::vector<std::vector<double>>{{mine}})[0], all, 1e-10 * std::abs(all));
+        EXPECT_GT((of_whole.figures().*of).value(), 0);
+        EXPECT_EQ(totals(comm, std::array{share.contacts.figures().*of}).front(), of_whole.figures().*of);
     }
 }
 

@@ -91,7 +91,7 @@ TEST(Contacts, AreMinusTheGradientOfTheirEnergy) {
                 rods.add(std::span(x).last(2), radius);
                 Contacts contacts(rods.scene(ContactLaw{.normal = normal, .stiffness = 1e5}), one);
                 contacts.evaluate(rods.exposure(), 0, 1e-4, out);
-                return contacts.figures().elastic_energy;
+                return contacts.figures().elastic_energy.value();
             };
             if (energy(nodes) == 0) continue;
             near_parallel += std::abs(std::sin(angle)) < 0.05;

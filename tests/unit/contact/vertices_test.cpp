@@ -65,7 +65,7 @@ Found push(const std::vector<Vec3d>& a, const std::vector<Vec3d>& b, ContactNorm
     contacts.evaluate(rods.exposure(), 0, 1e-6, found.loads);
     for (std::size_t i = a.size(); i < a.size() + b.size(); ++i) found.force += found.loads.load[i].force;
     found.weight = contacts.figures().weight;
-    found.energy = contacts.figures().elastic_energy;
+    found.energy = contacts.figures().elastic_energy.value();
     return found;
 }
 

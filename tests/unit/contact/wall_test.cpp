@@ -285,13 +285,15 @@ TEST(Walls, HoldASlidingSnakeLessAlongItThanAcross) {
     ContactLaw law{
         .normal = ContactNormal::linear, .stiffness = k, .friction = ContactFriction::anisotropic, .kinetic_friction = 0.2};
     law.kinetic_backward = 0.3, law.kinetic_sideways = 0.5, law.slip_speed = 1e-3;
-    const auto slowed = [&](const Vec3d& speed, const Vec3d& spin = {0, 0, 0}, int steps = 10, double h = 1e-5) {
+    const auto slowed = [&](const Vec3d& speed, const Vec3d& spin = {0, 0, 0}, int steps = 10, double h = 1e-5, int skipped = 0) {
         State state = lying(group, k, gravity);
         for (Slot<1>& s : state) set_lane(s.velocity, 0, speed), set_lane(s.spin, 0, spin);
         Stage<1> stage(group, {state}, {floor_of(law)}, {0, 0, -gravity}, h);
+        stage.advance(skipped);
+        const Vec3d before = velocity(group, stage.state());
         stage.advance(steps);
         EXPECT_GE(stage.figures().friction_work, 0);
-        return (1 / (steps * h)) * (velocity(group, stage.state()) - speed);
+        return (1 / (steps * h)) * (velocity(group, stage.state()) - before);
     };
     const double g = gravity;
     EXPECT_NEAR(slowed({1, 0, 0}).x, -0.2 * g, 1e-3 * g);
@@ -301,7 +303,7 @@ TEST(Walls, HoldASlidingSnakeLessAlongItThanAcross) {
     const Vec3d aslant = slowed({0.6, 0.8, 0}); // shares of the slip, each with its own coefficient
     EXPECT_NEAR(aslant.x, -0.2 * 0.6 * g, 1e-3 * g);
     EXPECT_NEAR(aslant.y, -0.5 * 0.8 * g, 1e-3 * g);
-    EXPECT_NEAR(slowed({5e-4, 0, 0}, {0, 0, 0}, 40, 1e-7).x, -0.5 * 0.2 * g, 1e-3 * g); // half the slip speed, half the friction
+    EXPECT_NEAR(slowed({5e-4, 0, 0}, {0, 0, 0}, 10, 1e-7, 5).x, -0.5 * 0.2 * g, 1e-3 * g); // half the slip speed, half the friction
     // A rod that spins about its axis slips sideways: its frame is d3 = x, so body spin about d3 turns the lowest line along +-y.
     const Vec3d rolled = slowed({0, 0, 0}, {0, 0, 100});
     EXPECT_NEAR(std::abs(rolled.y), 0.5 * g, 2e-2 * g);

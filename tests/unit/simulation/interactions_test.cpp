@@ -49,7 +49,7 @@ Springs springs(const Meeting& stage) {
     Springs all;
     if (stage.contacts) {
         const ContactFigures f = stage.contacts->figures();
-        all = {f.elastic_energy, f.active > 0};
+        all = {f.elastic_energy.value(), f.active > 0};
     }
     for (std::size_t g = 0; g < stage.around.wall_contacts.size(); ++g)
         for (std::size_t w = 0; stage.around.wall_contacts[g] && w < stage.around.walls->count(); ++w) {
