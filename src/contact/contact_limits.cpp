@@ -98,15 +98,17 @@ double overlap_of_energy(const ContactLaw& law, double energy) {
                                                : std::pow(2.5 * energy / law.stiffness, 0.4);
 }
 
-std::string stiffer_law(const ContactLaw& given, const ContactLaw& law, double effective_mass, double times) {
+StifferLaw stiffer_law(const ContactLaw& given, const ContactLaw& law, double effective_mass, double times) {
+    const auto of_key = [](const char* key, double value, double now) {
+        return StifferLaw{fmt::format("{} = {:.2g} in place of {:.4g}", key, value, now), fmt::format("{}={:.2g}", key, value)};
+    };
     if (given.restitution > 0 && given.resolved(effective_mass).stiffness == law.stiffness) {
         const double power = given.normal == ContactNormal::linear ? 0.5 : 0.4;
-        return fmt::format("contact.collision_time = {:.2g} in place of {:.4g}",
-                           rounded_down(given.collision_time * std::pow(times, -power)), given.collision_time);
+        return of_key("contact.collision_time", rounded_down(given.collision_time * std::pow(times, -power)), given.collision_time);
     }
     if (given.restitution == 0 && given.stiffness == law.stiffness)
-        return fmt::format("contact.stiffness = {:.2g} in place of {:.4g}", rounded_up(times * law.stiffness), law.stiffness);
-    return fmt::format("{:.2g} times the stiffness of their [[contact_pair]]", rounded_up(times));
+        return of_key("contact.stiffness", rounded_up(times * law.stiffness), law.stiffness);
+    return {fmt::format("{:.2g} times the stiffness of their [[contact_pair]]", rounded_up(times)), {}};
 }
 
 double contact_limit(const ContactMobility& of, const ContactLaw& law, double stiffness, double damping, int touching) {

@@ -44,9 +44,12 @@ double tangent_damping(const ContactLaw& law, double overlap);
 /// Energy of the normal spring at an overlap, m: k g^2/2, Hertz 2 k g^2.5/5; J. And the overlap that takes up an energy, m.
 double energy_at(const ContactLaw& law, double overlap);
 double overlap_of_energy(const ContactLaw& law, double energy);
-/// A law so many times as stiff, in words: which keys of `given`, [contact] as scenes have it, to change. `law`: what `given` is
-/// for these bodies; else it is that of a [[contact_pair]].
-std::string stiffer_law(const ContactLaw& given, const ContactLaw& law, double effective_mass, double times);
+/// A law so many times as stiff: which keys of `given`, [contact] as scenes have it, to change. `law`: what `given` is for these
+/// bodies; else it is that of a [[contact_pair]].
+struct StifferLaw {
+    std::string text, setting; ///< in words, and as KEY=VALUE; the latter empty of a [[contact_pair]]
+};
+StifferLaw stiffer_law(const ContactLaw& given, const ContactLaw& law, double effective_mass, double times);
 
 /// s; `touching`: how many at once, at one node.
 double contact_limit(const ContactMobility& of, const ContactLaw& law, double stiffness, double damping, int touching);

@@ -74,7 +74,7 @@ std::string softness(const Meeting& meeting, const ContactLaw& given, const Cont
     return fmt::format("contact: {} may meet at {:.3g} m/s, and would sink {:.2g} diameters into each other: they pass through; {} "
                        "would hold them at the {:g} that the time step allows for",
                        meeting.who, meeting.speed, depth / meeting.diameter,
-                       stiffer_law(given, law, mass, energy / energy_at(last, meeting.allowed * meeting.diameter)),
+                       stiffer_law(given, law, mass, energy / energy_at(last, meeting.allowed * meeting.diameter)).text,
                        meeting.allowed);
 }
 

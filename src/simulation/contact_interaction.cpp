@@ -98,41 +98,49 @@ void ContactInteraction::add_shared(const Step& step) {
     if (!changes.empty() && side_change_.empty()) take_side_change(changes.front(), step);
     if (step.time >= soft_until_) watch_overlap(step);
     if (!audit_begins_) return;
-    const std::vector<double> stored = bookings(*audit_begins_ - step.drift); // works are in start_bookings_ already
-    start_bookings_.insert(start_bookings_.end(), stored.begin(), stored.end());
+    start_bookings_.add(bookings(*audit_begins_ - step.drift)); // works are in it already
     audit_begins_.reset();
+}
+
+void ContactInteraction::Bookings::add(const Bookings& other) {
+    energies.insert(energies.end(), other.energies.begin(), other.energies.end());
+    totals.insert(totals.end(), other.totals.begin(), other.totals.end());
+}
+
+double ContactInteraction::sum(const Bookings& mine) const {
+    double all = exact_sums(comm_, std::vector<std::vector<double>>{mine.energies}).front();
+    for (const BinnedTotal& total : totals(comm_, mine.totals)) all += total.value();
+    return all;
 }
 
 void ContactInteraction::begin_audit(double lag) {
     const ContactFigures f = contacts_->figures();
     audit_begins_ = lag;
-    start_bookings_ = {f.friction_work, f.viscous_work};
+    start_bookings_ = {.energies = {}, .totals = {f.friction_work, f.viscous_work}};
 }
 
-std::vector<double> ContactInteraction::bookings(double after) const {
+ContactInteraction::Bookings ContactInteraction::bookings(double after) const {
     const auto energies_at = [&](double time) {
         Exposure moved = *exposure_;
         for (std::size_t i = 0; i < moved.slots(); ++i) moved.node[i].position += time * moved.motion[i].velocity;
         return contacts_->normal_energies(moved);
     };
-    std::vector<double> all = energies_at(after);
+    Bookings all{.energies = energies_at(after), .totals = {}};
     if (plan_.contact_laws->friction() == ContactFriction::none) return all;
-    all.push_back(contacts_->figures().elastic_energy); // less that of normal springs: what springs of friction store
-    for (const double energy : energies_at(0)) all.push_back(-energy);
+    all.totals.push_back(contacts_->figures().elastic_energy); // less that of normal springs: what springs of friction store
+    for (const double energy : energies_at(0)) all.energies.push_back(-energy);
     return all;
 }
 
 double ContactInteraction::booked(double lag) const {
     if (audit_begins_ || forces_lost_) return booked_at_start();
     const ContactFigures f = contacts_->figures();
-    std::vector<double> all = bookings(lag);
-    all.insert(all.end(), {f.friction_work, f.viscous_work});
-    return exact_sums(comm_, std::vector<std::vector<double>>{all}).front();
+    Bookings all = bookings(lag);
+    all.add({.energies = {}, .totals = {f.friction_work, f.viscous_work}});
+    return sum(all);
 }
 
-double ContactInteraction::booked_at_start() const {
-    return exact_sums(comm_, std::vector<std::vector<double>>{start_bookings_}).front();
-}
+double ContactInteraction::booked_at_start() const { return sum(start_bookings_); }
 
 void ContactInteraction::watch_overlap(const Step& step) {
     constexpr double noticeably = 1.01;
@@ -161,14 +169,18 @@ void ContactInteraction::take_side_change(const SideChange& change, const Step& 
             : fmt::format("{} and {} pass through each other at {:.3g} m/s, their axes {:.2g} of the sum of their radii apart,",
                           place_of(a), place_of(b), change.speed, change.nearest);
     cause_ = fmt::format("they move {:.2g} of the diameter against each other in a step", way / diameter);
+    remedies_.clear();
     if (way > allowed) {
         step_of_change_ = plan_.dt * allowed / way;
+        remedies_.push_back(fmt::format("time.dt={:.2g}", 0.9 * step_of_change_));
         cause_ += fmt::format("; with time.dt = {:.2g} that is less than contact.overlap = {:g}", 0.9 * step_of_change_,
                               plan_.contact->overlap);
     }
-    if (times > 1)
-        cause_ += fmt::format("; {} would take up their energy within that overlap",
-                              stiffer_law(plan_.contact->law, law, reduced_mass(groups_[group_a], groups_[group_b]), times));
+    if (times > 1) {
+        const StifferLaw stiffer = stiffer_law(plan_.contact->law, law, reduced_mass(groups_[group_a], groups_[group_b]), times);
+        if (!stiffer.setting.empty()) remedies_.push_back(stiffer.setting);
+        cause_ += fmt::format("; {} would take up their energy within that overlap", stiffer.text);
+    }
 }
 
 /// How many times as stiff contacts would have to be to take up the energy of those that are too deep now, of whole bodies that
@@ -231,9 +243,9 @@ std::vector<Figure> ContactInteraction::figures(double) const {
             {"touching_pairs[-]", Of::sum, {static_cast<double>(f.active)}},
             {"coordination[-]", Of::sum, {f.weight}, 2, static_cast<double>(all_rods_)},
             {"max_overlap[-]", Of::largest, {f.max_overlap}},
-            {"contact_energy[J]", Of::sum, {f.elastic_energy}},
-            {"contact_friction_work[J]", Of::sum, {f.friction_work}},
-            {"contact_viscous_work[J]", Of::sum, {f.viscous_work}},
+            {.name = "contact_energy[J]", .of = Of::total, .terms = {}, .total = f.elastic_energy},
+            {.name = "contact_friction_work[J]", .of = Of::total, .terms = {}, .total = f.friction_work},
+            {.name = "contact_viscous_work[J]", .of = Of::total, .terms = {}, .total = f.viscous_work},
             {"candidates[-]", Of::sum, {static_cast<double>(f.candidates)}},
             {"rebuilds[-]", Of::largest, {static_cast<double>(f.rebuilds)}},
             {"skin[m]", Of::same, {f.skin}}};
@@ -287,11 +299,9 @@ KeptNumbers ContactInteraction::kept() const {
     }
     std::vector<Row> rows = rows_of<Row>(directory().to_blocks(std::as_bytes(std::span(mine)), sizeof(Row), first_body));
     std::sort(rows.begin(), rows.end());
-    KeptNumbers kept{.name = kept_name(),
-                     .numbers = exact_sums(comm_, std::vector<std::vector<double>>{{f.friction_work}, {f.viscous_work}}),
-                     .sums = 2,
-                     .columns = contact_size,
-                     .rows = {}};
+    KeptNumbers kept{.name = kept_name(), .numbers = {}, .columns = contact_size, .rows = {}};
+    for (const BinnedTotal& work : totals(comm_, std::array{f.friction_work, f.viscous_work}))
+        for (const double part : work.numbers()) kept.numbers.push_back(part);
     for (const Row& row : rows) kept.rows.insert(kept.rows.end(), row.begin(), row.end());
     return kept;
 }
@@ -316,8 +326,20 @@ void ContactInteraction::recall(const KeptNumbers& kept) {
                             static_cast<std::int64_t>(n[1]),
                             static_cast<std::uint32_t>(n[2]),
                             {{{n[3], n[4], n[5]}, n[6]}, {n[7], n[8], n[9]}, n[10]}});
-    if (comm_.root()) contacts_->restore(contacts, kept.numbers[0], kept.numbers[1]); // sums of all ranks
-    else contacts_->restore(contacts);
+    const BinnedTotal none(contacts_->energy_bins());
+    BinnedTotal friction = none, viscous = none;
+    if (comm_.root()) { // works are those of all ranks
+        constexpr std::size_t parts = BinnedTotal::parts;
+        const std::span<const double> works = kept.numbers;
+        if (works.size() == 2) { // in checkpoints of before version 8
+            friction.add(works[0], contacts_->energy_bins());
+            viscous.add(works[1], contacts_->energy_bins());
+        } else {
+            friction = none.of(works.first<parts>());
+            viscous = none.of(works.last<parts>());
+        }
+    }
+    contacts_->restore(contacts, friction, viscous);
 }
 
 } // namespace skein

@@ -24,6 +24,7 @@ public:
     void add_shared(const Step& step) override;
     std::string invalid() const override;
     std::string cause() const override { return cause_; }
+    std::vector<std::string> remedies() const override { return remedies_; }
     double step_limit() const override;
     Touch strongest_touch(std::int64_t gid) const override;
     std::span<OverlapWatch> overlaps() override { return {&overlap_, 1}; }
@@ -49,7 +50,14 @@ public:
 
 private:
     /// Energies of this rank with bodies where they will be in this time at their last rates, s; 0 before the first step.
-    std::vector<double> bookings(double after) const;
+    /// Energies and works of contacts that an audit counts, on this rank.
+    struct Bookings {
+        std::vector<double> energies;
+        std::vector<BinnedTotal> totals;
+        void add(const Bookings& other);
+    };
+    double sum(const Bookings& mine) const;
+    Bookings bookings(double after) const;
     OwnerDirectory directory() const;
     /// Of a slot: the element of a rod, or the part of a body.
     std::int64_t element(std::size_t slot) const;
@@ -70,12 +78,13 @@ private:
     double soft_until_ = 0;                 ///< s; the last of the laws
     OverlapWatch overlap_;
     std::string side_change_, cause_;    ///< the first of this rank, in words; empty: none
+    std::vector<std::string> remedies_;  ///< of that
     double step_of_change_ = HUGE_VAL;   ///< s, in which that pair would move no farther than the overlap that is allowed
     bool follows_ = false;               ///< bodies of a running step have come here
     std::int64_t inactive_ = 0;          ///< pairs of the last search that do not touch, whose first body is own
     bool forces_lost_ = false;           ///< since a checkpoint was loaded
     std::optional<double> audit_begins_; ///< lag of an audit whose first step is not yet done, s
-    std::vector<double> start_bookings_; ///< of this rank; none where no audit began here
+    Bookings start_bookings_;            ///< none where no audit began here
 };
 
 } // namespace skein

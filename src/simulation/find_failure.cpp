@@ -27,8 +27,11 @@ constexpr std::int64_t copy_of_fluid_every = 32; ///< steps of a fluid: a copy c
 constexpr double held = 0.9;                     ///< share of a limit that is proposed
 constexpr double resolved = 0.1;                 ///< of an element's length, or rad: what a load may do within a step
 constexpr std::int64_t looked_back = 16;         ///< steps before a failure that may have led to it
+constexpr std::int64_t tried_beyond = 50;        ///< steps to a failure for each behind it that is tried too
 constexpr int most_attempts = 4;                 ///< at a shorter step, each a quarter of the one before
 constexpr double trial_seconds = 8;              ///< wall time that they may take in all
+constexpr double repeated_seconds = 2;           ///< of a run that a shorter step is tried on from its beginning
+constexpr double repeated_bytes = 1 << 24;       ///< of the copy of that beginning
 constexpr double shortest_proposed = 1e-4;       ///< of the step of the run
 constexpr double telling_seconds = 0.5;          ///< of it, after which their pace is known
 constexpr std::int64_t nobody = std::numeric_limits<std::int64_t>::max();
@@ -86,6 +89,9 @@ void Simulation::keep_copy() {
     if (copy_ && copy_->owners() != owners_) copy_.reset(); // before there is another
     if (!copy_) copy_ = std::make_unique<StateCopy>(groups_, *rods_, owners_);
     copy_->take(*rods_, interactions_, clock_.done());
+    const bool first = !std::exchange(was_copied_, true);
+    if (first && plan_.predicted_s < repeated_seconds && plan_.copy_bytes > 0 && plan_.copy_bytes < repeated_bytes)
+        first_copy_ = std::make_unique<StateCopy>(*copy_);
 }
 
 void Simulation::go_back(const StateCopy& copy) {
@@ -231,13 +237,18 @@ Simulation::Failure Simulation::find_failure() {
         if (share > resolved) limit = std::min(limit, plan_.dt * std::sqrt(resolved / share) / held);
     }
     if (plan_.events_every() > 1) return found; // a fluid goes on from ends of its own steps alone
-    const double beyond = clock_.shift() + static_cast<double>(found.step + look_every) * plan_.dt;
+    const std::int64_t last_tried = found.step + std::max(look_every, found.step / tried_beyond);
+    const double beyond = clock_.shift() + static_cast<double>(last_tried) * plan_.dt;
     try_shorter_steps(found, *start, beyond, rounded_down(std::min(held * limit, 0.5 * plan_.dt)));
     return found;
 }
 
 void Simulation::begin_again(const StateCopy& start, const Clock& was) {
     const std::vector<LocalRod>& owned = start.owned();
+    if (start.owners() != owners_) {
+        start.put_back_places(groups_);
+        owners_ = start.owners();
+    }
     clock_ = continued(was, plan_.dt, plan_.integrator);
     make_bodies(owned);
     for (std::size_t i = 0; i < owned.size(); ++i) {
@@ -252,11 +263,11 @@ void Simulation::begin_again(const StateCopy& start, const Clock& was) {
 
 void Simulation::try_shorter_steps(Failure& failure, const StateCopy& start, double until, double dt) {
     const double began = wall_seconds();
-    const Clock was(plan_.dt, start.step(), plan_.integrator, clock_.shift());
+    const double dt_of_run = plan_.dt, shift = clock_.shift();
     enum class Trial { held, failed, too_long };
-    const auto tried = [&](double step) {
+    const auto tried = [&](const StateCopy& from, double step) {
         plan_.dt = step;
-        begin_again(start, was);
+        begin_again(from, Clock(dt_of_run, from.step(), plan_.integrator, shift));
         const double first = static_cast<double>(clock_.done()), trial_began = wall_seconds();
         for (const std::int64_t end = clock_.step_at(until); clock_.done() < end;) {
             if (!redo(std::min(end, clock_.done() + look_every), true)) return Trial::failed;
@@ -269,9 +280,10 @@ void Simulation::try_shorter_steps(Failure& failure, const StateCopy& start, dou
     };
     for (int attempt = 0; attempt < most_attempts; ++attempt, dt = rounded_down(dt / 4)) {
         failure.dt = dt;
-        Trial trial = tried(dt);
-        // A step that holds by chance, as for rods that fold, fails with half of it.
-        if (trial == Trial::held && tried(rounded_down(dt / 2)) == Trial::failed) trial = Trial::failed;
+        Trial trial = tried(start, dt);
+        // A step that holds by chance, as for rods that fold, fails with half of it or from the beginning.
+        if (trial == Trial::held && tried(start, rounded_down(dt / 2)) == Trial::failed) trial = Trial::failed;
+        if (trial == Trial::held && first_copy_ && tried(*first_copy_, dt) == Trial::failed) trial = Trial::failed;
         if (trial == Trial::failed) continue;
         failure.remedy = trial == Trial::held ? Remedy::step : Remedy::untried;
         return;
@@ -295,12 +307,13 @@ void Simulation::throw_failure() {
         throw NumericalError(text);
     }
     const double dt = plan_.dt, ratio = dt / plan_.limit;
-    Failure found{.text = comm_.first_text(failure_), .cause = comm_.first_text(cause(interactions_))};
-    const FluidInteraction* const fluid = fluid_of(interactions_);
-    const std::string of_fluid = fluid ? fluid->remedy() : std::string();
+    const auto settings = [&] { return comm_.first_text(fmt::format("{}", fmt::join(remedies(interactions_), " --set "))); };
+    Failure found{.text = comm_.first_text(failure_), .cause = comm_.first_text(cause(interactions_)), .settings = settings()};
+    const std::string of_fluid = fluid_of(interactions_) ? found.settings : std::string();
     if (copy_) {
         const auto timing = timers_.time(Phase::rods);
         found = find_failure();
+        if (!found.cause.empty()) found.settings = settings();
     }
     std::string text = found.text;
     // A step so short that no run would end is no remedy.
@@ -330,7 +343,7 @@ void Simulation::throw_failure() {
     if (found.remedy == Remedy::untried && !no_step)
         text += fmt::format("\n  time.dt = {:g} may hold; to try it would take longer than {:g} s", found.dt, trial_seconds);
     const std::string change = !of_fluid.empty() ? of_fluid
-                               : no_step         ? std::string("KEY=VALUE")
+                               : no_step         ? (found.settings.empty() ? std::string("KEY=VALUE") : found.settings)
                                                  : fmt::format("time.dt={:g}", found.dt > 0 ? found.dt : rounded_down(0.5 * dt));
     if (last_checkpoint_ >= 0)
         text += fmt::format("\n  the last good checkpoint is of step {}; to go on from it:\n"

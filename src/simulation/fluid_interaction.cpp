@@ -156,11 +156,12 @@ void FluidInteraction::fail_with_rods(double limit, double dt) {
                     speed_, limit, unit, dt, unit * dt);
 }
 
-std::string FluidInteraction::remedy() const {
-    if (!needed_.empty() || groups_.empty() || !plan_.felt()) return needed_;
+std::vector<std::string> FluidInteraction::remedies() const {
+    if (!needed_.empty()) return {needed_};
+    if (groups_.empty() || !plan_.felt()) return {};
     const double speed = std::max({plan_.speed.value, plan_.stated, speed_to_expect_, speed_});
     if (!automatic_dt_ || !(speed > 0) || !std::isfinite(speed)) return {};
-    return fmt::format("fluid.expected_speed={:g}", rounded_up(2 * speed));
+    return {fmt::format("fluid.expected_speed={:g}", rounded_up(2 * speed))};
 }
 
 std::optional<FluidInteraction::SlipFigures> FluidInteraction::slips() const {
@@ -393,8 +394,7 @@ KeptNumbers FluidInteraction::kept() const {
     if (bodies_) keep(bodies_->forcing().held().kept(comm_));  // empty where nothing is held
     const PressureInTime& pressure = pressure_in_time(*flow_); // last: programs before it did not know it
     numbers.push_back(pressure.pressure_time().value_or(no_time)), numbers.push_back(pressure.pressure_gain().times);
-    KeptNumbers kept{
-        .name = kept_name(), .numbers = std::move(numbers), .sums = 0, .columns = state.numbers_of_plane(), .rows = {}};
+    KeptNumbers kept{.name = kept_name(), .numbers = std::move(numbers), .columns = state.numbers_of_plane(), .rows = {}};
     // Frames of this step are written again by a run that goes on from it, so the gain of the pressure is kept where they have it.
     const PlaneExchange exchange(comm_, plan_.constants.grid, flow_->pencils(), 0);
     std::vector<double> gain;

@@ -40,8 +40,8 @@ public:
     /// With rods: what fluid.expected_speed, m/s, would have spared this run all steps of the fluid that had to be shorter than
     /// planned; 0: none had to.
     double speed_to_expect() const { return speed_to_expect_; }
-    /// KEY=VALUE that lets a run go on where it has failed, or where rods that feel the fluid have; empty: none is known.
-    std::string remedy() const;
+    /// What lets a run go on where it has failed, or where rods that feel the fluid have.
+    std::vector<std::string> remedies() const override;
     /// Slip of two-way rods at the end of the last step over the largest speed then, and the largest of this run.
     struct SlipFigures {
         double slip = 0, share = 0, largest_share = 0, allowed = 0; ///< m/s; the others of the speed

@@ -112,6 +112,12 @@ std::string cause(const Interactions& all) {
     return {};
 }
 
+std::vector<std::string> remedies(const Interactions& all) {
+    for (const auto& one : all)
+        if (auto settings = one->remedies(); !settings.empty()) return settings;
+    return {};
+}
+
 double step_limit(const Interactions& all) {
     double least = HUGE_VAL;
     for (const auto& one : all) least = std::min(least, one->step_limit());
@@ -147,18 +153,24 @@ std::vector<std::string> names_of_figures(const Interactions& all) {
 std::vector<double> values_of_figures(const Communicator& comm, const Interactions& all, double lag) {
     std::vector<Figure> figures;
     std::vector<std::vector<double>> terms;
+    std::vector<BinnedTotal> own_totals;
     for (const auto& one : all)
         for (Figure& figure : one->figures(lag)) {
             if (figure.of == Figure::Of::sum) terms.push_back(std::move(figure.terms));
+            if (figure.of == Figure::Of::total) own_totals.push_back(*figure.total);
             figures.push_back(std::move(figure));
         }
     if (figures.empty()) return {};
     const std::vector<double> sums = exact_sums(comm, terms);
-    std::size_t next_sum = 0;
+    const std::vector<BinnedTotal> all_totals = own_totals.empty() ? own_totals : totals(comm, own_totals);
+    std::size_t next_sum = 0, next_total = 0;
     std::vector<double> values;
     for (const Figure& figure : figures) switch (figure.of) {
         case Figure::Of::sum:
             values.push_back(figure.times * sums[next_sum++] / figure.over);
+            break;
+        case Figure::Of::total:
+            values.push_back(all_totals[next_total++].value());
             break;
         case Figure::Of::largest:
             values.push_back(comm.max(figure.terms.front()));

@@ -28,11 +28,12 @@ struct Touch {
 
 /// A column of the time series, a number of the whole scene, by what this rank knows of it.
 struct Figure {
-    enum class Of { sum, largest, same };
+    enum class Of { sum, total, largest, same };
     std::string name; ///< with its unit
     Of of = Of::sum;
-    std::vector<double> terms;  ///< those of a sum, or one number
-    double times = 1, over = 1; ///< of a sum
+    std::vector<double> terms;             ///< those of a sum, or one number
+    double times = 1, over = 1;            ///< of a sum
+    std::optional<BinnedTotal> total = {}; ///< of this rank
 };
 
 /// Parts of a run that interactions are made from, which must outlive them.
@@ -91,8 +92,9 @@ public:
     virtual Ending ending() const { return Ending::never; }
     /// Reason why this rank cannot go on; empty: there is none. Not collective.
     virtual std::string invalid() const { return {}; }
-    /// Where that is known: its cause, and numbers of the scene that would do. Not collective.
+    /// Where that is known: its cause, and settings KEY=VALUE with which it would not have come. Not collective.
     virtual std::string cause() const { return {}; }
+    virtual std::vector<std::string> remedies() const { return {}; }
     /// The longest step that it leaves this rank as bodies are now, s. Not collective.
     virtual double step_limit() const { return HUGE_VAL; }
     /// What presses a body of this rank most, by this interaction. Not collective.
@@ -135,6 +137,7 @@ bool finished(const Interactions& all);
 std::string invalid(const Interactions& all);
 /// Its cause, of the first that says one; empty: none does.
 std::string cause(const Interactions& all);
+std::vector<std::string> remedies(const Interactions& all);
 double step_limit(const Interactions& all);
 /// Whether one of them is to.
 bool drive_every_step(const Interactions& all);

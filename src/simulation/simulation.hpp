@@ -188,10 +188,11 @@ private:
     enum class Remedy { unknown, step, untried, none };
     struct Failure {
         std::string text;
-        std::string cause = {}; ///< as far as interactions know it; empty: they do not
-        std::string frame = {}; ///< where all rods at that step are to be seen
-        std::int64_t step = -1; ///< -1: not found
-        double dt = 0;          ///< s, the last that was tried; 0: none was
+        std::string cause = {};    ///< as far as interactions know it; empty: they do not
+        std::string settings = {}; ///< KEY=VALUE that would do, joined by --set
+        std::string frame = {};    ///< where all rods at that step are to be seen
+        std::int64_t step = -1;    ///< -1: not found
+        double dt = 0;             ///< s, the last that was tried; 0: none was
         Remedy remedy = Remedy::unknown;
     };
     /// Where a failure of some rank began. Collective.
@@ -232,7 +233,8 @@ private:
     std::int64_t first_step_ = 0, last_step_ = 0; ///< of this run
     std::int64_t next_tick_ = 0;                  ///< step at which ranks agree next
     std::int64_t last_checkpoint_ = -1;
-    std::unique_ptr<StateCopy> copy_;
+    std::unique_ptr<StateCopy> copy_, first_copy_; ///< the latter of short runs
+    bool was_copied_ = false;
     std::string failure_, near_limit_; ///< of this rank's rods; agreed on at the next event
     Outputs outputs_;                  ///< in the order in which they are written
     std::vector<double> last_sample_;
