@@ -18,10 +18,11 @@ import numpy
 from driver import SKEIN, DriverTest
 
 SCENES = pathlib.Path(__file__).resolve().parents[1] / "data/found"
-ELEMENTS = "twice the elements"  # in all rods
+ELEMENTS, STIFFER = "twice the elements", "ten times youngs_modulus"  # in all rods
 HOLDS = r"the same steps hold with time\.dt = ([0-9.e+-]+): it was tried"
 OVERLAP = r"overlap at the start by [0-9.]+ of the diameter, and .*allow_overlap = true in \[contact\]"
 GAINED = r"rods without damping may have gained energy.*time\.dt = ([0-9.e+-]+) holds"
+MOST_CURES = 2  # one after the other
 NO_STEP = r"likely cause: what acts on the rods, or too few elements; a shorter step does not help"
 
 
@@ -118,12 +119,12 @@ FOUND = {
     "stress_rod many sweeps": Row(settings=["immersion.sweeps=20"], flags=("--until", "1.4")),
     "stress_rod leaves": Row(4, r"has left the fluid through its upper face across x.*time\.duration = ([0-9.]+)", ["time.duration={1}"], until=0, settings=[
         "fluid.cells=[24,24,24]", "fluid.spacing=0.083333333333333333", 'fluid.along_x="through"', 'fluid.along_y="free_slip"', 'fluid.along_z="free_slip"', "fluid.inflow=[1,0,0]", "time.duration=3"]),
-    "m12": Row(2, OVERLAP, ["contact.allow_overlap=true"], flags=("--until", "0.01")),
+    "m12": [Row(2, OVERLAP, ["contact.allow_overlap=true"], flags=("--until", "0.01")), holds()],
     "capstan_regularised": Row(2, r"of its diameter deep in the wall .*allow_overlap = true", ["wall.0.allow_overlap=true"], cured=capstan),
     "hover": Row(right=flies_on),
     "packing_stops": Row(flags=("--until", "0.004")),
     "fuzz_22": random_scene(),
-    "fuzz_48": random_scene(),
+    "fuzz_48": too_strong(STIFFER),
     "fuzz_115": random_scene(),
     "fuzz_120": random_scene(),
     "fuzz_131": random_scene(1e-6),
@@ -145,29 +146,36 @@ class Found(DriverTest):
                               capture_output=True, text=True, timeout=250)
 
     def check(self, name):
+        """A scene whose cure shows another fault has a row for that, whose cure comes on top."""
         rows = FOUND[name] if isinstance(FOUND[name], list) else [FOUND[name]]
-        done = self.run_scene(name, name, rows[0].settings, rows[0].flags)
-        told = " ".join(done.stderr.split())
-        row = next((row for row in rows if done.returncode == row.code and re.search(row.said, told)), None)
-        self.assertIsNotNone(row, f"exit code {done.returncode}: {done.stderr}")
-        if row.right:
-            row.right(self, self.directory / name.replace(" ", "_"))
-        if not row.cure:
-            self.assertEqual(row.code, 0, "a refusal without a cure")
-            return
-        groups = (None, *re.search(row.said, told).groups())
-        cure = [setting.format(*groups) for setting in row.cure if setting is not ELEMENTS]
-        if ELEMENTS in row.cure:
-            rods = tomllib.loads((SCENES / f"{name.split()[0]}.toml").read_text())["rods"]
-            cure += [f"rods.{group['name']}.shape.elements={2 * group['shape']['elements']}" for group in rods]
-        failed = re.search(r"\(t = ([0-9.e+-]+) s", done.stderr)
-        until = row.until if row.until is not None else 1.02 * float(failed[1]) if failed else 0
-        flags = ("--until", repr(until)) if until else row.flags
-        cured = self.run_scene(name, f"{name}_cured", [*row.settings, *cure], flags)
-        self.assertIn(cured.returncode, (0, 3), f"{cure}: {cured.stderr}")
-        if row.cured:
-            row.cured(self, self.directory / f"{name}_cured".replace(" ", "_"))
-            self.assertNotRegex(" ".join(cured.stderr.split()), row.said)
+        settings, flags, out = list(rows[0].settings), rows[0].flags, name
+        for cures in range(MOST_CURES + 1):
+            done = self.run_scene(name, out, settings, flags)
+            told = " ".join(done.stderr.split())
+            row = next((row for row in rows if done.returncode == row.code and re.search(row.said, told)), None)
+            if cures > 0 and done.returncode in (0, 3):
+                if earlier.cured:
+                    earlier.cured(self, self.directory / out.replace(" ", "_"))
+                    self.assertNotRegex(told, earlier.said)
+                return
+            self.assertIsNotNone(row, f"{settings}: exit code {done.returncode}: {done.stderr}")
+            if row.right:
+                row.right(self, self.directory / name.replace(" ", "_"))
+            if not row.cure:
+                self.assertEqual(row.code, 0, "a refusal without a cure")
+                return
+            groups = (None, *re.search(row.said, told).groups())
+            settings += [setting.format(*groups) for setting in row.cure if setting not in (ELEMENTS, STIFFER)]
+            for group in tomllib.loads((SCENES / f"{name.split()[0]}.toml").read_text())["rods"]:
+                if ELEMENTS in row.cure:
+                    settings.append(f"rods.{group['name']}.shape.elements={2 * group['shape']['elements']}")
+                if STIFFER in row.cure:
+                    settings.append(f"rods.{group['name']}.material.youngs_modulus={10 * group['material']['youngs_modulus']}")
+            failed = re.search(r"\(t = ([0-9.e+-]+) s", done.stderr)
+            until = row.until if row.until is not None else 1.02 * float(failed[1]) if failed else 0
+            flags = ("--until", repr(until)) if until else row.flags
+            earlier, out = row, f"{name}_cured_{cures + 1}"
+        self.fail(f"{settings}: exit code {done.returncode}: {done.stderr}")
 
     def test_every_scene_has_a_row(self):
         self.assertEqual({name.split()[0] for name in FOUND}, {path.stem for path in SCENES.glob("*.toml")})
