@@ -119,7 +119,7 @@ class Results:
         step = steps[-1] if step is None and steps else step
         if step not in steps:
             raise NotResults(f"{self.directory}: no contacts of step {step}; " + (f"there are those of {steps}" if steps else "set output.contacts in the scene"))
-        return _table(self.directory / f"contacts_{step:012d}.csv")
+        return _table(self.directory / f"contacts_{step:012d}.csv", "rod_1")
 
     @cached_property
     def checkpoints(self):
@@ -287,7 +287,7 @@ class Series(dict):
     def __init__(self, directory, summary):
         self.directory = Path(directory)
         need_files(directory, "observables.csv")
-        table = _table(self.directory / "observables.csv")
+        table = _table(self.directory / "observables.csv", "step")
         self.headings = list(table)
         if not {"step", "time[s]"} <= set(table):
             raise Damaged(f"{self.directory / 'observables.csv'}: its first line names no step and time[s]; it is damaged, or not a file of Skein")
@@ -323,12 +323,14 @@ class Series(dict):
                               coords={"time": ("time", self["time"], {"units": "s"})})
 
 
-def _table(path):
-    """{heading: [rows]} of a file of comma-separated numbers; a last line that is not whole is left out."""
+def _table(path, first):
+    """{heading: [rows]} of a file of comma-separated numbers, of which the first heading is known; a last line that is not whole is left out."""
     with reading(path):
         text = Path(path).read_text()
         head, *lines = text[:text.rfind("\n") + 1].splitlines()
         headings = head.split(",")
+        if headings[0] != first:
+            raise Damaged(f"{path}: its first line does not begin with '{first}'")
         rows = np.loadtxt(lines, delimiter=",", ndmin=2) if lines else np.zeros((0, len(headings)))
         if rows.shape[1] != len(headings):
             raise Damaged(f"{path}: its rows have {rows.shape[1]} numbers, and its first line names {len(headings)}")

@@ -185,13 +185,13 @@ class Draw(unittest.TestCase):
             first = np.asarray(movie.convert("RGB")).astype(int)
             movie.seek(5)
             self.assertGreater(np.abs(np.asarray(movie.convert("RGB")).astype(int) - first).max(), 60)
-        self.assertIn("no such kind of movie", self.command(self.out, "--movie", "a.avo", code=1).stderr)
+        self.assertIn("no such kind of movie", self.command(self.out, "--movie", "a.avo", code=2).stderr)
 
     def test_a_state_for_paraview(self):
         to = self.directory.path / "view.py"
         self.command(self.out, "--paraview", to, "--colour", "speed", "--time", "0.1")
         compile(to.read_text(), str(to), "exec")
-        self.assertIn("no colour 'phase' in ParaView", self.command(self.out, "--paraview", to.with_name("no.py"), "--colour", "phase", code=1).stderr)
+        self.assertIn("no colour 'phase' in ParaView", self.command(self.out, "--paraview", to.with_name("no.py"), "--colour", "phase", code=2).stderr)
         if WHY_NOT or subprocess.run([sys.executable, "-c", "import paraview.simple"], capture_output=True).returncode:
             self.skipTest("no ParaView")
         shot = self.directory.path / "paraview.png"
@@ -211,12 +211,12 @@ class Draw(unittest.TestCase):
         said = self.command(self.out, "--to", to, "--size", "200x150", PYTHONPATH=str(stub)).stderr
         self.assertIn("drawn by matplotlib", said)
         self.assertTrue(to.exists())
-        self.assertIn("no picture by VTK", self.command(self.out, "--renderer", "vtk", code=1, PYTHONPATH=str(stub)).stderr)
+        self.assertIn("no picture by VTK", self.command(self.out, "--renderer", "vtk", code=2, PYTHONPATH=str(stub)).stderr)
 
     def test_mistakes_are_sentences(self):
         for words, text in ((["absent"], "no such directory"), ([self.out, "--colour", "sped"], "no colour 'sped'"), ([self.out, "--group", "red"], "no group 'red'"),
                             ([self.out, "--colour", "magnetisation"], "magnetisation")):
-            done = self.command(*words, code=1)
+            done = self.command(*words, code=2)
             self.assertIn(text, done.stderr)
             self.assertEqual(len(done.stderr.strip().splitlines()), 1, done.stderr)
         self.assertIn("is no direction", self.command(self.out, "--camera", "1,2", code=2).stderr)
@@ -227,7 +227,7 @@ class Draw(unittest.TestCase):
                         "--set=output.paraview=none"], check=True)
         for colour in ("auto", "bending", "rod"):
             self.command(alone, "--size", "200x150", "--renderer", "plain", "--colour", colour)
-        self.assertIn('set output.paraview = "vtp"', self.command(alone, "--colour", "speed", code=1).stderr)
+        self.assertIn('set output.paraview = "vtp"', self.command(alone, "--colour", "speed", code=2).stderr)
 
     def test_a_run_without_frames(self):
         """Its checkpoint is drawn, as the frame of that step would be; without either that is said."""
@@ -242,7 +242,7 @@ class Draw(unittest.TestCase):
             np.testing.assert_allclose(kept[name].radius, framed[name].radius)
         for checkpoint in with_none.glob("checkpoint_*"):
             checkpoint.unlink()
-        self.assertIn("set output.trajectory", self.command(with_none, code=1).stderr)
+        self.assertIn("set output.trajectory", self.command(with_none, code=2).stderr)
 
     def test_python_without_numpy(self):
         stub = self.directory.path / "no_numpy"
