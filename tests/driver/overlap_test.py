@@ -142,7 +142,7 @@ series = 0.1
             self.assertLess(at_rest, 0.1, f"{layers} layers")
 
     def test_rods_too_soft_are_told_of_once_with_what_would_hold(self):
-        done = self.pile("soft", stiffness="300", damping=0.3, duration=0.25)
+        done = self.pile("soft", stiffness="300", damping=0.3, duration=0.1)
         warnings = [line for line in done.stderr.splitlines() if "overlap by" in line]
         self.assertEqual(len([line for line in warnings if re.search("(: |  )rods overlap", line)]), 1, done.stderr)
         told = re.search(r"rods overlap by ([0-9.]+) of the diameter, since step (\d+) by more than the 0.1 that the time step allows for; "
@@ -162,7 +162,7 @@ series = 0.1
         self.assertTrue(math.isfinite(self.overlaps("hard")["wall floor"]) and self.overlaps("hard")["wall floor"] > 0)
 
     def test_the_same_on_any_ranks(self):
-        one = self.pile("one", stiffness="300", damping=0.3, duration=0.15)
+        one = self.pile("one", stiffness="300", damping=0.3, duration=0.1)
         two = self.run_skein("two", ranks=2)
         told = [re.search("rods overlap by .*", done.stderr) for done in (one, two)]
         self.assertTrue(told[0] and told[1], one.stderr + two.stderr)

@@ -47,7 +47,7 @@ elements = 8
 kind = "lattice"
 counts = [40, 10]
 spacing = [0.02, 0.2]
-origin = [1.0, 0.0, 0.0041]
+origin = [1.0, 0.0041, 0.0041]
 tangent = [0.0, 1.0, 0.0]
 [[load]]
 kind = "gravity"

@@ -124,7 +124,7 @@ class RodFiles(DriverTest):
 
     def test_rods_that_touch(self):
         """Their weight, and so an automatic stiffness, is that of all rods on every rank."""
-        touch = '[contact]\nstiffness = "auto"\n'
+        touch = '[contact]\nstiffness = "auto"\nallow_overlap = true\n'
         self.origin[:, 2] *= 0.05
         self.write_list(more=touch)
         self.run_skein("list")

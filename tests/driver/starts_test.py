@@ -89,8 +89,8 @@ class Starts(DriverTest):
         self.run_skein("whole", "--until", "0.001")
         self.scene.write_text(text)
         self.run_skein("whole")
-        checkpoint = sorted((self.directory / "whole").glob("checkpoint_*.h5"))[0]
-        self.scene.write_text(TWO + CONTACT + table("[start]", {"from": str(checkpoint)}))
+        step = int(sorted((self.directory / "whole").glob("checkpoint_*.h5"))[0].stem.split("_")[1])
+        self.scene.write_text(TWO + CONTACT + table("[start]", {"from": f"{self.directory}/whole@{step}"}))
         self.assertEqual(self.command_of("check").returncode, 0)
         self.run_skein("branch")
 

@@ -210,7 +210,7 @@ time = {{duration = 1.8}}
 load = [{{kind = "end_force", start = [0.0, 0.0, -1.0], ramp = 0.3}}]
 damping = [{{kind = "uniform", rate = 10.0}}]
 output = {{trajectory = 0.05, precision = "double"}}
-wall = [{{name = "cylinder", kind = "tube", axis = [0, 1, 0], radius = {self.RADIUS}, side = "outside", law = "linear", stiffness = {4000 * 60 / elements}, damping = 0.5, kinetic_friction = 0.4, {law}}}]
+wall = [{{name = "cylinder", kind = "tube", axis = [0, 1, 0], radius = {self.RADIUS}, side = "outside", law = "linear", stiffness = {4000 * 60 / elements}, damping = 0.5, kinetic_friction = 0.4, allow_overlap = true, {law}}}]
 [[rods]]
 name = "rope"
 end = "pinned"
