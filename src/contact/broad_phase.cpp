@@ -18,7 +18,7 @@ namespace {
 Vec3d middle(const Exposure& c, std::size_t slot) { return 0.5 * (c.node[slot].position + c.node[slot + 1].position); }
 /// With what reaches beyond a vertex, at both ends if at one.
 double half_length(const Exposure& c, std::size_t slot) {
-    const double half = c.vertices[slot] ? 0.5 + c.scene().vertex_reach() : 0.5;
+    const double half = c.vertices[slot] ? 0.5 + c.scene().searched_reach() : 0.5;
     return half * norm(c.node[slot + 1].position - c.node[slot].position);
 }
 Vec3d least_of(const Vec3d& a, const Vec3d& b) { return {std::min(a.x, b.x), std::min(a.y, b.y), std::min(a.z, b.z)}; }
@@ -49,9 +49,10 @@ void BroadPhase::append_near(const Exposure& c, const SelfGaps& gaps, double ski
         [&](std::size_t i, const CapsuleTile& tile) {
             std::uint8_t vertices[W];
             for (std::size_t l = 0; l < W; ++l) vertices[l] = vertices_of_pair(c, {a[i + l], b[i + l]});
-            const auto apart = closest_points(tile.p, tile.d1, tile.q, tile.d2, range_of_first(vertices, c.scene().vertex_reach()),
-                                              range_of_second(vertices, c.scene().vertex_reach()))
-                                   .apart;
+            const auto apart =
+                closest_points(tile.p, tile.d1, tile.q, tile.d2, range_of_first(vertices, c.scene().searched_reach()),
+                               range_of_second(vertices, c.scene().searched_reach()))
+                    .apart;
             const auto both = tile.radius_1 + tile.radius_2, reach = both + Pack<W>(skin), squared = dot(apart, apart);
             unsigned bits = bits_of(squared < reach * reach) & (count - i < W ? (1u << (count - i)) - 1 : 0xffu);
             const unsigned touching = bits_of(squared < both * both);

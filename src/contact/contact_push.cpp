@@ -133,11 +133,12 @@ void Contacts::end_contact(const Work& work, std::uint32_t pair) {
 
 /// Adds loads to the nodes of an element of an own body, or defers them: to the first with the couple on the element, to the
 /// second. Share and arm of these rows need not be set.
-void Contacts::exert(const Work& work, std::uint32_t slot, const LoadRow& first, const LoadRow& second) {
+template <class Row> void Contacts::exert(const Work& work, std::uint32_t slot, const Row& first, const Row& second) {
     const std::int32_t window = work.bodies.window_of[slot];
     if (!work.bodies.owns(static_cast<std::size_t>(window))) return;
     if (slot >= work.last_slot) {
-        const auto with = [](LoadRow row, double share, double arm) {
+        const auto with = [](const Row& of, double share, double arm) {
+            LoadRow row = detail::as_load(of);
             row.number[3] = share, row.number[7] = arm;
             return row;
         };
@@ -152,15 +153,18 @@ void Contacts::exert(const Work& work, std::uint32_t slot, const LoadRow& first,
 
 void Contacts::exert(const Work& work, std::uint32_t slot, const ElementLoad<double>& load) {
     const Vec3d &f = load.first, &g = load.second, &c = load.couple;
-    exert(work, slot, {f.x, f.y, f.z, 0, c.x, c.y, c.z, 0}, {g.x, g.y, g.z, 0, 0, 0, 0, 0});
+    exert(work, slot, LoadRow{f.x, f.y, f.z, 0, c.x, c.y, c.z, 0}, LoadRow{g.x, g.y, g.z, 0, 0, 0, 0, 0});
 }
 
+template void Contacts::exert(const Work& work, std::uint32_t slot, const LoadRow& first, const LoadRow& second);
+template void Contacts::exert(const Work& work, std::uint32_t slot, const ForceRow& first, const ForceRow& second);
+
 /// A force on a node of an element, its start or its end.
-void Contacts::exert_at(const Work& work, std::uint32_t slot, const LoadRow& row, bool at_end) {
+void Contacts::exert_at(const Work& work, std::uint32_t slot, const ForceRow& row, bool at_end) {
     const std::int32_t window = work.bodies.window_of[slot];
     if (!work.bodies.owns(static_cast<std::size_t>(window))) return;
     if (slot >= work.last_slot) {
-        LoadRow deferred = row;
+        LoadRow deferred = detail::as_load(row);
         deferred.number[3] = at_end, deferred.number[7] = 0;
         work.deferring.defer(window, slot, deferred);
         return;

@@ -71,11 +71,11 @@ template <bool both> void Contacts::push_those(const Work& work, WorkArea& area,
         const VertexTerms<P> terms = at_vertices<W, both>(work.bodies, pairs);
         detail::put(squared, dot(terms.apart, terms.apart));
         sums.add(P(0.0), terms.scale * terms.energy, P(0.0), P(0.0), mine);
-        LoadRow row[2][4][W];
+        ForceRow row[2][4][W];
         for (const int e : {0, 1})
             for (const int k : {0, 1, 2, 3})
                 if (k % 3 != 0 || terms.turns)
-                    store_transposed<W>(terms.force[e][k], terms.force[e][k].x, [&](int l) { return &row[e][k][l].number[0]; });
+                    store_transposed<W>(terms.force[e][k], P(0.0), [&](int l) { return &row[e][k][l].number[0]; });
         for (int l = 0; l < valid; ++l) {
             const std::uint32_t n = near.which[i + static_cast<std::uint32_t>(l)];
             const bool turned = (near.vertices[i + static_cast<std::uint32_t>(l)] & 3) == 0;
@@ -85,16 +85,12 @@ template <bool both> void Contacts::push_those(const Work& work, WorkArea& area,
             area[A::squared][n] = squared[l];
             area[A::weight][n] = area[A::weight_of_all][n] = terms.weight[l];
             area[A::elsewhere][n] = terms.normal[l], area[A::vertex_energy][n] = terms.energy[l];
-            const auto force = [](LoadRow& of) -> const LoadRow& {
-                for (const int c : {3, 4, 5, 6, 7}) of.number[c] = 0;
-                return of;
-            };
             for (const int e : {0, 1}) {
                 const std::uint32_t slot = pairs.slot[e][l];
-                exert(work, slot, force(row[e][1][l]), force(row[e][2][l]));
+                exert(work, slot, row[e][1][l], row[e][2][l]);
                 if (!(terms.turns >> l & 1)) continue;
-                if (pairs.at_start[e] >> l & 1) exert_at(work, neighbour(work.bodies, slot, false), force(row[e][0][l]), false);
-                if (pairs.at_end[e] >> l & 1) exert_at(work, neighbour(work.bodies, slot, true), force(row[e][3][l]), true);
+                if (pairs.at_start[e] >> l & 1) exert_at(work, neighbour(work.bodies, slot, false), row[e][0][l], false);
+                if (pairs.at_end[e] >> l & 1) exert_at(work, neighbour(work.bodies, slot, true), row[e][3][l], true);
             }
         }
     }

@@ -46,7 +46,7 @@ namespace {
 
 /// The squared distance that elements may move while no two of them, a gap apart, meet, m^2.
 double farthest_squared(const Exposure& bodies, double gap) {
-    const double half_way = 0.5 * gap / (1 + 2 * bodies.scene().vertex_reach()); // of each of two, beyond vertices too
+    const double half_way = 0.5 * gap / (1 + 2 * bodies.scene().searched_reach()); // of each of two, beyond vertices too
     return half_way * half_way;
 }
 

@@ -122,9 +122,9 @@ private:
     void push_sides(const Work& work, WorkArea& area, Sums& sums);
     void push_touching(const Work& work, const WorkArea& area, Sums& sums);
     void push_boxes(const Work& work, WorkArea& area);
-    void exert(const Work& work, std::uint32_t slot, const LoadRow& first, const LoadRow& second);
+    template <class Row> void exert(const Work& work, std::uint32_t slot, const Row& first, const Row& second);
     void exert(const Work& work, std::uint32_t slot, const ElementLoad<double>& load);
-    void exert_at(const Work& work, std::uint32_t slot, const LoadRow& row, bool at_end);
+    void exert_at(const Work& work, std::uint32_t slot, const ForceRow& row, bool at_end);
     /// Pairs whose first element is near a vertex; they are numbered so for as long as that matters.
     template <int W> struct NearVertex {
         std::uint32_t slot[2][W];

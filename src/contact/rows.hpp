@@ -16,6 +16,11 @@ struct alignas(64) LoadRow {
 };
 static_assert(sizeof(LoadRow) == sizeof(ExertedLoad) && std::is_trivially_default_constructible_v<LoadRow>);
 
+/// A force on a node, and 0.
+struct alignas(32) ForceRow {
+    double number[4];
+};
+
 namespace detail {
 
 template <int W> SKEIN_INLINE Pack<W> pack_at(const void* from) {
@@ -35,6 +40,17 @@ SKEIN_INLINE Pack<8> halves(double low, double high) {
 #endif
 }
 
+SKEIN_INLINE Pack<8> whole(const LoadRow& row) { return pack_at<8>(&row); }
+SKEIN_INLINE Pack<8> whole(const ForceRow& row) { // read as it was written
+#if defined(__AVX512F__)
+    return Pack<8>(std::bit_cast<Pack<8>::Doubles>(_mm512_zextpd256_pd512(std::bit_cast<__m256d>(pack_at<4>(&row)))));
+#else
+    return {pack_at<4>(&row), Pack<4>(0.0)};
+#endif
+}
+SKEIN_INLINE const LoadRow& as_load(const LoadRow& row) { return row; }
+SKEIN_INLINE LoadRow as_load(const ForceRow& row) { return {row.number[0], row.number[1], row.number[2]}; }
+
 } // namespace detail
 
 /// Adds `first` times a row's force and `arm` times its couple to a slot, and `second` times the force to the slot behind: whole
@@ -46,8 +62,8 @@ SKEIN_INLINE void add_row(ExertedLoad* at, const Pack<8>& row, double first, dou
     put(at + 1, fma(row, halves(second, 0), pack_at<8>(at + 1)));
 }
 /// Adds all that a row has to one slot.
-SKEIN_INLINE void add_whole_row(ExertedLoad* at, const LoadRow& row) {
-    detail::put(at, detail::pack_at<8>(at) + detail::pack_at<8>(&row));
+template <class Row> SKEIN_INLINE void add_whole_row(ExertedLoad* at, const Row& row) {
+    detail::put(at, detail::pack_at<8>(at) + detail::whole(row));
 }
 SKEIN_INLINE void add_row(ExertedLoad* at, const LoadRow& row) {
     const double share = row.number[3], arm = row.number[7];

@@ -55,6 +55,7 @@ template <int W, bool both> SKEIN_INLINE VertexTerms<Pack<W>> vertex_terms(Conta
     };
     const Vec3<P> edge[2] = {element[0].node[2] - element[0].node[1], element[1].node[2] - element[1].node[1]};
     const P squared[2] = {max(dot(edge[0], edge[0]), none), max(dot(edge[1], edge[1]), none)};
+    const P inverse_squared[2] = {one / squared[0], one / squared[1]}, own_length[2] = {sqrt(squared[0]), sqrt(squared[1])};
     const P sine_squared = select(min(squared[0], squared[1]) > none, sine_squared_of_both, one); // a point is across everything
     const P inverse_sine = one / max(sine_squared, P(1e-30)), steep = min(sine_squared * P(1 / (shallow * shallow)), one),
             crossing = steep * (P(2.0) - steep),
@@ -64,13 +65,15 @@ template <int W, bool both> SKEIN_INLINE VertexTerms<Pack<W>> vertex_terms(Conta
     struct Corner {
         Vec3<P> apart, inwards, outwards,
             bend; ///< to the foot; tangents of the element and of its neighbour, from it; theirs apart
-        P foot, on_line, distance, share, per_lying, lying, shorter, longer, curved, energy;
+        P foot, on_line, share, share_of_crossing, per_lying, lying, longer, curved, energy;
     } corner[2][2];
     Vec3<P> along[2];        // the edge, of length 1
     P way[2] = {zero, zero}; // how far the neighbour goes on towards the other element, along the edge
     P goes[2];               // 1 where the nearest point may go on along the edge
+    P inverse_length[2];
     for (const int i : {0, 1}) {
-        along[i] = (one / sqrt(squared[i])) * edge[i];
+        inverse_length[i] = own_length[i] * inverse_squared[i];
+        along[i] = inverse_length[i] * edge[i];
         goes[i] = select((element[i].share > zero) & (element[i].share < one), one, zero);
     }
     for (int i = 0; i < 1 + both; ++i)
@@ -78,26 +81,28 @@ template <int W, bool both> SKEIN_INLINE VertexTerms<Pack<W>> vertex_terms(Conta
             const ElementAtVertices<P>&e = element[i], &o = element[1 - i];
             Corner& c = corner[i][j];
             const Vec3<P>& at = e.node[1 + j];
-            const Vec3<P> to_vertex = at - e.node[2 - j], from_vertex = e.node[3 * j] - at, from = at - o.node[1];
-            const P length = max(norm(to_vertex), tiny), next = max(norm(from_vertex), tiny);
-            c.shorter = one / length, c.longer = one / next, c.curved = P(2.0) / (length + next);
-            c.inwards = c.shorter * to_vertex, c.outwards = c.longer * from_vertex;
+            const Vec3<P> from_vertex = e.node[3 * j] - at, from = at - o.node[1];
+            const P next = max(norm(from_vertex), tiny), both_lengths = own_length[i] + next,
+                    inverse = one / (next * both_lengths); // one division for two
+            c.longer = both_lengths * inverse, c.curved = P(2.0) * (next * inverse);
+            c.inwards = j ? along[i] : -along[i], c.outwards = c.longer * from_vertex;
             c.bend = c.outwards - c.inwards;
-            const P free = dot(from, edge[1 - i]) / squared[1 - i];
+            const P free = dot(from, edge[1 - i]) * inverse_squared[1 - i];
             c.foot = clamp01(free);
-            c.on_line = select((free > zero) & (free < one), one / squared[1 - i], zero);
+            c.on_line = select((free > zero) & (free < one), inverse_squared[1 - i], zero);
             c.apart = fma(c.foot, edge[1 - i], -from);
-            c.distance = norm(c.apart);
+            const P distance_here = norm(c.apart);
             c.lying = c.curved * dot(c.bend, c.apart);
             const P x = clamp01((c.lying * inverse_sine - P(least_lying)) * P(1 / (most_lying - least_lying))),
                     rest = one - x * x * (P(3.0) - (x + x));
-            c.share = e.joined[j] * crossing * rest;
+            c.share_of_crossing = e.joined[j] * rest;
+            c.share = c.share_of_crossing * crossing;
             c.per_lying = -(P(6 / (most_lying - least_lying)) * e.joined[j] * crossing * x * (one - x)) * inverse_sine;
-            const Spring s = spring(c.distance);
+            const Spring s = spring(distance_here);
             c.energy = s.energy;
             // E = -c phi/2 of this vertex and the other element.
             const P pull = half * c.share * s.normal;
-            const Vec3<P> force = (pull / max(c.distance, tiny)) * c.apart;
+            const Vec3<P> force = (pull / max(distance_here, tiny)) * c.apart;
             out.energy -= half * c.share * s.energy, out.normal -= pull;
             out.force[i][1 + j] += force;
             out.force[1 - i][1] -= (one - c.foot) * force, out.force[1 - i][2] -= c.foot * force;
@@ -126,8 +131,7 @@ template <int W, bool both> SKEIN_INLINE VertexTerms<Pack<W>> vertex_terms(Conta
     for (int i = 0; i < 1 + both; ++i)
         for (const int j : {0, 1}) {
             const Corner& c = corner[i][j];
-            const P over_lying = slope[i][j] * c.per_lying,
-                    over_crossing = select(crossing > zero, slope[i][j] * c.share / max(crossing, none) * per_sine, zero);
+            const P over_lying = slope[i][j] * c.per_lying, over_crossing = slope[i][j] * c.share_of_crossing * per_sine;
             per_angle += over_crossing - over_lying * c.lying * inverse_sine;
             changes = changes | (over_lying < zero) | (over_lying > zero) | (over_crossing < zero) | (over_crossing > zero);
         }
@@ -141,8 +145,8 @@ template <int W, bool both> SKEIN_INLINE VertexTerms<Pack<W>> vertex_terms(Conta
                 const P bent = dot(c.bend, c.apart), by_length = half * c.curved * c.curved * bent;
                 const Vec3<P> of_next = (c.curved * c.longer) * (c.apart - dot(c.apart, c.outwards) * c.outwards) -
                                         by_length * c.outwards,
-                              of_inner =
-                                  (c.curved * c.shorter) * (c.apart - dot(c.apart, c.inwards) * c.inwards) + by_length * c.inwards;
+                              of_inner = (c.curved * inverse_length[i]) * (c.apart - dot(c.apart, c.inwards) * c.inwards) +
+                                         by_length * c.inwards;
                 const P along = dot(c.bend, edge[o]) * c.on_line;
                 const Vec3<P> of_foot = c.curved * (c.bend - along * edge[o]), of_edge = (c.curved * along) * c.apart;
                 out.force[i][3 * j] -= weight * of_next;
@@ -151,9 +155,10 @@ template <int W, bool both> SKEIN_INLINE VertexTerms<Pack<W>> vertex_terms(Conta
                 out.force[o][1] -= weight * ((one - c.foot) * of_foot + of_edge);
                 out.force[o][2] -= weight * (c.foot * of_foot - of_edge);
             }
-        const P product = dot(edge[0], edge[1]), both_squared = P(2.0) * (product / squared[0]) / squared[1] * per_angle;
+        const P product = dot(edge[0], edge[1]),
+                both_squared = P(2.0) * (product * inverse_squared[0]) * inverse_squared[1] * per_angle;
         for (const int i : {0, 1}) { // S = 1 - (e1.e2)^2/(e1^2 e2^2)
-            const Vec3<P> turn = both_squared * (edge[1 - i] - (product / squared[i]) * edge[i]);
+            const Vec3<P> turn = both_squared * (edge[1 - i] - (product * inverse_squared[i]) * edge[i]);
             out.force[i][2] += turn, out.force[i][1] -= turn;
         }
     }
@@ -169,7 +174,7 @@ template <int W, bool both> SKEIN_INLINE VertexTerms<Pack<W>> vertex_terms(Conta
         for (const int i : {0, 1}) {
             const P& share = element[i].share;
             const P x = goes[i] * select(both_go > zero, (way[i] + cosine * way[1 - i]) * inverse, way[i]),
-                    s = share + x / sqrt(squared[i]);
+                    s = share + x * inverse_length[i];
             there[i] = select(share >= one, max(s, one), select(share <= zero, min(s, zero), clamp01(s)));
         }
         const Vec3<P> between_them = fma(there[1], edge[1], element[1].node[1]) - fma(there[0], edge[0], element[0].node[1]);

@@ -40,6 +40,8 @@ public:
     std::int64_t block_of(std::int64_t gid) const;
     /// Elements reach beyond their vertices by this share of their length, where they meet others.              theory.md (56c)
     double vertex_reach() const { return vertex_reach_; }
+    /// The same where pairs are looked for: boxes alone meet elements beyond their vertices.
+    double searched_reach() const { return has_boxes_ ? vertex_reach_ : 0; }
 
     /// A sixteenth of the scene, for threads to share, but no fewer than 256 slots, so that packs are full, and no more than 1024,
     /// what contacts read and write of which fits the second cache.
@@ -61,7 +63,7 @@ private:
     std::int64_t bodies_ = 0, slots_ = 0;
     std::int64_t block_slots_;
     double vertex_reach_ = 0.05;
-    bool has_kin_ = false;
+    bool has_kin_ = false, has_boxes_ = false;
 };
 
 } // namespace skein
