@@ -109,12 +109,11 @@ std::set<std::pair<int, int>> pairs_by_looking(const std::vector<Vec3d>& ring, d
     std::set<std::pair<int, int>> near;
     const int n = static_cast<int>(ring.size());
     const auto node = [&](int i) { return ring[static_cast<std::size_t>(i % n)]; };
-    const ShareRange<Pack<1>> beyond_vertices{-0.05, 1.05};
     for (int i = 0; i < n; ++i)
         for (int j = i + 1; j < n; ++j) {
             if (std::min(j - i, n - (j - i)) <= gap) continue;
             const auto closest = closest_points(broadcast<1>(node(i)), broadcast<1>(node(i + 1) - node(i)), broadcast<1>(node(j)),
-                                                broadcast<1>(node(j + 1) - node(j)), beyond_vertices, beyond_vertices);
+                                                broadcast<1>(node(j + 1) - node(j)));
             if (norm(lane(closest.apart, 0)) < 2 * radius + skin) near.emplace(i, j);
         }
     return near;
