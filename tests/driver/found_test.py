@@ -166,7 +166,7 @@ class Found(DriverTest):
                 return
             groups = (None, *re.search(row.said, told).groups())
             settings += [setting.format(*groups) for setting in row.cure if setting not in (ELEMENTS, STIFFER)]
-            for group in tomllib.loads((SCENES / f"{name.split()[0]}.toml").read_text())["rods"]:
+            for group in tomllib.loads((SCENES / f"{name.split()[0]}.toml").read_text()).get("rods", []):
                 if ELEMENTS in row.cure:
                     settings.append(f"rods.{group['name']}.shape.elements={2 * group['shape']['elements']}")
                 if STIFFER in row.cure:
