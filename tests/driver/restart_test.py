@@ -126,7 +126,7 @@ class Restart(DriverTest):
         self.assertIn("audit, which begins here", resumed.stdout)
         first = self.summary("out")["observables"]["work_loads[J]"]
         with h5py.File(self.checkpoints("out")[-1]) as file:
-            self.assertEqual((file.attrs["version"], file.attrs["audited"]), (7, 1))
+            self.assertEqual((file.attrs["version"], file.attrs["audited"]), (8, 1))
             self.assertAlmostEqual(sum(file[f"groups/{name}/works"][:, 0, 0].sum() for name in ("cilia", "leaning")), first, delta=1e-12 * abs(first))
         self.run_skein("out", *bare, *self.AUDIT)
         self.run_skein("whole", *bare, *self.AUDIT)
