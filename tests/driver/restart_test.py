@@ -132,7 +132,7 @@ class Restart(DriverTest):
         self.run_skein("whole", *bare, *self.AUDIT)
         self.assertEqual(self.digest("out"), self.digest("whole"))
         with h5py.File(self.checkpoints("out")[-1], "r+") as file:
-            file.attrs["version"] = numpy.int64(8)
+            file.attrs["version"] = numpy.int64(9)
         self.assertIn("reads versions 2 to 8", self.run_skein("out", *bare, expect=2).stderr)
 
     def test_walltime(self):
