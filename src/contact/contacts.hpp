@@ -214,11 +214,11 @@ private:
     bool watches_ = false;                                ///< for changes of sides, in that step
     double moved_ = 0;                                    ///< Holding::moved of the step before, 0 where pruning was due in it
     double way_ = HUGE_VAL;                               ///< within that step no element in pairs has moved farther, m
-    double way_of_all_ = 0;                               ///< of any rank's elements, where pairs are found anew
-    std::vector<std::uint8_t> far_;                       ///< by slot: own elements that have moved far in it; empty: none has
-    std::vector<std::int64_t> far_in_scene_;              ///< these as slots of the scene, for a search
-    std::vector<std::array<std::int64_t, 2>> passed_;     ///< pairs that may have changed sides unseen, as slots of the scene
-    std::mutex noting_;                                   ///< of what follows
+    double way_of_all_ = 0;         ///< largest displacement of an element within that step, over all ranks, m; set before a search
+    std::vector<std::uint8_t> far_; ///< by slot: own elements that have moved far in it; empty: none has
+    std::vector<std::int64_t> far_in_scene_;          ///< these as slots of the scene, for a search
+    std::vector<std::array<std::int64_t, 2>> passed_; ///< pairs that may have changed sides unseen, as slots of the scene
+    std::mutex noting_;                               ///< of what follows
     std::vector<SideChange> side_changes_;
     bool begins_ = true;                ///< no step has been looked at: bodies that are in each other may be
     std::vector<BodyPair> overlapping_; ///< bodies deep in each other since they began so; rising

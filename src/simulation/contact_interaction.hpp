@@ -49,7 +49,6 @@ public:
     double booked_at_start() const;
 
 private:
-    /// Energies of this rank with bodies where they will be in this time at their last rates, s; 0 before the first step.
     /// Energies and works of contacts that an audit counts, on this rank.
     struct Bookings {
         std::vector<double> energies;
@@ -57,6 +56,7 @@ private:
         void add(const Bookings& other);
     };
     double sum(const Bookings& mine) const;
+    /// Energies of this rank with bodies where they will be in this time at their last rates, s; 0 before the first step.
     Bookings bookings(double after) const;
     OwnerDirectory directory() const;
     /// Of a slot: the element of a rod, or the part of a body.

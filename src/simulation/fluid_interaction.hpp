@@ -40,7 +40,7 @@ public:
     /// With rods: what fluid.expected_speed, m/s, would have spared this run all steps of the fluid that had to be shorter than
     /// planned; 0: none had to.
     double speed_to_expect() const { return speed_to_expect_; }
-    /// What lets a run go on where it has failed, or where rods that feel the fluid have.
+    /// Settings with which a run that has failed goes on, or one whose rods feel the fluid and have failed.
     std::vector<std::string> remedies() const override;
     /// Slip of two-way rods at the end of the last step over the largest speed then, and the largest of this run.
     struct SlipFigures {

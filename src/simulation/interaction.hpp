@@ -92,7 +92,7 @@ public:
     virtual Ending ending() const { return Ending::never; }
     /// Reason why this rank cannot go on; empty: there is none. Not collective.
     virtual std::string invalid() const { return {}; }
-    /// Where that is known: its cause, and settings KEY=VALUE with which it would not have come. Not collective.
+    /// Cause of that failure, and settings KEY=VALUE that prevent it; empty: unknown. Not collective.
     virtual std::string cause() const { return {}; }
     virtual std::vector<std::string> remedies() const { return {}; }
     /// The longest step that it leaves this rank as bodies are now, s. Not collective.

@@ -54,7 +54,7 @@ void require_memory(const Communicator& comm, const Plan& plan) {
 bool goes_on(const Communicator& comm, const RunOptions& options) {
     bool some = false;
     on_root(comm, [&] {
-        std::error_code error; // what is wrong with the directory is told when it is opened
+        std::error_code error; // opening the directory reports what is wrong with it
         some = !options.overwrite && std::filesystem::is_directory(options.out, error) &&
                !numbered_files(options.out, "checkpoint_", ".h5").empty();
     });
