@@ -35,6 +35,8 @@ template <class P> struct VertexTerms {
 
 constexpr double least_lying = 0.125; ///< Q/S above which a rod begins to lie along the other one
 constexpr double most_lying = 0.5;    ///< and from where on it does: two rods wound round each other do from 1/2 on
+/// A bent rod is taken for straight beyond a vertex while it bends away by half of this, over the sum of radii.
+constexpr double straight = 1.0 / 1024;
 
 /// `from_first`: from the nearest point of the first element to that of the second. Vertices of the second element count where
 /// `both`.
@@ -67,9 +69,10 @@ template <int W, bool both> SKEIN_INLINE VertexTerms<Pack<W>> vertex_terms(Conta
             bend; ///< to the foot; tangents of the element and of its neighbour, from it; theirs apart
         P foot, on_line, share, share_of_crossing, per_lying, lying, longer, curved, energy;
     } corner[2][2];
-    Vec3<P> along[2];        // the edge, of length 1
-    P way[2] = {zero, zero}; // how far the neighbour goes on towards the other element, along the edge
-    P goes[2];               // 1 where the nearest point may go on along the edge
+    Vec3<P> along[2];              // the edge, of length 1
+    P way[2] = {zero, zero};       // how far the neighbour goes on towards the other element, along the edge
+    P goes[2];                     // 1 where the nearest point may go on along the edge
+    P curvature[2] = {zero, zero}; // of the rod where it does, beyond a vertex; squared
     P inverse_length[2];
     for (const int i : {0, 1}) {
         inverse_length[i] = own_length[i] * inverse_squared[i];
@@ -110,6 +113,7 @@ template <int W, bool both> SKEIN_INLINE VertexTerms<Pack<W>> vertex_terms(Conta
                     here = select(j ? e.share >= one : e.share <= zero, e.joined[j], zero);
             way[i] += here * c.share * (j ? beyond : -beyond);
             goes[i] += here;
+            curvature[i] += here * c.curved * c.curved * dot(c.bend, c.bend);
         }
     P slope[2][2]; // of the energy over each c
     for (int i = 0; i < 1 + both; ++i)
@@ -170,11 +174,16 @@ template <int W, bool both> SKEIN_INLINE VertexTerms<Pack<W>> vertex_terms(Conta
     P beyond_distance = distance;
     out.share[0] = element[0].share, out.share[1] = element[1].share;
     if (const auto goes_on = (abs(way[0]) > zero) | (abs(way[1]) > zero); any(goes_on)) {
-        P there[2];
+        const P per_straight = one / (P(straight) * radii);
+        P there[2], bends(one); // how far the tangents lead over how far bent rods are beside them, to the fourth power
         for (const int i : {0, 1}) {
-            const P& share = element[i].share;
-            const P x = goes[i] * select(both_go > zero, (way[i] + cosine * way[1 - i]) * inverse, way[i]),
-                    s = share + x * inverse_length[i];
+            there[i] = goes[i] * select(both_go > zero, (way[i] + cosine * way[1 - i]) * inverse, way[i]);
+            const P bent = there[i] * there[i] * per_straight;
+            bends = max(bends, bent * bent * curvature[i]);
+        }
+        const P part = one / sqrt(sqrt(bends));
+        for (const int i : {0, 1}) {
+            const P &share = element[i].share, s = share + part * there[i] * inverse_length[i];
             there[i] = select(share >= one, max(s, one), select(share <= zero, min(s, zero), clamp01(s)));
         }
         const Vec3<P> between_them = fma(there[1], edge[1], element[1].node[1]) - fma(there[0], edge[0], element[0].node[1]);

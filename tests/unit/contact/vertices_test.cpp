@@ -165,6 +165,30 @@ TEST(Vertices, DoNotShowWhereRodsSlideAlongEachOther) {
         }
 }
 
+/// Most of a turn of a coil about z, from `start` on; `l`: length of its elements.
+std::vector<Vec3d> coil(double l, double angle, double start) {
+    std::vector<Vec3d> nodes;
+    const double coil_radius = 0.5 * l / std::sin(0.5 * angle);
+    for (double turn = start; turn < start + 5; turn += angle)
+        nodes.push_back(coil_radius * Vec3d{std::cos(turn), std::sin(turn), 0});
+    return nodes;
+}
+
+// Coils that lie on each other turn together, so each element pushes, wherever its vertices are beside those of the other coil.
+TEST(Vertices, LeaveNoCoilsSoftSideBySide) {
+    for (const double overlap : {0.02, 0.1})
+        for (const double l : {0.25 * diameter, 0.5 * diameter, 2 * diameter})
+            for (const double angle : {0.1, 0.2, 0.35, 0.5, 0.8}) {
+                Range found;
+                const std::vector<Vec3d> below = coil(l, angle, 0);
+                const double one = stiffness * std::pow(overlap * diameter, 1.5) * static_cast<double>(below.size() - 1);
+                for (double phase = 0; phase < 1; phase += 0.05)
+                    found.take(push(below, moved(coil(l, angle, phase * angle), {0, 0, (1 - overlap) * diameter})).force.z / one);
+                EXPECT_GT(found.least, 0.99) << overlap << " " << l << " " << angle;
+                EXPECT_LT(found.most, 3) << overlap << " " << l << " " << angle;
+            }
+}
+
 /// A crooked rod about its middle, with a turn of up to `bend` at each vertex.
 std::vector<Vec3d> crooked(int elements, double bend, double turn, std::mt19937& random) {
     std::uniform_real_distribution<double> uniform(-1, 1);
