@@ -45,12 +45,12 @@ struct Passing {
         return most;
     }
     /// The first distance on the way that is not above `limit`, or that at its end. Distances change no faster than the longest
-    /// relative way, so what is farther off by some way is not reached before.
+    /// relative way, so what is farther off by some way is not reached before. A way of a run that blows up is seen in 10 000 parts.
     double first_below(double limit) const {
         const double whole = relative();
         double distance = near(0).distance;
-        for (double share = 0; distance > limit && share < 1; distance = near(share).distance)
-            share = std::min(1.0, share + std::max(distance - limit, 0.01 * limit) / whole);
+        for (double share = 0; distance > limit && share < 1 && std::isfinite(whole); distance = near(share).distance)
+            share = std::min(1.0, share + std::max({(distance - limit) / whole, 0.01 * limit / whole, 1e-4}));
         return distance;
     }
 };
