@@ -33,7 +33,8 @@ def law(kind="linear", friction="memory", **keys):
 
 
 def pile(kind, friction, **keys):
-    """Rods, a ring and bodies of all parts that fall onto each other between walls of all shapes."""
+    """Rods, a ring and bodies of all parts that fall onto each other between walls of all shapes. Some begin in walls and in each other."""
+    deep = {"allow_overlap": True}
     one = law(kind, friction)
     return {"time": {"duration": 0.1}, "load": [GRAVITY],
             "rods": [rods("thin", radius=0.003, **{"placement": {"kind": "list", "origins": [[-0.05, 0.0, 0.0025], [0.0, -0.05, 0.0085], [-0.045, 0.01, 0.0145]],
@@ -45,11 +46,11 @@ def pile(kind, friction, **keys):
                         "inertia": [2e-7, 8e-7, 9e-7], "angular_velocity": [3.0, 1.0, 2.0], **at(-0.02, -0.03, 0.0155, UP)},
                        {"name": "brick", "density": 2000.0, "boxes": {"centres": [[0.0, 0.0, 0.0]], "sizes": [[0.02, 0.03, 0.012]], "radii": [0.002]},
                         "velocity": [0.0, 0.0, -0.3], **at(-0.03, 0.02, 0.025, UP)}],
-            "contact": one | {"self": True, "self_gap": 0.02} | keys,
+            "contact": one | deep | {"self": True, "self_gap": 0.02} | keys,
             "wall": [{"name": "floor", "kind": "plane", "point": [0.0, 0.0, 0.0]} | law(kind, "anisotropic", kinetic_friction=0.2, kinetic_backward=0.3,
-                                                                                 kinetic_sideways=0.5, slip_speed=0.01),
-                     {"name": "drum", "kind": "tube", "point": [0.0, 0.0, 0.0], "axis": UP, "radius": 0.052, "side": "inside"} | one,
-                     {"name": "egg", "kind": "ball", "point": [0.03, 0.03, 0.0], "radius": 0.01, "side": "outside", "velocity": [0.0, 0.1, 0.0], "from": 0.001} | one],
+                                                                                 kinetic_sideways=0.5, slip_speed=0.01) | deep,
+                     {"name": "drum", "kind": "tube", "point": [0.0, 0.0, 0.0], "axis": UP, "radius": 0.052, "side": "inside"} | one | deep,
+                     {"name": "egg", "kind": "ball", "point": [0.03, 0.03, 0.0], "radius": 0.01, "side": "outside", "velocity": [0.0, 0.1, 0.0], "from": 0.001} | one | deep],
             "output": {"audit": False}}
 
 
