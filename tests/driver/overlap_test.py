@@ -142,6 +142,7 @@ series = 0.1
             self.assertLess(at_rest, 0.1, f"{layers} layers")
 
     def test_rods_too_soft_are_told_of_once_with_what_would_hold(self):
+        """Within 0.1 s: at 0.12 s the first of them have passed through each other, which ends the run."""
         done = self.pile("soft", stiffness="300", damping=0.3, duration=0.1)
         warnings = [line for line in done.stderr.splitlines() if "overlap by" in line]
         self.assertEqual(len([line for line in warnings if re.search("(: |  )rods overlap", line)]), 1, done.stderr)
