@@ -78,6 +78,29 @@ void tell_jumps(const RodGroup& group, std::vector<std::string>& found) {
     look(spec.end_motion, "end", group.element.back());
 }
 
+/// Rods that do not bend beside a joint, in the half cells at their ends.
+void tell_rigid_joints(const SceneSpec& scene, std::span<const RodGroup> groups, std::vector<std::string>& found) {
+    constexpr double much = 2; // times the half cells' stiffness
+    for (std::size_t j = 0; j < scene.joints.size(); ++j) {
+        const JointSpec& joint = scene.joints[j];
+        if (joint.kind != JointKind::fixed || !(joint.law.torsional_stiffness > 0)) continue;
+        double compliance = 0, rigid = 0; // rad/(N m), m
+        for (const RodGroup& group : groups)
+            for (std::size_t side = 0; side < joint.between.size(); ++side) {
+                const double at = joint.at[side];
+                if (group.name() != joint.between[side] || !group.strained() || group.sized() || (at != 0 && at != 1)) continue;
+                const ElementConstants& element = at == 0 ? group.element.front() : group.element.back();
+                compliance += 0.5 * element.rest_length / element.bending.x, rigid += 0.5 * element.rest_length;
+            }
+        if (compliance * joint.law.torsional_stiffness > much)
+            found.push_back(fmt::format(
+                "joint.{}: torsional_stiffness = {:g} N m/rad is {:.2g} times that of the half cells at the ends that it joins, in "
+                "which the rods do not bend themselves: they bend as if {:.2g} m of them were rigid; stiffness = \"auto\" without "
+                "a torsional_stiffness bends there as within a rod",
+                j, joint.law.torsional_stiffness, compliance * joint.law.torsional_stiffness, rigid));
+    }
+}
+
 /// Compares numbers with the scales of the scene, by their unit; but places, which may lie anywhere.
 class ScaleLooker final : public FieldLooker {
 public:
@@ -153,6 +176,7 @@ std::vector<std::string> doubts(const SceneSpec& scene, std::span<const RodGroup
     if (scene.time.duration / dt > 1e13)
         found.push_back(
             fmt::format("time.duration = {:g} s is {:.0e} steps of {:g} s", scene.time.duration, scene.time.duration / dt, dt));
+    tell_rigid_joints(scene, groups, found);
     std::vector<std::string> poles = formula_doubts(scene);
     std::move(poles.begin(), poles.end(), std::back_inserter(found));
     ScaleLooker looker(scene.time.duration, speed, found);
