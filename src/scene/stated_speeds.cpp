@@ -330,8 +330,8 @@ std::vector<std::string> abrupt_starts(const SceneSpec& scene, std::span<const R
         if (!(norm(release.curvature) * release.length > share)) continue;
         found.push_back(
             fmt::format("rods.{}: muscles and rest curvature differ from the shape at t = 0 by up to {:.3g} 1/m: the rod "
-                        "starts with a shock, of up to {:.3g} m/s; a factor such as ramp(t, T) in a formula lets muscles "
-                        "begin at 0",
+                        "starts with a shock, of up to {:.3g} m/s, and how far it gets then depends on the grid and the "
+                        "step by tens of percent; a factor such as ramp(t, T) in a formula lets muscles begin at 0",
                         group.name(), norm(release.curvature), release.speed));
     }
     return found;

@@ -165,9 +165,8 @@ std::vector<std::string> FluidInteraction::remedies() const {
 }
 
 std::optional<FluidInteraction::SlipFigures> FluidInteraction::slips() const {
-    if (!(plan_.largest_slip > 0) || steps_ == steps_before_) return std::nullopt;
-    const double now = slip(), speed = std::max(speed_, std::numeric_limits<double>::min());
-    return SlipFigures{now, now / speed, largest_share_, plan_.largest_slip};
+    if (!(plan_.largest_slip > 0) || steps_ == steps_before_ || !(speed_ > 0)) return std::nullopt; // speed: as a step began
+    return SlipFigures{slip(), slip() / speed_, largest_share_, plan_.largest_slip};
 }
 
 std::string FluidInteraction::warning() const {
