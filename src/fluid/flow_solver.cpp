@@ -198,11 +198,13 @@ std::vector<std::span<double>> BoxFlow::state() {
 void BoxFlow::set_velocity(const VelocityRow& velocity) {
     std::fill(pressure_.begin(), pressure_.end(), 0.0);
     sample(velocity);
-    // The pressure that belongs to it: that of a step of 1 s of rates alone, after which the velocities are put back.
+    // The pressure that belongs to it: that of a step of rates alone, after which the velocities are put back. Its length goes by
+    // the flow, so that rates lose no more digits in one unit of time than in another.
+    const double limit = step_limit(1), dt = std::isfinite(limit) ? limit : 1;
     const Field u = now_[0];
-    sweep<Viscosity::of_rates>({1, 0, 0, {0, 0, 0}}, diffusion());
+    sweep<Viscosity::of_rates>({dt, 0, 0, {0, 0, 0}}, diffusion());
     pass_outflow(0);
-    project(1, true);
+    project(dt, true);
     std::swap(now_, next_);
     now_[0] = u;
     refresh(0);

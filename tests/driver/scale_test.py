@@ -91,13 +91,11 @@ class Units:
 
 # Published damping of spin has the factor 1 m^2 (docs/theory.md 7): the one law in which metres are written.
 IN_METRES = {"legacy"}
-# Open: where fluid flows through between no_slip walls, round-off of 1e-13 differs in other units of time; the cause is not found.
-NOT_IN_TIME = {"channel"}
 
 
 def leaves_out(scene, scale):
     """Whether a scene is not held against another unit."""
-    return (scene in IN_METRES and scale.startswith("length")) or (scene in NOT_IN_TIME and scale.startswith("time"))
+    return scene in IN_METRES and scale.startswith("length")
 
 
 VARIABLES = {"m": ("x", "y", "z", "s", "L", "X", "Y", "Z"), "m/s": ("vx", "vy", "vz"), "s": ("t",)}
