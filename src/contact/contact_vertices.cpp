@@ -42,58 +42,65 @@ template <int N, bool both> VertexTerms<Pack<N>> Contacts::at_vertices(const Exp
                                  element);
 }
 
-/// Takes from pairs near vertices what these have of them.
-template <bool both> void Contacts::push_those(const Work& work, WorkArea& area, Sums& sums) {
+/// Takes from pairs near vertices what these have of them: of up to W pairs from the i-th on.
+template <bool both, int W>
+std::uint32_t Contacts::push_some(const Work& work, WorkArea& area, Sums& sums, std::uint32_t i, std::uint32_t count) {
     using A = WorkArea;
-    constexpr int W = A::W;
     using P = Pack<W>;
     const A::NearColumns near = (both ? area.near_two : area.near_one).columns();
-    const std::uint32_t count = both ? area.twos : area.ones;
-    for (std::uint32_t i = 0; i < count; i += W) {
-        const int valid = static_cast<int>(std::min<std::uint32_t>(W, count - i));
-        NearVertex<W> pairs;
-        alignas(64) double sine_squared[W], place[2][W], apart[3][W], squared[W];
-        unsigned mine = 0;
-        for (int l = 0; l < W; ++l) {
-            const std::uint32_t at = i + static_cast<std::uint32_t>(l < valid ? l : 0), n = near.which[at];
-            const unsigned vertices = near.vertices[at];
-            const bool turned = (vertices & 3) == 0;
-            pairs.put(l, area.pair[n], vertices, turned);
-            place[turned][l] = area[A::s][n], place[!turned][l] = area[A::t][n];
-            sine_squared[l] = area[A::sine_squared][n];
-            const double sign = turned ? -1 : 1;
-            apart[0][l] = sign * area[A::x][n], apart[1][l] = sign * area[A::y][n], apart[2][l] = sign * area[A::z][n];
-            mine |= static_cast<unsigned>(l < valid && work.bodies.owns_slot(area.pair[n].a)) << l;
-        }
-        pairs.share[0] = detail::pack_at<W>(place[0]), pairs.share[1] = detail::pack_at<W>(place[1]);
-        pairs.sine_squared = detail::pack_at<W>(sine_squared);
-        pairs.apart = {detail::pack_at<W>(apart[0]), detail::pack_at<W>(apart[1]), detail::pack_at<W>(apart[2])};
-        const VertexTerms<P> terms = at_vertices<W, both>(work.bodies, pairs);
-        detail::put(squared, dot(terms.apart, terms.apart));
-        sums.add(P(0.0), terms.scale * terms.energy, P(0.0), P(0.0), mine);
-        ForceRow row[2][4][W];
-        for (const int e : {0, 1})
-            for (const int k : {0, 1, 2, 3})
-                if (k % 3 != 0 || terms.turns)
-                    store_transposed<W>(terms.force[e][k], P(0.0), [&](int l) { return &row[e][k][l].number[0]; });
-        for (int l = 0; l < valid; ++l) {
-            const std::uint32_t n = near.which[i + static_cast<std::uint32_t>(l)];
-            const bool turned = (near.vertices[i + static_cast<std::uint32_t>(l)] & 3) == 0;
-            const double sign = turned ? -1 : 1, x = terms.apart.x[l], y = terms.apart.y[l], z = terms.apart.z[l];
-            area[A::s][n] = terms.share[turned][l], area[A::t][n] = terms.share[!turned][l];
-            area[A::x][n] = sign * x, area[A::y][n] = sign * y, area[A::z][n] = sign * z;
-            area[A::squared][n] = squared[l];
-            area[A::weight][n] = area[A::weight_of_all][n] = terms.weight[l];
-            area[A::elsewhere][n] = terms.normal[l], area[A::vertex_energy][n] = terms.energy[l];
-            for (const int e : {0, 1}) {
-                const std::uint32_t slot = pairs.slot[e][l];
-                exert(work, slot, row[e][1][l], row[e][2][l]);
-                if (!(terms.turns >> l & 1)) continue;
-                if (pairs.at_start[e] >> l & 1) exert_at(work, neighbour(work.bodies, slot, false), row[e][0][l], false);
-                if (pairs.at_end[e] >> l & 1) exert_at(work, neighbour(work.bodies, slot, true), row[e][3][l], true);
-            }
+    const int valid = static_cast<int>(std::min<std::uint32_t>(W, count - i));
+    NearVertex<W> pairs;
+    alignas(64) double sine_squared[W], place[2][W], apart[3][W], squared[W];
+    unsigned mine = 0;
+    for (int l = 0; l < W; ++l) {
+        const std::uint32_t at = i + static_cast<std::uint32_t>(l < valid ? l : 0), n = near.which[at];
+        const unsigned vertices = near.vertices[at];
+        const bool turned = (vertices & 3) == 0;
+        pairs.put(l, area.pair[n], vertices, turned);
+        place[turned][l] = area[A::s][n], place[!turned][l] = area[A::t][n];
+        sine_squared[l] = area[A::sine_squared][n];
+        const double sign = turned ? -1 : 1;
+        apart[0][l] = sign * area[A::x][n], apart[1][l] = sign * area[A::y][n], apart[2][l] = sign * area[A::z][n];
+        mine |= static_cast<unsigned>(l < valid && work.bodies.owns_slot(area.pair[n].a)) << l;
+    }
+    pairs.share[0] = detail::pack_at<W>(place[0]), pairs.share[1] = detail::pack_at<W>(place[1]);
+    pairs.sine_squared = detail::pack_at<W>(sine_squared);
+    pairs.apart = {detail::pack_at<W>(apart[0]), detail::pack_at<W>(apart[1]), detail::pack_at<W>(apart[2])};
+    const VertexTerms<P> terms = at_vertices<W, both>(work.bodies, pairs);
+    detail::put(squared, dot(terms.apart, terms.apart));
+    sums.add_energy(terms.scale * terms.energy, mine);
+    ForceRow row[2][4][W];
+    for (const int e : {0, 1})
+        for (const int k : {0, 1, 2, 3})
+            if (k % 3 != 0 || terms.turns)
+                store_transposed<W>(terms.force[e][k], P(0.0), [&](int l) { return &row[e][k][l].number[0]; });
+    for (int l = 0; l < valid; ++l) {
+        const std::uint32_t n = near.which[i + static_cast<std::uint32_t>(l)];
+        const bool turned = (near.vertices[i + static_cast<std::uint32_t>(l)] & 3) == 0;
+        const double sign = turned ? -1 : 1, x = terms.apart.x[l], y = terms.apart.y[l], z = terms.apart.z[l];
+        area[A::s][n] = terms.share[turned][l], area[A::t][n] = terms.share[!turned][l];
+        area[A::x][n] = sign * x, area[A::y][n] = sign * y, area[A::z][n] = sign * z;
+        area[A::squared][n] = squared[l];
+        area[A::weight][n] = area[A::weight_of_all][n] = terms.weight[l];
+        area[A::elsewhere][n] = terms.normal[l], area[A::vertex_energy][n] = terms.energy[l];
+        for (const int e : {0, 1}) {
+            const std::uint32_t slot = pairs.slot[e][l];
+            exert(work, slot, row[e][1][l], row[e][2][l]);
+            if (!(terms.turns >> l & 1)) continue;
+            if (pairs.at_start[e] >> l & 1) exert_at(work, neighbour(work.bodies, slot, false), row[e][0][l], false);
+            if (pairs.at_end[e] >> l & 1) exert_at(work, neighbour(work.bodies, slot, true), row[e][3][l], true);
         }
     }
+    return W;
+}
+
+/// Packs of a block are short, so the rest goes into one of half the lanes where that is enough.
+template <bool both> void Contacts::push_those(const Work& work, WorkArea& area, Sums& sums) {
+    constexpr int W = WorkArea::W;
+    const std::uint32_t count = both ? area.twos : area.ones;
+    for (std::uint32_t i = 0; i < count;)
+        i +=
+            count - i > W / 2 ? push_some<both, W>(work, area, sums, i, count) : push_some<both, W / 2>(work, area, sums, i, count);
 }
 
 /// Forces of shared vertices; a pair that is near none has all of its contact.

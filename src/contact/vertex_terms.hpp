@@ -68,11 +68,11 @@ template <int W, bool both> SKEIN_INLINE VertexTerms<Pack<W>> vertex_terms(Conta
         Vec3<P> apart, inwards, outwards,
             bend; ///< to the foot; tangents of the element and of its neighbour, from it; theirs apart
         P foot, on_line, share, share_of_crossing, per_lying, lying, longer, curved, energy;
+        P here; // 1 where the element's nearest point is
     } corner[2][2];
-    Vec3<P> along[2];              // the edge, of length 1
-    P way[2] = {zero, zero};       // how far the neighbour goes on towards the other element, along the edge
-    P goes[2];                     // 1 where the nearest point may go on along the edge
-    P curvature[2] = {zero, zero}; // of the rod where it does, beyond a vertex; squared
+    Vec3<P> along[2];        // the edge, of length 1
+    P way[2] = {zero, zero}; // how far the neighbour goes on towards the other element, along the edge
+    P goes[2];               // 1 where the nearest point may go on along the edge
     P inverse_length[2];
     for (const int i : {0, 1}) {
         inverse_length[i] = own_length[i] * inverse_squared[i];
@@ -113,7 +113,7 @@ template <int W, bool both> SKEIN_INLINE VertexTerms<Pack<W>> vertex_terms(Conta
                     here = select(j ? e.share >= one : e.share <= zero, e.joined[j], zero);
             way[i] += here * c.share * (j ? beyond : -beyond);
             goes[i] += here;
-            curvature[i] += here * c.curved * c.curved * dot(c.bend, c.bend);
+            c.here = here;
         }
     P slope[2][2]; // of the energy over each c
     for (int i = 0; i < 1 + both; ++i)
@@ -178,8 +178,14 @@ template <int W, bool both> SKEIN_INLINE VertexTerms<Pack<W>> vertex_terms(Conta
         P there[2], bends(one); // how far the tangents lead over how far bent rods are beside them, to the fourth power
         for (const int i : {0, 1}) {
             there[i] = goes[i] * select(both_go > zero, (way[i] + cosine * way[1 - i]) * inverse, way[i]);
+            P curvature(0.0); // of the rod beyond its vertex, squared
+            for (const int j : {0, 1})
+                if (i < 1 + both) {
+                    const Corner& c = corner[i][j];
+                    curvature += c.here * (c.curved * c.curved) * dot(c.bend, c.bend);
+                }
             const P bent = there[i] * there[i] * per_straight;
-            bends = max(bends, bent * bent * curvature[i]);
+            bends = max(bends, bent * bent * curvature);
         }
         const P part = one / sqrt(sqrt(bends));
         for (const int i : {0, 1}) {

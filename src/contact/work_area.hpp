@@ -142,6 +142,14 @@ struct Contacts::Sums {
         max_stiffness = max(max_stiffness, of(stiffness));
         elastic_energy.add(of(energy), bins), friction_work.add(of(friction), bins), viscous_work.add(of(viscous), bins);
     }
+    template <int N> SKEIN_INLINE void add_energy(Pack<N> energy, unsigned bits) {
+        alignas(64) double lane[W] = {};
+        for (int l = 0; l < N; ++l)
+            if (bits >> l & 1) lane[l] = energy[l];
+        P all;
+        std::memcpy(&all, lane, sizeof all);
+        elastic_energy.add(all, bins);
+    }
     void give(BlockFigures& figures) const {
         const auto sum = [](P p) {
             double all = 0;
