@@ -190,13 +190,18 @@ private:
             const auto put = [&](auto& to, const auto& from) { to = lanes == 0 ? from : select(there, from, to); };
             put(towards, s.towards), put(distance, s.distance);
             put(velocity, broadcast<W>(wall.velocity)), put(width, P(wall.width));
-            put(backward, P(wall.backward)), put(sideways, P(wall.sideways));
             const auto numbers = wall.law.as<P>();
             put(law.stiffness, numbers.stiffness), put(law.damping, numbers.damping);
-            put(law.static_friction, numbers.static_friction), put(law.kinetic_friction, numbers.kinetic_friction);
-            put(law.tangential_stiffness, numbers.tangential_stiffness), put(law.tangential_damping, numbers.tangential_damping);
-            put(law.slip_speed, numbers.slip_speed), put(law.compliance, numbers.compliance);
-            put(law.twice_step, numbers.twice_step);
+            put(law.kinetic_friction, numbers.kinetic_friction);
+            if (wall.kinds.friction == ContactFriction::memory) {
+                put(law.static_friction, numbers.static_friction);
+                put(law.tangential_stiffness, numbers.tangential_stiffness);
+                put(law.tangential_damping, numbers.tangential_damping);
+            } else {
+                put(law.slip_speed, numbers.slip_speed), put(law.compliance, numbers.compliance);
+                put(law.twice_step, numbers.twice_step);
+                put(backward, P(wall.backward)), put(sideways, P(wall.sideways));
+            }
             lanes |= some;
         }
     };
