@@ -45,7 +45,8 @@ struct Passing {
         return most;
     }
     /// The first distance on the way that is not above `limit`, or that at its end. Distances change no faster than the longest
-    /// relative way, so what is farther off by some way is not reached before. A way of a run that blows up is seen in 10 000 parts.
+    /// relative way, so what is farther off by some way is not reached before. A way of a run that blows up is seen in 10 000
+    /// parts.
     double first_below(double limit) const {
         const double whole = relative();
         double distance = near(0).distance;

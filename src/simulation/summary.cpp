@@ -154,7 +154,8 @@ std::string timing_table(const RunFigures& f) {
         fmt::format_to(out, "some steps of the fluid were cut in parts; with fluid.expected_speed = {:g} none would be\n",
                        0.1 * std::ceil(10 * f.speed_to_expect));
     if (f.slips)
-        fmt::format_to(out, "slip at markers {:.2g} of the largest speed at the end, {:.2g} at most; {:g} is aimed at; ways of rods are "
+        fmt::format_to(out,
+                       "slip at markers {:.2g} of the largest speed at the end, {:.2g} at most; {:g} is aimed at; ways of rods are "
                        "wrong by some ten times as much\n",
                        f.slips->share, f.slips->largest_share, f.slips->allowed);
     if (f.plan.elements == 0) return text + fmt::format("{:.1f} MB resident\n", static_cast<double>(f.resident_bytes) * 1e-6);
