@@ -75,14 +75,17 @@ void choose_relaxation(Plan& plan, const SceneSpec& scene) {
     plan.steps = std::max<std::int64_t>(1, std::llround(scene.time.duration));
 }
 
-/// A fluid by itself divides steps as its velocities want: one of the run goes from an output to the next.
+/// A fluid by itself divides steps as its velocities want: one of the run goes from an output to the next, or part of that way, so
+/// that a run sees signals and its walltime every so many steps of the fluid.
 void choose_step_of_fluid(Plan& plan, const SceneSpec& scene) {
     const TimeSpec& t = scene.time;
     plan.automatic_dt = t.dt == 0;
     plan.limit = HUGE_VAL;
     const Interval interval = interval_to_divide(scene, 0);
     if (plan.automatic_dt) note_divided(plan, interval);
-    plan.dt = plan.automatic_dt ? interval.length : t.dt;
+    constexpr double most = 64; // of them; their last part wastes a step at most
+    const double parts = std::ceil(interval.length / (most * plan.fluid->step_limit()) * (1 - 1e-12));
+    plan.dt = plan.automatic_dt ? interval.length / std::max(1.0, parts) : t.dt;
     plan.steps = std::max<std::int64_t>(1, std::llround(t.duration / plan.dt));
 }
 
