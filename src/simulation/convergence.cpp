@@ -14,6 +14,8 @@ constexpr double least_alike = 0.9;       ///< cosine between differences of smo
 constexpr double least_second = 1.5, most_second = 2.6, least_order = 0.5, most_order = 4;
 /// Margins beyond the Richardson error: of the scheme's own order, and of another one, which more elements may change.
 constexpr double margin_second = 0.25, margin_other = 1, margin_time = 0.5;
+/// Runs that differ without an order are a few draws of what may be: bounds by them take half as much on top.
+constexpr double safety = 1.5;
 
 using Values = std::vector<double>;
 
@@ -72,8 +74,10 @@ void bound(Convergence& c, const LevelValues& levels) {
         farthest = {std::max(farthest.most, distance.most), std::max(farthest.last, distance.last)};
     }
     c.spread = c.remainder = last.most;
-    c.error_bar = {farthest.most + last.most, half.most, std::max(farthest.most, half.most) + last.most};
-    c.error_bar_at_end = {farthest.last + last.most, half.last, std::max(farthest.last, half.last) + last.most};
+    const auto bar = [&](double space, double time) {
+        return Convergence::ErrorBar{safety * (space + last.most), safety * time, safety * (std::max(space, time) + last.most)};
+    };
+    c.error_bar = bar(farthest.most, half.most), c.error_bar_at_end = bar(farthest.last, half.last);
 }
 
 /// Interpolates logarithms; beyond the levels it goes on with the slope of the nearest two, between `least` and `most`.
