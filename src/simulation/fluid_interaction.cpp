@@ -152,8 +152,8 @@ void FluidInteraction::fail_with_rods(double limit, double dt) {
     else needed_ = fmt::format("time.dt={:g}", rounded_down(limit / (1.5 * unit)));
     failure_ =
         fmt::format("the fluid or the rods in it move at {:.3g} m/s, which leaves steps of the fluid of {:.3g} s; with {} steps "
-                    "of rods in each, of {:.3g} s, {:.3g} s is the shortest",
-                    speed_, limit, unit, dt, unit * dt);
+                    "of rods in each, of {:.3g} s, {:.3g} s is the shortest; {} lets them move at up to {:.3g} m/s",
+                    speed_, limit, unit, dt, unit * dt, needed_, 1.5 * speed_);
 }
 
 std::vector<std::string> FluidInteraction::remedies() const {
