@@ -13,6 +13,9 @@
 
 namespace skein {
 
+/// Steps of a fluid by itself from an output to the next: more are a mistake in its velocity or its viscosity.
+inline constexpr double most_fluid_steps = 1e5;
+
 /// Frames of a fluid that a run writes.
 struct FluidOutput {
     std::string name; ///< empty: of whole frames, output.fields

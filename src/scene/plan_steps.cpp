@@ -84,7 +84,8 @@ void choose_step_of_fluid(Plan& plan, const SceneSpec& scene) {
     const Interval interval = interval_to_divide(scene, 0);
     if (plan.automatic_dt) note_divided(plan, interval);
     constexpr double most = 64; // of them; their last part wastes a step at most
-    const double parts = std::ceil(interval.length / (most * plan.fluid->step_limit()) * (1 - 1e-12));
+    const double of_fluid = interval.length / plan.fluid->step_limit(),
+                 parts = of_fluid < most_fluid_steps ? std::ceil(of_fluid / most * (1 - 1e-12)) : 1;
     plan.dt = plan.automatic_dt ? interval.length / std::max(1.0, parts) : t.dt;
     plan.steps = std::max<std::int64_t>(1, std::llround(t.duration / plan.dt));
 }

@@ -20,8 +20,7 @@ namespace skein {
 
 namespace {
 
-constexpr double most_parts = 1e5; ///< of a step
-constexpr double no_time = -1;     ///< of a pressure that belongs to none
+constexpr double no_time = -1; ///< of a pressure that belongs to none
 
 /// Acceleration of a group by gravity alone, m/s^2.
 ForceBalance::Weight weight_of(const Plan& plan) {
@@ -142,7 +141,7 @@ void FluidInteraction::fail_at(double limit, double dt) {
     failure_ =
         fmt::format("the velocity or the viscosity of the fluid leaves steps of {:.3g} s: {:.3g} of them for {:.3g} s of the "
                     "run, more than {:g}",
-                    limit, dt / limit, dt, most_parts);
+                    limit, dt / limit, dt, most_fluid_steps);
 }
 
 void FluidInteraction::fail_with_rods(double limit, double dt) {
@@ -185,7 +184,7 @@ std::string FluidInteraction::warning() const {
 
 void FluidInteraction::step_alone(const Step& step) {
     const double limit = flow_->step_limit(plan_.courant); // the same on all ranks
-    if (!(step.dt / limit < most_parts)) return fail_at(limit, step.dt);
+    if (!(step.dt / limit < most_fluid_steps)) return fail_at(limit, step.dt);
     if (bodies_) bodies_->begin_interval(step.begin), to_ = step.end();
     steps_ += flow_->step_within(step.begin, step.dt, plan_.courant);
 }
