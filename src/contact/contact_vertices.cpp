@@ -42,13 +42,11 @@ template <int N, bool both> VertexTerms<Pack<N>> Contacts::at_vertices(const Exp
                                  element);
 }
 
-/// Takes from pairs near vertices what these have of them: of up to W pairs from the i-th on.
-template <bool both, int W>
-std::uint32_t Contacts::push_some(const Work& work, WorkArea& area, Sums& sums, std::uint32_t i, std::uint32_t count) {
+/// Takes from pairs near vertices what these have of them: of so many pairs, up to W, from the i-th on.
+template <bool both, int W> void Contacts::push_some(const Work& work, WorkArea& area, Sums& sums, std::uint32_t i, int valid) {
     using A = WorkArea;
     using P = Pack<W>;
     const A::NearColumns near = (both ? area.near_two : area.near_one).columns();
-    const int valid = static_cast<int>(std::min<std::uint32_t>(W, count - i));
     NearVertex<W> pairs;
     alignas(64) double sine_squared[W], place[2][W], apart[3][W], squared[W];
     unsigned mine = 0;
@@ -91,16 +89,17 @@ std::uint32_t Contacts::push_some(const Work& work, WorkArea& area, Sums& sums, 
             if (pairs.at_end[e] >> l & 1) exert_at(work, neighbour(work.bodies, slot, true), row[e][3][l], true);
         }
     }
-    return W;
 }
 
 /// Packs of a block are short, so the rest goes into one of half the lanes where that is enough.
 template <bool both> void Contacts::push_those(const Work& work, WorkArea& area, Sums& sums) {
     constexpr int W = WorkArea::W;
     const std::uint32_t count = both ? area.twos : area.ones;
-    for (std::uint32_t i = 0; i < count;)
-        i +=
-            count - i > W / 2 ? push_some<both, W>(work, area, sums, i, count) : push_some<both, W / 2>(work, area, sums, i, count);
+    for (std::uint32_t i = 0; i < count; i += W) {
+        const int left = static_cast<int>(std::min<std::uint32_t>(W, count - i));
+        if (left > W / 2) push_some<both, W>(work, area, sums, i, left);
+        else push_some<both, W / 2>(work, area, sums, i, left);
+    }
 }
 
 /// Forces of shared vertices; a pair that is near none has all of its contact.

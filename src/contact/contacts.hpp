@@ -139,8 +139,7 @@ private:
     template <int W, bool both> VertexTerms<Pack<W>> at_vertices(const Exposure& bodies, const NearVertex<W>& pairs) const;
     VertexTerms<Pack<1>> at_vertices(const Exposure& bodies, std::uint32_t pair, const ClosestPoints<Pack<1>>& at) const;
     template <bool both> void push_those(const Work& work, WorkArea& area, Sums& sums);
-    template <bool both, int W>
-    std::uint32_t push_some(const Work& work, WorkArea& area, Sums& sums, std::uint32_t i, std::uint32_t count);
+    template <bool both, int W> void push_some(const Work& work, WorkArea& area, Sums& sums, std::uint32_t i, int valid);
     std::uint32_t neighbour(const Exposure& bodies, std::uint32_t slot, bool at_end) const;
     void end_contact(const Work& work, std::uint32_t pair);
     FrictionSpring<double> followed_spring(const Exposure& bodies, std::uint32_t pair, double s, double t) const;

@@ -68,7 +68,7 @@ template <int W, bool both> SKEIN_INLINE VertexTerms<Pack<W>> vertex_terms(Conta
         Vec3<P> apart, inwards, outwards,
             bend; ///< to the foot; tangents of the element and of its neighbour, from it; theirs apart
         P foot, on_line, share, share_of_crossing, per_lying, lying, longer, curved, energy;
-        P here; // 1 where the element's nearest point is
+        P here; // 1 where the element's nearest point is there
     } corner[2][2];
     Vec3<P> along[2];        // the edge, of length 1
     P way[2] = {zero, zero}; // how far the neighbour goes on towards the other element, along the edge
@@ -109,11 +109,10 @@ template <int W, bool both> SKEIN_INLINE VertexTerms<Pack<W>> vertex_terms(Conta
             out.energy -= half * c.share * s.energy, out.normal -= pull;
             out.force[i][1 + j] += force;
             out.force[1 - i][1] -= (one - c.foot) * force, out.force[1 - i][2] -= c.foot * force;
-            const P beyond = max(min(dot(c.inwards, c.apart), dot(c.outwards, c.apart)), zero),
-                    here = select(j ? e.share >= one : e.share <= zero, e.joined[j], zero);
-            way[i] += here * c.share * (j ? beyond : -beyond);
-            goes[i] += here;
-            c.here = here;
+            const P beyond = max(min(dot(c.inwards, c.apart), dot(c.outwards, c.apart)), zero);
+            c.here = select(j ? e.share >= one : e.share <= zero, e.joined[j], zero);
+            way[i] += c.here * c.share * (j ? beyond : -beyond);
+            goes[i] += c.here;
         }
     P slope[2][2]; // of the energy over each c
     for (int i = 0; i < 1 + both; ++i)
