@@ -1,7 +1,6 @@
 """Violent runs at and beyond the limit of the step, whatever it comes from: at 0.9 of it the energy stays; beyond it a scene is refused, and
 where that is overruled the run is stopped and says what broke, where and why, or warns; no state that is no number is kept."""
 
-import json
 import re
 import subprocess
 import unittest
@@ -9,7 +8,7 @@ import unittest
 import h5py
 import numpy
 
-from driver import SKEIN, DriverTest
+from driver import DriverTest
 
 ROD = """
 [[rods]]
@@ -64,7 +63,7 @@ SCENES = {
 
 class BeyondTheLimit(DriverTest):
     def limit(self):
-        plan = json.loads(subprocess.run([SKEIN, "plan", str(self.scene), "--json", "--set", "time.dt=1e-9"], capture_output=True, text=True, check=True).stdout)
+        plan = self.plan("--set", "time.dt=1e-9")
         return min((limit["dt"], mode) for group in plan["groups"] for mode, limit in group["limits"].items())
 
     def energy(self, out):

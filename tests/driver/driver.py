@@ -277,6 +277,14 @@ class DriverTest(unittest.TestCase):
         self.assertEqual(done.returncode, expect, done.stdout + done.stderr)
         return done
 
+    def plan_text(self, *options):
+        done = subprocess.run([SKEIN, "plan", str(self.scene), *options], capture_output=True, text=True, timeout=200)
+        self.assertEqual(done.returncode, 0, done.stderr)
+        return done.stdout
+
+    def plan(self, *options):
+        return json.loads(self.plan_text("--json", *options))
+
     def summary(self, out):
         return json.loads((self.directory / out / "summary.json").read_text())
 

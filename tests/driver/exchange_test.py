@@ -1,11 +1,9 @@
 """The step in which a fluid and rods that feel it exchange momentum: it follows from what the scene states and from slips in the run, whatever is
 written, and what ends a run names the key that helps."""
 
-import json
-import subprocess
 import unittest
 
-from driver import FLUID_OF_RODS, SKEIN, DriverTest, rods_in_a_fluid
+from driver import FLUID_OF_RODS, DriverTest, rods_in_a_fluid
 
 WORM = """
 title = "worm in a box"
@@ -49,12 +47,6 @@ COARSE = ["--set", "fluid.cells=[32,16,16]", "--set", "fluid.spacing=0.08"]  # w
 
 
 class Exchange(DriverTest):
-    def plan_text(self, *options):
-        return subprocess.run([SKEIN, "plan", self.scene, *options], capture_output=True, text=True, check=True).stdout
-
-    def plan(self, *options):
-        return json.loads(self.plan_text("--json", *options))
-
     def test_a_ramped_wave_swims_equally_far_whatever_the_settings(self):
         """A second of two; at e5abb03 25 % apart."""
         self.scene.write_text(RAMPED)

@@ -1,6 +1,5 @@
 """Shares and ghosts of ranks as `skein plan --ranks` tells them before a run, and as the run then counts them."""
 
-import json
 import pathlib
 import subprocess
 import unittest
@@ -16,9 +15,7 @@ QUIET = [f"--set=output.{key}=0" for key in ("trajectory", "tips", "checkpoint")
 
 class Ghosts(DriverTest):
     def forecast(self, ranks, *arguments):
-        text = subprocess.run([SKEIN, "plan", self.scene, "--ranks", str(ranks), "--json", *arguments], check=True,
-                              capture_output=True, text=True).stdout
-        return json.loads(text)["forecast"]
+        return self.plan("--ranks", str(ranks), *arguments)["forecast"]
 
     def compare(self, *arguments):
         for ranks in (2, 3, 4, 8):

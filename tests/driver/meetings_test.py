@@ -1,11 +1,9 @@
 """What may meet in a step: the automatic step follows from every speed that a scene states, and the plan doubts steps and laws that let bodies pass."""
 
-import json
 import re
-import subprocess
 import unittest
 
-from driver import SKEIN, DriverTest
+from driver import DriverTest
 
 RADIUS, OVERLAP = 1e-3, 0.1  # contact.overlap, of the diameter
 BALL = """
@@ -61,13 +59,10 @@ def balls(left, right):
 
 
 class Meetings(DriverTest):
-    def plan(self, scene, *settings):
+    def planned(self, scene, *settings):
         self.scene.write_text(scene)
         words = [word for setting in settings for word in ("--set", setting)]
-        done = subprocess.run([SKEIN, "plan", str(self.scene), *words], capture_output=True, text=True)
-        self.assertEqual(done.returncode, 0, done.stderr)
-        dt = json.loads(subprocess.run([SKEIN, "plan", str(self.scene), "--json", *words], capture_output=True, text=True, check=True).stdout)["dt"]
-        return dt, " ".join(done.stdout.split())
+        return self.plan(*words)["dt"], " ".join(self.plan_text(*words).split())
 
     def stated(self, fast):
         """Scenes that state this speed, m/s, each in its own way."""
@@ -83,26 +78,26 @@ class Meetings(DriverTest):
         longest = OVERLAP * 2 * RADIUS / 200
         for (name, scene), (_, slow) in zip(self.stated(200.0), self.stated(0.2)):
             with self.subTest(name):
-                self.assertLessEqual(self.plan(scene)[0], 1.001 * longest)
-                self.assertGreater(self.plan(slow)[0], 10 * longest)
+                self.assertLessEqual(self.planned(scene)[0], 1.001 * longest)
+                self.assertGreater(self.planned(slow)[0], 10 * longest)
 
     def test_a_step_that_is_too_long_is_doubted_and_the_one_it_names_is_not(self):
         scene = balls(100, -100) + CONTACT.format(stiffness=1e6)
-        _, text = self.plan(scene, "time.dt=5e-6")
+        _, text = self.planned(scene, "time.dt=5e-6")
         doubt = re.search(r"'left' and 'right' may meet at 200 m/s, 0.5 diameters in a step, and an overlap of 0.1 is allowed for; dt = ([0-9.e-]+) would see them meet", text)
         self.assertTrue(doubt, text)
-        self.assertNotIn("would see them meet", self.plan(scene, f"time.dt={doubt[1]}")[1])
+        self.assertNotIn("would see them meet", self.planned(scene, f"time.dt={doubt[1]}")[1])
 
     def test_a_law_that_lets_them_pass_is_doubted_and_the_one_it_names_is_not(self):
         for law, key in ((CONTACT.format(stiffness=10.0), "stiffness"), ('\n[contact]\nlaw = "linear"\nrestitution = 0.8\ncollision_time = 0.01\n', "collision_time")):
             scene = balls(2.5, -2.5) + law
-            _, text = self.plan(scene)
+            _, text = self.planned(scene)
             doubt = re.search(rf"'left' and 'right' may meet at 5 m/s, and would sink [0-9.e+]+ diameters into each other: they pass through; contact\.{key} = ([0-9.e+-]+) in place of", text)
             self.assertTrue(doubt, text)
-            self.assertNotIn("pass through", self.plan(scene, f"contact.{key}={doubt[1]}")[1])
+            self.assertNotIn("pass through", self.planned(scene, f"contact.{key}={doubt[1]}")[1])
 
     def test_what_goes_the_same_way_does_not_meet(self):
-        dt, text = self.plan(balls(100, 100) + CONTACT.format(stiffness=10.0))
+        dt, text = self.planned(balls(100, 100) + CONTACT.format(stiffness=10.0))
         self.assertGreater(200 * dt, OVERLAP * 2 * RADIUS)
         self.assertNotIn("may meet", text)
 
