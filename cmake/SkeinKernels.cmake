@@ -47,7 +47,7 @@ set(SKEIN_CONTACT_KERNELS ${CMAKE_SOURCE_DIR}/src/contact/broad_phase.cpp ${CMAK
                           ${CMAKE_SOURCE_DIR}/src/contact/contact_sides.cpp ${CMAKE_SOURCE_DIR}/src/contact/side_changes.cpp
                           ${CMAKE_SOURCE_DIR}/src/contact/contacts.cpp ${CMAKE_SOURCE_DIR}/src/core/rotation.cpp)
 set(SKEIN_ROD_KERNELS ${CMAKE_SOURCE_DIR}/src/kernels/kernels_at.cpp ${CMAKE_SOURCE_DIR}/src/kernels/load_passes_at.cpp
-                      ${CMAKE_SOURCE_DIR}/src/rod/rod_tiles.cpp ${CMAKE_SOURCE_DIR}/src/rod/rod_tiles_layout.cpp)
+                      ${CMAKE_SOURCE_DIR}/src/kernels/rod_tiles.cpp ${CMAKE_SOURCE_DIR}/src/kernels/rod_tiles_layout.cpp)
 if(SKEIN_FLUID)
   set(SKEIN_FLUID_KERNELS ${CMAKE_SOURCE_DIR}/src/fluid/flow_solver.cpp)
 else()

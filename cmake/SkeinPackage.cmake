@@ -5,7 +5,10 @@ include(CMakePackageConfigHelpers)
 
 set(objects "")
 foreach(module IN LISTS SKEIN_MODULES)
-  list(APPEND objects $<TARGET_OBJECTS:skein_${module}>)
+  get_target_property(type skein_${module} TYPE)
+  if(NOT type STREQUAL INTERFACE_LIBRARY) # of headers alone
+    list(APPEND objects $<TARGET_OBJECTS:skein_${module}>)
+  endif()
 endforeach()
 set_source_files_properties(${SKEIN_JOINED_KERNELS} PROPERTIES EXTERNAL_OBJECT ON GENERATED ON)
 add_library(skein_library STATIC ${objects} ${SKEIN_JOINED_KERNELS})
@@ -21,7 +24,7 @@ target_link_libraries(skein_library PRIVATE MPI::MPI_CXX TBB::tbb hdf5::hdf5 tom
 
 # libskein.so for programs in other languages, and the header of its functions.
 add_library(skein_shared SHARED ${CMAKE_SOURCE_DIR}/src/simulation/c_interface.cpp)
-target_link_libraries(skein_shared PRIVATE skein_simulation)
+target_link_libraries(skein_shared PRIVATE skein_studies)
 target_link_options(skein_shared PRIVATE LINKER:--version-script=${CMAKE_CURRENT_LIST_DIR}/skein.map)
 set_target_properties(skein_shared PROPERTIES OUTPUT_NAME skein LIBRARY_OUTPUT_DIRECTORY ${CMAKE_BINARY_DIR}/lib)
 install(TARGETS skein_shared LIBRARY DESTINATION lib)

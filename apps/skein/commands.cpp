@@ -7,11 +7,11 @@
 #include "scene/memory_check.hpp"
 #include "scene/scene_file.hpp"
 #include "simulation/machine.hpp"
-#include "simulation/rank_forecast.hpp"
-#include "simulation/self_check.hpp"
 #include "simulation/signals.hpp"
 #include "simulation/start_check.hpp"
 #include "simulation/summary.hpp"
+#include "studies/rank_forecast.hpp"
+#include "studies/self_check.hpp"
 
 #include <algorithm>
 #include <cstdio>

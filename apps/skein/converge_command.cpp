@@ -4,10 +4,10 @@
 #include "io/disk.hpp"
 #include "io/files.hpp"
 #include "scene/scene_file.hpp"
-#include "simulation/convergence_study.hpp"
-#include "simulation/convergence_text.hpp"
 #include "simulation/machine.hpp"
 #include "simulation/signals.hpp"
+#include "studies/convergence_study.hpp"
+#include "studies/convergence_text.hpp"
 
 #include <fmt/format.h>
 

@@ -6,11 +6,11 @@
 // Without a filter: everything at W = 8, and the other widths in L2. With =. all.
 #include "kernels/make_rods_at.hpp"
 #include "loads/load_passes.hpp"
+#include "mechanics/drift.hpp"
+#include "mechanics/kick.hpp"
 #include "micro/roof_table.hpp"
 #include "micro/roofs.hpp"
 #include "micro/working_set.hpp"
-#include "rod/drift.hpp"
-#include "rod/kick.hpp"
 #include "scene/scene_file.hpp"
 
 #include <cstring>

@@ -1,7 +1,7 @@
 // Tiles in numbers that fill a level of the memory, for passes to run over, and the levels themselves.
 #pragma once
 
-#include "rod/elastic.hpp"
+#include "mechanics/elastic.hpp"
 #include "skein/core/aligned.hpp"
 #include "support/scenes_for_tests.hpp"
 

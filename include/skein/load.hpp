@@ -3,4 +3,4 @@
 
 #include "skein/loads/load.hpp"
 #include "skein/loads/ramp.hpp"
-#include "skein/rod/mapping.hpp"
+#include "skein/tiles/mapping.hpp"

@@ -1,6 +1,6 @@
 #include "contact/pressing.hpp"
 
-#include "rod/packing.hpp"
+#include "placement/packing.hpp"
 
 #include <algorithm>
 #include <cmath>

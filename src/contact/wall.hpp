@@ -1,6 +1,6 @@
 // Walls that rods touch: planes, tubes, balls, and boxes, which are planes; at rest, moving steadily or driven by a servo. What a
 // scene says of them, and where they are. What they do to rods is in wall_pass.hpp. (A clamp's wall is another thing:
-// rod/elastic.hpp.)
+// mechanics/elastic.hpp.)
 #pragma once
 
 #include "contact/contact_law.hpp"

@@ -4,9 +4,9 @@
 
 #include "contact/wall.hpp"
 #include "contact/wall_points.hpp"
-#include "rod/rods.hpp"
 #include "skein/core/aligned.hpp"
-#include "skein/rod/tile.hpp"
+#include "skein/tiles/tile.hpp"
+#include "tiles/rods.hpp"
 
 #include <algorithm>
 #include <array>

@@ -3,7 +3,7 @@
 
 #include "contact/response.hpp"
 #include "rod/body_shape.hpp"
-#include "skein/rod/tile.hpp"
+#include "skein/tiles/tile.hpp"
 
 #include <algorithm>
 

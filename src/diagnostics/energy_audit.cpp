@@ -1,5 +1,6 @@
 #include "diagnostics/energy_audit.hpp"
 
+#include "mechanics/rod_copies.hpp"
 #include "parallel/exact_sum.hpp"
 
 namespace skein {

@@ -1,4 +1,4 @@
-// The energy balance, from the sums that the audit's passes keep (rod/audit.hpp).       theory.md section 16
+// The energy balance, from the sums that the audit's passes keep (mechanics/audit.hpp).       theory.md section 16
 #pragma once
 
 #include "diagnostics/observables.hpp"

@@ -1,5 +1,6 @@
 #include "diagnostics/observables.hpp"
 
+#include "mechanics/rod_copies.hpp"
 #include "parallel/exact_sum.hpp"
 #include "skein/core/aligned.hpp"
 

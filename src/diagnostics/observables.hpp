@@ -5,7 +5,7 @@
 #include "diagnostics/extra_observables.hpp"
 #include "parallel/communicator.hpp"
 #include "parallel/threads.hpp"
-#include "rod/rods.hpp"
+#include "tiles/rods.hpp"
 
 #include <array>
 #include <span>

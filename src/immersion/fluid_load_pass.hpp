@@ -4,7 +4,7 @@
 #include "core/transposed.hpp"
 #include "immersion/fluid_loads.hpp"
 #include "immersion/inertia_in_fluid.hpp"
-#include "skein/rod/tile.hpp"
+#include "skein/tiles/tile.hpp"
 
 #include <algorithm>
 #include <memory>

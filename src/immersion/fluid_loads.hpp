@@ -2,8 +2,8 @@
 // receive of both.                                                                                          theory.md (88), (89)
 #pragma once
 
-#include "rod/rods.hpp"
 #include "skein/core/aligned.hpp"
+#include "tiles/rods.hpp"
 
 #include <span>
 #include <vector>

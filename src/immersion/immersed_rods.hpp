@@ -3,7 +3,7 @@
 
 #include "immersion/markers.hpp"
 #include "immersion/rod_surface.hpp"
-#include "rod/rods.hpp"
+#include "tiles/rods.hpp"
 
 #include <span>
 #include <vector>

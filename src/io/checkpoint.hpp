@@ -6,7 +6,7 @@
 #include "io/files.hpp"
 #include "io/keeping.hpp"
 #include "parallel/communicator.hpp"
-#include "rod/rods.hpp"
+#include "tiles/rods.hpp"
 
 #include <cstdint>
 #include <functional>

@@ -5,8 +5,8 @@
 #include "io/output_spec.hpp"
 #include "io/xdmf.hpp"
 #include "partition/partition.hpp"
-#include "rod/rods.hpp"
 #include "skein/core/aligned.hpp"
+#include "tiles/rods.hpp"
 
 #include <cstddef>
 #include <cstdint>

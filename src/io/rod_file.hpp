@@ -2,7 +2,7 @@
 // rank for itself.
 #pragma once
 
-#include "skein/rod/places.hpp"
+#include "skein/placement/places.hpp"
 
 #include <memory>
 #include <string>

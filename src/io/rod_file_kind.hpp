@@ -1,7 +1,7 @@
 // Quantities of a file of rods and bounds of their numbers, for both kinds of files.
 #pragma once
 
-#include "skein/rod/places.hpp"
+#include "skein/placement/places.hpp"
 
 #include <array>
 #include <string>

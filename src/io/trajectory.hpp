@@ -7,7 +7,7 @@
 
 #include "io/output_spec.hpp"
 #include "parallel/communicator.hpp"
-#include "rod/rods.hpp"
+#include "tiles/rods.hpp"
 
 #include <cstdint>
 #include <functional>

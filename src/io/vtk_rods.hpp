@@ -6,7 +6,7 @@
 #include "io/output_spec.hpp"
 #include "io/vtk_polydata.hpp"
 #include "partition/partition.hpp"
-#include "rod/rods.hpp"
+#include "tiles/rods.hpp"
 
 #include <cstddef>
 #include <cstdint>

@@ -1,12 +1,12 @@
-// The joints of an assembly over a cluster of tiles (rod/clusters.hpp), table by table. In a block of copies a joint is between the
-// same slots in all lanes; in a copy by itself W joints are gathered from the lanes where their rods are. Each slot takes its loads
-// in the order of the joints either way, so the bits are the same.
+// The joints of an assembly over a cluster of tiles (tiles/clusters.hpp), table by table. In a block of copies a joint is between
+// the same slots in all lanes; in a copy by itself W joints are gathered from the lanes where their rods are. Each slot takes its
+// loads in the order of the joints either way, so the bits are the same.
 #pragma once
 
 #include "joints/cluster_junctions.hpp"
 #include "joints/joint_law.hpp"
 #include "joints/joint_list.hpp"
-#include "rod/clusters.hpp"
+#include "tiles/clusters.hpp"
 
 #include <array>
 #include <bit>

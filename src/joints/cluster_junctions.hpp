@@ -1,4 +1,4 @@
-// Junctions over a cluster of tiles (rod/clusters.hpp): half cells that meet, and nodes that move as one.         theory.md
+// Junctions over a cluster of tiles (tiles/clusters.hpp): half cells that meet, and nodes that move as one.         theory.md
 // (73a)-(73e)
 //   nodes       v = sum w_i v_i/sum w_i,  w_i = m_i/b_i of the kick: what all their loads together would have made of one node
 //   on a body   the impulses that give nodes the velocities V + w x r_i of its places, momentum and angular momentum kept;
@@ -7,7 +7,7 @@
 #pragma once
 
 #include "joints/star_law.hpp"
-#include "rod/clusters.hpp"
+#include "tiles/clusters.hpp"
 
 #include <functional>
 #include <vector>

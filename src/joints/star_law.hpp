@@ -8,7 +8,7 @@
 
 #include "core/rotation.hpp"
 #include "joints/junction.hpp"
-#include "rod/law.hpp"
+#include "mechanics/law.hpp"
 
 #include <array>
 

@@ -1,7 +1,7 @@
 #include "kernels/kernels.hpp"
 
 #include "core/level.hpp"
-#include "rod/clusters.hpp"
+#include "tiles/clusters.hpp"
 
 #include <iterator>
 

@@ -6,8 +6,8 @@
 #include "fluid/flow.hpp"
 #include "kernels/surroundings.hpp"
 #include "parallel/threads.hpp"
-#include "rod/rods.hpp"
 #include "scene/plan.hpp"
+#include "tiles/rods.hpp"
 
 #include <memory>
 #include <span>

@@ -3,7 +3,7 @@
 
 #include "joints/cluster_joints.hpp"
 #include "kernels/make_pass.hpp"
-#include "rod/rod_tiles.hpp"
+#include "kernels/rod_tiles.hpp"
 
 namespace skein {
 

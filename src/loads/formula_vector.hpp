@@ -4,7 +4,7 @@
 
 #include "formula/evaluate.hpp"
 #include "skein/core/aligned.hpp"
-#include "skein/rod/mapping.hpp"
+#include "skein/tiles/mapping.hpp"
 
 #include <algorithm>
 #include <array>

@@ -5,7 +5,7 @@
 
 #include "skein/core/fields.hpp"
 #include "skein/loads/ramp.hpp"
-#include "skein/rod/mapping.hpp"
+#include "skein/tiles/mapping.hpp"
 
 namespace skein {
 

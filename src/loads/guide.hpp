@@ -10,7 +10,7 @@
 #include "skein/core/error.hpp"
 #include "skein/core/fields.hpp"
 #include "skein/loads/load.hpp"
-#include "skein/rod/mapping.hpp"
+#include "skein/tiles/mapping.hpp"
 
 #include <fmt/format.h>
 

@@ -8,7 +8,7 @@
 // spin of the elements are left alone. What an end holds moves as its wall does. Cost: 130 + 180 p flop per element.
 #pragma once
 
-#include "rod/hold.hpp"
+#include "mechanics/hold.hpp"
 #include "skein/core/aligned.hpp"
 
 #include <cmath>

@@ -1,9 +1,9 @@
 // A load of the scene as a pass over the tiles of one group. What a load does not define, it does not pay for.
 #pragma once
 
-#include "rod/end_moments.hpp"
 #include "skein/loads/load.hpp"
-#include "skein/rod/mapping.hpp"
+#include "skein/tiles/mapping.hpp"
+#include "tiles/end_moments.hpp"
 
 #include <memory>
 #include <type_traits>

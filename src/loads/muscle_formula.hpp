@@ -9,10 +9,10 @@
 #include "loads/formula_vector.hpp"
 #include "loads/load_frame.hpp"
 #include "loads/vertex_couples.hpp"
-#include "rod/end_moments.hpp"
 #include "skein/core/error.hpp"
 #include "skein/core/fields.hpp"
 #include "skein/loads/load.hpp"
+#include "tiles/end_moments.hpp"
 
 #include <algorithm>
 #include <memory>

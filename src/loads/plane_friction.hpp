@@ -19,8 +19,8 @@
 #include "skein/core/error.hpp"
 #include "skein/core/fields.hpp"
 #include "skein/loads/load.hpp"
-#include "skein/rod/mapping.hpp"
 #include "skein/rod/rod_spec.hpp"
+#include "skein/tiles/mapping.hpp"
 
 #include <algorithm>
 #include <numbers>

@@ -6,7 +6,7 @@
 
 #include "skein/core/fields.hpp"
 #include "skein/loads/load.hpp"
-#include "skein/rod/mapping.hpp"
+#include "skein/tiles/mapping.hpp"
 
 #include <cmath>
 #include <numbers>

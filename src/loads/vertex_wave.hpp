@@ -2,16 +2,17 @@
 //   c_k += Q_k (m_k - m_{k+1}) d                  [N m] body, vertex j between elements j-1 and j; d a lab direction, or
 //   a moment m_j d about body axes, d in the material                                          loads/vertex_couples.hpp
 // Of an open rod the ends are vertices where they are clamped: the element has m_0 d, or -m_n d, and the clamp what is opposite. In
-// a ring vertex 0 joins the last element to the first. Where a joint goes on it has the moments of the ends (rod/end_moments.hpp).
+// a ring vertex 0 joins the last element to the first. Where a joint goes on it has the moments of the ends
+// (tiles/end_moments.hpp).
 //   m_j(t) = r(t) A_j sin(2 pi t/T - a_j) = A_j cos(a_j) r sin(wt) - A_j sin(a_j) r cos(wt): one sine and cosine a step in all
 // Cost: 33 flop per element; about body axes 102.
 #pragma once
 
 #include "loads/load_frame.hpp"
 #include "loads/vertex_couples.hpp"
-#include "rod/end_moments.hpp"
 #include "skein/loads/ramp.hpp"
-#include "skein/rod/mapping.hpp"
+#include "skein/tiles/mapping.hpp"
+#include "tiles/end_moments.hpp"
 
 #include <cmath>
 #include <numbers>

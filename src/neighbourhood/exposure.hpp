@@ -5,9 +5,9 @@
 
 #include "core/transposed.hpp"
 #include "neighbourhood/scene_slots.hpp"
-#include "rod/rods.hpp"
 #include "skein/core/aligned.hpp"
-#include "skein/rod/mapping.hpp"
+#include "skein/tiles/mapping.hpp"
+#include "tiles/rods.hpp"
 
 #include <algorithm>
 #include <cstdint>

@@ -2,10 +2,10 @@
 
 #include "core/hilbert.hpp"
 #include "rod/cell_turn.hpp"
-#include "rod/clusters.hpp"
 #include "rod/rows_memory.hpp"
 #include "rod/time_limits.hpp"
 #include "skein/core/error.hpp"
+#include "tiles/clusters.hpp"
 
 #include <algorithm>
 #include <bit>

@@ -3,9 +3,9 @@
 #pragma once
 
 #include "parallel/communicator.hpp"
-#include "rod/rods.hpp"
 #include "skein/core/aligned.hpp"
 #include "skein/rod/rod_group.hpp"
+#include "tiles/rods.hpp"
 
 #include <cstddef>
 #include <cstdint>

@@ -10,7 +10,7 @@
 //             J_1 = rho (I_2 + I_3), I_i the integral of x_i^2: of box, plates on its faces, quarters of cylinders, corners
 //
 // d3 is the axis whose 1/J differs most from the others', which are nearly alike then; so that the free top is split where least
-// is lost (rod/drift.hpp), and a symmetric top has its axis along d3. d1, d2, d3 are the axes of the parts where these are
+// is lost (mechanics/drift.hpp), and a symmetric top has its axis along d3. d1, d2, d3 are the axes of the parts where these are
 // principal, but for their order, which is cyclic.
 #pragma once
 

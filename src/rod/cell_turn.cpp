@@ -1,5 +1,7 @@
 #include "rod/cell_turn.hpp"
 
+#include "rod/own_sizes.hpp"
+
 #include "skein/core/error.hpp"
 #include "skein/rod/rod_group.hpp"
 
@@ -49,7 +51,7 @@ void refuse_large_turns(const RodGroup& group) {
     const RodSpec& spec = group.spec();
     RodSpec own = spec;
     const auto look_at = [&](std::int64_t i) {
-        if (group.sized()) places.put_sizes(spec, i, own);
+        if (group.sized()) put_sizes(places, spec, i, own);
         const auto [most, curvature] = largest_turn(own.shape);
         if (most.angle < CellTurn::largest) return;
         throw InputError(fmt::format("{}: the {} curvature of rod {} of '{}', {:g} m long by file '{}', {}; two that follow each "
@@ -66,7 +68,7 @@ void refuse_large_turns(const RodGroup& group) {
     }
     // Rods that differ in length alone: the longest turns most.
     look_at(*std::max_element(held.begin(), held.end(),
-                              [&](std::int64_t a, std::int64_t b) { return places.length(spec, a) < places.length(spec, b); }));
+                              [&](std::int64_t a, std::int64_t b) { return places.length(a, 0) < places.length(b, 0); }));
 }
 
 } // namespace skein

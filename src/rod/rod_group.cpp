@@ -1,11 +1,12 @@
 #include "skein/rod/rod_group.hpp"
 
 #include "core/rotation.hpp"
+#include "placement/packing.hpp"
 #include "rod/body_shape.hpp"
 #include "rod/cell_turn.hpp"
 #include "rod/end_weights.hpp"
-#include "rod/hold.hpp"
-#include "rod/packing.hpp"
+#include "rod/held.hpp"
+#include "rod/own_sizes.hpp"
 #include "rod/rows_memory.hpp"
 #include "rod/taper.hpp"
 #include "rod/time_limits.hpp"
@@ -221,8 +222,8 @@ RodSpec completed(RodSpec spec, const BodyShape* body) {
 RodGroup::RodGroup(const RodSpec& spec, int id, std::int64_t first_gid, const std::string& directory,
                    std::vector<Capsule>* occupied, std::shared_ptr<const RodSource> source)
     : body_(spec.body ? std::make_shared<const BodyShape>(spec) : nullptr), spec_(completed(spec, body_.get())), id_(id),
-      first_gid_(first_gid),
-      places_(source ? Places(std::move(source), spec.placement.origin, spec.shape.elements) : Places(spec_, directory)) {
+      first_gid_(first_gid), places_(source ? Places(std::move(source), spec.placement.origin, spec.shape.elements)
+                                            : Places(spec_.placement, spec_.source, directory)) {
     spec_.placement.origins = spec_.placement.tangents = spec_.placement.normals = {}; // places_ has them
     frame_ = turned() ? no_turn : frame_of(spec.placement.tangent, spec.placement.normal);
     work_out_constants();
@@ -237,7 +238,7 @@ RodGroup::RodGroup(const RodGroup& group, std::int64_t i)
 }
 
 void RodGroup::become(const RodGroup& group, std::int64_t i) {
-    group.places_.put_sizes(group.spec_, i, spec_);
+    put_sizes(group.places_, group.spec_, i, spec_);
     places_.become(group.places_, i);
     work_out_constants();
 }

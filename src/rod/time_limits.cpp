@@ -100,10 +100,11 @@ std::vector<TimeLimit> limits_by_mode(const RodGroup& g) {
 [[noreturn]] void refuse_size(const RodGroup& g, std::int64_t i, const TimeLimit& limit) {
     const RodSpec& spec = g.spec();
     const Places& places = g.places();
-    throw InputError(fmt::format(
-        "{}: file '{}', row {}: a rod of '{}' with length {:g} m and radius {:g} m has a limit of the time step of "
-        "{:g} s ({} mode): correct its numbers",
-        spec.source, spec.placement.file, i, spec.name, places.length(spec, i), places.radius(spec, i), limit.dt, limit.mode));
+    throw InputError(
+        fmt::format("{}: file '{}', row {}: a rod of '{}' with length {:g} m and radius {:g} m has a limit of the time step of "
+                    "{:g} s ({} mode): correct its numbers",
+                    spec.source, spec.placement.file, i, spec.name, places.length(i, spec.shape.length),
+                    places.radius(i, spec.section.radius), limit.dt, limit.mode));
 }
 
 } // namespace
@@ -151,7 +152,7 @@ LeastLimits least_limits_of_rods(const RodGroup& g) {
     };
     std::vector<Size> smallest;
     for (const std::int64_t i : places.held()) {
-        const Size size{places.length(g.spec(), i), places.radius(g.spec(), i), i};
+        const Size size{places.length(i, g.spec().shape.length), places.radius(i, g.spec().section.radius), i};
         const auto undercuts = [](const Size& a, const Size& b) { return a.length <= b.length && a.radius <= b.radius; };
         if (std::any_of(smallest.begin(), smallest.end(), [&](const Size& s) { return undercuts(s, size); })) continue;
         std::erase_if(smallest, [&](const Size& s) { return undercuts(size, s); });

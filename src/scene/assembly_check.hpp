@@ -3,7 +3,7 @@
 
 #include "scene/scene_spec.hpp"
 #include "skein/core/objections.hpp"
-#include "skein/rod/assembly.hpp"
+#include "skein/placement/assembly.hpp"
 
 #include <vector>
 

@@ -18,7 +18,7 @@ namespace {
 
 constexpr double beyond = 1e6; // times what a number is measured by
 
-/// Cells that turn so far that a little motion ends the run: a look stops it at 3 rad (rod/invalid_state.hpp).
+/// Cells that turn so far that a little motion ends the run: a look stops it at 3 rad (mechanics/invalid_state.hpp).
 void tell_large_turns(const RodGroup& group, std::vector<std::string>& found) {
     constexpr double near = 0.75 * CellTurn::largest;
     const Shape& s = group.spec().shape;

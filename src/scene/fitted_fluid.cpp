@@ -1,6 +1,6 @@
 #include "scene/fitted_fluid.hpp"
 
-#include "skein/rod/places.hpp"
+#include "skein/placement/places.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -25,7 +25,7 @@ FluidSpec fitted_fluid(const SceneSpec& scene) {
     const std::string directory = std::filesystem::path(scene.file).parent_path().string();
     Vec3d least{HUGE_VAL, HUGE_VAL, HUGE_VAL}, most = -least;
     for (const RodSpec& rods : scene.rods) {
-        const Places places(rods, directory);
+        const Places places(rods.placement, rods.source, directory);
         const Quaterniond all = frame_of(rods.placement.tangent, rods.placement.normal);
         for (std::int64_t i = 0; i < places.count(); ++i) {
             const Vec3d first = places.origin(i),

@@ -6,16 +6,16 @@
 #include "contact/wall.hpp"
 #include "io/keeping.hpp"
 #include "joints/joint_list.hpp"
-#include "rod/kick.hpp"
-#include "rod/relaxation_outlook.hpp"
-#include "rod/step_watch.hpp"
-#include "rod/tiling.hpp"
+#include "mechanics/kick.hpp"
+#include "mechanics/step_watch.hpp"
+#include "relaxation/relaxation_outlook.hpp"
 #include "rod/time_limits.hpp"
 #include "scene/contact_outlook.hpp"
 #include "scene/fluid_plan.hpp"
 #include "scene/program.hpp"
 #include "scene/scene_spec.hpp"
 #include "scene/speed_outlook.hpp"
+#include "tiles/tiling.hpp"
 
 #include <cstdint>
 #include <memory>

@@ -1,6 +1,6 @@
 #include "scene/program.hpp"
 
-#include "rod/law.hpp"
+#include "mechanics/law.hpp"
 
 #include <algorithm>
 

@@ -3,7 +3,7 @@
 #pragma once
 
 #include "loads/damping.hpp"
-#include "rod/top.hpp"
+#include "mechanics/top.hpp"
 #include "skein/loads/load.hpp"
 #include "skein/rod/rod_group.hpp"
 
@@ -155,7 +155,7 @@ namespace interact {
 struct Contacts {
     static constexpr std::string_view name = "contacts";
 };
-/// Joints of assemblies, whose forces act within visits (rod/clusters.hpp); here are their figures.
+/// Joints of assemblies, whose forces act within visits (tiles/clusters.hpp); here are their figures.
 struct Joints {
     static constexpr std::string_view name = "joints";
 };

@@ -12,7 +12,7 @@
 #include "io/start_spec.hpp"
 #include "joints/joint_spec.hpp"
 #include "loads/load_spec.hpp"
-#include "skein/rod/assembly.hpp"
+#include "skein/placement/assembly.hpp"
 #include "skein/rod/rod_spec.hpp"
 #include "time/time_spec.hpp"
 

@@ -1,5 +1,6 @@
 #include "simulation/branch.hpp"
 
+#include "mechanics/rod_copies.hpp"
 #include "scene/scene_file.hpp"
 #include "simulation/summary.hpp"
 #include "skein/core/error.hpp"

@@ -7,8 +7,8 @@
 #include "kernels/kernels.hpp"
 #include "neighbourhood/neighbourhood.hpp"
 #include "parallel/communicator.hpp"
-#include "rod/rods.hpp"
 #include "simulation/overlap_watch.hpp"
+#include "tiles/rods.hpp"
 
 #include <cmath>
 #include <functional>

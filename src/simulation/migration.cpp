@@ -1,6 +1,6 @@
 #include "simulation/migration.hpp"
 
-#include "rod/clusters.hpp"
+#include "tiles/clusters.hpp"
 
 #include <algorithm>
 #include <bit>

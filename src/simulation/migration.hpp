@@ -3,7 +3,7 @@
 
 #include "parallel/communicator.hpp"
 #include "partition/partition.hpp"
-#include "rod/rods.hpp"
+#include "tiles/rods.hpp"
 
 #include <cstdint>
 #include <span>

@@ -1,5 +1,6 @@
 #include "skein/run.hpp"
 
+#include "mechanics/rod_copies.hpp"
 #include "parallel/communicator.hpp"
 #include "partition/partition.hpp"
 #include "scene/scene_file.hpp"

@@ -3,7 +3,7 @@
 
 #include "io/checkpoint.hpp"
 #include "parallel/communicator.hpp"
-#include "rod/relaxation_outlook.hpp"
+#include "relaxation/relaxation_outlook.hpp"
 
 #include <cmath>
 #include <cstdint>

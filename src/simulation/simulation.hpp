@@ -6,7 +6,6 @@
 #include "io/checkpoint.hpp"
 #include "parallel/communicator.hpp"
 #include "parallel/threads.hpp"
-#include "rod/rods.hpp"
 #include "scene/plan.hpp"
 #include "simulation/checkpoint_clock.hpp"
 #include "simulation/contact_interaction.hpp"
@@ -18,6 +17,7 @@
 #include "simulation/settling.hpp"
 #include "skein/core/error.hpp"
 #include "skein/time/clock.hpp"
+#include "tiles/rods.hpp"
 
 #include <memory>
 #include <optional>

@@ -4,8 +4,8 @@
 
 #include "neighbourhood/neighbourhood.hpp"
 #include "parallel/communicator.hpp"
-#include "rod/rods.hpp"
 #include "scene/plan.hpp"
+#include "tiles/rods.hpp"
 
 #include <span>
 #include <string>

@@ -1,6 +1,6 @@
 #include "simulation/wall_meshes.hpp"
 
-#include "rod/packing.hpp"
+#include "placement/packing.hpp"
 
 #include <algorithm>
 #include <cmath>

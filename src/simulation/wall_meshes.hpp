@@ -5,8 +5,8 @@
 #include "contact/wall.hpp"
 #include "io/vtk_polydata.hpp"
 #include "parallel/communicator.hpp"
-#include "rod/rods.hpp"
 #include "skein/rod/rod_group.hpp"
+#include "tiles/rods.hpp"
 
 #include <span>
 #include <vector>

@@ -235,7 +235,7 @@ def mixed(h):
 
 
 def digest_of(gid, numbers):
-    """hash_numbers of src/rod/rods.cpp."""
+    """hash_numbers of src/tiles/rods.cpp."""
     prime = 0x9E3779B97F4A7C15
     h = mixed((gid + prime) % 2**64)
     for word in numpy.ascontiguousarray(numbers, dtype=numpy.float64).view(numpy.uint64).ravel():

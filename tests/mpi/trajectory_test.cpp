@@ -4,6 +4,7 @@
 #include "io/files.hpp"
 #include "io/h5_file.hpp"
 #include "io/xdmf.hpp"
+#include "mechanics/rod_copies.hpp"
 #include "partition/partition.hpp"
 #include "skein/core/error.hpp"
 #include "support/fake_rods.hpp"

@@ -1,4 +1,5 @@
 // J1 != J2: the split top and the elliptic rod are of second order, reversible, and keep the angular momentum.   theory.md (19)
+#include "mechanics/rod_copies.hpp"
 #include "stress/stress_support.hpp"
 #include "support/free_top.hpp"
 

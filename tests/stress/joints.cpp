@@ -1,4 +1,5 @@
 // Joined rods without damping in steps of the automatic length, with SKEIN_LONG=1 a million: energy stays where it was.
+#include "mechanics/rod_copies.hpp"
 #include "stress/stress_support.hpp"
 #include "support/joint_examples.hpp"
 

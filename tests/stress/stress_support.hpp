@@ -2,6 +2,7 @@
 #pragma once
 
 #include "core/rotation.hpp"
+#include "mechanics/rod_copies.hpp"
 #include "support/energy.hpp"
 #include "support/scenes_for_tests.hpp"
 

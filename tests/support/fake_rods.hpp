@@ -2,7 +2,8 @@
 #pragma once
 
 #include "core/rotation.hpp"
-#include "rod/rods.hpp"
+#include "mechanics/rod_copies.hpp"
+#include "tiles/rods.hpp"
 
 #include <algorithm>
 #include <random>

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "diagnostics/observables.hpp"
+#include "mechanics/rod_copies.hpp"
 #include "support/scenes_for_tests.hpp"
 
 #include <gtest/gtest.h>

@@ -3,7 +3,7 @@
 
 #include "core/rotation.hpp"
 #include "skein/rod/rod_group.hpp"
-#include "skein/rod/tile.hpp"
+#include "skein/tiles/tile.hpp"
 
 #include <iterator>
 #include <random>

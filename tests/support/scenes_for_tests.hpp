@@ -3,6 +3,7 @@
 
 #include "kernels/kernels.hpp"
 #include "loads/magnetic_field.hpp"
+#include "mechanics/rod_copies.hpp"
 #include "scene/plan.hpp"
 #include "support/rods_for_tests.hpp"
 

@@ -5,7 +5,7 @@
 #include "core/rotation.hpp"
 #include "loads/load_list.hpp"
 #include "loads/load_pass.hpp"
-#include "rod/elastic.hpp"
+#include "mechanics/elastic.hpp"
 #include "support/rods_for_tests.hpp"
 
 #include <cmath>

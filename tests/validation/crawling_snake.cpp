@@ -4,9 +4,10 @@
 #include "loads/load_list.hpp"
 #include "loads/load_pass.hpp"
 #include "loads/plane_friction.hpp"
-#include "rod/elastica.hpp"
-#include "rod/rods.hpp"
-#include "rod/top.hpp"
+#include "mechanics/elastica.hpp"
+#include "mechanics/rod_copies.hpp"
+#include "mechanics/top.hpp"
+#include "tiles/rods.hpp"
 
 #include <gtest/gtest.h>
 

@@ -2,8 +2,8 @@
 #pragma once
 
 #include "skein/core/quaternion.hpp"
-#include "skein/rod/assembly.hpp"
-#include "skein/rod/places.hpp"
+#include "skein/placement/assembly.hpp"
+#include "skein/placement/places.hpp"
 #include "skein/rod/rod_spec.hpp"
 #include "skein/rod/slot.hpp"
 
@@ -153,7 +153,7 @@ public:
     double largest_magnetisation() const;                ///< of all rods, A/m
     /// Centre of rod i at t = 0, the point that partitioning uses.
     Vec3d centre(std::int64_t i) const {
-        const double scale = sized() ? places_.length(spec_, i) / spec_.shape.length : 1;
+        const double scale = sized() ? places_.length(i, spec_.shape.length) / spec_.shape.length : 1;
         return origin(i) + as_turned(i, scale * centre_offset_);
     }
     /// Elements of rod i at t = 0 as capsules that hold all of their sections.

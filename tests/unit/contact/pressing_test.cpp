@@ -1,6 +1,6 @@
 // What presses contacts, from weight and pressure, and the overlap and stiffness that go with it.
 #include "contact/pressing.hpp"
-#include "rod/packing.hpp"
+#include "placement/packing.hpp"
 #include "support/rods_for_tests.hpp"
 
 #include <gtest/gtest.h>

@@ -2,13 +2,14 @@
 #include "contact/wall_pass.hpp"
 
 #include "diagnostics/observables.hpp"
+#include "kernels/rod_tiles.hpp"
 #include "loads/gravity.hpp"
 #include "loads/load_pass.hpp"
 #include "loads/uniform_force.hpp"
-#include "rod/elastic.hpp"
-#include "rod/kick.hpp"
-#include "rod/rod_tiles.hpp"
-#include "rod/top.hpp"
+#include "mechanics/elastic.hpp"
+#include "mechanics/kick.hpp"
+#include "mechanics/rod_copies.hpp"
+#include "mechanics/top.hpp"
 #include "support/rods_for_tests.hpp"
 
 #include <gtest/gtest.h>

@@ -1,8 +1,8 @@
 // Angular momentum, curvature and knots of rods whose values are known in closed form.
 #include "diagnostics/extra_observables.hpp"
 #include "diagnostics/observables.hpp"
-#include "rod/rods.hpp"
 #include "support/rods_for_tests.hpp"
+#include "tiles/rods.hpp"
 
 #include <gtest/gtest.h>
 

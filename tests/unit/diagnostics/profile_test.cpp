@@ -1,7 +1,8 @@
 // Strains at nodes, for those who look: against closed forms, and against the energies of the observables for every law and end.
 #include "diagnostics/observables.hpp"
-#include "rod/rods.hpp"
+#include "mechanics/rod_copies.hpp"
 #include "support/rods_for_tests.hpp"
+#include "tiles/rods.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,5 +1,5 @@
 // Couples at the ends and muscles about body axes against closed forms.                            theory.md (33a), (36a)
-#include "rod/elastic.hpp"
+#include "mechanics/elastic.hpp"
 #include "support/load_examples.hpp"
 #include "support/statics.hpp"
 

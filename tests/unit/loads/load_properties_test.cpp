@@ -1,8 +1,8 @@
 // What must hold of every load, over tests/support/load_examples.hpp: it turns with its scene, internal ones carry no momentum,
 // forces are minus the gradient of a potential where there is one, friction feels what presses, what reads velocities says its
 // rate. And of every law with an energy: its forces are internal, and rest is rest wherever a rod lies.
-#include "rod/drift.hpp"
-#include "rod/elastic.hpp"
+#include "mechanics/drift.hpp"
+#include "mechanics/elastic.hpp"
 #include "support/load_examples.hpp"
 
 #include <gtest/gtest.h>

@@ -2,9 +2,9 @@
 #include "loads/load_list.hpp"
 #include "loads/load_pass.hpp"
 #include "loads/plane_friction.hpp"
-#include "rod/elastic.hpp"
-#include "rod/kick.hpp"
-#include "rod/top.hpp"
+#include "mechanics/elastic.hpp"
+#include "mechanics/kick.hpp"
+#include "mechanics/top.hpp"
 #include "support/rods_for_tests.hpp"
 
 #include <gtest/gtest.h>

@@ -2,7 +2,7 @@
 #include "loads/damping.hpp"
 #include "loads/load_list.hpp"
 #include "loads/load_pass.hpp"
-#include "rod/drift.hpp"
+#include "mechanics/drift.hpp"
 #include "support/rods_for_tests.hpp"
 
 #include <gtest/gtest.h>

@@ -1,5 +1,5 @@
 // The band of blocks: its solution solves it, in every lane, and what is held stays.
-#include "rod/block_band.hpp"
+#include "relaxation/block_band.hpp"
 
 #include <gtest/gtest.h>
 

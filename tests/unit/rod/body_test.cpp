@@ -1,10 +1,10 @@
 // Rigid bodies alone: masses, inertia and axes against integrals, free tops against closed forms, and what a force does.
 #include "core/principal_axes.hpp"
 #include "diagnostics/observables.hpp"
-#include "rod/body.hpp"
+#include "mechanics/body.hpp"
+#include "mechanics/kick.hpp"
+#include "mechanics/top.hpp"
 #include "rod/body_shape.hpp"
-#include "rod/kick.hpp"
-#include "rod/top.hpp"
 #include "skein/core/error.hpp"
 #include "support/free_top.hpp"
 #include "support/rods_for_tests.hpp"

@@ -1,7 +1,8 @@
 // Free tops: angular momentum kept, second order for J1 != J2, exact for J1 = J2, reversible, no drift off SO(3).
-#include "rod/rods.hpp"
-#include "rod/top.hpp"
+#include "mechanics/rod_copies.hpp"
+#include "mechanics/top.hpp"
 #include "support/rods_for_tests.hpp"
+#include "tiles/rods.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,7 +1,7 @@
 // Internal loads are the negative gradient of the energy, and conserve momentum.
 #include "diagnostics/observables.hpp"
-#include "rod/drift.hpp"
-#include "rod/elastic.hpp"
+#include "mechanics/drift.hpp"
+#include "mechanics/elastic.hpp"
 #include "support/rods_for_tests.hpp"
 
 #include <gtest/gtest.h>

@@ -3,7 +3,7 @@
 
 #include "diagnostics/extra_observables.hpp"
 #include "diagnostics/observables.hpp"
-#include "rod/present_eigenvalues.hpp"
+#include "mechanics/present_eigenvalues.hpp"
 #include "rod/time_limits.hpp"
 #include "support/rods_for_tests.hpp"
 #include "support/statics.hpp"

@@ -1,5 +1,5 @@
 // What the laws mean at finite strain, against closed forms of rods that are strained evenly.             theory.md (11a)-(11d)
-#include "rod/law.hpp"
+#include "mechanics/law.hpp"
 
 #include "rod/time_limits.hpp"
 #include "support/statics.hpp"

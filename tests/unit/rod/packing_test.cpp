@@ -1,5 +1,5 @@
 // Packed rods: apart, inside, straight, alike for a seed, and pointing as their law says.
-#include "rod/packing.hpp"
+#include "placement/packing.hpp"
 
 #include "core/rotation.hpp"
 #include "skein/core/error.hpp"

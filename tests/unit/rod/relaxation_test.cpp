@@ -1,6 +1,6 @@
 // The pass that relaxes rods: its answer to small forces, what it holds, and rods that move against their forces.
-#include "rod/drift.hpp"
-#include "rod/relaxation.hpp"
+#include "mechanics/drift.hpp"
+#include "relaxation/relaxation.hpp"
 #include "support/rods_for_tests.hpp"
 
 #include <gtest/gtest.h>

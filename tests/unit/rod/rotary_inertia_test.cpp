@@ -1,9 +1,9 @@
 // Scaled rotary inertia: how far it lifts the step, and how far it slows bending.
-#include "rod/bending_shift.hpp"
-#include "rod/elastic.hpp"
-#include "rod/kick.hpp"
+#include "mechanics/bending_shift.hpp"
+#include "mechanics/elastic.hpp"
+#include "mechanics/kick.hpp"
+#include "mechanics/top.hpp"
 #include "rod/time_limits.hpp"
-#include "rod/top.hpp"
 #include "skein/core/error.hpp"
 #include "support/rods_for_tests.hpp"
 

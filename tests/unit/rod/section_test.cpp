@@ -1,5 +1,5 @@
 // Constants of sections: torsion of ellipses, what a scene gives by number, and the limits of the step that follow.
-#include "rod/present_eigenvalues.hpp"
+#include "mechanics/present_eigenvalues.hpp"
 #include "rod/time_limits.hpp"
 #include "support/rods_for_tests.hpp"
 

@@ -1,5 +1,5 @@
 // Rods across where they fill tiles, along where they do not; every rod has its place.
-#include "rod/tiling.hpp"
+#include "tiles/tiling.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,10 +1,10 @@
 // The closed-form limit is sharp: an undamped rod runs at 0.98 of it and diverges at 1.05.
 #include "diagnostics/observables.hpp"
-#include "rod/elastic.hpp"
-#include "rod/kick.hpp"
-#include "rod/present_eigenvalues.hpp"
+#include "mechanics/elastic.hpp"
+#include "mechanics/kick.hpp"
+#include "mechanics/present_eigenvalues.hpp"
+#include "mechanics/top.hpp"
 #include "rod/time_limits.hpp"
-#include "rod/top.hpp"
 #include "support/rods_for_tests.hpp"
 
 #include <gtest/gtest.h>

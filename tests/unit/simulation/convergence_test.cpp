@@ -1,5 +1,5 @@
 // Orders, Richardson values and error bars on numbers whose limit is known.
-#include "simulation/convergence.hpp"
+#include "studies/convergence.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,5 @@
 // Copies of rods and their figures, put together tile by tile: the bits of one rod alone, for any width, mapping and threads.
+#include "mechanics/rod_copies.hpp"
 #include "support/scenes_for_tests.hpp"
 
 #include <gtest/gtest.h>

@@ -1,5 +1,6 @@
 // Order of the integrators, rings that keep their momenta, ends that move.
 #include "core/rotation.hpp"
+#include "mechanics/rod_copies.hpp"
 #include "skein/core/error.hpp"
 #include "support/scenes_for_tests.hpp"
 

@@ -13,7 +13,7 @@
 #include "loads/slender_body_drag.hpp"
 #include "loads/uniform_couple.hpp"
 #include "loads/uniform_force.hpp"
-#include "rod/present_eigenvalues.hpp"
+#include "mechanics/present_eigenvalues.hpp"
 #include "skein/core/error.hpp"
 #include "support/scenes_for_tests.hpp"
 

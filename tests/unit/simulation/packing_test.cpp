@@ -1,6 +1,6 @@
 // Packed rods of a whole scene: groups keep clear of each other, and lie in tiles as they were placed.
 #include "loads/magnetic_field.hpp"
-#include "rod/packing.hpp"
+#include "placement/packing.hpp"
 #include "support/scenes_for_tests.hpp"
 
 #include <gtest/gtest.h>

@@ -1,0 +1,170 @@
+// Rods at a fixed SIMD width: tiles of W rods of one group or of strands, each tile's slots contiguous and aligned, and per group
+// or family of groups the passes that make a step.
+#pragma once
+
+#include "mechanics/audit.hpp"
+#include "mechanics/step_watch.hpp"
+#include "parallel/threads.hpp"
+#include "skein/core/aligned.hpp"
+#include "skein/tiles/tile.hpp"
+#include "tiles/clusters.hpp"
+#include "tiles/rods.hpp"
+#include "tiles/tiling.hpp"
+
+#include <array>
+#include <atomic>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <vector>
+
+namespace skein {
+
+/// The passes of a step, in order.
+template <int W> struct TileProgram {
+    TilePasses<W> passes;
+    std::vector<std::string_view> names; ///< of passes, as plans have them
+    std::size_t before = 0;              ///< passes before rods feel each other
+    std::size_t last = 0;                ///< passes at the end that read the velocities of the step's end
+};
+
+/// By number of the assembly.
+template <int W> using JointsOfAssemblies = std::vector<std::unique_ptr<ClusterJoints<W>>>;
+
+template <int W> class RodTiles final : public Rods {
+public:
+    /// `rods` as order_of_tiles() has them; one program per group across, then one per family along; one audit per group or none at
+    /// all. `tiling`: of these rods. Rods take their start state.
+    RodTiles(std::span<const RodGroup> groups, std::vector<LocalRod> rods, const Tiling& tiling,
+             std::vector<TileProgram<W>> programs, const Threads& threads,
+             std::vector<std::shared_ptr<EnergyBudget<W>>> audits = {}, StepWatch watch = {}, JointsOfAssemblies<W> joints = {});
+
+    bool visit(std::span<const Step> steps, bool check) override;
+    void visit_before(const Step& step) override;
+    bool visit_after(const Step& step, bool check) override;
+    void visit_after_and_before(const Step& step, const Step& next) override;
+    void begin_within(const Step& step) override { prepare({Part::before, {&step, 1}}); }
+    std::string near_limit() const override;
+    double undamped_share() const override { return undamped_share_.load(std::memory_order_relaxed); }
+    std::vector<std::string_view> passes(std::size_t group) const override;
+    std::span<const LocalRod> local() const override { return local_; }
+    RodPlace place(std::size_t i) const override { return {tiles_[place_[i].tile].number, place_[i].lane}; }
+    void export_rod(std::size_t i, std::span<Slot<1>> out) const override;
+    void import_rod(std::size_t i, std::span<const Slot<1>> in) override;
+    void read(std::span<const std::size_t> rods, Copy copy, double lag, const RodReader& reader, double time) const override;
+    void figures(double time, double lag, std::span<RodFigures> out) const override;
+    std::uint64_t digest() const override;
+    void inspect(std::int64_t step, double dt) const override;
+    RodBudget budget(std::size_t i) const override;
+    void set_budget(std::size_t i, const RodBudget& budget) override;
+    std::vector<double> memory(std::size_t i) const override;
+    void set_memory(std::size_t i, std::span<const double> numbers) override;
+    int threads() const override { return threads_.count(); }
+    std::vector<PassEffect> dissect(std::size_t i, std::span<const Step> stages) override;
+    std::size_t bytes() const override;
+
+private:
+    enum class Part { whole, before, after }; // coupling
+    /// A part of every step of a batch.
+    struct StepPart {
+        Part which = Part::whole;
+        std::span<const Step> steps;
+    };
+    std::pair<std::size_t, std::size_t> passes(std::size_t program, Part part) const; ///< first and behind the last
+    void prepare(const StepPart& part);
+    /// One part of a step and then another over all tiles, in one visit. With `check`, false if a rod is invalid.
+    bool run(const StepPart& first, const StepPart& second, bool check);
+    struct Place {
+        std::size_t tile;
+        int lane;
+    };
+    /// The rods of a tile along, before their constants are laid out.
+    struct Boarding {
+        std::vector<Seat> seats;
+        std::vector<std::size_t> rods; ///< places in local()
+    };
+    std::vector<Boarding> lay_out(const Tiling& tiling);
+    /// Tiles of a cluster, and what joins them.
+    struct Cluster {
+        const ClusterJoints<W>* joints;
+        bool across;
+        std::vector<std::size_t> tiles;
+        std::size_t slots = 0;
+        bool muscles = false; ///< whose moments go on through joints
+    };
+    /// Tiles across of each group so far, in order, grouped by cluster.
+    void find_clusters();
+    /// A part of a step over a cluster.
+    void advance(const Cluster& cluster, const StepPart& part, int thread);
+    /// Loads of joints, by slot of the cluster.
+    JoinedLoad<W>* couple(const Cluster& cluster, const Step& step, int thread) const;
+    /// Moments of muscles at the ends of its rods; null where none act, or no joint goes on.
+    const EndMoments<W>* end_moments(const Cluster& cluster, const Step& step, int thread) const;
+    void run_passes(const RodTile<W>& tile, SlotLoad<W>* load, std::size_t first, std::size_t behind, const Step& step) const;
+    void take_start_states(std::vector<Boarding> boardings);
+    void take_start_states(const RodTile<W>& tile, std::size_t first_rod, std::vector<Slot<1>>& states) const;
+    /// Calls f(slot of rod i, slot of its tile, lane) for each of the rod's slots.
+    template <class F> void for_slots(std::size_t i, F&& f) const;
+
+    /// A thread's buffers for copies, kept from one to the next.
+    struct Reading {
+        AlignedVector<Slot<W>> slot;                   ///< of a tile
+        std::vector<Slot<1>> state;                    ///< of its rods, one after the other
+        std::vector<Mat3d> frames;                     ///< [rod][n]
+        AlignedVector<NodeProfileOf<Pack<W>>> profile; ///< of a tile
+        std::vector<NodeProfile> profiles;             ///< [rod][n + 1]
+        std::vector<RodGroup> own;                     ///< of rods with sizes of their own, while they are looked at
+        std::array<std::uint64_t, W> hash{};
+    };
+    /// The group of a rod with a size of its own alone, in one of W places of a thread's.
+    static const RodGroup& own_group(Reading& reading, std::size_t place, const RodGroup& group, std::int64_t index);
+    /// Constants, start states and data of passes of a tile along. Any thread.
+    void board(RodTile<W>& tile, Boarding& boarding, std::optional<Strands<W>>& strands, Reading& reading);
+    /// A tile across as a copy has it: itself where nothing is moved.
+    RodTile<W> moved(const RodTile<W>& tile, Copy copy, double lag, Reading& reading) const;
+    /// Puts its rods together, and works frames and hashes out where asked.
+    void take_apart(const RodTile<W>& tile, Copy copy, double lag, double time, const LocalRod* rods, Reading& reading) const;
+    /// The same of one rod along.
+    void take_along(std::size_t i, Copy copy, double lag, double time, Reading& reading) const;
+    /// `group`: with the constants of rod i.
+    std::vector<PassEffect> dissect(std::size_t i, const RodGroup& group, std::span<const Step> stages);
+    bool healthy(const RodTile<W>& tile);
+
+    /// The rod whose strains leave the step least room.
+    struct NearLimit {
+        std::size_t rod = 0; ///< place in local()
+        Tightest at;
+    };
+    NearLimit nearest_limit() const;
+    std::string text_of(const NearLimit& found) const;
+    std::string name_of(std::size_t i) const;
+
+    std::span<const RodGroup> groups_;
+    std::vector<LocalRod> local_;
+    std::vector<TileProgram<W>> programs_;
+    std::vector<std::shared_ptr<EnergyBudget<W>>> audits_;
+    const Threads& threads_;
+    StepWatch watch_;
+    std::atomic<double> undamped_share_ = 0;
+    UnsetArray<Slot<W>> slots_; ///< first written by the threads that visit them
+    std::vector<RodTile<W>> tiles_;
+    JointsOfAssemblies<W> joints_;
+    std::vector<Cluster> clusters_;
+    std::vector<std::size_t> alone_;                              ///< tiles of no cluster
+    std::vector<std::size_t> cluster_of_;                         ///< of each tile; none where it is alone
+    mutable std::vector<AlignedVector<JoinedLoad<W>>> joined_;    ///< per thread
+    mutable std::vector<AlignedVector<EndMoments<W>>> moments_;   ///< per thread, by tile of a cluster
+    std::vector<std::vector<const MakesEndMoments<W>*>> muscles_; ///< by program
+    std::vector<std::optional<Strands<W>>> strands_;              ///< of tiles along, which come behind those across
+    std::vector<Place> place_;                                    ///< of local()[i]
+    std::vector<std::size_t> first_rod_;                          ///< of each tile across, in local()
+    std::vector<std::size_t> along_;                              ///< rods that lie along, in local()
+    mutable std::vector<Reading> reading_;                        ///< per thread
+    mutable std::vector<AlignedVector<SlotLoad<W>>> scratch_;     ///< per thread
+    std::array<StepPart, 2> visit_;                               ///< under way
+    bool check_ = false;                                          ///< of the visit under way
+    std::atomic<bool> valid_ = true, near_ = false;
+    std::function<void(std::size_t, int)> advance_; ///< a cluster or, behind them all, a tile
+};
+
+} // namespace skein

@@ -1,0 +1,212 @@
+// Where rods lie: tiles across and along, clusters of joined ones, the memory of all, and their start states.
+#include "kernels/rod_tiles.hpp"
+
+#include "core/rotation.hpp"
+
+#include <algorithm>
+#include <utility>
+
+namespace skein {
+
+namespace {
+
+/// Of the copies of an assembly that these rods have.
+template <int W> CopyTiling copy_tiling(const AssemblyGroups& assembly, std::span<const LocalRod> rods, int threads) {
+    const int leader = assembly.groups.front()->id();
+    const auto own = std::count_if(rods.begin(), rods.end(), [&](const LocalRod& rod) { return rod.group == leader; });
+    return tile_copies(own / assembly.groups.front()->rods_per_copy(), assembly.members(), W, threads);
+}
+
+/// Of the tiles of each group that belongs to an assembly, in order; none of others.
+template <int W>
+std::vector<std::vector<int>> lanes_of_joined_tiles(std::span<const RodGroup> groups, std::span<const LocalRod> rods, int threads) {
+    std::vector<std::vector<int>> lanes(groups.size());
+    for (const AssemblyGroups& assembly : assemblies_of(groups)) {
+        const CopyTiling tiling = copy_tiling<W>(assembly, rods, threads);
+        for (const RodGroup* group : assembly.groups) {
+            std::vector<int>& of_group = lanes[static_cast<std::size_t>(group->id())];
+            const std::int64_t in_copy = group->rods_per_copy();
+            for (const int copies : tiling.across) of_group.insert(of_group.end(), static_cast<std::size_t>(in_copy), copies);
+            for (std::int64_t copy = 0; copy < tiling.within; ++copy)
+                for (std::int64_t left = in_copy; left > 0; left -= W)
+                    of_group.push_back(static_cast<int>(std::min<std::int64_t>(left, W)));
+        }
+    }
+    return lanes;
+}
+
+} // namespace
+
+template <int W> std::vector<typename RodTiles<W>::Boarding> RodTiles<W>::lay_out(const Tiling& tiling) {
+    std::vector<std::size_t> tiles_of_program(programs_.size(), 0);
+    const auto open = [&](RodTile<W> tile, std::size_t program) -> RodTile<W>& {
+        tile.program = program;
+        tile.number = tiles_of_program[program]++;
+        return tiles_.emplace_back(tile);
+    };
+
+    place_.resize(local_.size());
+    std::vector<std::size_t> place_in_group(groups_.size(), 0);
+    std::vector<std::vector<std::size_t>> pool(groups_.size()); // rods that lie along, by group
+    std::vector<std::int64_t> across = tiling.across;
+    std::vector<std::vector<int>> lanes_of_tiles = lanes_of_joined_tiles<W>(groups_, local_, threads_.count());
+    for (std::size_t i = 0; i < local_.size(); ++i) {
+        const auto g = static_cast<std::size_t>(local_[i].group);
+        if (across[g]-- <= 0) {
+            pool[g].push_back(i);
+            along_.push_back(i);
+            continue;
+        }
+        const RodGroup& group = groups_[g];
+        const int most_lanes =
+            lanes_of_tiles[g].empty() || tiles_of_program[g] == 0 ? W : lanes_of_tiles[g][tiles_of_program[g] - 1];
+        const bool opens = tiles_.empty() || tiles_.back().group != &group || tiles_.back().lanes == most_lanes;
+        RodTile<W>& tile = opens ? open({.slot = nullptr,
+                                         .element = group.element.data(),
+                                         .voronoi = group.voronoi.data(),
+                                         .group = &group,
+                                         .n = group.elements(),
+                                         .last = group.slots() - 1,
+                                         .first = place_in_group[g]},
+                                        g)
+                                 : tiles_.back();
+        if (opens) first_rod_.push_back(i);
+        place_[i] = {tiles_.size() - 1, tile.lanes};
+        ++place_in_group[g];
+        std::fill(tile.index + tile.lanes, tile.index + W, local_[i].index); // spare lanes repeat the last rod
+        ++tile.lanes;
+    }
+    std::vector<std::size_t> next(groups_.size(), 0);
+    std::vector<Boarding> boardings;
+    for (const AlongTile& along : tiling.along) {
+        auto& [seats, rods] = boardings.emplace_back();
+        int l = 0;
+        for (const auto& [g, pieces] : along.parts) {
+            const auto group = static_cast<std::size_t>(g);
+            const std::size_t i = pool[group][next[group]++];
+            seats.push_back({&groups_[group], local_[i].index, l, pieces});
+            rods.push_back(i);
+            place_[i] = {tiles_.size(), l};
+            l += pieces;
+        }
+        open({.n = along.rows, .lanes = static_cast<int>(seats.size())}, groups_.size() + static_cast<std::size_t>(along.family));
+    }
+    for (std::size_t p = 0; p < programs_.size(); ++p) // of groups that all lie along, or that have no rod here
+        if (tiles_of_program[p] == 0) programs_[p] = {};
+    for (std::size_t p = 0; p < programs_.size(); ++p)
+        for (auto& pass : programs_[p].passes) pass->expect(tiles_of_program[p]);
+    find_clusters();
+    const auto slots_of = [&](std::size_t t) { return static_cast<std::size_t>(tiles_[t].last) + 1; };
+    std::size_t slots = 0;
+    for (std::size_t t = 0; t < tiles_.size(); ++t) slots += slots_of(t);
+    slots_ = UnsetArray<Slot<W>>(slots);
+    Slot<W>* next_slot = slots_.data();
+    const auto give_slots = [&](std::size_t t) { tiles_[t].slot = std::exchange(next_slot, next_slot + slots_of(t)); };
+    for (const Cluster& cluster : clusters_)
+        for (const std::size_t t : cluster.tiles) give_slots(t);
+    for (const std::size_t t : alone_) give_slots(t);
+    return boardings;
+}
+
+template <int W> void RodTiles<W>::find_clusters() {
+    cluster_of_.assign(tiles_.size(), SIZE_MAX);
+    std::vector<std::vector<std::size_t>> of_group(groups_.size());
+    for (std::size_t t = 0; t < tiles_.size(); ++t)
+        if (tiles_[t].group) of_group[static_cast<std::size_t>(tiles_[t].group->id())].push_back(t);
+    for (const AssemblyGroups& assembly : assemblies_of(groups_)) {
+        const auto a = static_cast<std::size_t>(assembly.assembly);
+        if (a >= joints_.size() || !joints_[a]) continue;  // of a test's rods
+        std::vector<std::size_t> taken(groups_.size(), 0); // tiles of each group
+        const CopyTiling tiling = copy_tiling<W>(assembly, local_, threads_.count());
+        const auto add = [&](bool across) {
+            Cluster& cluster = clusters_.emplace_back(Cluster{joints_[a].get(), across, {}});
+            for (const RodGroup* group : assembly.groups) {
+                const auto g = static_cast<std::size_t>(group->id());
+                const std::int64_t tiles = across ? group->rods_per_copy() : tiles_within(group->rods_per_copy(), W);
+                for (std::int64_t i = 0; i < tiles; ++i) {
+                    const std::size_t t = of_group[g][taken[g]++];
+                    cluster.tiles.push_back(t);
+                    cluster.slots += static_cast<std::size_t>(tiles_[t].last) + 1;
+                    cluster_of_[t] = clusters_.size() - 1;
+                }
+            }
+        };
+        for (std::size_t block = 0; block < tiling.across.size(); ++block) add(true);
+        for (std::int64_t copy = 0; copy < tiling.within; ++copy) add(false);
+    }
+    for (std::size_t t = 0; t < tiles_.size(); ++t)
+        if (cluster_of_[t] == SIZE_MAX) alone_.push_back(t);
+}
+
+template <int W> void RodTiles<W>::take_start_states(std::vector<Boarding> boardings) {
+    const std::size_t across = first_rod_.size();
+    strands_ = std::vector<std::optional<Strands<W>>>(boardings.size());
+    // The loop of a visit: threads take much the same tiles then, whose memory has come to them here.
+    threads_.for_each(tiles_.size(), [&](std::size_t t, int thread) {
+        Reading& reading = reading_[static_cast<std::size_t>(thread)];
+        if (t < across) take_start_states(tiles_[t], first_rod_[t], reading.state);
+        else board(tiles_[t], boardings[t - across], strands_[t - across], reading);
+    });
+    for (Reading& reading : reading_) reading.own = {};
+    for (std::size_t t = 0; t < across; ++t)
+        for (auto& pass : programs_[tiles_[t].program].passes) pass->bind(tiles_[t]);
+}
+
+template <int W>
+const RodGroup& RodTiles<W>::own_group(Reading& reading, std::size_t place, const RodGroup& group, std::int64_t index) {
+    std::vector<RodGroup>& own = reading.own;
+    if (!own.empty() && own.front().id() != group.id()) own.clear();
+    own.reserve(W); // which keeps them in their places
+    if (place >= own.size()) return own.emplace_back(group.single(index));
+    own[place].become(group, index);
+    return own[place];
+}
+
+template <int W>
+void RodTiles<W>::board(RodTile<W>& tile, Boarding& boarding, std::optional<Strands<W>>& strands, Reading& reading) {
+    auto& [seats, rods] = boarding;
+    const RodGroup& group = *seats.front().group; // rods with sizes of their own share tiles with those of their group alone
+    if (group.sized())
+        for (std::size_t s = 0; s < seats.size(); ++s) seats[s].group = &own_group(reading, s, group, seats[s].index);
+    strands.emplace(seats, tile.n);
+    tile.strands = &*strands;
+    const Slot<1> still{{0, 0, 0}, {0, 0, 0}, broadcast<1>(no_turn), {0, 0, 0}};
+    for (int row = 0; row <= tile.n; ++row)
+        for (int i = 0; i < W; ++i) {
+            set_lane(tile.slot[row], i, still);
+            const int slot = tile.strands->slot(i, row);
+            if (slot == tile.group_of(i).elements())
+                set_lane(tile.slot[row].director, i, tile.group_of(i).end_frame(tile.index_of(i)));
+        }
+    for (std::size_t s = 0; s < rods.size(); ++s) {
+        const auto slots = static_cast<std::size_t>(seats[s].group->slots());
+        if (reading.state.size() < slots) reading.state.resize(slots);
+        const std::span state = std::span(reading.state).first(slots);
+        seats[s].group->start_state(seats[s].index, state);
+        import_rod(rods[s], state);
+    }
+    for (auto& pass : programs_[tile.program].passes) pass->bind(tile);
+    if (group.sized()) strands->settle(group);
+    boarding = {};
+}
+
+template <int W>
+void RodTiles<W>::take_start_states(const RodTile<W>& tile, std::size_t first_rod, std::vector<Slot<1>>& states) const {
+    const auto slots = static_cast<std::size_t>(tile.last) + 1;
+    states.resize(W * slots);
+    for (int i = 0; i < tile.lanes; ++i)
+        tile.group->start_state(local_[first_rod + static_cast<std::size_t>(i)].index,
+                                std::span(states).subspan(static_cast<std::size_t>(i) * slots, slots));
+    const double* from = reinterpret_cast<const double*>(states.data());
+    double* to = reinterpret_cast<double*>(tile.slot);
+    for (std::size_t number = 0; number < slots * slot_doubles; ++number)
+        for (int i = 0; i < W; ++i)
+            *to++ = from[static_cast<std::size_t>(std::min(i, tile.lanes - 1)) * slots * slot_doubles + number];
+}
+
+template std::vector<RodTiles<SKEIN_WIDTH>::Boarding> RodTiles<SKEIN_WIDTH>::lay_out(const Tiling& tiling);
+template void RodTiles<SKEIN_WIDTH>::take_start_states(std::vector<Boarding> boardings);
+template const RodGroup& RodTiles<SKEIN_WIDTH>::own_group(Reading& reading, std::size_t place, const RodGroup& group,
+                                                          std::int64_t index);
+
+} // namespace skein

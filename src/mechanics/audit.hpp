@@ -1,0 +1,202 @@
+// Energy audit of one group: what loads, walls and damping do to each rod, kick by kick.        theory.md section 16
+//   loads        h F.(v- + v+)/2 + h C.(w- + w+)/2 over all nodes and elements, F and C of external loads alone: of contacts
+//   between
+//                bodies, which have an energy of their own, there is none in it
+//   walls        -h f.v - h c.w at held nodes and elements, f and c all loads there; the couple on the far side of a half cell
+//   (12);
+//                and the kinetic energy that the walls give what they hold
+//   dissipated   the work of all loads on what is free, less what its kinetic energy has gained
+// v-, w- before the kick and v+, w+ at the end of the step. Sums run along the rod and in time, lane by lane: the same bits for any
+// ranks, threads and lanes.
+// Passes: before the ends are moved (where they move), after the elastic pass, on both sides of what contacts exert (where there
+// are some), before the kick, and last of all.
+#pragma once
+
+#include "mechanics/elastic.hpp"
+#include "skein/core/aligned.hpp"
+#include "tiles/rods.hpp"
+
+#include <memory>
+#include <utility>
+
+namespace skein {
+
+/// Energy budget of one group, by tile number, shared by the passes of its audit.
+template <int W> struct EnergyBudget {
+    using P = Pack<W>;
+    struct Rates {
+        Vec3<P> velocity, spin;
+    };
+    struct TileBudget {
+        AlignedVector<SlotLoad<W>> inner, all; ///< loads that have an energy, all loads, [n + 1]
+        bool noted = false;                    ///< `all` is what there was before contacts exerted theirs
+        AlignedVector<Rates> before;           ///< rates before the kick, [n + 1]
+        P held_before{};                       ///< kinetic energy of held nodes and elements before their walls moved, J
+        P wall_power{};                        ///< of the couples that half cells exert on walls, W
+        P loads{}, walls{}, dissipated{};      ///< sums, J
+    };
+    AlignedVector<TileBudget> tiles;
+
+    explicit EnergyBudget(const RodGroup& group) : group_(group) {}
+
+    RodBudget budget(std::size_t tile, int l) const {
+        const TileBudget& p = tiles[tile];
+        return {p.loads[l], p.walls[l], p.dissipated[l], p.held_before[l]};
+    }
+    void set_budget(std::size_t tile, int l, const RodBudget& budget) {
+        TileBudget& p = tiles[tile];
+        p.loads.set(l, budget.loads);
+        p.walls.set(l, budget.walls);
+        p.dissipated.set(l, budget.dissipated);
+        p.held_before.set(l, budget.held_before);
+    }
+    std::size_t bytes() const {
+        std::size_t sum = 0;
+        for (const TileBudget& p : tiles) sum += sizeof(TileBudget) + p.inner.size() * (2 * sizeof(SlotLoad<W>) + sizeof(Rates));
+        return sum;
+    }
+
+    P node_energy(const Vec3<P>& v, int i) const { return P(0.5 * group_.node_mass[static_cast<std::size_t>(i)]) * dot(v, v); }
+    P element_energy(const Vec3<P>& w, int k) const {
+        return P(0.5) * dot(w, scale(broadcast<W>(group_.element[static_cast<std::size_t>(k)].inertia), w));
+    }
+    /// Of a node that slides: 1 in the directions in which it does not.
+    Vec3<P> held_directions(int i) const { return broadcast<W>(Vec3d{1, 1, 1} - group_.free_directions(i)); }
+    /// Kinetic energy of what the walls hold.
+    P held_energy(const RodTile<W>& rod) const {
+        P sum(0.0);
+        for (const int i : {0, rod.n})
+            if (group_.holds_node(i)) sum = sum + node_energy(rod.slot[i].velocity, i);
+            else if (group_.slides(i)) sum = sum + node_energy(scale(held_directions(i), rod.slot[i].velocity), i);
+        if (group_.holds_element(0)) sum = sum + element_energy(rod.slot[0].spin, 0);
+        if (rod.n > 1 && group_.holds_element(rod.n - 1)) sum = sum + element_energy(rod.slot[rod.n - 1].spin, rod.n - 1);
+        return sum;
+    }
+
+private:
+    const RodGroup& group_;
+};
+
+/// Before moving ends take their new rates.
+template <int W> class AuditEndsPass final : public TilePass<W> {
+public:
+    explicit AuditEndsPass(std::shared_ptr<EnergyBudget<W>> budget) : budget_(std::move(budget)) {}
+    void run(const RodTile<W>& rod, SlotLoad<W>*, const Step&) const override {
+        budget_->tiles[rod.number].held_before = budget_->held_energy(rod);
+    }
+
+private:
+    std::shared_ptr<EnergyBudget<W>> budget_;
+};
+
+/// After the elastic pass, when the load is the internal one; and after what contacts exert, which it adds to that.
+template <class Law, int W> class AuditInnerPass final : public TilePass<W> {
+public:
+    AuditInnerPass(std::shared_ptr<EnergyBudget<W>> budget, Ends ends, std::shared_ptr<const MovingEnds> moving)
+        : budget_(std::move(budget)), elastic_(ends, moving), moving_(std::move(moving)) {}
+
+    void bind(const RodTile<W>& rod) override {
+        const auto slots = static_cast<std::size_t>(rod.n) + 1;
+        typename EnergyBudget<W>::TileBudget& tile = budget_->tiles.emplace_back();
+        tile.inner.resize(slots);
+        tile.all.resize(slots);
+        tile.before.resize(slots);
+    }
+
+    void run(const RodTile<W>& rod, SlotLoad<W>* load, const Step& step) const override {
+        typename EnergyBudget<W>::TileBudget& tile = budget_->tiles[rod.number];
+        if (std::exchange(tile.noted, false)) {
+            for (int k = 0; k <= rod.n; ++k) {
+                const auto at = static_cast<std::size_t>(k);
+                const Vec3<Pack<W>> force = load[k].force - tile.all[at].force;
+                tile.inner[at].force += force;
+                tile.inner[at].couple += load[k].couple - tile.all[at].couple;
+                if (k == rod.n && rod.group->closed()) tile.inner[0].force += force;
+            }
+            return;
+        }
+        std::copy(load, load + rod.n + 1, tile.inner.begin());
+        if (rod.group->closed()) tile.inner[0].force += tile.inner[static_cast<std::size_t>(rod.n)].force;
+        if (!moving_) return;
+        tile.wall_power = dot(elastic_.couple_on_start_wall(rod, step), broadcast<W>(moving_->start(step).spin)) +
+                          dot(elastic_.couple_on_end_wall(rod, step), broadcast<W>(moving_->end(step).spin));
+    }
+
+private:
+    std::shared_ptr<EnergyBudget<W>> budget_;
+    ElasticPass<Law, W> elastic_;
+    std::shared_ptr<const MovingEnds> moving_;
+};
+
+/// Before the kick, when the load is complete; and before what contacts exert.
+template <int W> class AuditLoadsPass final : public TilePass<W> {
+public:
+    explicit AuditLoadsPass(std::shared_ptr<EnergyBudget<W>> budget) : budget_(std::move(budget)) {}
+    void run(const RodTile<W>& rod, SlotLoad<W>* load, const Step&) const override {
+        typename EnergyBudget<W>::TileBudget& tile = budget_->tiles[rod.number];
+        std::copy(load, load + rod.n + 1, tile.all.begin());
+        tile.noted = true;
+        for (int k = 0; k <= rod.n; ++k) tile.before[static_cast<std::size_t>(k)] = {rod.slot[k].velocity, rod.slot[k].spin};
+    }
+
+private:
+    std::shared_ptr<EnergyBudget<W>> budget_;
+};
+
+/// At the end of the step.
+template <int W> class AuditBalancePass final : public TilePass<W> {
+public:
+    AuditBalancePass(std::shared_ptr<EnergyBudget<W>> budget, bool moving) : budget_(std::move(budget)), moving_(moving) {}
+
+    void run(const RodTile<W>& rod, SlotLoad<W>*, const Step& step) const override {
+        using P = Pack<W>;
+        const EnergyBudget<W>& budget = *budget_;
+        typename EnergyBudget<W>::TileBudget& tile = budget_->tiles[rod.number];
+        tile.noted = false;
+        P external(0.0), held(0.0), free(0.0),
+            gained(0.0); // power of external loads, of all on the held and on the free; kinetic energy
+        const auto tally = [&](const Vec3<P>& all, const Vec3<P>& inner, const Vec3<P>& before, const Vec3<P>& after, bool is_held,
+                               const auto& energy) {
+            const Vec3<P> mean = P(0.5) * (before + after);
+            const P power = dot(all, mean);
+            external = external + dot(all - inner, mean);
+            if (is_held) {
+                held = held + power;
+            } else {
+                free = free + power;
+                gained = gained + (energy(after) - energy(before));
+            }
+        };
+        const int nodes = rod.group->closed() ? rod.n : rod.n + 1;
+        for (int i = 0; i < nodes; ++i) {
+            const auto at = static_cast<std::size_t>(i);
+            if (rod.group->slides(i)) { // of whose force the wall takes a part
+                const Vec3<P> by_wall = budget.held_directions(i), &all = tile.all[at].force, &inner = tile.inner[at].force;
+                const auto share = [&](const Vec3<P>& of, bool is_held, const Vec3<P>& before, const Vec3<P>& after) {
+                    tally(scale(of, all), scale(of, inner), scale(of, before), scale(of, after), is_held,
+                          [&](const Vec3<P>& v) { return budget.node_energy(v, i); });
+                };
+                share(by_wall, true, tile.before[at].velocity, rod.slot[i].velocity);
+                share(broadcast<W>(Vec3d{1, 1, 1}) - by_wall, false, tile.before[at].velocity, rod.slot[i].velocity);
+                continue;
+            }
+            tally(tile.all[at].force, tile.inner[at].force, tile.before[at].velocity, rod.slot[i].velocity,
+                  rod.group->holds_node(i), [&](const Vec3<P>& v) { return budget.node_energy(v, i); });
+        }
+        for (int k = 0; k < rod.n; ++k) {
+            const auto at = static_cast<std::size_t>(k);
+            tally(tile.all[at].couple, tile.inner[at].couple, tile.before[at].spin, rod.slot[k].spin, rod.group->holds_element(k),
+                  [&](const Vec3<P>& w) { return budget.element_energy(w, k); });
+        }
+        const P h(step.kick);
+        tile.loads = fma(h, external, tile.loads);
+        tile.dissipated = tile.dissipated + (h * free - gained);
+        if (moving_) tile.walls = tile.walls + (budget.held_energy(rod) - tile.held_before - h * (held + tile.wall_power));
+    }
+
+private:
+    std::shared_ptr<EnergyBudget<W>> budget_;
+    bool moving_;
+};
+
+} // namespace skein

@@ -1,0 +1,110 @@
+// Ends that move as prescribed: node and wall stand where they should at every force evaluation.   theory.md (46)
+#pragma once
+
+#include "core/rotation.hpp"
+#include "skein/core/aligned.hpp"
+#include "skein/tiles/tile.hpp"
+
+#include <cmath>
+#include <memory>
+
+namespace skein {
+
+/// Angular velocity, lab, rad/s, of a frame Q R(r) where the rotation vector r changes at `rate`.
+inline Vec3d spin_of(const Vec3d& r, const Vec3d& rate) {
+    const double x = dot(r, r), angle = std::sqrt(x);
+    const bool small = x < 1e-4; // where the differences lose digits; first omitted terms x^3/40320 and x^3/362880
+    const double b = small ? 0.5 - x / 24 + x * x / 720 : (1 - std::cos(angle)) / x;
+    const double c = small ? 1.0 / 6 - x / 120 + x * x / 5040 : (angle - std::sin(angle)) / (angle * x);
+    return rate + b * cross(r, rate) + c * cross(r, cross(r, rate));
+}
+
+/// `moved` where `free` is 0, `own` where it is 1.
+template <class P> Vec3<P> held_and_free(const Vec3d& free, const Vec3<P>& moved, const Vec3<P>& own) {
+    const auto one = [](double is_free, const P& m, const P& o) { return is_free > 0 ? o : m; };
+    return {one(free.x, moved.x, own.x), one(free.y, moved.y, own.y), one(free.z, moved.z, own.z)};
+}
+
+/// Frames of a rod's walls at any time.
+inline Quaterniond start_wall_frame(const RodGroup& group, std::int64_t index, double time) {
+    return group.frame(index) * rotation(group.spec().start_motion.turn(time).value);
+}
+inline Quaterniond end_wall_frame(const RodGroup& group, std::int64_t index, double time) {
+    return group.end_frame(index) * rotation(group.spec().end_motion.turn(time).value);
+}
+
+/// Where the two ends of a group's rods are at the force evaluations of a batch; shared by the passes of a program.
+class MovingEnds {
+public:
+    struct Pose {
+        Vec3d displacement{0, 0, 0}, velocity{0, 0, 0};
+        Quaterniond frame;   ///< of the wall
+        Vec3d spin{0, 0, 0}; ///< of the wall, body, rad/s
+    };
+    explicit MovingEnds(const RodGroup& group) : group_(group) {}
+
+    void prepare(std::span<const Step> steps) {
+        const auto pose = [](const EndMotion& motion, const Quaterniond& frame, double time) {
+            const auto u = motion.displacement(time);
+            const auto r = motion.turn(time);
+            const Quaterniond turned = frame * rotation(r.value);
+            return Pose{u.value, u.rate, turned, turned * spin_of(r.value, r.rate)};
+        };
+        for (const Step& s : steps) {
+            start_[s.slot] = pose(group_.spec().start_motion, group_.frame(), s.time);
+            end_[s.slot] = pose(group_.spec().end_motion, group_.end_frame(), s.time);
+        }
+    }
+    const Pose& start(const Step& step) const { return start_[step.slot]; }
+    const Pose& end(const Step& step) const { return end_[step.slot]; }
+    const RodGroup& group() const { return group_; }
+
+private:
+    const RodGroup& group_;
+    Pose start_[Clock::largest_batch], end_[Clock::largest_batch];
+};
+
+/// After the drift: moved nodes go where the motion says, with its velocity; frozen elements take the wall's frame and spin.
+template <int W> class MoveEndsPass final : public TilePass<W> {
+public:
+    explicit MoveEndsPass(std::shared_ptr<MovingEnds> ends) : ends_(std::move(ends)) {}
+    void prepare(std::span<const Step> steps) override { ends_->prepare(steps); }
+
+    void bind(const RodTile<W>& rod) override {
+        std::vector<Slot<1>> state(static_cast<std::size_t>(rod.n) + 1);
+        Home& home = home_.emplace_back();
+        for (int l = 0; l < W; ++l) {
+            rod.group->start_state(rod.index[l], state);
+            set_lane(home.start, l, lane(state.front().position, 0));
+            set_lane(home.end, l, lane(state.back().position, 0));
+        }
+    }
+
+    void run(const RodTile<W>& rod, SlotLoad<W>*, const Step& step) const override {
+        const RodSpec& spec = rod.group->spec();
+        const Home& home = home_[rod.number];
+        const auto move = [&](const MovingEnds::Pose& pose, const Vec3<Pack<W>>& from, EndKind kind, int i, Slot<W>& element) {
+            Slot<W>& node = rod.slot[i];
+            const Vec3<Pack<W>> position = from + broadcast<W>(pose.displacement), velocity = broadcast<W>(pose.velocity);
+            const bool slides = rod.group->slides(i);
+            const Vec3d free = slides ? rod.group->free_directions(i) : Vec3d{0, 0, 0};
+            node.position = slides ? held_and_free(free, position, node.position) : position;
+            node.velocity = slides ? held_and_free(free, velocity, node.velocity) : velocity;
+            if (kind == EndKind::clamped_frozen) {
+                element.director = broadcast<W>(pose.frame);
+                element.spin = broadcast<W>(pose.spin);
+            }
+        };
+        if (spec.start != EndKind::free) move(ends_->start(step), home.start, spec.start, 0, rod.slot[0]);
+        if (spec.end != EndKind::free) move(ends_->end(step), home.end, spec.end, rod.n, rod.slot[rod.n - 1]);
+    }
+
+private:
+    struct Home {
+        Vec3<Pack<W>> start, end; ///< node positions at t = 0
+    };
+    std::shared_ptr<MovingEnds> ends_;
+    AlignedVector<Home> home_; ///< by tile number
+};
+
+} // namespace skein

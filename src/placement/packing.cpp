@@ -1,0 +1,200 @@
+#include "placement/packing.hpp"
+
+#include "core/closest_points.hpp"
+#include "core/hilbert.hpp"
+#include "core/stop.hpp"
+#include "placement/capsule_grid.hpp"
+#include "skein/core/error.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <numeric>
+#include <optional>
+#include <random>
+#include <utility>
+
+namespace skein {
+
+namespace {
+
+constexpr double pi = std::numbers::pi;
+
+class Random {
+public:
+    explicit Random(long seed) : engine_(static_cast<std::uint64_t>(seed)) {}
+    /// Even over [low, high): std::uniform_real_distribution may differ from library to library.
+    double between(double low, double high) { return low + (high - low) * 0x1p-53 * static_cast<double>(engine_() >> 11); }
+
+private:
+    std::mt19937_64 engine_;
+};
+
+/// Of d3. Isotropic: even over the sphere between two circles of latitude, so in the sine of the elevation.
+Vec3d draw_direction(const Packing& p, Random& random) {
+    const double degree = pi / 180, low = degree * p.elevation[0], high = degree * p.elevation[1];
+    const double even = random.between(0, 1);
+    const double elevation = low + even * (high - low), sine_between = std::sin(low) + even * (std::sin(high) - std::sin(low));
+    const double sine = p.elevation_law == ElevationLaw::uniform ? std::sin(elevation) : sine_between,
+                 across = std::sqrt(std::max(0.0, 1 - sine * sine));
+    const double azimuth = degree * random.between(p.azimuth[0], p.azimuth[1]);
+    return {across * std::cos(azimuth), across * std::sin(azimuth), sine};
+}
+
+/// d3 along `direction`, d1 horizontal.
+Quaterniond frame_along(const Vec3d& direction) {
+    const double across = std::hypot(direction.x, direction.y);
+    const Vec3d d1 = across > 0 ? Vec3d{-direction.y / across, direction.x / across, 0} : Vec3d{1, 0, 0};
+    return quaternion({d1, cross(direction, d1), direction});
+}
+
+/// Where centres may lie: of capsules wholly inside.
+class Region {
+public:
+    Region(const Packing& p, double length, double radius) : kind_(p.region), lower_(p.lower), upper_(p.upper), radius_(radius) {
+        const double steepest = pi / 180 * std::max(std::abs(p.elevation[0]), std::abs(p.elevation[1]));
+        tallest_ = length * std::sin(steepest) + 2 * radius;
+        if (kind_ == PackingRegion::cylinder) {
+            lower_ = p.point - Vec3d{p.radius, p.radius, 0};
+            upper_ = p.point + Vec3d{p.radius, p.radius, p.height};
+            centre_ = p.point;
+            across_ = p.radius - radius;
+        }
+        if (kind_ == PackingRegion::slab) upper_.z = floor_ = lower_.z;
+    }
+    const Vec3d& lower() const { return lower_; }
+    const Vec3d& upper() const { return upper_; }
+    double volume() const {
+        const Vec3d size = upper_ - lower_;
+        return (kind_ == PackingRegion::cylinder ? 0.25 * pi : 1) * size.x * size.y * size.z;
+    }
+    bool grows() const { return kind_ == PackingRegion::slab; }
+    /// Higher, by a layer of this thickness; the rods that come now keep to the upper part, which is not yet full.
+    void grow(double layer) {
+        upper_.z += layer;
+        floor_ = std::max(lower_.z, upper_.z - tallest_ - 2 * layer);
+    }
+    /// Whether a rod that ends `half` from its centre fits somewhere.
+    bool holds(const Vec3d& half) const {
+        const Vec3d room = room_for(half);
+        if (kind_ == PackingRegion::cylinder) return room.z >= 0 && across_ >= std::hypot(half.x, half.y);
+        return room.x >= 0 && room.y >= 0 && (grows() || room.z >= 0);
+    }
+    /// A centre, evenly; none where it came to lie outside.
+    std::optional<Vec3d> draw(const Vec3d& half, Random& random) const {
+        const Vec3d room = room_for(half), low = lower_ + margin(half);
+        if (kind_ != PackingRegion::cylinder) {
+            const double rise = std::min(floor_above(), room.z);
+            if (room.z < 0) return std::nullopt;
+            return low + Vec3d{random.between(0, room.x), random.between(0, room.y), random.between(rise, room.z)};
+        }
+        const double x = random.between(-across_, across_), y = random.between(-across_, across_), z = random.between(0, room.z);
+        const bool inside = std::hypot(x + half.x, y + half.y) <= across_ && std::hypot(x - half.x, y - half.y) <= across_;
+        return inside ? std::optional(Vec3d{centre_.x + x, centre_.y + y, low.z + z}) : std::nullopt;
+    }
+
+private:
+    Vec3d margin(const Vec3d& half) const {
+        return {std::abs(half.x) + radius_, std::abs(half.y) + radius_, std::abs(half.z) + radius_};
+    }
+    Vec3d room_for(const Vec3d& half) const { return upper_ - lower_ - 2 * margin(half); }
+    double floor_above() const { return grows() ? floor_ - lower_.z : 0; }
+
+    PackingRegion kind_;
+    Vec3d lower_, upper_, centre_{0, 0, 0};
+    double radius_, tallest_ = 0;
+    double across_ = 0; ///< cylinder: largest distance of an axis from its own
+    double floor_ = 0;  ///< slab: no rod is tried below
+};
+
+double volume_of(double length, double radius) { return pi * radius * radius * (length + 4.0 / 3 * radius); }
+
+/// Order of the rods along a curve through their centres, so that numbers near each other are rods near each other.
+std::vector<std::size_t> along_curve(const std::vector<Vec3d>& centres, const Region& region) {
+    const Vec3d size = region.upper() - region.lower();
+    const double side = std::max({size.x, size.y, size.z});
+    std::vector<std::pair<std::uint64_t, std::size_t>> keys;
+    for (std::size_t i = 0; i < centres.size(); ++i) {
+        const Vec3d from = centres[i] - region.lower();
+        keys.emplace_back(hilbert_key({from.x / side, from.y / side, from.z / side}), i);
+    }
+    std::sort(keys.begin(), keys.end());
+    std::vector<std::size_t> order;
+    for (const auto& key : keys) order.push_back(key.second);
+    return order;
+}
+
+} // namespace
+
+bool closer(const Capsule& a, const Capsule& b, double distance) {
+    const auto apart =
+        closest_points(broadcast<1>(a.start), broadcast<1>(a.end - a.start), broadcast<1>(b.start), broadcast<1>(b.end - b.start))
+            .apart;
+    return dot(apart, apart)[0] < distance * distance;
+}
+
+PackedRods pack(const Packing& p, double length, double radius, std::vector<Capsule>& occupied, const std::string& where) {
+    const double gap = p.gap > 0 ? p.gap : 0.05 * radius, reach = 2 * radius + gap;
+    const auto count = static_cast<std::size_t>(p.count);
+    Region region(p, length, radius);
+    if (region.grows()) region.grow(reach);
+    // Cells of two diameters, or larger where these would be many more than capsules fill.
+    const double cell = std::max(2 * reach, std::cbrt(region.volume() / (1000.0 * static_cast<double>(count))));
+    CapsuleGrid grid(region.lower(), region.upper(), cell);
+    for (const Capsule& c : occupied) grid.add(c, c.radius + radius + gap);
+
+    // A slab is never full: past a hundredth of the attempts another layer is cheaper.
+    const long patience = region.grows() ? std::max(1L, p.attempts / 100) : p.attempts;
+    Random random(p.seed);
+    std::vector<Vec3d> centres, directions;
+    const auto draw_direction_that_fits = [&] {
+        for (long attempt = 0; attempt < p.attempts; ++attempt)
+            if (const Vec3d direction = draw_direction(p, random); region.holds(0.5 * length * direction)) return direction;
+        throw InputError(fmt::format("{}: none of {} directions drawn lets a rod of length {:g} m fit into the region to pack, "
+                                     "whatever else is there: enlarge it, or change 'elevation' or 'azimuth'",
+                                     where, p.attempts, length));
+    };
+    while (centres.size() < count) {
+        Vec3d direction = draw_direction_that_fits(), half = 0.5 * length * direction;
+        std::optional<Capsule> place;
+        for (long attempt = 0; !place; ++attempt) {
+            stop_where_asked("rods were packed");
+            if (attempt >= patience && region.grows()) {
+                region.grow(reach);
+                grid.raise(region.upper().z);
+                attempt = -1;
+                continue;
+            }
+            if (attempt - patience >= patience)
+                throw InputError(fmt::format(
+                    "{}: {} of {} rods could be packed, {:.1f} % of the region's volume; the next one found no place in {} "
+                    "attempts in one direction and in as many in others: enlarge the region, lower 'count' or 'gap', narrow "
+                    "'elevation', or raise 'attempts'",
+                    where, centres.size(), count,
+                    100 * static_cast<double>(centres.size()) * volume_of(length, radius) / region.volume(), p.attempts));
+            if (attempt >= patience) direction = draw_direction_that_fits(), half = 0.5 * length * direction;
+            const auto centre = region.draw(half, random);
+            if (!centre) {
+                if (region.grows()) attempt = patience; // too low for this one
+                continue;
+            }
+            const Capsule tried{*centre - half, *centre + half, radius};
+            if (grid.is_clear(tried)) place = tried, centres.push_back(*centre), directions.push_back(direction);
+        }
+        grid.add(*place, reach);
+        occupied.push_back(*place);
+    }
+
+    PackedRods packed;
+    for (const std::size_t i : along_curve(centres, region)) {
+        packed.origins.push_back(centres[i] - 0.5 * length * directions[i]);
+        packed.frames.push_back(frame_along(directions[i]));
+    }
+    packed.top = region.upper().z;
+    packed.fill = static_cast<double>(count) * volume_of(length, radius) / region.volume();
+    return packed;
+}
+
+} // namespace skein

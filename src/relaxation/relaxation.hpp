@@ -1,0 +1,161 @@
+// Relaxation: the kick of rods whose rest is wanted and not their motion.                              theory.md (64)-(68)
+//   M u = (f, c),  v <- a v + h u,  w <- a w + h Q u_turn       M: the rod's own stiffness, in blocks of a node and its element
+// The inertia of a rod at rest is free. Masses of nodes leave frequencies of stretch and of bending a factor of 2 (n/1.9)^2 l/r and
+// more apart, 1e5 of a rod with L/r = 5000 in 50 elements; with M they are all about 1/s, so that steps of 1 s settle them
+// together. M is the sum of
+//   strained  what the rod answers now                                                                  tangent_stiffness.hpp
+//   touched   dx^2 and t^2 of what walls and other rods push, as stiff as contacts may be
+//   all       dx^2 and t^2 as stiff as a tenth of the whole rod, so that free rods have a finite answer
+// and positive, so it is split block by block, one rod or ring a lane (block_band.hpp). A rod that moves against its forces,
+// v.f + w.c < 0, forgets its rates; one that would turn or stretch too far in a step is slowed down as a whole; where it may touch
+// something, how far it may go is halved with every turn against its forces, and grows by 1.05 a step otherwise. Each rod decides
+// alone, so that there are no sums over rods. Cost: 1300 flop per element, of rings 2100.
+#pragma once
+
+#include "relaxation/note_forces.hpp"
+#include "relaxation/relaxation_outlook.hpp"
+#include "relaxation/relaxing_rod.hpp"
+#include "relaxation/tangent_stiffness.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace skein {
+
+template <class Law, int W> class RelaxPass final : public TilePass<W> {
+public:
+    static constexpr double momentum = 0.9;          ///< a: modes down to (1 - sqrt a)^2 of M's settle alike
+    static constexpr double touched_momentum = 0.98; ///< the same of rods that may touch something: these have softer modes
+    static constexpr double least_reach = 1e-4;      ///< of the farthest step, down to which rods that bounce are slowed down
+
+    RelaxPass(const RodGroup& group, RelaxationContacts contacts, std::shared_ptr<RelaxationResidual> residual)
+        : group_(group.id()), ends_(ends_of(group)), rod_(group), contacts_(contacts), residual_(std::move(residual)),
+          momentum_(contacts.any() ? touched_momentum : momentum) {}
+
+    void expect(std::size_t tiles) override {
+        if (contacts_.any()) reach_.assign(tiles, P(1.0));
+        if (residual_) residual_->expect(static_cast<std::size_t>(group_), tiles);
+    }
+
+    void run(const RodTile<W>& rod, SlotLoad<W>* load, const Step& step) const override {
+        static thread_local AlignedVector<Block> blocks;
+        if (blocks.size() <= static_cast<std::size_t>(rod.n)) blocks.resize(static_cast<std::size_t>(rod.n) + 1);
+        const int last = ends_.closed ? rod.n - 1 : rod.n;
+        assemble(rod, last, load, blocks.data());
+        if (ends_.closed) solve_as_ring(last, blocks.data());
+        else solve_band(last, blocks.data());
+        kick(rod, last, load, blocks.data(), step.kick);
+    }
+
+    void append_memory(const RodTile<W>& rod, int lane, std::vector<double>& numbers) const override {
+        if (contacts_.any()) numbers.push_back(reach_[rod.number][lane]);
+    }
+    std::size_t recall(const RodTile<W>& rod, int lane, std::span<const double> numbers) override {
+        if (!contacts_.any()) return 0;
+        reach_[rod.number].set(lane, numbers[0]);
+        return 1;
+    }
+
+private:
+    using P = Pack<W>;
+    using Block = BandBlock<W>;
+
+    static void solve_as_ring(int last, Block* block) {
+        static thread_local AlignedVector<RingCoupling<W>> couplings;
+        if (couplings.size() < static_cast<std::size_t>(last)) couplings.resize(static_cast<std::size_t>(last));
+        solve_ring(last, block, couplings.data());
+    }
+
+    void assemble(const RodTile<W>& rod, int last, const SlotLoad<W>* load, Block* block) const {
+        for (int k = 0; k <= last; ++k) {
+            block[k].clear();
+            block[k].add(0, P(rod_[k].own_node));
+            block[k].add(3, P(rod_[k].own_turn));
+        }
+        if (contacts_.any()) touch(rod.n, last, load, block);
+        TangentStiffness<Law, W>::add(rod, ends_, block);
+        for (int k = 0; k <= last; ++k) load_of(rod, load, k, block[k]);
+        for (int k = 0; k <= last; ++k)
+            for (int i = 0; i < Block::size; ++i)
+                if (rod_[k].free[static_cast<std::size_t>(i)] == 0)
+                    block[k].hold(i, k > 0 ? &block[k - 1] : ends_.closed ? &block[last] : nullptr);
+    }
+
+    void touch(int n, int last, const SlotLoad<W>* load, Block* block) const {
+        const auto& before = detail::untouched_forces<W>();
+        for (int k = 0; k <= last; ++k) {
+            const Vec3<P> added = load[k].force - before[static_cast<std::size_t>(k)];
+            const Mask<W> touched = dot(added, added) > P(0.0);
+            block[k].add(0, select(touched, P(contacts_.stiffness), P(0.0)));
+            const P turning = select(touched, P(contacts_.turning), P(0.0));
+            if (k > 0) block[k - 1].add(3, turning);
+            else if (ends_.closed) block[last].add(3, turning);
+            if (k < n) block[k].add(3, turning);
+        }
+    }
+
+    static void load_of(const RodTile<W>& rod, const SlotLoad<W>* load, int k, Block& b) {
+        const Vec3<P>& f = load[k].force;
+        b.u[0] = f.x, b.u[1] = f.y, b.u[2] = f.z;
+        const Vec3<P> c = k < rod.n ? transpose_times(rod.slot[k].director, load[k].couple) : Vec3<P>{P(0.0), P(0.0), P(0.0)};
+        b.u[3] = c.x, b.u[4] = c.y, b.u[5] = c.z;
+    }
+
+    void kick(const RodTile<W>& rod, int last, const SlotLoad<W>* load, const Block* block, double h) const {
+        const int n = rod.n;
+        P power(0.0), correction(0.0), zero(0.0);
+        for (int k = 0; k <= last; ++k) {
+            const P* u = block[k].u;
+            const auto& free = rod_[k].free;
+            const Vec3<P> open{P(free[0]), P(free[1]), P(free[2])}; // forces on what is held do no work
+            power += dot(scale(open, load[k].force), rod.slot[k].velocity);
+            if (k < n) power += dot(load[k].couple, rod.slot[k].spin);
+            const P move = max(abs(u[0]), max(abs(u[1]), abs(u[2]))), turn = max(abs(u[3]), max(abs(u[4]), abs(u[5])));
+            correction = max(correction, max(P(1 / rod_.length()) * move, turn));
+            zero = fma(u[0] + u[1] + u[2] + u[3] + u[4] + u[5], P(0.0), zero); // or no number
+        }
+        const Mask<W> against = power < P(0.0);
+        const P kept = select(against, P(0.0), P(momentum_));
+        P reach(1.0), excess(0.0);
+        if (contacts_.any()) {
+            P& own = reach_[rod.number];
+            own = reach = select(against, max(P(least_reach), P(0.5) * own), min(P(1.0), P(1.05) * own));
+        }
+        const auto stretches = [&](int k, const Vec3<P>& apart) { // of element k
+            excess = max(excess, P(h * rod.element[k].inv_rest_length / rod_[k].most_turn) * norm(apart));
+        };
+        Vec3<P> before{};
+        for (int k = 0; k <= last; ++k) {
+            Slot<W>& s = rod.slot[k];
+            const P* u = block[k].u;
+            s.velocity = fma(P(h), Vec3<P>{u[0], u[1], u[2]}, kept * s.velocity);
+            if (k > 0) stretches(k - 1, s.velocity - before);
+            before = s.velocity;
+            excess = max(excess, P(h / contacts_.farthest_move) * norm(s.velocity));
+            if (k == n) break;
+            s.spin = fma(P(h), s.director * Vec3<P>{u[3], u[4], u[5]}, kept * s.spin);
+            excess = max(excess, P(h / rod_[k].most_turn) * norm(s.spin));
+        }
+        if (ends_.closed) stretches(last, rod.slot[0].velocity - before);
+        if (const Mask<W> beyond = excess > reach; any(beyond)) {
+            const P share = select(beyond, reach / excess, P(1.0));
+            for (int k = 0; k <= last; ++k) {
+                rod.slot[k].velocity = share * rod.slot[k].velocity;
+                if (k < n) rod.slot[k].spin = share * rod.slot[k].spin;
+            }
+        }
+        double largest = 0;
+        for (int l = 0; l < W; ++l) largest = std::max(largest, zero[l] == 0 ? correction[l] : HUGE_VAL);
+        if (residual_) residual_->set(static_cast<std::size_t>(group_), rod.number, largest);
+    }
+
+    int group_;
+    Ends ends_;
+    RelaxingRod rod_;
+    RelaxationContacts contacts_;
+    std::shared_ptr<RelaxationResidual> residual_;
+    double momentum_;
+    mutable AlignedVector<P> reach_; ///< by tile: share of the farthest step that a rod may now take
+};
+
+} // namespace skein

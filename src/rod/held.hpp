@@ -1,0 +1,30 @@
+// Nodes and elements held inside a rod, in any lab directions.                                  theory.md (47)
+#pragma once
+
+#include "skein/rod/rod_group.hpp"
+
+namespace skein {
+
+/// Takes the held components out of velocities and lab angular velocities of a rod; a ring's slot n is no node of its own.
+template <int W> void apply_hold(const RodGroup& group, Slot<W>* slot) {
+    using P = Pack<W>;
+    const auto free_of = [](const std::string& held) {
+        const auto is_free = [&](char axis) { return held.find(axis) == std::string::npos ? 1.0 : 0.0; };
+        return Vec3d{is_free('x'), is_free('y'), is_free('z')};
+    };
+    const Hold& hold = group.spec().hold;
+    const int n = group.elements(), nodes = group.closed() ? n : n + 1;
+    const Vec3d direction = free_of(hold.directions), axis = free_of(hold.axes);
+    for (const long i : hold.nodes) {
+        Vec3<P>& v = slot[i < 0 ? nodes + i : i].velocity;
+        v = scale(broadcast<W>(direction), v);
+    }
+    const bool all = axis.x + axis.y + axis.z == 0;
+    for (const long k : hold.elements) {
+        Slot<W>& s = slot[k < 0 ? n + k : k];
+        s.spin =
+            all ? Vec3<P>{P(0.0), P(0.0), P(0.0)} : s.director * scale(broadcast<W>(axis), transpose_times(s.director, s.spin));
+    }
+}
+
+} // namespace skein

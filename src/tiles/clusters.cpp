@@ -1,0 +1,96 @@
+#include "tiles/clusters.hpp"
+
+#include <algorithm>
+#include <limits>
+#include <map>
+#include <numeric>
+
+namespace skein {
+
+std::int64_t CopyTiling::copies() const { return std::accumulate(across.begin(), across.end(), within); }
+
+CopyTiling tile_copies(std::int64_t copies, std::span<const MemberRods> members, int lanes, int threads) {
+    constexpr double tile_rows = 2;         // that a tile costs besides its own
+    constexpr double gathered_joints = 1.5; // time of a row within, whose joints are gathered, over one across
+    double of_block = 0, of_copy = 0;
+    for (const auto& [rods, slots] : members) {
+        of_block += static_cast<double>(rods) * (slots + tile_rows);
+        of_copy += gathered_joints * static_cast<double>(tiles_within(rods, lanes)) * (slots + tile_rows);
+    }
+    CopyTiling best;
+    double least = std::numeric_limits<double>::infinity();
+    const auto consider = [&](std::int64_t blocks) {
+        const std::int64_t within = std::max<std::int64_t>(0, copies - blocks * lanes);
+        const double total = static_cast<double>(blocks) * of_block + static_cast<double>(within) * of_copy;
+        const double rounds = static_cast<double>((blocks + threads - 1) / threads);
+        const double time = std::max({total / threads, rounds * of_block, within > 0 ? of_copy : 0});
+        if (time >= least) return;
+        least = time;
+        best = {{}, within};
+        for (std::int64_t left = copies - within; left > 0; left -= lanes)
+            best.across.push_back(static_cast<int>(std::min<std::int64_t>(left, lanes)));
+    };
+    for (std::int64_t blocks = (copies + lanes - 1) / lanes; blocks >= 0; --blocks) consider(blocks);
+    return best;
+}
+
+std::vector<MemberRods> AssemblyGroups::members() const {
+    std::vector<MemberRods> all;
+    for (const RodGroup* group : groups) all.push_back({group->rods_per_copy(), group->slots()});
+    return all;
+}
+
+std::int64_t AssemblyGroups::rods_per_copy() const {
+    std::int64_t rods = 0;
+    for (const RodGroup* group : groups) rods += group->rods_per_copy();
+    return rods;
+}
+
+std::int64_t AssemblyGroups::elements_per_copy() const {
+    std::int64_t elements = 0;
+    for (const RodGroup* group : groups) elements += group->rods_per_copy() * group->elements();
+    return elements;
+}
+
+std::vector<AssemblyGroups> assemblies_of(std::span<const RodGroup> groups) {
+    std::map<int, AssemblyGroups> found;
+    for (const RodGroup& group : groups) {
+        if (!group.assembly()) continue;
+        AssemblyGroups& one = found[group.assembly()->number];
+        one.assembly = group.assembly()->number;
+        one.groups.push_back(&group);
+    }
+    std::vector<AssemblyGroups> all;
+    for (auto& [number, one] : found) all.push_back(std::move(one));
+    return all;
+}
+
+std::vector<std::size_t> order_of_tiles(std::span<const RodGroup> groups, std::span<const LocalRod> owned, int lanes, int threads) {
+    std::vector<std::size_t> order(owned.size());
+    std::iota(order.begin(), order.end(), std::size_t{0});
+    std::vector<std::size_t> first(groups.size() + 1, 0); // of each group, in owned
+    for (const LocalRod& rod : owned) ++first[static_cast<std::size_t>(rod.group) + 1];
+    std::partial_sum(first.begin(), first.end(), first.begin());
+    for (const AssemblyGroups& assembly : assemblies_of(groups)) {
+        std::map<std::int64_t, std::int64_t> place; // of a copy among those of this rank
+        const auto leader = static_cast<std::size_t>(assembly.groups.front()->id());
+        for (std::size_t i = first[leader]; i < first[leader + 1]; ++i)
+            place.emplace(groups[leader].copy_of(owned[i].index), static_cast<std::int64_t>(place.size()));
+        const CopyTiling tiling = tile_copies(static_cast<std::int64_t>(place.size()), assembly.members(), lanes, threads);
+        const std::int64_t in_blocks = tiling.copies() - tiling.within;
+        for (const RodGroup* group : assembly.groups) {
+            const auto g = static_cast<std::size_t>(group->id());
+            const auto key = [&](std::size_t i) {
+                const std::int64_t copy = place.at(group->copy_of(owned[i].index)), rod = owned[i].index % group->rods_per_copy();
+                const std::int64_t block = copy < in_blocks ? copy / lanes : copy;
+                return copy < in_blocks ? std::tuple(block, rod, copy) : std::tuple(block, copy, rod);
+            };
+            std::sort(order.begin() + static_cast<std::ptrdiff_t>(first[g]),
+                      order.begin() + static_cast<std::ptrdiff_t>(first[g + 1]),
+                      [&](std::size_t a, std::size_t b) { return key(a) < key(b); });
+        }
+    }
+    return order;
+}
+
+} // namespace skein

@@ -1,0 +1,117 @@
+#include "tiles/tiling.hpp"
+
+#include <algorithm>
+#include <limits>
+#include <numeric>
+
+namespace skein {
+
+namespace {
+
+// Rows that a tile costs besides its own.
+constexpr double tile_rows = 2, along_tile_rows = 3;
+// Rows of a tile that the second cache holds beside its loads, 1280 B each of eight lanes; a tile of more takes twice as long.
+constexpr int cached_rows = 600;
+double rows_cost(double rows, int lanes) { return rows * lanes > 8 * cached_rows ? 2 * rows : rows; }
+constexpr int least_rows = 4; // of a piece: the seam between two is worked out twice
+
+struct PooledRod {
+    int group, elements, pieces = 1;
+    int rows() const { return (elements + pieces - 1) / pieces; }
+};
+
+/// Rods in pieces of at most `longest` rows where that makes four rows at least, packed into tiles: first fit, longest first.
+std::vector<AlongTile> pack(std::vector<PooledRod> rods, int family, int longest, int lanes) {
+    for (PooledRod& rod : rods)
+        rod.pieces = std::clamp((rod.elements + longest - 1) / longest, 1, std::min(lanes, std::max(1, rod.elements / least_rows)));
+    std::stable_sort(rods.begin(), rods.end(), [](const PooledRod& a, const PooledRod& b) { return a.rows() > b.rows(); });
+    std::vector<AlongTile> tiles;
+    std::vector<int> room;
+    std::size_t open = 0; // tiles before are full
+    for (const PooledRod& rod : rods) {
+        std::size_t t = open;
+        while (t < tiles.size() && room[t] < rod.pieces) ++t;
+        if (t == tiles.size()) tiles.push_back({family, rod.rows(), {}}), room.push_back(lanes);
+        tiles[t].parts.push_back({rod.group, rod.pieces});
+        room[t] -= rod.pieces;
+        while (open < tiles.size() && room[open] == 0) ++open;
+    }
+    return tiles;
+}
+
+/// The pooled rods of a family, cut so that the threads end together and tiles stay in cache.
+std::vector<AlongTile> best_packing(const std::vector<PooledRod>& rods, int family, int lanes, int threads) {
+    const double total =
+        std::accumulate(rods.begin(), rods.end(), 0.0, [](double sum, const PooledRod& r) { return sum + r.elements; });
+    std::vector<AlongTile> best;
+    double least = std::numeric_limits<double>::infinity();
+    for (const double share : {1.0, 1.15, 1.3, 1.6, 2.0, 3.0, 4.0, 6.0, 8.0}) {
+        const int longest =
+            std::clamp(static_cast<int>(std::min(1e6, share * total / (lanes * threads))) + 1, least_rows, cached_rows);
+        std::vector<AlongTile> tiles = pack(rods, family, longest, lanes);
+        const double cost = tiling_cost({.across = {}, .along = tiles}, {}, lanes, threads);
+        if (cost < least) least = cost, best = std::move(tiles);
+        if (longest == cached_rows) break;
+    }
+    return best;
+}
+
+/// With these numbers of rods across.
+Tiling tiling_with(std::vector<std::int64_t> across, std::span<const TilingGroup> groups, int lanes, int threads) {
+    Tiling tiling{std::move(across), {}};
+    int families = 0;
+    for (const TilingGroup& g : groups) families = std::max(families, g.family + 1);
+    for (int family = 0; family < families; ++family) {
+        std::vector<PooledRod> pool;
+        for (std::size_t g = 0; g < groups.size(); ++g)
+            if (groups[g].family == family)
+                pool.insert(pool.end(), static_cast<std::size_t>(groups[g].rods - tiling.across[g]),
+                            PooledRod{static_cast<int>(g), groups[g].elements});
+        if (pool.empty()) continue;
+        auto tiles = best_packing(pool, family, lanes, threads);
+        tiling.along.insert(tiling.along.end(), std::make_move_iterator(tiles.begin()), std::make_move_iterator(tiles.end()));
+    }
+    return tiling;
+}
+
+} // namespace
+
+double tiling_cost(const Tiling& tiling, std::span<const TilingGroup> groups, int lanes, int threads) {
+    double total = 0, longest = 0;
+    const auto add = [&](double tiles, double cost) {
+        if (tiles == 0) return;
+        total += tiles * cost;
+        longest = std::max(longest, cost);
+    };
+    for (std::size_t g = 0; g < tiling.across.size(); ++g)
+        add(static_cast<double>(Tiling::tiles(tiling.across[g], lanes)),
+            lanes * (rows_cost(groups[g].elements, lanes) + tile_rows));
+    for (const AlongTile& t : tiling.along) add(1, lanes * (along_row * rows_cost(t.rows, lanes) + along_tile_rows));
+    return std::max(total / threads, longest);
+}
+
+Tiling choose_tiling(std::span<const TilingGroup> groups, int lanes, int threads, Mapping mapping) {
+    const auto with = [&](auto rods_across) {
+        std::vector<std::int64_t> across;
+        for (const TilingGroup& g : groups) across.push_back(g.family < 0 ? g.rods : g.along_only ? 0 : rods_across(g));
+        return tiling_with(std::move(across), groups, lanes, threads);
+    };
+    const auto none = [](const TilingGroup&) { return std::int64_t{0}; };
+    const auto full_tiles = [&](const TilingGroup& g) { return g.elements > cached_rows ? 0 : g.rods - g.rods % lanes; };
+    Tiling best = with([](const TilingGroup& g) { return g.rods; });
+    if (mapping == Mapping::across || lanes == 1) return best;
+    if (mapping == Mapping::along) return with(none);
+    double least = tiling_cost(best, groups, lanes, threads);
+    const auto consider = [&](Tiling other) {
+        const double cost = tiling_cost(other, groups, lanes, threads);
+        if (cost < 0.97 * least) least = cost, best = std::move(other);
+    };
+    consider(with(full_tiles));
+    // Where tiles are fewer than threads could use, all of them.
+    std::int64_t tiles = 0;
+    for (const TilingGroup& g : groups) tiles += g.rods / lanes;
+    if (tiles < 8L * threads) consider(with(none));
+    return best;
+}
+
+} // namespace skein
