@@ -143,7 +143,7 @@ std::vector<std::string> kinds_of_passes() {
 }
 
 TEST(Plan, PassesStandInTheTableOfTheArchitecture) {
-    std::ifstream page(fs::path(SKEIN_SOURCE_DIR) / "docs/architecture.md");
+    std::ifstream page(fs::path(SKEIN_SOURCE_DIR) / "docs/design.md");
     std::vector<std::string> told;
     bool in_table = false;
     for (std::string line; std::getline(page, line);) {
